@@ -1,0 +1,93 @@
+module;
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+module camber.config;
+import camber.core;
+import :codec;
+import :json;
+
+namespace camber::config {
+
+namespace {
+
+std::string number(double x) { return x == std::round(x) && std::abs(x) < 1e15 ? std::to_string(static_cast<long>(x)) : Json(x).dump(); }
+
+}  // namespace
+
+std::string Limits::text() const {
+    std::string text;
+    if (std::isfinite(low)) text = (low_open ? "above " : "at least ") + number(low);
+    if (std::isfinite(high)) text += (text.empty() ? "" : " and ") + std::string(high_open ? "below " : "at most ") + number(high);
+    return text;
+}
+
+void Limits::add_to(Json& schema) const {
+    if (std::isfinite(low)) schema[low_open ? "exclusiveMinimum" : "minimum"] = low;
+    if (std::isfinite(high)) schema[high_open ? "exclusiveMaximum" : "maximum"] = high;
+}
+
+Outcome<double> Codec<double>::read(const Json& json, const Place& place, const Limits& limits) {
+    if (!json.is_number()) return bad(place, "expected a number, got " + kind_of(json));
+    const auto x = json.get<double>();
+    if (!std::isfinite(x)) return bad(place, "the number is too large");
+    if (!limits.hold(x)) return bad(place, "must be " + limits.text() + ", got " + json.dump());
+    return x;
+}
+
+Json Codec<double>::schema(const Limits& limits) {
+    Json schema{{"type", "number"}};
+    limits.add_to(schema);
+    return schema;
+}
+
+std::string Codec<double>::type(const Limits& limits) {
+    return limits.text().empty() ? "number" : "number, " + limits.text();
+}
+
+Outcome<std::string> Codec<std::string>::read(const Json& json, const Place& place, const Limits&) {
+    if (!json.is_string()) return bad(place, "expected a string, got " + kind_of(json));
+    return json.get<std::string>();
+}
+
+Outcome<FilePath> Codec<FilePath>::read(const Json& json, const Place& place, const Limits&) {
+    if (!json.is_string()) return bad(place, "expected a file's path, got " + kind_of(json));
+    if (json.get<std::string>().empty()) return bad(place, "the path is empty");
+    return FilePath{json.get<std::string>()};
+}
+
+Outcome<Done> check_array(const Json& json, const Place& place, const Limits& limits) {
+    if (!json.is_array()) return bad(place, "expected an array, got " + kind_of(json));
+    if (json.size() >= limits.least_count && json.size() <= limits.most_count) return Done{};
+    const bool exact = limits.least_count == limits.most_count;
+    std::string wanted = std::to_string(limits.least_count);
+    if (!exact)
+        wanted = limits.most_count == std::numeric_limits<std::size_t>::max()
+                     ? "at least " + wanted
+                     : wanted + " to " + std::to_string(limits.most_count);
+    return bad(place, "expected " + wanted + " items, got " + std::to_string(json.size()));
+}
+
+std::string array_type(const std::string& item, const Limits& limits) {
+    const bool open = limits.most_count == std::numeric_limits<std::size_t>::max();
+    std::string count = std::to_string(limits.least_count);
+    if (open)
+        count = limits.least_count == 0 ? "" : "at least " + count;
+    else if (limits.least_count != limits.most_count)
+        count += " to " + std::to_string(limits.most_count);
+    return "array of " + (count.empty() ? "" : count + " × ") + item;
+}
+
+Json array_schema(Json items, const Limits& limits) {
+    Json schema{{"type", "array"}, {"items", std::move(items)}};
+    if (limits.least_count > 0) schema["minItems"] = limits.least_count;
+    if (limits.most_count != std::numeric_limits<std::size_t>::max()) schema["maxItems"] = limits.most_count;
+    return schema;
+}
+
+}  // namespace camber::config

@@ -1,0 +1,62 @@
+module;
+#include <functional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+module camber.config;
+import camber.core;
+import :codec;
+import :description;
+import :json;
+import :values;
+
+namespace camber::config {
+
+const Choice<Input>& Described<Input>::get() {
+    static const Choice<Input> choice{
+        "input", "Where the mesh comes from.", {{"mesh", "a mesh file (.mesh, .meshb)"}, {"generate", "an example domain"}}};
+    return choice;
+}
+
+const Description<Features>& Described<Features>::get() {
+    using S = Features;
+    static const Description<S> description{
+        "features",
+        "What counts as a ridge where neither the file's edges nor references say so.",
+        {field("ridge_angle", &S::ridge_angle, "facets that meet at more than this angle make a ridge").unit("degrees").above(0).at_most(180)},
+        {}};
+    return description;
+}
+
+const Description<Output>& Described<Output>::get() {
+    using S = Output;
+    static const Description<S> description{
+        "output",
+        "Files to write, relative to the working directory.",
+        {field("mesh", &S::mesh, "the mesh, in the format of its ending (.mesh, .meshb); empty: none"),
+         field("report", &S::report, "the figures of the run, as JSON; empty: none")},
+        {}};
+    return description;
+}
+
+const Description<Pipeline>& Described<Pipeline>::get() {
+    using S = Pipeline;
+    static const Description<S> description{
+        "pipeline",
+        "A run of Camber: a mesh, a metric, a geometry, stages, outputs. Input paths are relative to the config's folder, output "
+        "paths to the working directory.",
+        {field("input", &S::input, "where the mesh comes from").required(),
+         field("metric", &S::metric, "the field of sizes and directions that edges follow"),
+         field("geometry", &S::geometry, "the shape that boundary nodes are put onto"),
+         field("features", &S::features, "ridges of the boundary"),
+         field("stages", &S::stages, "what is done, in this order").count(0, 1000),
+         field("threads", &S::threads, "threads to use; 0: all that the machine has").at_least(0).at_most(4096),
+         field("output", &S::output, "files to write")},
+        {}};
+    return description;
+}
+
+}  // namespace camber::config

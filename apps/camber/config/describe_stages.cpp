@@ -1,0 +1,99 @@
+module;
+#include <functional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+module camber.config;
+import camber.core;
+import :codec;
+import :description;
+import :json;
+import :values;
+
+namespace camber::config {
+
+namespace {
+
+constexpr const char* validity_doc =
+    "an element is valid when the determinant of its Jacobian is everywhere at least this share of the straight element's";
+
+}  // namespace
+
+const Words& Described<Objective>::get() {
+    static const Words words{{"energy", "length"}};
+    return words;
+}
+const Words& Described<FieldOfEdge>::get() {
+    static const Words words{{"back", "edge"}};
+    return words;
+}
+const Words& Described<RelaxStrategy>::get() {
+    static const Words words{{"shell", "paper"}};
+    return words;
+}
+
+const Description<Elevate>& Described<Elevate>::get() {
+    static const Description<Elevate> description{
+        "elevate", "Linear to quadratic: each edge gets a node at its middle; no point of the mesh moves.", {}, {}};
+    return description;
+}
+
+const Description<Curve>& Described<Curve>::get() {
+    using S = Curve;
+    static const Description<S> description{
+        "curve",
+        "Moves each edge's node: boundary nodes onto the geometry, volume nodes where the metric makes the edge shortest.",
+        {field("objective", &S::objective, "what a volume edge minimises in the metric: its energy (smooth, evenly spaced) or its length"),
+         field("field", &S::field, "metric along the edge: back, from the mesh's vertices all the way; edge, from the edge's own three values"),
+         field("quadrature_points", &S::quadrature_points, "Gauss points along an edge").at_least(2).at_most(12),
+         field("iterations", &S::iterations, "largest number of Newton steps an edge").at_least(0).at_most(1000),
+         field("max_tangential_shift", &S::max_tangential_shift, "how far a node may slide along its edge").unit("chord lengths").at_least(0).below(0.25),
+         field("max_offset", &S::max_offset, "how far a volume node may leave the middle of its chord").unit("lengths in the metric").above(0)},
+        {}};
+    return description;
+}
+
+const Description<Validate>& Described<Validate>::get() {
+    using S = Validate;
+    static const Description<S> description{
+        "validate",
+        "Judges every element by certified bounds of its Jacobian's determinant.",
+        {field("min_scaled_jacobian", &S::min_scaled_jacobian, validity_doc).at_least(0).below(1)},
+        {}};
+    return description;
+}
+
+const Description<Relax>& Described<Relax>::get() {
+    using S = Relax;
+    static const Description<S> description{
+        "relax",
+        "Moves the nodes of elements that are not valid back towards the middles of their chords until all are: volume edges "
+        "first, surface edges last.",
+        {field("strategy", &S::strategy, "shell: edge by edge, each as little as its elements need; paper: each edge of an invalid element by theta"),
+         field("theta", &S::theta, "what a correction leaves of a node's offset").unit("of the offset").above(0).below(1),
+         field("max_corrections", &S::max_corrections, "corrections before a node goes to the middle of its chord").at_least(1).at_most(10000),
+         field("min_scaled_jacobian", &S::min_scaled_jacobian, validity_doc).at_least(0).below(1)},
+        {}};
+    return description;
+}
+
+const Description<Commit>& Described<Commit>::get() {
+    static const Description<Commit> description{"commit", "Makes the planned nodes the mesh's own.", {}, {}};
+    return description;
+}
+
+const Choice<Stage>& Described<Stage>::get() {
+    static const Choice<Stage> choice{"stages",
+                                      "One step of the pipeline.",
+                                      {{"elevate", "linear to quadratic"},
+                                       {"curve", "plan where nodes go"},
+                                       {"validate", "judge every element"},
+                                       {"relax", "mend what is not valid"},
+                                       {"commit", "make the plan the mesh"}}};
+    return choice;
+}
+
+}  // namespace camber::config

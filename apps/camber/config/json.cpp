@@ -1,0 +1,184 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+module camber.config;
+import camber.core;
+import :json;
+
+namespace camber::config {
+
+namespace {
+
+/// Follows the parser to name the first key that an object has twice.
+class DuplicateKeys {
+  public:
+    void see(nlohmann::detail::parse_event_t event, const Json& parsed) {
+        using Event = nlohmann::detail::parse_event_t;
+        if (event == Event::key) {
+            key(parsed.get<std::string>());
+        } else if (event == Event::object_start || event == Event::array_start) {
+            frames_.push_back({event == Event::array_start, {}, {}, 0});
+        } else {
+            if (event != Event::value) frames_.pop_back();
+            if (!frames_.empty() && frames_.back().is_array) ++frames_.back().index;
+        }
+    }
+    [[nodiscard]] const std::optional<std::string>& found() const { return found_; }
+
+  private:
+    struct Frame {
+        bool is_array;
+        std::set<std::string> keys;
+        std::string current;
+        std::size_t index;
+    };
+    void key(std::string name) {
+        frames_.back().current = name;
+        if (frames_.back().keys.insert(std::move(name)).second || found_) return;
+        found_.emplace();
+        for (const Frame& f : frames_) *found_ += "/" + (f.is_array ? std::to_string(f.index) : f.current);
+    }
+    std::vector<Frame> frames_;
+    std::optional<std::string> found_;
+};
+
+/// Line and column (from 1; columns in bytes) of a byte counted from 1, as the parser counts.
+std::string line_and_column(std::string_view text, std::size_t byte) {
+    const std::string_view before = text.substr(0, std::min(byte > 0 ? byte - 1 : 0, text.size()));
+    const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+    const auto start = before.rfind('\n');
+    const std::size_t column = before.size() - (start == std::string_view::npos ? 0 : start + 1) + 1;
+    return "line " + std::to_string(line) + ", column " + std::to_string(column);
+}
+
+/// The parser's sentence without its own account of the place.
+std::string reason(std::string_view message) {
+    for (const std::string_view mark : {"syntax error", "number overflow", "invalid string"})
+        if (const auto at = message.find(mark); at != std::string_view::npos) return std::string(message.substr(at));
+    const auto at = message.find("] ");
+    return std::string(at == std::string_view::npos ? message : message.substr(at + 2));
+}
+
+/// Letters to insert, delete, replace or swap (optimal string alignment).
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+    for (std::size_t i = 0; i <= a.size(); ++i)
+        for (std::size_t j = 0; j <= b.size(); ++j) {
+            if (i == 0 || j == 0) {
+                d[i][j] = i + j;
+                continue;
+            }
+            d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0U : 1U)});
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+        }
+    return d[a.size()][b.size()];
+}
+
+/// The place that one step of an override's path leads to; none when it leads nowhere.
+Json* step(Json& at, const std::string& token, bool last) {
+    if (at.is_array()) {
+        if (!token.empty() && std::all_of(token.begin(), token.end(), [](char c) { return c >= '0' && c <= '9'; })) {
+            const std::size_t index = token.size() > 6 ? at.size() : std::stoul(token);
+            return index < at.size() ? &at[index] : nullptr;
+        }
+        for (Json& item : at) {
+            if (item == token) item = Json{{token, Json::object()}};
+            if (item.is_object() && item.contains(token)) return &item[token];
+        }
+        return nullptr;
+    }
+    if (!at.is_object()) {
+        // A bare word stands for its object without options: "natural" for {"natural": {}}.
+        at = at.is_string() && at == token ? Json{{token, Json::object()}} : Json::object();
+    }
+    if (!at.contains(token)) at[token] = last ? Json() : Json::object();
+    return &at[token];
+}
+
+}  // namespace
+
+std::string kind_of(const Json& json) {
+    switch (json.type()) {
+        case Json::value_t::null: return "null";
+        case Json::value_t::object: return "an object";
+        case Json::value_t::array: return "an array";
+        case Json::value_t::string: return "the string " + json.dump(-1, ' ', false, Json::error_handler_t::replace);
+        case Json::value_t::boolean: return json.dump();
+        default: return json.dump();
+    }
+}
+
+Outcome<Json> parse_json(std::string_view text, std::string_view name) {
+    DuplicateKeys duplicates;
+    try {
+        Json json = Json::parse(text.begin(), text.end(), [&](int, nlohmann::detail::parse_event_t event, Json& parsed) {
+            duplicates.see(event, parsed);
+            return true;
+        });
+        if (duplicates.found())
+            return bad({std::string(name), *duplicates.found()}, "the key appears twice");
+        return json;
+    } catch (const nlohmann::json::parse_error& e) {
+        return fail(ErrorKind::usage, reason(e.what()), std::string(name) + ": " + line_and_column(text, e.byte));
+    } catch (const nlohmann::json::exception& e) {
+        return fail(ErrorKind::usage, reason(e.what()), std::string(name));
+    }
+}
+
+Outcome<Done> override_value(Json& json, std::string_view assignment) {
+    const Place place{"", std::string(assignment)};
+    const auto equals = assignment.find('=');
+    if (equals == std::string_view::npos || equals == 0)
+        return fail(ErrorKind::usage, "expected path=value, for example stages/curve/objective=length",
+                    std::string(assignment));
+    std::vector<std::string> path(1);
+    for (const char letter : assignment.substr(0, equals)) {
+        if (letter == '/')
+            path.emplace_back();
+        else
+            path.back() += letter;
+    }
+    std::erase(path, std::string{});
+    Json* at = &json;
+    for (std::size_t k = 0; k < path.size(); ++k) {
+        at = step(*at, path[k], k + 1 == path.size());
+        if (at == nullptr)
+            return fail(ErrorKind::usage, "the path leads nowhere: there is no \"" + path[k] + "\"", std::string(assignment));
+    }
+    const std::string value(assignment.substr(equals + 1));
+    auto parsed = Json::parse(value, nullptr, false);
+    *at = parsed.is_discarded() ? Json(value) : std::move(parsed);
+    return Done{};
+}
+
+std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
+    std::string best;
+    std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+    for (const std::string& candidate : candidates) {
+        const std::size_t d = edit_distance(word, candidate);
+        if (d >= least || d >= std::max(word.size(), candidate.size())) continue;
+        least = d;
+        best = candidate;
+    }
+    return best;
+}
+
+std::string suggestion(std::string_view word, const std::vector<std::string>& candidates) {
+    if (const std::string near = nearest(word, candidates); !near.empty()) return "did you mean \"" + near + "\"?";
+    std::string all = candidates.empty() ? "there are none" : "known: ";
+    for (std::size_t i = 0; i < candidates.size(); ++i) all += (i > 0 ? ", " : "") + candidates[i];
+    return all;
+}
+
+}  // namespace camber::config

@@ -1,0 +1,84 @@
+module;
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+module camber.config;
+import camber.core;
+import camber.shapes;
+import :codec;
+import :description;
+import :json;
+import :text;
+import :values;
+
+namespace camber::config {
+
+namespace {
+
+/// A part given as an argument: JSON when it looks so, else one word.
+template <class T>
+Outcome<T> read_part(std::string_view text, std::string_view name) {
+    const auto first = text.find_first_not_of(" \t\n");
+    const bool is_json = first != std::string_view::npos && (text[first] == '{' || text[first] == '"');
+    Outcome<Json> json = is_json ? parse_json(text, name) : Outcome<Json>(Json(std::string(text)));
+    if (!json) return fail(json.error());
+    return Codec<T>::read(*json, {std::string(name), ""}, {});
+}
+
+void put_below(FilePath& file, std::string_view folder) {
+    const std::filesystem::path path(file.path);
+    if (!file.path.empty() && path.is_relative())
+        file.path = (std::filesystem::path(folder) / path).lexically_normal().string();
+}
+
+}  // namespace
+
+Outcome<Pipeline> read_pipeline(std::string_view text, std::string_view name, std::span<const std::string> overrides) {
+    auto json = parse_json(text, name);
+    if (!json) return fail(json.error());
+    if (!overrides.empty() && json->is_object()) {
+        // Overrides may name what the text leaves to the defaults.
+        const Json defaults = Codec<Pipeline>::write({});
+        for (const auto& [key, value] : defaults.items())
+            if (key != "input" && !json->contains(key)) (*json)[key] = value;
+        for (const std::string& assignment : overrides)
+            if (auto done = override_value(*json, assignment); !done) return fail(done.error());
+    }
+    return Codec<Pipeline>::read(*json, {std::string(name), ""}, {});
+}
+
+Outcome<Metric> read_metric(std::string_view text, std::string_view name) {
+    const auto keys = Codec<Metric>::keys();
+    const bool is_json = text.find_first_of("{\"") != std::string_view::npos;
+    if (!is_json && text != "natural" && !text.empty()) return Metric(FilePath{std::string(text)});
+    return read_part<Metric>(text, name);
+}
+
+Outcome<Geometry> read_geometry(std::string_view text, std::string_view name) { return read_part<Geometry>(text, name); }
+
+std::string write_pipeline(const Pipeline& pipeline) {
+    return Codec<Pipeline>::write(pipeline).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string pipeline_schema() {
+    Json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "Camber pipeline"}};
+    schema.update(Codec<Pipeline>::schema({}));
+    schema["properties"]["$schema"] = {{"type", "string"}, {"description", "this schema, for editors"}};
+    return schema.dump(2) + "\n";
+}
+
+Pipeline with_inputs_below(Pipeline pipeline, std::string_view folder) {
+    if (auto* file = std::get_if<FilePath>(&pipeline.input)) put_below(*file, folder);
+    if (auto* file = std::get_if<FilePath>(&pipeline.metric)) put_below(*file, folder);
+    return pipeline;
+}
+
+}  // namespace camber::config

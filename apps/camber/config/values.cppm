@@ -1,0 +1,134 @@
+module;
+#include <array>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+export module camber.config:values;
+import camber.core;
+import camber.shapes;
+
+/// What a config says, as plain values. Each struct's fields are described (unit, range, meaning) in describe_*.cpp.
+export namespace camber::config {
+
+struct FilePath {
+    std::string path;
+    friend bool operator==(const FilePath&, const FilePath&) = default;
+};
+
+// ---------------------------------------------------------------- where the mesh comes from
+
+using Shape = std::variant<ShellOptions<3>, ShellOptions<2>, BoxOptions<3>, BoxOptions<2>, BumpOptions>;
+
+/// A file, or a shape to generate.
+using Input = std::variant<FilePath, Shape>;
+
+// ---------------------------------------------------------------- the metric
+
+struct NaturalMetric {
+    friend bool operator==(const NaturalMetric&, const NaturalMetric&) = default;
+};
+struct ConstantMetric {
+    std::vector<double> sizes;   ///< 1 or D edge lengths, along the axes
+    std::vector<double> tensor;  ///< or D (D + 1)/2 entries, lower triangle by rows
+    friend bool operator==(const ConstantMetric&, const ConstantMetric&) = default;
+};
+using Metric = std::variant<NaturalMetric, FilePath, ConstantMetric>;
+
+// ---------------------------------------------------------------- the geometry
+
+struct Surrogate {
+    friend bool operator==(const Surrogate&, const Surrogate&) = default;
+};
+struct Straight {
+    friend bool operator==(const Straight&, const Straight&) = default;
+};
+struct Plane {
+    std::vector<double> point, normal;
+    friend bool operator==(const Plane&, const Plane&) = default;
+};
+struct Sphere {
+    std::vector<double> centre;
+    double radius = 1;
+    friend bool operator==(const Sphere&, const Sphere&) = default;
+};
+struct Cylinder {
+    std::vector<double> point, axis;
+    double radius = 1;
+    friend bool operator==(const Cylinder&, const Cylinder&) = default;
+};
+struct Torus {
+    std::vector<double> centre, axis;
+    double major_radius = 2, minor_radius = 1;
+    friend bool operator==(const Torus&, const Torus&) = default;
+};
+using Surface = std::variant<Plane, Sphere, Cylinder, Torus>;
+struct AnalyticSurface {
+    std::vector<Reference> references;
+    Surface surface;
+    friend bool operator==(const AnalyticSurface&, const AnalyticSurface&) = default;
+};
+struct Analytic {
+    std::vector<AnalyticSurface> surfaces;
+    friend bool operator==(const Analytic&, const Analytic&) = default;
+};
+using Geometry = std::variant<Surrogate, Straight, Analytic>;
+
+struct Features {
+    double ridge_angle = 40;
+    friend bool operator==(const Features&, const Features&) = default;
+};
+
+// ---------------------------------------------------------------- the stages
+
+enum class Objective : std::uint8_t { energy, length };
+enum class FieldOfEdge : std::uint8_t { back, edge };
+enum class RelaxStrategy : std::uint8_t { shell, paper };
+
+struct Elevate {
+    friend bool operator==(const Elevate&, const Elevate&) = default;
+};
+struct Curve {
+    Objective objective = Objective::energy;
+    FieldOfEdge field = FieldOfEdge::back;
+    int quadrature_points = 4;
+    int iterations = 20;
+    double max_tangential_shift = 0.2;
+    double max_offset = 1;
+    friend bool operator==(const Curve&, const Curve&) = default;
+};
+struct Validate {
+    double min_scaled_jacobian = 1e-9;
+    friend bool operator==(const Validate&, const Validate&) = default;
+};
+struct Relax {
+    RelaxStrategy strategy = RelaxStrategy::shell;
+    double theta = 0.75;
+    int max_corrections = 40;
+    double min_scaled_jacobian = 1e-9;
+    friend bool operator==(const Relax&, const Relax&) = default;
+};
+struct Commit {
+    friend bool operator==(const Commit&, const Commit&) = default;
+};
+using Stage = std::variant<Elevate, Curve, Validate, Relax, Commit>;
+
+// ---------------------------------------------------------------- the whole
+
+struct Output {
+    std::string mesh, report;  ///< empty: not written
+    friend bool operator==(const Output&, const Output&) = default;
+};
+
+struct Pipeline {
+    Input input = FilePath{};
+    Metric metric;
+    Geometry geometry;
+    Features features;
+    std::vector<Stage> stages{Elevate{}, Curve{}, Validate{}, Relax{}, Commit{}};
+    int threads = 0;
+    Output output;
+    friend bool operator==(const Pipeline&, const Pipeline&) = default;
+};
+
+}  // namespace camber::config

@@ -1,0 +1,35 @@
+# camber_test(NAME SOURCES a.cpp … USES core … [LINK library …] [LABELS …])
+#   the executable test_NAME (doctest and RapidCheck), known to CTest as NAME. The sources may include "property.hpp" (tests/support/),
+#   and find CAMBER_TEST_DIR (the folder of the CMakeLists.txt that calls this) and CAMBER_SOURCE_DIR defined.
+# camber_bench(NAME SOURCES a.cpp … USES core … [LINK library …])
+#   the executable bench_NAME (Google Benchmark), run by `./x bench`.
+include_guard(GLOBAL)
+
+function(camber_test NAME)
+    cmake_parse_arguments(PARSE_ARGV 1 TEST "" "" "SOURCES;USES;LINK;LABELS")
+    if(TEST_UNPARSED_ARGUMENTS)
+        message(FATAL_ERROR "camber_test(${NAME}): unknown: ${TEST_UNPARSED_ARGUMENTS}")
+    endif()
+    set(target test_${NAME})
+    add_executable(${target} ${TEST_SOURCES})
+    camber_common(${target})
+    list(TRANSFORM TEST_USES PREPEND camber::)
+    target_link_libraries(${target} PRIVATE camber_test_support ${TEST_USES} ${TEST_LINK})
+    target_compile_definitions(${target} PRIVATE
+        CAMBER_TEST_DIR="${CMAKE_CURRENT_SOURCE_DIR}" CAMBER_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+    add_test(NAME ${NAME} COMMAND ${target})
+    set_tests_properties(${NAME} PROPERTIES LABELS "${TEST_LABELS}" TIMEOUT 600
+        ENVIRONMENT "UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1;ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1")
+endfunction()
+
+function(camber_bench NAME)
+    cmake_parse_arguments(PARSE_ARGV 1 BENCH "" "" "SOURCES;USES;LINK")
+    if(BENCH_UNPARSED_ARGUMENTS)
+        message(FATAL_ERROR "camber_bench(${NAME}): unknown: ${BENCH_UNPARSED_ARGUMENTS}")
+    endif()
+    set(target bench_${NAME})
+    add_executable(${target} ${BENCH_SOURCES})
+    camber_common(${target})
+    list(TRANSFORM BENCH_USES PREPEND camber::)
+    target_link_libraries(${target} PRIVATE benchmark::benchmark_main ${BENCH_USES} ${BENCH_LINK})
+endfunction()

@@ -1,0 +1,25 @@
+module;
+#include <array>
+#include <cstddef>
+#include <utility>
+module camber.bezier;
+import camber.core;
+
+namespace camber {
+
+template <int D>
+Outcome<QuadraticMesh<D>> elevate(LinearMesh<D> mesh, const Execution& execution) {
+    auto edges = unique_edges(mesh, execution);
+    if (!edges) return fail(edges.error());
+    auto mid_nodes = map_each(execution, edges->size(), [&](std::size_t e) {
+        const auto& [a, b] = edges->vertices[e];
+        return LagrangeNode<D>{midpoint(mesh.points[a], mesh.points[b])};
+    });
+    if (!mid_nodes) return fail(mid_nodes.error());
+    return QuadraticMesh<D>{std::move(mesh), std::move(*edges), std::move(*mid_nodes)};
+}
+
+template Outcome<QuadraticMesh<2>> elevate<2>(LinearMesh<2>, const Execution&);
+template Outcome<QuadraticMesh<3>> elevate<3>(LinearMesh<3>, const Execution&);
+
+}  // namespace camber

@@ -1,0 +1,130 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
+export module camber.core:box_tree;
+import :column;
+import :vec;
+
+export namespace camber {
+
+/// A balanced tree of boxes for nearest-item and overlap search; an immutable value.
+template <int D>
+class BoxTree {
+  public:
+    BoxTree() = default;
+
+    /// Item i has the box boxes[i].
+    explicit BoxTree(std::span<const Box<D>> boxes) {
+        Buffer<std::uint32_t> order(boxes.size());
+        std::iota(order.begin(), order.end(), 0U);
+        Buffer<Node> nodes;
+        if (!boxes.empty()) {
+            nodes.reserve(2 * boxes.size() / leaf_size + 2);
+            split(boxes, order, nodes, 0, order.size());
+        }
+        order_ = std::move(order);
+        nodes_ = std::move(nodes);
+    }
+
+    [[nodiscard]] std::size_t size() const { return order_.size(); }
+    [[nodiscard]] Box<D> bounds() const { return nodes_.empty() ? Box<D>{} : nodes_[0].box; }
+
+    struct Nearest {
+        std::size_t item = std::numeric_limits<std::size_t>::max();
+        double distance_squared = std::numeric_limits<double>::infinity();
+    };
+
+    /// The item of least distance_squared(item) to p (ties: the lowest item); the function must not be below the
+    /// squared distance from p to the item's box. Only items nearer than `within` (squared) are looked at.
+    template <class DistanceSquared>
+    [[nodiscard]] Nearest nearest(const Vec<D>& p, DistanceSquared&& distance_squared,
+                                  double within = std::numeric_limits<double>::infinity()) const {
+        Nearest best;
+        best.distance_squared = within;
+        if (!nodes_.empty()) descend(0, p, distance_squared, best);
+        return best;
+    }
+
+    /// visit(item) for each item whose box contains p, in no particular but a fixed order.
+    template <class Visit>
+    void containing(const Vec<D>& p, Visit&& visit) const {
+        if (!nodes_.empty()) visit_containing(0, p, visit);
+    }
+
+  private:
+    static constexpr std::size_t leaf_size = 4;
+    struct Node {
+        Box<D> box;
+        std::uint32_t begin = 0, end = 0;      ///< items of a leaf
+        std::uint32_t left = 0, right = 0;     ///< children; 0 in a leaf
+    };
+
+    static std::uint32_t split(std::span<const Box<D>> boxes, Buffer<std::uint32_t>& order, Buffer<Node>& nodes,
+                               std::size_t begin, std::size_t end) {
+        const auto at = static_cast<std::uint32_t>(nodes.size());
+        Node node;
+        node.begin = static_cast<std::uint32_t>(begin);
+        node.end = static_cast<std::uint32_t>(end);
+        for (std::size_t i = begin; i < end; ++i) node.box.include(boxes[order[i]]);
+        nodes.push_back(node);
+        if (end - begin > leaf_size) {
+            int axis = 0;
+            for (int i = 1; i < D; ++i)
+                if (node.box.high[i] - node.box.low[i] > node.box.high[axis] - node.box.low[axis]) axis = i;
+            const std::size_t middle = begin + (end - begin) / 2;
+            const auto key = [&](std::uint32_t item) {
+                return std::pair(boxes[item].low[axis] + boxes[item].high[axis], item);
+            };
+            std::nth_element(order.begin() + begin, order.begin() + middle, order.begin() + end,
+                             [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+            const std::uint32_t left = split(boxes, order, nodes, begin, middle);
+            const std::uint32_t right = split(boxes, order, nodes, middle, end);
+            nodes[at].left = left;
+            nodes[at].right = right;
+        }
+        return at;
+    }
+
+    template <class DistanceSquared>
+    void descend(std::uint32_t at, const Vec<D>& p, DistanceSquared& distance_squared, Nearest& best) const {
+        const Node& node = nodes_[at];
+        if (node.right == 0) {
+            for (std::uint32_t i = node.begin; i < node.end; ++i) {
+                const std::size_t item = order_[i];
+                const double d = distance_squared(item);
+                if (d < best.distance_squared || (d == best.distance_squared && item < best.item)) best = {item, d};
+            }
+            return;
+        }
+        std::array<std::pair<double, std::uint32_t>, 2> children{
+            {{nodes_[node.left].box.distance_squared(p), node.left},
+             {nodes_[node.right].box.distance_squared(p), node.right}}};
+        if (children[1].first < children[0].first) std::swap(children[0], children[1]);
+        for (const auto& [d, child] : children)
+            if (d <= best.distance_squared) descend(child, p, distance_squared, best);
+    }
+
+    template <class Visit>
+    void visit_containing(std::uint32_t at, const Vec<D>& p, Visit& visit) const {
+        const Node& node = nodes_[at];
+        if (!node.box.contains(p)) return;
+        if (node.right == 0) {
+            for (std::uint32_t i = node.begin; i < node.end; ++i) visit(std::size_t{order_[i]});
+            return;
+        }
+        visit_containing(node.left, p, visit);
+        visit_containing(node.right, p, visit);
+    }
+
+    Column<std::uint32_t> order_;
+    Column<Node> nodes_;
+};
+
+}  // namespace camber

@@ -1,0 +1,74 @@
+module;
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+export module camber.core:column;
+import :ids;
+
+export namespace camber {
+
+/// Leaves new elements of trivial types uninitialised, so that a parallel loop touches each page first and once.
+template <class T>
+struct Uninitialised : std::allocator<T> {
+    template <class U>
+    struct rebind {
+        using other = Uninitialised<U>;
+    };
+    template <class U, class... Args>
+    void construct(U* p, Args&&... args) {
+        if constexpr (sizeof...(Args) == 0 && std::is_trivially_copyable_v<U>)
+            ;
+        else
+            std::construct_at(p, std::forward<Args>(args)...);
+    }
+};
+
+/// The mutable array that a column is made from; `Buffer<T>(n)` of plain values is uninitialised.
+template <class T>
+using Buffer = std::vector<T, Uninitialised<T>>;
+
+/// An immutable shared array: copying costs a reference count. To change one, `take` its buffer (moved
+/// out when nobody else holds it, copied once otherwise) and make a new column of it.
+template <class T>
+class Column {
+  public:
+    using value_type = T;
+
+    Column() = default;
+    Column(Buffer<T> buffer) : data_(std::make_shared<Buffer<T>>(std::move(buffer))) {}  // NOLINT(*-explicit-*)
+
+    [[nodiscard]] std::size_t size() const { return data_ ? data_->size() : 0; }
+    [[nodiscard]] bool empty() const { return size() == 0; }
+    [[nodiscard]] const T* data() const { return data_ ? data_->data() : nullptr; }
+    [[nodiscard]] const T* begin() const { return data(); }
+    [[nodiscard]] const T* end() const { return data() + size(); }
+    [[nodiscard]] std::span<const T> view() const { return {data(), size()}; }
+    [[nodiscard]] const T& operator[](std::size_t i) const { return (*data_)[i]; }
+    template <class Tag>
+    [[nodiscard]] const T& operator[](Id<Tag> id) const {
+        return (*data_)[id.index()];
+    }
+
+    /// The column's buffer to write on: moved out of a uniquely owned column, copied from a shared one.
+    [[nodiscard]] friend Buffer<T> take(Column column) {
+        if (!column.data_) return {};
+        if (column.data_.use_count() == 1) return std::move(*column.data_);
+        return *column.data_;
+    }
+
+    friend bool operator==(const Column& a, const Column& b) {
+        if (a.data_ == b.data_) return true;
+        if (a.size() != b.size()) return false;
+        for (std::size_t i = 0; i < a.size(); ++i)
+            if (!(a[i] == b[i])) return false;
+        return true;
+    }
+
+  private:
+    std::shared_ptr<Buffer<T>> data_;
+};
+
+}  // namespace camber

@@ -1,0 +1,12 @@
+/// The base of every module: small value types, outcomes, columns, parallel loops, mesh values and their topology.
+export module camber.core;
+export import :vec;
+export import :sym;
+export import :outcome;
+export import :ids;
+export import :column;
+export import :execution;
+export import :each;
+export import :mesh;
+export import :topology;
+export import :box_tree;

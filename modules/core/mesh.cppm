@@ -1,0 +1,171 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+export module camber.core:mesh;
+import :column;
+import :ids;
+import :vec;
+
+export namespace camber {
+
+/// The vertices of one K-simplex.
+template <int K>
+using SimplexVertices = std::array<VertexId, K + 1>;
+
+/// Edges of a K-simplex.
+template <int K>
+inline constexpr int edges_per_simplex = K * (K + 1) / 2;
+
+/// The end vertices of the local edges of a K-simplex, K = 1, 2, 3, in the order of GMF and VTK:
+/// e01 e12 e20 e03 e13 e23.
+template <int K>
+inline constexpr auto local_edges = [] {
+    constexpr std::array<std::array<int, 2>, 6> all{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+    std::array<std::array<int, 2>, edges_per_simplex<K>> edges{};
+    for (int i = 0; i < edges_per_simplex<K>; ++i) edges[i] = all[i];
+    return edges;
+}();
+
+/// The local vertices of the face of a K-simplex opposite local vertex i, ordered so that its normal points
+/// outwards of a positively oriented simplex (for K = 2: counter-clockwise).
+template <int K>
+[[nodiscard]] constexpr std::array<int, K> face_opposite(int i) {
+    if constexpr (K == 2) {
+        constexpr std::array<std::array<int, 2>, 3> faces{{{1, 2}, {2, 0}, {0, 1}}};
+        return faces[i];
+    } else {
+        constexpr std::array<std::array<int, 3>, 4> faces{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+        return faces[i];
+    }
+}
+
+/// K-simplices of a mesh, column by column.
+template <int K>
+struct Simplices {
+    Column<SimplexVertices<K>> vertices;
+    Column<Reference> references;     ///< one a simplex
+    Column<std::uint32_t> required;   ///< indices of those that must not change
+
+    [[nodiscard]] std::size_t size() const { return vertices.size(); }
+    friend bool operator==(const Simplices&, const Simplices&) = default;
+};
+
+/// A vertex and the row of a direction table (GMF NormalAtVertices, TangentAtVertices; rows from 0 here).
+struct DirectionAtVertex {
+    VertexId vertex;
+    std::uint32_t direction = 0;
+    friend bool operator==(const DirectionAtVertex&, const DirectionAtVertex&) = default;
+};
+/// GMF VerticesOnGeometricVertices, …Edges (t), …Triangles (u, v): the vertex's place on a CAD entity.
+struct OnGeometricVertex {
+    VertexId vertex;
+    Reference entity = 0;
+    friend bool operator==(const OnGeometricVertex&, const OnGeometricVertex&) = default;
+};
+struct OnGeometricEdge {
+    VertexId vertex;
+    Reference entity = 0;
+    double t = 0, distance = 0;
+    friend bool operator==(const OnGeometricEdge&, const OnGeometricEdge&) = default;
+};
+struct OnGeometricTriangle {
+    VertexId vertex;
+    Reference entity = 0;
+    double u = 0, v = 0, distance = 0;
+    friend bool operator==(const OnGeometricTriangle&, const OnGeometricTriangle&) = default;
+};
+
+/// What a file says of the geometry beyond the simplices; kept from input to output.
+template <int D>
+struct GeometryNotes {
+    Column<Vec<D>> normals, tangents;
+    Column<DirectionAtVertex> normal_at_vertices, tangent_at_vertices;
+    Column<OnGeometricVertex> on_vertices;
+    Column<OnGeometricEdge> on_edges;
+    Column<OnGeometricTriangle> on_triangles;
+    friend bool operator==(const GeometryNotes&, const GeometryNotes&) = default;
+};
+
+/// A straight mesh of D-simplices in D dimensions: an immutable value of columns. Elements are positively
+/// oriented in a sound mesh; `facets` are boundary and interface facets (triangles in 3D, edges in 2D);
+/// `edges` are the feature edges of a 3D mesh (always empty in 2D, where facets are the edges).
+template <int D>
+struct LinearMesh {
+    static constexpr int dimension = D;
+
+    Column<Vec<D>> points;                ///< vertex coordinates
+    Column<Reference> point_references;   ///< one a vertex
+    Column<VertexId> corners;             ///< vertices where curves break
+    Column<VertexId> required_vertices;
+    Simplices<D> elements;
+    Simplices<D - 1> facets;
+    Simplices<1> edges;
+    Column<std::uint32_t> ridges;         ///< indices into `edges` (3D) or `facets` (2D)
+    GeometryNotes<D> notes;
+
+    friend bool operator==(const LinearMesh&, const LinearMesh&) = default;
+};
+
+/// The unique edges of a mesh, sorted by (lower vertex, higher vertex), and the edges of each simplex in the order
+/// of `local_edges`.
+template <int D>
+struct EdgeSet {
+    Column<std::array<VertexId, 2>> vertices;                           ///< lower vertex first
+    Column<std::array<EdgeId, edges_per_simplex<D>>> of_elements;
+    Column<std::array<EdgeId, edges_per_simplex<D - 1>>> of_facets;
+    Column<EdgeId> of_edges;                                            ///< of the feature edges (3D)
+
+    [[nodiscard]] std::size_t size() const { return vertices.size(); }
+    friend bool operator==(const EdgeSet&, const EdgeSet&) = default;
+};
+
+/// The node of a P2 edge that lies on the curve, at t = 1/2. Its Bézier counterpart (camber.bezier: ControlPoint) does
+/// not lie on it; the two must not be mixed up (P_11 = (4 P^l − P_20 − P_02)/2), so each has its type.
+template <int D>
+struct LagrangeNode {
+    Vec<D> point;
+    friend bool operator==(const LagrangeNode&, const LagrangeNode&) = default;
+};
+
+/// A quadratic (P2) mesh: the straight one, its unique edges, and one **Lagrange** node (a point on the curve at
+/// t = 1/2) an edge. Conformity of the mid nodes is by construction.
+template <int D>
+struct QuadraticMesh {
+    static constexpr int dimension = D;
+
+    LinearMesh<D> linear;
+    EdgeSet<D> edges;
+    Column<LagrangeNode<D>> mid_nodes;  ///< one an edge of `edges`
+
+    friend bool operator==(const QuadraticMesh&, const QuadraticMesh&) = default;
+};
+
+/// Where an edge lies: its node is free in the volume, on a smooth piece of the boundary, or on a curve where the
+/// boundary (or an interface) breaks.
+enum class EdgeKind : std::uint8_t { volume, surface, ridge };
+
+/// What became of an edge's node on the way from the straight mesh to the committed one.
+enum class EdgeChange : std::uint8_t {
+    straight,      ///< still at the middle of the chord
+    projected,     ///< put onto the geometry
+    optimised,     ///< put where the metric wants it
+    relaxed,       ///< moved back towards the middle, or elsewhere, so that its elements become valid
+    straightened,  ///< moved back all the way to the middle
+};
+
+/// New places for the mid nodes of a mesh, one an edge: planned against the mesh, judged by `validate`, mended by
+/// `relax`, and made the mesh's own by `commit`.
+template <int D>
+struct Proposal {
+    Column<LagrangeNode<D>> mid_nodes;
+    Column<EdgeKind> kinds;
+    Column<EdgeChange> changes;
+    friend bool operator==(const Proposal&, const Proposal&) = default;
+};
+
+/// "triangle", "tetrahedron", "edge": what messages call a K-simplex.
+template <int K>
+inline constexpr const char* simplex_name = K == 1 ? "edge" : K == 2 ? "triangle" : "tetrahedron";
+
+}  // namespace camber

@@ -1,0 +1,249 @@
+module;
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+module camber.core;
+
+namespace camber {
+
+namespace {
+
+/// Inverts `rows` (item → its keys) by a counting sort; each key's items come out in rising order.
+template <class Item, class Key, std::size_t N>
+Outcome<Incidence<Item>> inverted(const Column<std::array<Key, N>>& rows, std::size_t keys,
+                                  const Execution& execution) {
+    Buffer<std::uint32_t> offsets(keys + 1);
+    std::fill(offsets.begin(), offsets.end(), 0U);
+    auto counted = each(execution, rows.size(), [&](std::size_t i) {
+        for (const Key key : rows[i]) std::atomic_ref(offsets[key.index() + 1]).fetch_add(1, std::memory_order_relaxed);
+    });
+    if (!counted) return fail(counted.error());
+    for (std::size_t k = 0; k < keys; ++k) offsets[k + 1] += offsets[k];
+    Buffer<std::uint32_t> cursor(offsets.begin(), offsets.end());
+    Buffer<Item> items(rows.size() * N);
+    auto filled = each(execution, rows.size(), [&](std::size_t i) {
+        for (const Key key : rows[i])
+            items[std::atomic_ref(cursor[key.index()]).fetch_add(1, std::memory_order_relaxed)] = Item(i);
+    });
+    if (!filled) return fail(filled.error());
+    auto sorted = each(execution, keys, [&](std::size_t k) {
+        std::sort(items.begin() + offsets[k], items.begin() + offsets[k + 1]);
+    });
+    if (!sorted) return fail(sorted.error());
+    return Incidence<Item>{std::move(offsets), std::move(items)};
+}
+
+template <std::size_t N>
+std::array<VertexId, N> sorted_vertices(std::array<VertexId, N> v) {
+    std::sort(v.begin(), v.end());
+    return v;
+}
+
+template <int D>
+SimplexVertices<D - 1> face_vertices(const SimplexVertices<D>& element, int opposite) {
+    SimplexVertices<D - 1> face;
+    const auto local = face_opposite<D>(opposite);
+    for (int i = 0; i < D; ++i) face[i] = element[local[i]];
+    return face;
+}
+
+/// The local vertex of `element` that is not on `face`, or −1 when face is not a face of it.
+template <int D>
+int vertex_opposite(const SimplexVertices<D>& element, const SimplexVertices<D - 1>& face) {
+    int opposite = -1;
+    for (int i = 0; i <= D; ++i) {
+        if (std::find(face.begin(), face.end(), element[i]) != face.end()) continue;
+        if (opposite >= 0) return -1;
+        opposite = i;
+    }
+    return opposite;
+}
+
+/// Marks in `links` of a face: no neighbour, or more than one.
+constexpr std::uint32_t crowded = 0xfffffffeU;
+
+template <int D>
+ElementId across(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, std::size_t e, int opposite) {
+    const auto face = face_vertices<D>(mesh.elements.vertices[e], opposite);
+    const auto fewest = *std::min_element(face.begin(), face.end(), [&](VertexId a, VertexId b) {
+        return balls[a].size() < balls[b].size();
+    });
+    ElementId found;
+    for (const ElementId other : balls[fewest]) {
+        if (other.index() == e || vertex_opposite<D>(mesh.elements.vertices[other], face) < 0) continue;
+        if (found.valid()) return ElementId(std::size_t{crowded});
+        found = other;
+    }
+    return found;
+}
+
+/// The simplices of every kind around each vertex, to collect edges from.
+template <int D>
+struct Around {
+    Incidence<ElementId> elements;
+    Incidence<FacetId> facets;
+    Incidence<EdgeId> edges;
+};
+
+/// Appends the vertices above v that share a simplex with it.
+template <std::size_t N>
+void append_higher(const std::array<VertexId, N>& simplex, VertexId v, std::vector<VertexId>& higher) {
+    for (const VertexId w : simplex)
+        if (w > v) higher.push_back(w);
+}
+
+template <int D>
+void higher_neighbours(const LinearMesh<D>& mesh, const Around<D>& around, VertexId v, std::vector<VertexId>& higher) {
+    higher.clear();
+    for (const ElementId e : around.elements[v]) append_higher(mesh.elements.vertices[e], v, higher);
+    for (const FacetId f : around.facets[v]) append_higher(mesh.facets.vertices[f], v, higher);
+    for (const EdgeId f : around.edges[v]) append_higher(mesh.edges.vertices[f], v, higher);
+    std::sort(higher.begin(), higher.end());
+    higher.erase(std::unique(higher.begin(), higher.end()), higher.end());
+}
+
+EdgeId find_in(const Buffer<std::uint32_t>& first, const Buffer<std::array<VertexId, 2>>& edges, VertexId a,
+               VertexId b) {
+    const auto [low, high] = std::minmax(a, b);
+    const auto begin = edges.begin() + first[low.index()];
+    const auto end = edges.begin() + first[low.index() + 1];
+    const auto it = std::lower_bound(begin, end, high, [](const auto& e, VertexId v) { return e[1] < v; });
+    return EdgeId(static_cast<std::size_t>(it - edges.begin()));
+}
+
+template <int K>
+Outcome<Buffer<std::array<EdgeId, edges_per_simplex<K>>>> edges_of(const Simplices<K>& simplices,
+                                                                   const Buffer<std::uint32_t>& first,
+                                                                   const Buffer<std::array<VertexId, 2>>& edges,
+                                                                   const Execution& execution) {
+    return map_each(execution, simplices.size(), [&](std::size_t i) {
+        std::array<EdgeId, edges_per_simplex<K>> of;
+        for (int k = 0; k < edges_per_simplex<K>; ++k) {
+            const auto [a, b] = local_edges<K>[k];
+            of[k] = find_in(first, edges, simplices.vertices[i][a], simplices.vertices[i][b]);
+        }
+        return of;
+    });
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Incidence<ElementId>> balls(const LinearMesh<D>& mesh, const Execution& execution) {
+    return inverted<ElementId>(mesh.elements.vertices, mesh.points.size(), execution);
+}
+
+template <int D>
+Outcome<Incidence<FacetId>> facet_balls(const LinearMesh<D>& mesh, const Execution& execution) {
+    return inverted<FacetId>(mesh.facets.vertices, mesh.points.size(), execution);
+}
+
+template <int D>
+Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
+                                  const Execution& execution) {
+    auto links = map_each(execution, mesh.elements.size(), [&](std::size_t e) {
+        std::array<ElementId, D + 1> of;
+        for (int i = 0; i <= D; ++i) of[i] = across(mesh, balls, e, i);
+        return of;
+    });
+    if (!links) return fail(links.error());
+    for (std::size_t e = 0; e < links->size(); ++e)
+        for (const ElementId other : (*links)[e])
+            if (other.value == crowded)
+                return fail(ErrorKind::input, "shares a face with more than one other element", {},
+                            Entity{simplex_name<D>, e + 1}, "elements must not overlap or be listed twice");
+    return Neighbours<D>(std::move(*links));
+}
+
+template <int D>
+Buffer<ElementFace> boundary_faces(const Neighbours<D>& neighbours) {
+    Buffer<ElementFace> faces;
+    for (std::size_t e = 0; e < neighbours.size(); ++e)
+        for (int i = 0; i <= D; ++i)
+            if (!neighbours[e][i].valid()) faces.push_back({ElementId(e), static_cast<std::uint32_t>(i)});
+    return faces;
+}
+
+template <int D>
+Outcome<EdgeSet<D>> unique_edges(const LinearMesh<D>& mesh, const Execution& execution) {
+    auto elements = balls(mesh, execution);
+    if (!elements) return fail(elements.error());
+    auto facets = facet_balls(mesh, execution);
+    if (!facets) return fail(facets.error());
+    auto features = inverted<EdgeId>(mesh.edges.vertices, mesh.points.size(), execution);
+    if (!features) return fail(features.error());
+    const Around<D> around{std::move(*elements), std::move(*facets), std::move(*features)};
+
+    const std::size_t n = mesh.points.size();
+    Buffer<std::uint32_t> first(n + 1);
+    first[0] = 0;
+    auto counted = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
+        std::vector<VertexId> higher;
+        for (std::size_t v = begin; v < end; ++v) {
+            higher_neighbours(mesh, around, VertexId(v), higher);
+            first[v + 1] = static_cast<std::uint32_t>(higher.size());
+        }
+    });
+    if (!counted) return fail(counted.error());
+    for (std::size_t v = 0; v < n; ++v) first[v + 1] += first[v];
+
+    Buffer<std::array<VertexId, 2>> edges(first[n]);
+    auto listed = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
+        std::vector<VertexId> higher;
+        for (std::size_t v = begin; v < end; ++v) {
+            higher_neighbours(mesh, around, VertexId(v), higher);
+            for (std::size_t i = 0; i < higher.size(); ++i) edges[first[v] + i] = {VertexId(v), higher[i]};
+        }
+    });
+    if (!listed) return fail(listed.error());
+
+    auto of_elements = edges_of<D>(mesh.elements, first, edges, execution);
+    if (!of_elements) return fail(of_elements.error());
+    auto of_facets = edges_of<D - 1>(mesh.facets, first, edges, execution);
+    if (!of_facets) return fail(of_facets.error());
+    auto of_edges = map_each(execution, mesh.edges.size(), [&](std::size_t i) {
+        return find_in(first, edges, mesh.edges.vertices[i][0], mesh.edges.vertices[i][1]);
+    });
+    if (!of_edges) return fail(of_edges.error());
+    return EdgeSet<D>{std::move(edges), std::move(*of_elements), std::move(*of_facets), std::move(*of_edges)};
+}
+
+template <int D>
+Outcome<Incidence<ElementId>> shells(const EdgeSet<D>& edges, const Execution& execution) {
+    return inverted<ElementId>(edges.of_elements, edges.size(), execution);
+}
+
+template <int D>
+Outcome<Incidence<FacetId>> facet_shells(const EdgeSet<D>& edges, const Execution& execution) {
+    return inverted<FacetId>(edges.of_facets, edges.size(), execution);
+}
+
+template <int D>
+EdgeId find_edge(const EdgeSet<D>& edges, VertexId a, VertexId b) {
+    const std::array<VertexId, 2> key = sorted_vertices(std::array{a, b});
+    const auto it = std::lower_bound(edges.vertices.begin(), edges.vertices.end(), key);
+    if (it == edges.vertices.end() || *it != key) return {};
+    return EdgeId(static_cast<std::size_t>(it - edges.vertices.begin()));
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<Incidence<ElementId>> balls<D>(const LinearMesh<D>&, const Execution&);                           \
+    template Outcome<Incidence<FacetId>> facet_balls<D>(const LinearMesh<D>&, const Execution&);                       \
+    template Outcome<Neighbours<D>> neighbours<D>(const LinearMesh<D>&, const Incidence<ElementId>&,                   \
+                                                  const Execution&);                                                   \
+    template Buffer<ElementFace> boundary_faces<D>(const Neighbours<D>&);                                              \
+    template Outcome<EdgeSet<D>> unique_edges<D>(const LinearMesh<D>&, const Execution&);                              \
+    template Outcome<Incidence<ElementId>> shells<D>(const EdgeSet<D>&, const Execution&);                             \
+    template Outcome<Incidence<FacetId>> facet_shells<D>(const EdgeSet<D>&, const Execution&);                         \
+    template EdgeId find_edge<D>(const EdgeSet<D>&, VertexId, VertexId);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

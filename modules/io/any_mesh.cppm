@@ -1,0 +1,28 @@
+module;
+#include <cstddef>
+#include <string>
+#include <variant>
+#include <vector>
+export module camber.io:any_mesh;
+import camber.core;
+
+export namespace camber {
+
+/// What a mesh file may turn out to hold. Surface meshes in space are 3D meshes without elements.
+using AnyMesh = std::variant<LinearMesh<2>, LinearMesh<3>, QuadraticMesh<2>, QuadraticMesh<3>>;
+
+/// Something of a file that the value made from it does not hold: one sentence without a full stop.
+struct Notice {
+    std::string what;
+    friend bool operator==(const Notice&, const Notice&) = default;
+};
+
+struct DecodedMesh {
+    AnyMesh mesh;
+    std::vector<Notice> notices;
+};
+
+/// An encoded file: its bytes are those of the chunks, one after the other.
+using Chunks = std::vector<Buffer<std::byte>>;
+
+}  // namespace camber

@@ -1,0 +1,150 @@
+module;
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+module camber.io;
+import camber.core;
+
+namespace camber::gmf {
+
+namespace {
+
+constexpr bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+/// Words that begin with a letter and are numbers all the same.
+bool spells_number(std::string_view word) {
+    std::array<char, 8> lower{};
+    const std::size_t n = std::min(word.size(), lower.size());
+    std::transform(word.begin(), word.begin() + n, lower.begin(),
+                   [](char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
+    const std::string_view start(lower.data(), n);
+    return start == "nan" || start == "inf" || start == "infinity" || start.starts_with("nan(");
+}
+
+/// Moves to the next keyword: a word that begins with a letter. False at the end.
+bool find_keyword_word(Words& words) {
+    for (; words.find(); words.pass()) {
+        if (!is_letter(*words.at)) continue;
+        Words ahead = words;
+        if (!spells_number(ahead.next())) return true;
+    }
+    return false;
+}
+
+/// Pieces of this many bytes are read in parallel.
+constexpr std::size_t piece_bytes = std::size_t{1} << 18;
+
+/// Splits the body at ends of lines (comments end there too) and counts the words of each piece.
+Outcome<Done> split(const File& file, Block& block, const Execution& execution) {
+    const auto text = file.bytes.first(block.end);
+    for (std::size_t at = block.body; at < block.end;) {
+        block.pieces.push_back({.begin = at});
+        const std::size_t about = std::min(block.end, at + piece_bytes);
+        const auto line_end = std::find(text.begin() + about, text.end(), std::byte{'\n'});
+        at = line_end == text.end() ? block.end : static_cast<std::size_t>(line_end - text.begin()) + 1;
+    }
+    auto counted = each(
+        execution, block.pieces.size(),
+        [&](std::size_t i) {
+            const std::size_t end = i + 1 < block.pieces.size() ? block.pieces[i + 1].begin : block.end;
+            std::size_t count = 0;
+            for (Words words = words_between(file, block.pieces[i].begin, end); words.find(); words.pass()) ++count;
+            block.pieces[i].first_word = count;
+        },
+        1);
+    if (!counted) return counted;
+    for (Piece& piece : block.pieces) {
+        const std::size_t count = piece.first_word;
+        piece.first_word = block.words;
+        block.words += count;
+    }
+    return Done{};
+}
+
+/// The number and the types of a solution's fields.
+Outcome<Done> read_fields(const File& file, Words& words, Block& block) {
+    std::int64_t number = 0;
+    bool sound = read_number(words, number) && number >= 1 && number <= words.end - words.at;
+    for (std::int64_t i = 0; sound && i < number; ++i) {
+        std::int64_t type = 0;
+        sound = read_number(words, type);
+        block.fields.push_back(static_cast<std::int32_t>(std::clamp<std::int64_t>(type, 0, 99)));
+    }
+    if (!sound) return fail_at(file, block.start, "SolAtVertices has no list of fields");
+    return Done{};
+}
+
+Outcome<Done> read_block(File& file, std::string_view name, std::size_t start, std::size_t begin, std::size_t end,
+                         const Execution& execution) {
+    const KeywordInfo* const info = find_keyword(name);
+    if (!info) {
+        skip_block(file, name);
+        return Done{};
+    }
+    Words words = words_between(file, begin, end);
+    std::int64_t number = 0;
+    if (!read_number(words, number) || (info->content != Content::value && number < 0))
+        return fail_at(file, start, std::string(name) + " is not followed by a number that it can have");
+    if (info->content == Content::value) {
+        set_value(file, info->keyword, number);
+        return Done{};
+    }
+    Block block{.info = info, .start = start, .end = end, .count = static_cast<std::uint64_t>(number)};
+    if (info->content == Content::foreign_elements) {
+        if (number > 0) file.blocks.push_back(std::move(block));
+        return Done{};
+    }
+    if (info->content == Content::solution)
+        if (auto fields = read_fields(file, words, block); !fields) return fields;
+    block.body = static_cast<std::size_t>(words.at - reinterpret_cast<const char*>(file.bytes.data()));
+    if (auto counted = split(file, block, execution); !counted) return counted;
+    file.blocks.push_back(std::move(block));
+    return Done{};
+}
+
+}  // namespace
+
+bool read_unusual_real(std::string_view word, double& value) {
+    std::string text(word.starts_with('+') ? word.substr(1) : word);
+    for (char& c : text)
+        if (c == 'd' || c == 'D') c = 'e';
+    // The wider exponent of long double tells what is too large (infinite) from what is too small (0).
+    long double wide = 0;
+    const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), wide);
+    value = static_cast<double>(wide);
+    return !text.empty() && error == std::errc{} && stop == text.data() + text.size();
+}
+
+Outcome<File> index_ascii(File file, const Execution& execution) {
+    const char* const text = reinterpret_cast<const char*>(file.bytes.data());
+    const auto offset = [&](const char* at) { return static_cast<std::size_t>(at - text); };
+    Words words = words_between(file, 0, file.bytes.size());
+    if (std::string_view(text, file.bytes.size()).starts_with("\xEF\xBB\xBF")) words.at += 3;
+
+    if (words.next() != "MeshVersionFormatted")
+        return fail_at(file, 0, "this is no GMF file: it begins neither with MeshVersionFormatted nor as binary files do");
+    std::int64_t version = 0;
+    if (!read_number(words, version) || version < 1 || version > 4)
+        return fail(ErrorKind::unsupported, "the GMF version is not 1 to 4", place(file, offset(words.at)));
+    file.version = static_cast<int>(version);
+
+    for (bool found = find_keyword_word(words); found;) {
+        const std::size_t start = offset(words.at);
+        const std::string_view name = words.next();
+        if (name == "End") return file;
+        const std::size_t begin = offset(words.at);
+        found = find_keyword_word(words);
+        auto read = read_block(file, name, start, begin, offset(words.at), execution);
+        if (!read) return fail(std::move(read.error()));
+    }
+    return fail_at(file, file.bytes.size(), "the file ends before the keyword End", "it seems to be cut off");
+}
+
+}  // namespace camber::gmf

@@ -1,0 +1,152 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <span>
+#include <utility>
+export module camber.io:gmf_binary_writer;
+import camber.core;
+import :any_mesh;
+import :gmf;
+import :gmf_binary;
+import :gmf_file;
+import :gmf_keywords;
+import :gmf_row;
+
+namespace camber::gmf {
+
+/// The version asked for, or the least when none is. Errors: usage.
+[[nodiscard]] Outcome<int> chosen_version(GmfOptions options, int least);
+
+/// A sink that finds how large the file would be, and the least version that holds it.
+class BinarySizer {
+  public:
+    Outcome<Done> value(Keyword, std::int64_t) {
+        narrow_ += 12;
+        return Done{};
+    }
+    template <class RowType>
+    Outcome<Done> rows(Keyword keyword, std::size_t n, const auto&) {
+        if (n > 0 || keyword == Keyword::vertices) narrow_ += 12 + n * row_bytes(2, RowType::integers, RowType::reals);
+        largest_ = std::max(largest_, n);
+        return Done{};
+    }
+    void more(std::size_t bytes) { narrow_ += bytes; }
+
+    /// 2 below 2 GiB, 3 beyond, 4 when indices or counts need 64 bits (no index exceeds the largest count).
+    [[nodiscard]] int least_version() const {
+        constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
+        if (largest_ > most) return 4;
+        return narrow_ > most ? 3 : 2;
+    }
+
+  private:
+    std::size_t narrow_ = 8 + 8;  // in version 2: mark and version; End and its position
+    std::size_t largest_ = 0;
+};
+
+/// A sink that makes a binary file in this machine's byte order.
+template <class LayoutType>
+class BinaryWriter {
+  public:
+    using Integer = typename LayoutType::Integer;
+
+    BinaryWriter(int version, const Execution& execution) : version_(version), execution_(execution) {
+        put_header({1, version});
+    }
+
+    Outcome<Done> value(Keyword keyword, std::int64_t value) {
+        // Dimension keeps 4 bytes in every version.
+        begin(keyword, 4);
+        put(static_cast<std::int32_t>(value));
+        return Done{};
+    }
+
+    template <class RowType>
+    Outcome<Done> rows(Keyword keyword, std::size_t n, const auto& row) {
+        if (n == 0 && keyword != Keyword::vertices) return Done{};
+        constexpr std::size_t step = stride<RowType, LayoutType>;
+        begin(keyword, sizeof(Integer) + n * step);
+        put(static_cast<Integer>(n));
+        Buffer<std::byte> bytes(n * step);
+        auto done = each_chunk(
+            execution_, n,
+            [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i) store(row(i), bytes.data() + i * step);
+            },
+            8192);
+        position_ += bytes.size();
+        chunks_.push_back(std::move(bytes));
+        return done;
+    }
+
+    /// A count, integers of 4 bytes (field types), and reals as they are.
+    Outcome<Done> solution(std::size_t rows, std::span<const std::int32_t> header, std::span<const double> values) {
+        begin(Keyword::sol_at_vertices, sizeof(Integer) + header.size_bytes() + values.size_bytes());
+        put(static_cast<Integer>(rows));
+        for (const std::int32_t word : header) put(word);
+        Buffer<std::byte> bytes(values.size_bytes());
+        auto done = each_chunk(
+            execution_, values.size(),
+            [&](std::size_t first, std::size_t last) {
+                std::memcpy(bytes.data() + first * sizeof(double), values.data() + first,
+                            (last - first) * sizeof(double));
+            },
+            65536);
+        position_ += bytes.size();
+        chunks_.push_back(std::move(bytes));
+        return done;
+    }
+
+    [[nodiscard]] Chunks finish() && {
+        put(static_cast<std::int32_t>(Keyword::end));
+        put_position(0);
+        return std::move(chunks_);
+    }
+
+  private:
+    template <class RowType>
+    static inline void store(const RowType& row, std::byte* to) {
+        constexpr bool reals_first = RowType::order == RowOrder::reals_first;
+        std::byte* const integers = reals_first ? to + RowType::reals * sizeof(double) : to;
+        std::byte* const reals = reals_first ? to : to + RowType::integers * sizeof(Integer);
+        for (int i = 0; i < RowType::integers; ++i) {
+            const Integer integer = static_cast<Integer>(row.integer[i]);
+            std::memcpy(integers + i * sizeof(Integer), &integer, sizeof integer);
+        }
+        for (int i = 0; i < RowType::reals; ++i)
+            std::memcpy(reals + i * sizeof(double), &row.real[i], sizeof(double));
+    }
+
+    /// Keyword and the next block's position, `body` bytes (count included) on.
+    void begin(Keyword keyword, std::size_t body) {
+        put(static_cast<std::int32_t>(keyword));
+        put_position(position_ + (version_ >= 3 ? 8 : 4) + body);
+    }
+    void put_position(std::size_t position) {
+        if (version_ >= 3)
+            put(static_cast<std::int64_t>(position));
+        else
+            put(static_cast<std::int32_t>(position));
+    }
+    void put_header(std::array<std::int32_t, 2> words) {
+        for (const std::int32_t word : words) put(word);
+    }
+    template <class T>
+    void put(T value) {
+        Buffer<std::byte> bytes(sizeof value);
+        std::memcpy(bytes.data(), &value, sizeof value);
+        position_ += bytes.size();
+        chunks_.push_back(std::move(bytes));
+    }
+
+    int version_;
+    const Execution& execution_;
+    std::size_t position_ = 0;
+    Chunks chunks_;
+};
+
+}  // namespace camber::gmf

@@ -1,0 +1,79 @@
+module;
+#include <cstdint>
+#include <string>
+#include <utility>
+module camber.io;
+import camber.core;
+
+namespace camber {
+
+namespace gmf {
+
+Outcome<int> chosen_version(GmfOptions options, int least) {
+    if (options.version == 0) return least;
+    if (options.version < 2 || options.version > 4)
+        return fail(ErrorKind::usage, "GMF version " + std::to_string(options.version) + " is not 2, 3 or 4");
+    if (options.version < least)
+        return fail(ErrorKind::usage,
+                    "the file does not fit GMF version " + std::to_string(options.version), {}, {},
+                    "use version " + std::to_string(least));
+    return options.version;
+}
+
+namespace {
+
+template <class Sink, class Mesh>
+Outcome<Chunks> written(Sink sink, const Mesh& mesh) {
+    auto done = put_mesh(sink, mesh);
+    if (!done) return fail(std::move(done.error()));
+    return std::move(sink).finish();
+}
+
+template <class Mesh>
+Outcome<Chunks> encode(const Mesh& mesh, GmfOptions options, const Execution& execution) {
+    BinarySizer sizer;
+    if (auto sized = put_mesh(sizer, mesh); !sized) return fail(std::move(sized.error()));
+    const bool ascii = options.encoding == GmfEncoding::ascii;
+    const auto version = chosen_version(options, ascii ? 2 : sizer.least_version());
+    if (!version) return fail(version.error());
+    if (ascii) return written(AsciiWriter(*version, execution), mesh);
+    if (*version == 4)
+        return written(BinaryWriter<Layout<double, std::int64_t, ByteOrder::native>>(4, execution), mesh);
+    return written(BinaryWriter<Layout<double, std::int32_t, ByteOrder::native>>(*version, execution), mesh);
+}
+
+template <int D>
+bool is_sound(const LinearMesh<D>& mesh) {
+    return mesh.point_references.size() == mesh.points.size() &&
+           mesh.elements.references.size() == mesh.elements.size() &&
+           mesh.facets.references.size() == mesh.facets.size() && mesh.edges.references.size() == mesh.edges.size();
+}
+
+auto broken() { return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together"); }
+
+}  // namespace
+
+}  // namespace gmf
+
+template <int D>
+Outcome<Chunks> encode_gmf_mesh(const LinearMesh<D>& mesh, GmfOptions options, const Execution& execution) {
+    if (!gmf::is_sound(mesh)) return gmf::broken();
+    return gmf::guarded([&] { return gmf::encode(mesh, options, execution); });
+}
+
+template <int D>
+Outcome<Chunks> encode_gmf_mesh(const QuadraticMesh<D>& mesh, GmfOptions options, const Execution& execution) {
+    const LinearMesh<D>& linear = mesh.linear;
+    if (!gmf::is_sound(linear) || mesh.mid_nodes.size() != mesh.edges.size() ||
+        mesh.edges.of_elements.size() != linear.elements.size() ||
+        mesh.edges.of_facets.size() != linear.facets.size() || mesh.edges.of_edges.size() != linear.edges.size())
+        return gmf::broken();
+    return gmf::guarded([&] { return gmf::encode(mesh, options, execution); });
+}
+
+template Outcome<Chunks> encode_gmf_mesh<2>(const LinearMesh<2>&, GmfOptions, const Execution&);
+template Outcome<Chunks> encode_gmf_mesh<3>(const LinearMesh<3>&, GmfOptions, const Execution&);
+template Outcome<Chunks> encode_gmf_mesh<2>(const QuadraticMesh<2>&, GmfOptions, const Execution&);
+template Outcome<Chunks> encode_gmf_mesh<3>(const QuadraticMesh<3>&, GmfOptions, const Execution&);
+
+}  // namespace camber

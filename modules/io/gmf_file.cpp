@@ -1,0 +1,150 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+module camber.io;
+import camber.core;
+
+namespace camber::gmf {
+
+namespace {
+
+Outcome<File> checked(File file) {
+    for (std::size_t i = 0; i < file.blocks.size(); ++i) {
+        const Block& block = file.blocks[i];
+        if (block.info->content == Content::foreign_elements)
+            return fail(ErrorKind::unsupported,
+                        "holds " + std::to_string(block.count) + " " + std::string(block.info->name) +
+                            ", which Camber cannot hold",
+                        place(file, block.start), {}, "give a mesh of edges, triangles and tetrahedra of degree 1 or 2");
+        for (std::size_t j = 0; j < i; ++j)
+            if (file.blocks[j].info == block.info)
+                return fail_at(file, block.start, "a second block " + std::string(block.info->name));
+    }
+    if (!file.dimension) return fail_at(file, 0, "the file has no Dimension");
+    if (*file.dimension != 2 && *file.dimension != 3)
+        return fail_at(file, 0, "Dimension is " + std::to_string(*file.dimension) + ", not 2 or 3");
+    if (file.bezier_basis != 0 && file.bezier_basis != 1)
+        return fail_at(file, 0, "BezierBasis is " + std::to_string(file.bezier_basis) + ", not 0 or 1");
+    return file;
+}
+
+std::string fault_text(const Fault& fault) {
+    const std::string value = std::to_string(fault.value);
+    switch (fault.kind) {
+        case FaultKind::none: break;
+        case FaultKind::syntax: return "a number is malformed, or too large for its kind";
+        case FaultKind::index:
+            if (fault.limit == 0) return "the index " + value + " refers to something that the file does not have";
+            return "the index " + value + " is not between 1 and " + std::to_string(fault.limit);
+        case FaultKind::repeated: return "vertex " + value + " occurs twice";
+        case FaultKind::not_finite: return "a value is infinite or not a number";
+        case FaultKind::too_large: return "the reference " + value + " does not fit 32 bits";
+    }
+    return {};
+}
+
+}  // namespace
+
+const Block* File::find(Keyword keyword) const {
+    for (const Block& block : blocks)
+        if (block.info->keyword == keyword) return &block;
+    return nullptr;
+}
+
+Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name, const Execution& execution) {
+    File file{.bytes = bytes, .name = std::string(name)};
+    if (bytes.empty()) return fail_at(file, 0, "the file is empty");
+    std::int32_t mark = 0;
+    if (bytes.size() >= sizeof mark) std::memcpy(&mark, bytes.data(), sizeof mark);
+    if (mark == 1 || mark == 16777216) {
+        file.order = mark == 1 ? ByteOrder::native : ByteOrder::swapped;
+        return index_binary(std::move(file)).and_then(checked);
+    }
+    file.encoding = GmfEncoding::ascii;
+    return index_ascii(std::move(file), execution).and_then(checked);
+}
+
+void set_value(File& file, Keyword keyword, std::int64_t value) {
+    if (keyword == Keyword::dimension) file.dimension = value;
+    if (keyword == Keyword::bezier_basis) file.bezier_basis = value;
+}
+
+void skip_block(File& file, std::string_view name) {
+    for (Skipped& skipped : file.skipped)
+        if (skipped.name == name) {
+            ++skipped.blocks;
+            return;
+        }
+    // Noise must not make a list of its own length.
+    constexpr std::size_t most_names = 100;
+    if (file.skipped.size() < most_names) file.skipped.push_back({std::string(name.substr(0, 80)), 1});
+}
+
+std::vector<Notice> notices_of(const File& file) {
+    std::vector<Notice> notices;
+    for (const Skipped& skipped : file.skipped)
+        notices.push_back({skipped.blocks == 1 ? "the block of keyword " + skipped.name + " was skipped"
+                                               : std::to_string(skipped.blocks) + " blocks of keyword " +
+                                                     skipped.name + " were skipped"});
+    return notices;
+}
+
+std::string place(const File& file, std::size_t at) {
+    if (file.encoding == GmfEncoding::binary) return file.name + ": byte " + std::to_string(at);
+    const auto text = file.bytes.first(std::min(at, file.bytes.size()));
+    const auto lines = std::count(text.begin(), text.end(), std::byte{'\n'});
+    return file.name + ": line " + std::to_string(lines + 1);
+}
+
+Outcome<Done> check_size(const File& file, const Block& block, int integers, int reals) {
+    const bool ascii = file.encoding == GmfEncoding::ascii;
+    const std::size_t room = ascii ? block.words : block.end - block.body;
+    const std::size_t row =
+        ascii ? static_cast<std::size_t>(integers + reals) : row_bytes(file.version, integers, reals);
+    const bool fits = block.count <= room / row;
+    if (fits && (!ascii || block.count * row == room)) {
+        if (block.count <= max_entities) return Done{};
+        return fail(ErrorKind::unsupported, std::string(block.info->name) + " has more rows than 32 bits can number",
+                    place(file, block.start));
+    }
+    return fail_at(file, block.start,
+                   std::string(block.info->name) + " announces " + std::to_string(block.count) + " rows of " +
+                       std::to_string(row) + (ascii ? " numbers" : " bytes") + ", but " + std::to_string(room) +
+                       " follow",
+                   fits ? "the rows are longer than GMF has them" : "the file is cut off or its count is wrong");
+}
+
+std::size_t words_per_row(const File& file, const Block& block) {
+    const std::size_t words = file.encoding == GmfEncoding::ascii
+                                  ? block.words
+                                  : (block.end - block.body) / row_bytes(file.version, 1, 0);
+    return block.count == 0 || words % block.count != 0 ? 0 : words / block.count;
+}
+
+std::size_t row_begin(const File& file, const Block& block, std::size_t row, int integers, int reals) {
+    if (file.encoding == GmfEncoding::binary) return block.body + row * row_bytes(file.version, integers, reals);
+    const std::size_t word = row * static_cast<std::size_t>(integers + reals);
+    auto piece = std::upper_bound(block.pieces.begin(), block.pieces.end(), word,
+                                  [](std::size_t w, const Piece& p) { return w < p.first_word; });
+    if (piece == block.pieces.begin()) return block.body;
+    --piece;
+    Words words = words_between(file, piece->begin, block.end);
+    words.skip(word - piece->first_word);
+    if (!words.find()) return block.body;
+    return static_cast<std::size_t>(words.at - reinterpret_cast<const char*>(file.bytes.data()));
+}
+
+Error fault_error(const File& file, const Block& block, std::size_t row, std::size_t at, const Fault& fault) {
+    return Error{ErrorKind::input, fault_text(fault), place(file, at),
+                 Entity{std::string(block.info->noun), row / block.rows_per_entity + 1}, {}};
+}
+
+}  // namespace camber::gmf

@@ -1,0 +1,166 @@
+module;
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+module camber.io;
+import camber.core;
+import camber.bezier;
+
+namespace camber::gmf {
+
+namespace {
+
+template <int D>
+Outcome<Done> read_points(const File& file, const Execution& execution, RawMesh<D>& raw) {
+    const Block* const block = file.find(Keyword::vertices);
+    if (!block) {
+        const bool solution = file.find(Keyword::sol_at_vertices) != nullptr;
+        return fail_at(file, 0, solution ? "the file holds a solution, not a mesh" : "the file has no Vertices");
+    }
+    if (auto fits = check_size(file, *block, 1, D); !fits) return fits;
+    raw.points.resize(block->count);
+    raw.point_references.resize(block->count);
+    return read_rows<VertexRow<D>>(file, *block, execution, [&](std::size_t i, const VertexRow<D>& row) -> Fault {
+        bool finite = true;
+        for (int c = 0; c < D; ++c) {
+            raw.points[i][c] = row.real[c];
+            finite = finite && std::isfinite(row.real[c]);
+        }
+        if (!finite) return {FaultKind::not_finite};
+        if (!is_reference(row.integer[0])) return {FaultKind::too_large, row.integer[0]};
+        raw.point_references[i] = static_cast<Reference>(row.integer[0]);
+        return {};
+    });
+}
+
+template <int N>
+Outcome<Done> read_simplices(const File& file, const Block& block, std::size_t vertices, const Execution& execution,
+                             Buffer<std::array<VertexId, N>>& simplices, Buffer<Reference>& references) {
+    if (auto fits = check_size(file, block, N + 1, 0); !fits) return fits;
+    simplices.resize(block.count);
+    references.resize(block.count);
+    return read_rows<SimplexRow<N>>(file, block, execution, [&](std::size_t i, const SimplexRow<N>& row) -> Fault {
+        for (int n = 0; n < N; ++n) {
+            if (from_file(row.integer[n]) >= vertices) return {FaultKind::index, row.integer[n], vertices};
+            simplices[i][n] = VertexId(from_file(row.integer[n]));
+            for (int m = 0; m < n; ++m)
+                if (row.integer[m] == row.integer[n]) return {FaultKind::repeated, row.integer[n]};
+        }
+        if (!is_reference(row.integer[N])) return {FaultKind::too_large, row.integer[N]};
+        references[i] = static_cast<Reference>(row.integer[N]);
+        return {};
+    });
+}
+
+/// Items whose index in the file must be below `limit`.
+template <class Item>
+Outcome<Done> read_indices(const File& file, Keyword keyword, std::size_t limit, const Execution& execution,
+                           Buffer<Item>& items) {
+    const Block* const block = file.find(keyword);
+    if (!block) return Done{};
+    if (auto fits = check_size(file, *block, 1, 0); !fits) return fits;
+    items.resize(block->count);
+    return read_rows<IndexRow>(file, *block, execution, [&](std::size_t i, const IndexRow& row) -> Fault {
+        if (from_file(row.integer[0]) >= limit) return {FaultKind::index, row.integer[0], limit};
+        items[i] = static_cast<Item>(from_file(row.integer[0]));
+        return {};
+    });
+}
+
+template <int K, int D>
+Outcome<Done> read_curved(const File& file, const Execution& execution, const RawMesh<D>& raw, RawSimplices<K>& kind) {
+    constexpr int nodes = quadratic_nodes<K>;
+    auto read = read_simplices<nodes>(file, *kind.curved_block, raw.points.size(), execution, kind.curved,
+                                      kind.curved_references);
+    if (!read) return read;
+    auto order = read_order<K>(file);
+    if (!order) return fail(std::move(order.error()));
+    if (*order) return reorder<K>(kind.curved, **order, execution);
+    if constexpr (K == 3)
+        if (kind.curved_block->info->keyword == straight_keyword<3>) {
+            const auto likely = likely_order<D>(raw.points, kind.curved, execution);
+            if (!likely) return fail(likely.error());
+            return reorder<3>(kind.curved, *likely, execution);
+        }
+    return Done{};
+}
+
+template <int K, int D>
+Outcome<Done> read_kind(const File& file, const Execution& execution, const RawMesh<D>& raw, RawSimplices<K>& kind) {
+    kind.straight_block = file.find(straight_keyword<K>);
+    kind.curved_block = file.find(curved_keyword<K>);
+    if (kind.straight_block && words_per_row(file, *kind.straight_block) == quadratic_nodes<K> + 1) {
+        if (kind.curved_block && kind.curved_block->count > 0)
+            return fail_at(file, kind.straight_block->start,
+                           std::string(kind.straight_block->info->name) + " has rows of degree 2 beside a block " +
+                               std::string(kind.curved_block->info->name));
+        kind.curved_block = std::exchange(kind.straight_block, nullptr);
+    }
+    if (kind.curved_block)
+        if (auto read = read_curved<K, D>(file, execution, raw, kind); !read) return read;
+    if (kind.straight_block) {
+        auto read = read_simplices<K + 1>(file, *kind.straight_block, raw.points.size(), execution, kind.straight,
+                                          kind.straight_references);
+        if (!read) return read;
+    }
+    return read_indices(file, required_keyword<K>, kind.indexed(), execution, kind.required);
+}
+
+Outcome<Done> refuse_tetrahedra(const File& file) {
+    for (const Keyword keyword : {Keyword::tetrahedra, Keyword::tetrahedra_p2})
+        if (const Block* const block = file.find(keyword); block && block->count > 0)
+            return fail_at(file, block->start, "the file has tetrahedra, but its Dimension is 2");
+    return Done{};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<RawMesh<D>> read_raw(const File& file, const Execution& execution) {
+    RawMesh<D> raw;
+    auto read = read_points(file, execution, raw)
+                    .and_then([&](Done) { return read_kind<D, D>(file, execution, raw, raw.elements); })
+                    .and_then([&](Done) { return read_kind<D - 1, D>(file, execution, raw, raw.facets); })
+                    .and_then([&](Done) -> Outcome<Done> {
+                        if constexpr (D == 2)
+                            return refuse_tetrahedra(file);
+                        else
+                            return read_kind<1, D>(file, execution, raw, raw.edges);
+                    })
+                    .and_then([&](Done) {
+                        const std::size_t edges = D == 2 ? raw.facets.indexed() : raw.edges.indexed();
+                        return read_indices(file, Keyword::ridges, edges, execution, raw.ridges);
+                    })
+                    .and_then([&](Done) {
+                        return read_indices(file, Keyword::corners, raw.points.size(), execution, raw.corners);
+                    })
+                    .and_then([&](Done) {
+                        return read_indices(file, Keyword::required_vertices, raw.points.size(), execution,
+                                            raw.required_vertices);
+                    })
+                    .and_then([&](Done) { return read_notes(file, raw.points.size(), execution, raw.notes); });
+    if (!read) return fail(std::move(read.error()));
+    return raw;
+}
+
+template <int D>
+LinearMesh<D> straight_mesh(RawMesh<D> raw) {
+    const auto simplices = []<int K>(RawSimplices<K>& kind) -> Simplices<K> {
+        return {std::move(kind.straight), std::move(kind.straight_references), std::move(kind.required)};
+    };
+    return {std::move(raw.points),  std::move(raw.point_references), std::move(raw.corners),
+            std::move(raw.required_vertices), simplices(raw.elements), simplices(raw.facets),
+            simplices(raw.edges),   std::move(raw.ridges),           std::move(raw.notes)};
+}
+
+template Outcome<RawMesh<2>> read_raw<2>(const File&, const Execution&);
+template Outcome<RawMesh<3>> read_raw<3>(const File&, const Execution&);
+template LinearMesh<2> straight_mesh<2>(RawMesh<2>);
+template LinearMesh<3> straight_mesh<3>(RawMesh<3>);
+
+}  // namespace camber::gmf

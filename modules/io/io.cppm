@@ -1,0 +1,17 @@
+/// Meshes and solutions to and from bytes, one file a format. Nothing here touches files: the shell maps and writes them.
+export module camber.io;
+export import :any_mesh;
+export import :solution;
+export import :gmf;
+// The partitions below export no names: they are the parts that GMF's reader and writer are made of.
+export import :gmf_keywords;
+export import :gmf_row;
+export import :gmf_file;
+export import :gmf_binary;
+export import :gmf_ascii;
+export import :gmf_rows;
+export import :gmf_order;
+export import :gmf_raw;
+export import :gmf_blocks;
+export import :gmf_binary_writer;
+export import :gmf_ascii_writer;

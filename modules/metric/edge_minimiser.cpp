@@ -1,0 +1,209 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+module camber.metric;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+struct Iterate {
+    Vec<D> y;
+    double value = 0;
+    Vec<D> gradient;  ///< in the frame
+};
+
+template <int D>
+Iterate<D> evaluated(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, const Vec<D>& y) {
+    const ObjectiveSample<D> sample = objective.evaluate(frame.node(y));
+    return {y, sample.value, frame.gradient(sample.gradient)};
+}
+
+/// The BFGS update of an inverse Hessian by a step s and a change of gradient d; skipped where curvature is not positive.
+template <int D>
+void update_inverse_hessian(Sym<D>& h, const Vec<D>& s, const Vec<D>& d) {
+    const double sd = dot(s, d);
+    if (!(sd > 1e-10 * norm(s) * norm(d))) return;
+    const Vec<D> hd = h * d;
+    const double factor = (1 + dot(d, hd) / sd) / sd;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j <= i; ++j) h(i, j) += factor * s[i] * s[j] - (hd[i] * s[j] + s[i] * hd[j]) / sd;
+}
+
+/// Armijo's rule with quadratic interpolation along the bounded step. False where no step lowers the objective.
+template <int D>
+bool line_search(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, const Iterate<D>& from,
+                 const Vec<D>& direction, Iterate<D>& next) {
+    const double slope = dot(from.gradient, direction);
+    double step = 1;
+    for (int attempt = 0; attempt < 8; ++attempt) {
+        const Vec<D> y = frame.bounded(from.y + step * direction);
+        const Iterate<D> trial = evaluated(objective, frame, y);
+        if (trial.value < from.value + 1e-4 * step * slope ||
+            (trial.value < from.value && norm(y - from.y) < 0.9 * step * norm(direction))) {
+            next = trial;
+            return true;
+        }
+        const double curved = -slope * step * step / (2 * (trial.value - from.value - slope * step));
+        step = std::clamp(curved, 0.1 * step, 0.5 * step);
+    }
+    return false;
+}
+
+/// A pattern search along the frame's axes with falling radius: it needs no gradient, so a kink does not stop it.
+template <int D>
+void polish(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, Iterate<D>& best) {
+    const double scale = std::sqrt(std::max(best.value, 0.0));
+    double radius = 0.05 * scale;
+    for (int round = 0; round < 12 && radius > 1e-3 * scale; ++round) {
+        bool moved = false;
+        for (int k = 0; k < D; ++k)
+            for (const double side : {-1.0, 1.0}) {
+                Vec<D> y = best.y;
+                y[k] += side * radius;
+                y = frame.bounded(y);
+                const double value = objective.value(frame.node(y));
+                if (!(value < best.value)) continue;
+                best.y = y;
+                best.value = value;
+                moved = true;
+            }
+        if (!moved) radius *= 0.3;
+    }
+}
+
+template <int D>
+EdgeSearch descend(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, int max_iterations, double tolerance,
+                   Iterate<D>& at) {
+    Sym<D> inverse_hessian = Sym<D>::identity();
+    for (int iteration = 0; iteration < max_iterations; ++iteration) {
+        Vec<D> direction = -(inverse_hessian * at.gradient);
+        const double promise = -dot(at.gradient, direction);
+        if (!(promise > tolerance * at.value)) return EdgeSearch::converged;
+        Iterate<D> next;
+        if (!line_search(objective, frame, at, direction, next)) {
+            polish(objective, frame, at);
+            return EdgeSearch::polished;
+        }
+        const double gained = at.value - next.value;
+        update_inverse_hessian(inverse_hessian, next.y - at.y, next.gradient - at.gradient);
+        at = next;
+        if (gained < 0.1 * tolerance * at.value) return EdgeSearch::converged;
+    }
+    return EdgeSearch::exhausted;
+}
+
+/// The predicted node, halved until it beats the straight edge; the straight edge itself where it never does.
+template <int D>
+Iterate<D> start(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, const Vec<D>& predicted) {
+    const Iterate<D> straight = evaluated(objective, frame, Vec<D>{});
+    Vec<D> y = frame.bounded(predicted);
+    for (int halving = 0; halving < 4 && norm(y) > 1e-6; ++halving, y *= 0.5) {
+        const Iterate<D> trial = evaluated(objective, frame, y);
+        if (trial.value < straight.value) return trial;
+    }
+    return straight;
+}
+
+/// The energy also evens out the speed along the edge, and where one node cannot serve both it leaves some length: from its
+/// minimum, in the regular valley that it has found, the length itself is lowered where that promises enough.
+template <int D>
+void shorten(const BackMesh<D>& back, EdgeObjective<D> objective, const EdgeMinimiserOptions& options, Vec<D>& node) {
+    objective.kind = EdgeObjectiveKind::length;
+    const UnitFrame<D> frame = unit_frame(back, objective, options.max_tangential_shift, options.max_offset);
+    Iterate<D> at = evaluated(objective, frame, frame.coordinates(node));
+    descend(objective, frame, 5, options.length_tolerance, at);
+    node = frame.node(at.y);
+}
+
+/// Lengths by the finer rule; the offset is halved until the edge is no longer than its chord.
+template <int D>
+void judge(const BackMesh<D>& back, const EdgeObjective<D>& objective, const Quadrature& rule, EdgeMinimum<D>& minimum) {
+    const auto measure = [&](const Vec<D>& node) {
+        const EdgeLength measured =
+            riemannian_length(back, QuadraticEdge<D>{objective.p20, {node}, objective.p02}, rule, objective.hint);
+        minimum.outside = measured.outside > 0;
+        minimum.lost = measured.lost > 0;
+        return measured.length;
+    };
+    const Vec<D> middle = midpoint(objective.p20, objective.p02);
+    minimum.straight_length = measure(middle);
+    for (int halving = 0; halving < 6; ++halving) {
+        minimum.length = measure(minimum.node.point);
+        if (minimum.length < minimum.straight_length) return;
+        minimum.shortened = minimum.node.point != middle;
+        minimum.node.point = midpoint(minimum.node.point, middle);
+    }
+    minimum.node.point = middle;
+    minimum.length = minimum.straight_length;
+}
+
+template <int D>
+EdgeMinimum<D> minimised(const BackMesh<D>& back, const EdgeObjective<D>& objective, const UnitFrame<D>& frame,
+                         const Vec<D>& predicted, const EdgeRules& rules, const EdgeMinimiserOptions& options) {
+    Iterate<D> at = start(objective, frame, predicted);
+    EdgeMinimum<D> minimum;
+    minimum.search = descend(objective, frame, options.max_iterations, options.tolerance, at);
+    minimum.node.point = frame.node(at.y);
+    if (objective.kind == EdgeObjectiveKind::energy && options.length_tolerance > 0)
+        shorten(back, objective, options, minimum.node.point);
+    judge(back, objective, rules.report, minimum);
+    return minimum;
+}
+
+}  // namespace
+
+EdgeRules edge_rules(const EdgeMinimiserOptions& options) {
+    return {gauss_legendre(options.quadrature_points), gauss_legendre(report_points)};
+}
+
+template <int D>
+Vec<D> geodesic_start(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02, ElementId hint) {
+    const Vec<D> middle = midpoint(p20, p02);
+    const Vec<D> e = p02 - p20;
+    const FieldSample<D> sample = sample_with_recovered_gradient(back, middle, hint);
+    const SpectralMetric<D> metric(sample.log_metric);
+    // ∂_i M = D exp(L)[∂_i L]; only its products with e are needed: (∂_e M) e and eᵀ(∂_i M) e.
+    Sym<D> along;
+    for (int i = 0; i < D; ++i) along += e[i] * sample.gradient[i];
+    Vec<D> force = exp_derivative(metric, along) * e;
+    const Sym<D> adjoint = length_squared_adjoint(metric, e);
+    for (int i = 0; i < D; ++i) force[i] -= 0.5 * inner(adjoint, sample.gradient[i]);
+    return middle + 0.125 * metric.solve(force);
+}
+
+template <int D>
+EdgeMinimum<D> minimise_edge(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02, ElementId hint,
+                             const EdgeRules& rules, const EdgeMinimiserOptions& options) {
+    const EdgeObjective<D> objective =
+        edge_objective(back, rules.objective, options.objective, options.field, p20, p02, hint);
+    const UnitFrame<D> frame = unit_frame(back, objective, options.max_tangential_shift, options.max_offset);
+    return minimised(back, objective, frame, frame.coordinates(geodesic_start(back, p20, p02, hint)), rules, options);
+}
+
+template <int D>
+EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, VertexId a, VertexId b, std::span<const ElementId> shell,
+                                  const EdgeRules& rules, const EdgeMinimiserOptions& options) {
+    const EdgeObjective<D> objective = edge_objective(back, rules.objective, options.objective, options.field,
+                                                      back.mesh.points[a], back.mesh.points[b], shell.front());
+    const UnitFrame<D> frame = unit_frame(back, objective, options.max_tangential_shift, options.max_offset);
+    return minimised(back, objective, frame, best_sector_start(back, objective, frame, a, b, shell), rules, options);
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Vec<D> geodesic_start<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId);                    \
+    template EdgeMinimum<D> minimise_edge<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId,              \
+                                             const EdgeRules&, const EdgeMinimiserOptions&);                      \
+    template EdgeMinimum<D> minimise_back_edge<D>(const BackMesh<D>&, VertexId, VertexId, std::span<const ElementId>,  \
+                                                  const EdgeRules&, const EdgeMinimiserOptions&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,101 @@
+module;
+#include <cmath>
+#include <cstddef>
+module camber.metric;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace {
+
+/// Adds one quadrature point's share of q = l'ᵀ M l', with ∂_i l' = 4(1−2t) e_i, ∂_i log M = 4t(1−t) G_i:
+/// ∂_i q = 2·4(1−2t) (M l')_i + 4t(1−t) ⟨adjoint, G_i⟩ (paper §2.2.1 through the adjoint of Daletskii–Krein).
+template <int D>
+void add_point(ObjectiveSample<D>& sum, EdgeObjectiveKind kind, double t, double w, const Vec<D>& derivative,
+               const LogMetric<D>& log_metric, const LogGradient<D>& gradient) {
+    const SpectralMetric<D> metric(log_metric);
+    const double q = metric.length_squared(derivative);
+    const Sym<D> adjoint = length_squared_adjoint(metric, derivative);
+    const double c = 4 * (1 - 2 * t);
+    const double s = 4 * t * (1 - t);
+    Vec<D> dq = 2 * c * metric.times(derivative);
+    for (int i = 0; i < D; ++i) dq[i] += s * inner(adjoint, gradient[i]);
+    // Energy: f = q. Length: f = sqrt(q), f' = 1/(2 sqrt(q)).
+    const bool energy = kind == EdgeObjectiveKind::energy;
+    const double root = std::sqrt(q);
+    sum.value += w * (energy ? q : root);
+    const double slope = energy ? 1.0 : root > 0 ? 0.5 / root : 0.0;
+    sum.gradient += w * slope * dq;
+    const double h = w * slope * 2 * c * c;
+    for (int k = 0; k < D; ++k)
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j <= i; ++j)
+                sum.hessian(i, j) += h * metric.values[k] * metric.vectors(i, k) * metric.vectors(j, k);
+}
+
+}  // namespace
+
+template <int D>
+double EdgeObjective<D>::value(const Vec<D>& node) const {
+    const QuadraticEdge<D> edge{p20, {node}, p02};
+    LogMetric<D> mid;
+    if (field == EdgeFieldKind::edge) mid = sample_value(*back, node, hint).log_metric;
+    ElementId at = hint;
+    double sum = 0;
+    for (std::size_t i = 0; i < rule->size(); ++i) {
+        const double t = rule->t[i];
+        LogMetric<D> log_metric;
+        if (field == EdgeFieldKind::back) {
+            const FieldSample<D> sample = sample_value(*back, edge.point(t), at);
+            at = sample.location.element;
+            log_metric = sample.log_metric;
+        } else {
+            log_metric = EdgeField<D>{l20, mid, l02}.at(t);
+        }
+        const double q = SpectralMetric<D>(log_metric).length_squared(edge.derivative(t));
+        sum += rule->w[i] * (kind == EdgeObjectiveKind::energy ? q : std::sqrt(q));
+    }
+    return sum;
+}
+
+template <int D>
+ObjectiveSample<D> EdgeObjective<D>::evaluate(const Vec<D>& node) const {
+    const QuadraticEdge<D> edge{p20, {node}, p02};
+    FieldSample<D> mid;
+    if (field == EdgeFieldKind::edge) mid = sample_with_gradient(*back, node, hint);
+    ElementId at = hint;
+    ObjectiveSample<D> sum;
+    for (std::size_t i = 0; i < rule->size(); ++i) {
+        const double t = rule->t[i];
+        if (field == EdgeFieldKind::back) {
+            const FieldSample<D> sample = sample_with_gradient(*back, edge.point(t), at);
+            at = sample.location.element;
+            add_point<D>(sum, kind, t, rule->w[i], edge.derivative(t), sample.log_metric, sample.gradient);
+        } else {
+            add_point<D>(sum, kind, t, rule->w[i], edge.derivative(t), EdgeField<D>{l20, mid.log_metric, l02}.at(t),
+                      mid.gradient);
+        }
+    }
+    return sum;
+}
+
+template <int D>
+EdgeObjective<D> edge_objective(const BackMesh<D>& back, const Quadrature& rule, EdgeObjectiveKind kind,
+                                EdgeFieldKind field, const Vec<D>& p20, const Vec<D>& p02, ElementId hint) {
+    EdgeObjective<D> objective{&back, &rule, kind, field, p20, p02, {}, {}, hint};
+    if (field == EdgeFieldKind::edge) {
+        objective.l20 = sample_value(back, p20, hint).log_metric;
+        objective.l02 = sample_value(back, p02, hint).log_metric;
+    }
+    return objective;
+}
+
+template struct EdgeObjective<2>;
+template struct EdgeObjective<3>;
+template EdgeObjective<2> edge_objective<2>(const BackMesh<2>&, const Quadrature&, EdgeObjectiveKind, EdgeFieldKind,
+                                            const Vec<2>&, const Vec<2>&, ElementId);
+template EdgeObjective<3> edge_objective<3>(const BackMesh<3>&, const Quadrature&, EdgeObjectiveKind, EdgeFieldKind,
+                                            const Vec<3>&, const Vec<3>&, ElementId);
+
+}  // namespace camber

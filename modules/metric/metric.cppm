@@ -1,0 +1,14 @@
+/// Riemannian metrics: SPD algebra, log-Euclidean fields on back meshes, lengths and energies of P2 edges with their
+/// derivatives, and the node that minimises them.
+export module camber.metric;
+export import :eigen;
+export import :spd;
+export import :natural;
+export import :tensors;
+export import :quadrature;
+export import :back_mesh;
+export import :edge_length;
+export import :edge_objective;
+import :unit_frame;
+import :edge_sectors;
+export import :edge_minimiser;

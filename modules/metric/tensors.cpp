@@ -1,0 +1,70 @@
+module;
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <utility>
+module camber.metric;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+enum class TensorState : std::uint8_t { sound, floored, indefinite, not_finite };
+
+template <int D>
+TensorState log_of_tensor(std::span<const double> row, double epsilon, LogMetric<D>& out) {
+    Sym<D> m;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+        if (!std::isfinite(row[i])) return TensorState::not_finite;
+        m.c[i] = row[i];
+    }
+    EigenSystem<D> e = eigen_system(m);
+    const double largest = *std::max_element(e.values.c.begin(), e.values.c.end());
+    if (!(largest > 0)) return TensorState::indefinite;
+    TensorState state = TensorState::sound;
+    for (double& value : e.values.c) {
+        if (value < -8 * epsilon * largest) return TensorState::indefinite;
+        if (value < epsilon * largest) {
+            value = epsilon * largest;
+            state = TensorState::floored;
+        }
+        value = std::log(value);
+    }
+    out.l = composed(e);
+    return state;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<TensorLogs<D>> log_metrics_of_tensors(std::span<const double> rows, TensorPrecision precision,
+                                              const Execution& execution) {
+    const double epsilon = precision == TensorPrecision::four_bytes
+                               ? static_cast<double>(std::numeric_limits<float>::epsilon())
+                               : std::numeric_limits<double>::epsilon();
+    const std::size_t n = rows.size() / sym_size<D>;
+    TensorLogs<D> out{.log_metrics = Buffer<LogMetric<D>>(n)};
+    auto states = map_each(execution, n, [&](std::size_t i) {
+        return log_of_tensor<D>(rows.subspan(i * sym_size<D>, sym_size<D>), epsilon, out.log_metrics[i]);
+    });
+    if (!states) return fail(states.error());
+    for (std::size_t i = 0; i < n; ++i) {
+        const Entity entity{"metric at vertex", i + 1};
+        if ((*states)[i] == TensorState::not_finite)
+            return fail(ErrorKind::input, "holds a number that is not finite", {}, entity);
+        if ((*states)[i] == TensorState::indefinite)
+            return fail(ErrorKind::input, "is not positive definite", {}, entity,
+                        "an eigenvalue is negative beyond the rounding of the file's reals");
+        out.floored += (*states)[i] == TensorState::floored;
+    }
+    return out;
+}
+
+template Outcome<TensorLogs<2>> log_metrics_of_tensors<2>(std::span<const double>, TensorPrecision, const Execution&);
+template Outcome<TensorLogs<3>> log_metrics_of_tensors<3>(std::span<const double>, TensorPrecision, const Execution&);
+
+}  // namespace camber

@@ -1,0 +1,27 @@
+module;
+#include <cstddef>
+#include <span>
+export module camber.metric:tensors;
+import camber.core;
+import :spd;
+
+export namespace camber {
+
+/// How many digits the numbers of a tensor file hold.
+enum class TensorPrecision { four_bytes, eight_bytes };
+
+template <int D>
+struct TensorLogs {
+    Buffer<LogMetric<D>> log_metrics;
+    std::size_t floored = 0;  ///< tensors with an eigenvalue that was within rounding of zero, or below, and was raised
+};
+
+/// Logs of the metrics of a file: `rows` of sym_size<D> numbers, xx xy yy (xz yz zz). Rounding alone makes strongly
+/// anisotropic ones indefinite: eigenvalues within 8 ε λ_max of zero (ε that of the file's reals) are raised to ε λ_max
+/// and counted. Errors (entity "metric at vertex N"): NaN or infinite numbers, eigenvalues that are negative beyond
+/// rounding, a zero tensor.
+template <int D>
+[[nodiscard]] Outcome<TensorLogs<D>> log_metrics_of_tensors(std::span<const double> rows, TensorPrecision precision,
+                                                            const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,66 @@
+module;
+#include <array>
+#include <cstdint>
+export module camber.shapes:box;
+import camber.core;
+
+export namespace camber {
+
+/// An axis-aligned rectangle or box: a lattice of cells cut to simplices along random diagonals.
+/// Facet references: 2i + 1 on the side of low x_i, 2i + 2 on that of high x_i.
+template <int D>
+struct BoxOptions {
+    Vec<D> low{};
+    Vec<D> high = [] {
+        Vec<D> one;
+        for (double& x : one.c) x = 1;
+        return one;
+    }();
+    std::array<int, D> cells = [] {
+        std::array<int, D> four{};
+        for (int& n : four) n = 4;
+        return four;
+    }();
+    double jitter = 0.2;     ///< largest move of a vertex along each axis, in cell sizes; on a side it stays there
+    std::uint64_t seed = 1;  ///< of diagonals and jitter
+
+    friend bool operator==(const BoxOptions&, const BoxOptions&) = default;
+};
+
+/// Errors: usage (no cells, high not above low).
+template <int D>
+[[nodiscard]] Outcome<LinearMesh<D>> generate(const BoxOptions<D>& options);
+
+/// The lattice of a box before jitter: vertex (i, j, k) is i + (n_x + 1) (j + (n_y + 1) k).
+template <int D>
+struct Lattice {
+    std::array<int, D> cells{};
+    Buffer<Vec<D>> points;
+    Buffer<SimplexVertices<D>> elements;
+
+    /// The vertex's place along each axis, 0 … cells.
+    [[nodiscard]] std::array<int, D> place(std::size_t vertex) const {
+        std::array<int, D> at{};
+        for (int i = 0; i < D; ++i) {
+            at[i] = static_cast<int>(vertex % (cells[i] + 1));
+            vertex /= cells[i] + 1;
+        }
+        return at;
+    }
+    /// Of a facet on the boundary: 2i + 1 on the side of low x_i, 2i + 2 on that of high x_i.
+    [[nodiscard]] Reference side(const SimplexVertices<D - 1>& facet) const {
+        for (int i = 0; i < D; ++i)
+            for (const int end : {0, cells[i]}) {
+                bool all = true;
+                for (const VertexId v : facet) all = all && place(v.index())[i] == end;
+                if (all) return 2 * i + (end == 0 ? 1 : 2);
+            }
+        return 0;
+    }
+};
+
+/// The unit box in `cells` equal cells.
+template <int D>
+[[nodiscard]] Lattice<D> unit_lattice(const std::array<int, D>& cells, std::uint64_t seed);
+
+}  // namespace camber

@@ -1,0 +1,79 @@
+module;
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+module camber.shapes;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+Outcome<Done> check(const BumpOptions& o) {
+    const auto bad = [](const char* what) { return fail(ErrorKind::usage, what); };
+    if (!(o.length > 0 && o.height > 0)) return bad("a channel needs a positive length and height");
+    if (o.cells[0] < 2 || o.cells[1] < 1) return bad("a channel needs at least 2 × 1 cells");
+    if (!(o.bump_width > 0 && o.bump_width <= o.length)) return bad("the bump must be narrower than the channel is long");
+    if (!(std::abs(o.bump_height) + thickness(o.floor_layer) < o.height))
+        return bad("bump and layers must be lower than the channel");
+    return Done{};
+}
+
+/// Heights of the rows of vertices over a flat floor: the layers, then equal cells.
+std::vector<double> row_heights(const BumpOptions& o) {
+    std::vector<double> rows{0};
+    for (const double d : layer_distances(o.floor_layer)) rows.push_back(d);
+    const double start = rows.back();
+    for (int k = 1; k <= o.cells[1]; ++k) rows.push_back(std::lerp(start, o.height, static_cast<double>(k) / o.cells[1]));
+    return rows;
+}
+
+/// Lifts a point of the flat channel: layers rise with the floor, what is above is squeezed between them and the ceiling.
+Vec<2> lifted(const BumpOptions& o, const Vec<2>& p) {
+    const double top = thickness(o.floor_layer);
+    const double part = p[1] <= top ? 1.0 : (o.height - p[1]) / (o.height - top);
+    return {{p[0], p[1] + part * floor_height(o, p[0])}};
+}
+
+}  // namespace
+
+double floor_height(const BumpOptions& o, double x) {
+    const double s = 2 * (x - o.length / 2) / o.bump_width;
+    const double inside = 1 - s * s;
+    return inside > 0 ? o.bump_height * inside * inside * inside : 0.0;
+}
+
+Outcome<LinearMesh<2>> generate(const BumpOptions& options) {
+    if (auto checked = check(options); !checked) return fail(checked.error());
+    const auto rows = row_heights(options);
+    const int layers = options.floor_layer.count;
+    Lattice<2> lattice = unit_lattice<2>({options.cells[0], static_cast<int>(rows.size()) - 1}, options.seed);
+    const Noise noise = Noise{options.seed}.stream(100);
+    const Vec<2> cell{{options.length / options.cells[0], (options.height - rows[layers]) / options.cells[1]}};
+    Buffer<Vec<2>> moved(lattice.points.size());
+    for (std::size_t v = 0; v < moved.size(); ++v) {
+        const auto [column, row] = lattice.place(v);
+        Vec<2> p{{std::lerp(0.0, options.length, lattice.points[v][0]), rows[row]}};
+        Vec<2> shifted = p;
+        const Vec<2> shift = options.jitter * noise.vector<2>(v);
+        // A column of the layers moves as one along the floor, so that its heights stay what was asked.
+        const bool within_layers = row <= layers;
+        if (column > 0 && column < options.cells[0])
+            shifted[0] += cell[0] * (within_layers ? options.jitter * noise.symmetric(column, 1) : shift[0]);
+        if (!within_layers && row + 1 < static_cast<int>(rows.size())) shifted[1] += cell[1] * shift[1];
+        lattice.points[v] = lifted(options, p);
+        moved[v] = lifted(options, shifted);
+    }
+    move_points<2>(lattice.points, moved, lattice.elements, 0.2);
+    // Halved moves are chords of the lift: put the floor exactly back onto the bump.
+    for (std::size_t v = 0; v < lattice.points.size(); ++v)
+        if (lattice.place(v)[1] == 0) lattice.points[v][1] = floor_height(options, lattice.points[v][0]);
+    auto points = std::move(lattice.points);
+    auto elements = std::move(lattice.elements);
+    return bounded_mesh<2>(std::move(points), std::move(elements),
+                           [&](const SimplexVertices<1>& facet) { return lattice.side(facet); });
+}
+
+}  // namespace camber

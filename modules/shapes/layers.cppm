@@ -1,0 +1,30 @@
+module;
+#include <cstdint>
+#include <vector>
+export module camber.shapes:layers;
+import camber.core;
+
+export namespace camber {
+
+/// Thin layers along a wall: heights first_height, first_height × growth, ….
+struct BoundaryLayer {
+    int count = 0;               ///< layers; 0 for none
+    double first_height = 0.02;  ///< height of the layer at the wall (model units)
+    double growth = 1.25;        ///< each layer's height over that of the one nearer to the wall
+
+    friend bool operator==(const BoundaryLayer&, const BoundaryLayer&) = default;
+};
+
+/// Distances from the wall of the layers' outer sides, in rising order.
+[[nodiscard]] inline std::vector<double> layer_distances(const BoundaryLayer& layer) {
+    std::vector<double> distances;
+    double height = layer.first_height, total = 0;
+    for (int k = 0; k < layer.count; ++k, height *= layer.growth) distances.push_back(total += height);
+    return distances;
+}
+
+[[nodiscard]] inline double thickness(const BoundaryLayer& layer) {
+    return layer.count > 0 ? layer_distances(layer).back() : 0.0;
+}
+
+}  // namespace camber

@@ -1,0 +1,104 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+module camber.shapes;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+Outcome<Done> check(const ShellOptions<D>& o) {
+    const auto bad = [](std::string what) { return fail(ErrorKind::usage, std::move(what)); };
+    if (!(o.inner_radius > 0 && o.outer_radius > o.inner_radius))
+        return bad("a shell needs 0 < inner radius < outer radius");
+    if (!(o.inner_size > 0 && o.outer_size > 0)) return bad("a shell needs positive sizes");
+    if (!(o.jitter >= 0 && o.jitter <= 0.3)) return bad("jitter must be in [0, 0.3]");
+    for (const BoundaryLayer* layer : {&o.inner_layer, &o.outer_layer})
+        if (layer->count < 0 || (layer->count > 0 && !(layer->first_height > 0 && layer->growth > 0)))
+            return bad("a boundary layer needs a positive first height and growth");
+    if (!(thickness(o.inner_layer) + thickness(o.outer_layer) < o.outer_radius - o.inner_radius))
+        return bad("the boundary layers are thicker than the shell");
+    return Done{};
+}
+
+/// Rows of prisms from `facets` (of the core) to spheres of these radii, one after the other; the last row's vertices
+/// become the side's. Radii fall towards the inner sphere and rise towards the outer one.
+template <int D>
+void add_layers(ShellCore<D>& core, std::span<const SimplexVertices<D - 1>> facets, std::span<const double> radii,
+                ShellSide side, const Noise& noise) {
+    const std::size_t base_points = core.points.size();
+    std::vector<VertexId> last(base_points);
+    std::vector<VertexId> used;
+    for (const auto& facet : facets) used.insert(used.end(), facet.begin(), facet.end());
+    std::sort(used.begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    for (const VertexId v : used) last[v.index()] = v;
+    for (std::size_t k = 0; k < radii.size(); ++k) {
+        std::vector<VertexId> next(base_points);
+        for (const VertexId v : used) {
+            next[v.index()] = VertexId(core.points.size());
+            core.points.push_back(radii[k] * normalised(core.points[v.index()]));
+            core.sides.push_back(side);
+            core.sides[last[v.index()].index()] = ShellSide::between;
+        }
+        const bool inwards = side == ShellSide::inner;
+        extrude<D>(facets, inwards ? next : last, inwards ? last : next, noise.stream(k), core.elements);
+        last = std::move(next);
+    }
+}
+
+template <int D>
+void add_layers(ShellCore<D>& core, const ShellOptions<D>& o, const Noise& noise) {
+    std::vector<double> inner, outer;
+    for (const double d : layer_distances(o.inner_layer)) inner.push_back(o.inner_radius + d);
+    for (const double d : layer_distances(o.outer_layer)) outer.push_back(o.outer_radius - d);
+    // From the core to the wall: the last distance is the core's own sphere.
+    const auto to_wall = [](std::vector<double>& radii, double wall) {
+        if (radii.empty()) return;
+        radii.pop_back();
+        std::reverse(radii.begin(), radii.end());
+        radii.push_back(wall);
+    };
+    to_wall(inner, o.inner_radius);
+    to_wall(outer, o.outer_radius);
+    add_layers<D>(core, core.inner, inner, ShellSide::inner, noise.stream(1));
+    add_layers<D>(core, core.outer, outer, ShellSide::outer, noise.stream(2));
+}
+
+}  // namespace
+
+template <int D>
+Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options) {
+    if (auto checked = check(options); !checked) return fail(checked.error());
+    const Noise noise{options.seed};
+    const ShellSizes sizes{options.inner_radius + thickness(options.inner_layer),
+                           options.outer_radius - thickness(options.outer_layer), options.inner_size,
+                           options.outer_size, options.jitter};
+    Outcome<ShellCore<D>> core;
+    if (options.structure == ShellStructure::prisms)
+        core = prism_core<D>(sizes, noise);
+    else
+        core = unstructured_core<D>(sizes, noise);
+    if (!core) return fail(core.error());
+    add_layers(*core, options, noise.stream(400));
+    for (Vec<D>& p : core->points) p += options.centre;
+    const Buffer<ShellSide> sides = std::move(core->sides);
+    return bounded_mesh<D>(std::move(core->points), std::move(core->elements),
+                           [&](const SimplexVertices<D - 1>& facet) {
+                               return sides[facet[0].index()] == ShellSide::inner ? options.inner_reference
+                                                                                 : options.outer_reference;
+                           });
+}
+
+template Outcome<LinearMesh<2>> generate<2>(const ShellOptions<2>&);
+template Outcome<LinearMesh<3>> generate<3>(const ShellOptions<3>&);
+
+}  // namespace camber

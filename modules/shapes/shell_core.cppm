@@ -1,0 +1,43 @@
+module;
+#include <cstdint>
+export module camber.shapes:shell_core;
+import camber.core;
+import :random;
+
+export namespace camber {
+
+/// Which boundary of the shell a vertex lies on.
+enum class ShellSide : std::uint8_t { between, inner, outer };
+
+/// The shell without its layers, about the origin.
+template <int D>
+struct ShellCore {
+    Buffer<Vec<D>> points;
+    Buffer<ShellSide> sides;  ///< one a point
+    Buffer<SimplexVertices<D>> elements;
+    Buffer<SimplexVertices<D - 1>> inner, outer;  ///< facets; (their edges, the way outwards) are positive frames
+};
+
+/// Between spheres of `inner_radius` and `outer_radius` with edge lengths linear in the radius.
+struct ShellSizes {
+    double inner_radius, outer_radius, inner_size, outer_size, jitter;
+
+    [[nodiscard]] double at(double radius) const {
+        return inner_size + (outer_size - inner_size) * (radius - inner_radius) / (outer_radius - inner_radius);
+    }
+};
+
+/// Delaunay, after spreading and after moving the vertices of flat elements. The boundary of the hole is the star of a
+/// vertex at the centre, which is taken out. Errors: usage (a point so near to a sphere that it pierces it).
+template <int D>
+[[nodiscard]] Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& noise);
+
+/// Rows of prisms over an icosphere.
+template <int D>
+[[nodiscard]] ShellCore<D> prism_core(const ShellSizes& sizes, const Noise& noise);
+
+/// 1 for the regular simplex, 0 for a flat one, negative when inverted.
+[[nodiscard]] double quality(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c);
+[[nodiscard]] double quality(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c, const Vec<3>& d);
+
+}  // namespace camber

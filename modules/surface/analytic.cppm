@@ -1,0 +1,68 @@
+module;
+#include <optional>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+export module camber.surface:analytic;
+import camber.core;
+
+export namespace camber {
+
+/// Directions need not be unit vectors; radii are positive.
+template <int D>
+struct Plane {
+    Vec<D> point, normal;
+    friend bool operator==(const Plane&, const Plane&) = default;
+};
+/// A circle in 2D.
+template <int D>
+struct Sphere {
+    Vec<D> centre;
+    double radius = 1;
+    friend bool operator==(const Sphere&, const Sphere&) = default;
+};
+struct Cylinder {
+    Vec<3> point, axis;
+    double radius = 1;
+    friend bool operator==(const Cylinder&, const Cylinder&) = default;
+};
+/// The tube of the minor radius around the circle of the major radius about the axis.
+struct Torus {
+    Vec<3> centre, axis;
+    double major_radius = 1, minor_radius = 0.25;
+    friend bool operator==(const Torus&, const Torus&) = default;
+};
+
+template <int D>
+using AnalyticSurface = std::conditional_t<D == 2, std::variant<Plane<2>, Sphere<2>>,
+                                           std::variant<Plane<D>, Sphere<D>, Cylinder, Torus>>;
+
+/// The surface of each facet reference; the first pair of a reference counts.
+template <int D>
+struct AnalyticGeometry {
+    std::vector<std::pair<Reference, AnalyticSurface<D>>> surfaces;
+    friend bool operator==(const AnalyticGeometry&, const AnalyticGeometry&) = default;
+};
+
+template <int D>
+[[nodiscard]] const AnalyticSurface<D>* surface_of(const AnalyticGeometry<D>& geometry, Reference reference);
+
+/// The closest point of a surface and the unit normal there (outwards where the surface is closed). On a plane whose
+/// normal is along an axis that coordinate of the point is the plane's to the last bit. Where the closest point is not
+/// unique (a centre, an axis) one is chosen.
+template <int D>
+struct SurfaceFoot {
+    Vec<D> point, normal;
+};
+
+template <int D>
+[[nodiscard]] SurfaceFoot<D> closest_point(const AnalyticSurface<D>& surface, const Vec<D>& p);
+
+/// The point nearest to p on the curve where two surfaces meet: p is projected onto the meet of their tangent planes,
+/// again and again, and the last steps restore the surfaces alone. Nothing where they are nearly tangent (below
+/// about 3°) or do not meet near p.
+[[nodiscard]] std::optional<Vec<3>> closest_on_intersection(const AnalyticSurface<3>& a, const AnalyticSurface<3>& b,
+                                                            const Vec<3>& p);
+
+}  // namespace camber

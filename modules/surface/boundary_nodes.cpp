@@ -1,0 +1,145 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.surface;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace {
+
+/// An edge on the boundary, with what is around it.
+template <int D>
+struct BoundaryEdge {
+    EdgeId id;
+    EdgeKind kind;
+    Vec<D> a, b;
+    std::span<const FacetId> facets;
+
+    [[nodiscard]] Vec<D> middle() const { return midpoint(a, b); }
+};
+
+template <int D>
+Vec<D> node_on(const StraightGeometry&, const LinearMesh<D>&, const BoundaryEdge<D>& edge) {
+    return edge.middle();
+}
+
+template <int D>
+bool is_own_edge(const Surrogate<D>& surrogate, std::size_t row, const BoundaryEdge<D>& edge) {
+    if (row == surrogate.edges.size()) return false;
+    const auto& c = surrogate.edge_curves[row].curve.control;
+    return c.front() == edge.a && c.back() == edge.b;
+}
+
+template <int D>
+Vec<D> node_on(const Surrogate<D>& surrogate, const LinearMesh<D>& mesh, const BoundaryEdge<D>& edge) {
+    const std::size_t row = surrogate.row(edge.id);
+    if (is_own_edge(surrogate, row, edge)) return surrogate.edge_curves[row].middle;
+    const Vec<D> middle = edge.middle();
+    if (edge.kind == EdgeKind::ridge) {
+        const auto foot = closest_on_ridges(surrogate, middle);
+        if (foot.row < surrogate.edges.size()) return foot.point;
+    }
+    if (edge.facets.empty()) return middle;
+    const Reference reference = mesh.facets.references[edge.facets[0]];
+    const auto foot =
+        closest_among(surrogate, middle, [&](FacetId f) { return surrogate.references[f] == reference; });
+    if (!foot.facet.valid()) return middle;
+    const auto& flat = surrogate.flats[surrogate.patches[foot.facet]];
+    return flat.is_flat() ? flat.snapped(middle) : foot.point;
+}
+
+bool is_plane(const AnalyticSurface<3>& surface) { return std::holds_alternative<Plane<3>>(surface); }
+
+/// The facet's own plane.
+Plane<3> plane_through(const LinearMesh<3>& mesh, FacetId f) {
+    const auto& [a, b, c] = mesh.facets.vertices[f];
+    return {mesh.points[a], cross(mesh.points[b] - mesh.points[a], mesh.points[c] - mesh.points[a])};
+}
+
+/// The distinct surfaces around an edge; a facet that has none counts as its plane. `any` says whether one was given.
+struct SurfacesAround {
+    std::vector<AnalyticSurface<3>> distinct;
+    bool any = false;
+};
+
+SurfacesAround surfaces_around(const AnalyticGeometry<3>& geometry, const LinearMesh<3>& mesh,
+                               const BoundaryEdge<3>& edge) {
+    SurfacesAround around;
+    for (const FacetId f : edge.facets) {
+        const auto* given = surface_of(geometry, mesh.facets.references[f]);
+        around.any = around.any || given;
+        const AnalyticSurface<3> surface = given ? *given : AnalyticSurface<3>(plane_through(mesh, f));
+        if (std::find(around.distinct.begin(), around.distinct.end(), surface) != around.distinct.end()) continue;
+        // Curved ones first: among three or more the first two decide.
+        around.distinct.insert(is_plane(surface) ? around.distinct.end() : around.distinct.begin(), surface);
+    }
+    return around;
+}
+
+Vec<3> node_on(const AnalyticGeometry<3>& geometry, const LinearMesh<3>& mesh, const BoundaryEdge<3>& edge) {
+    const Vec<3> middle = edge.middle();
+    const auto around = surfaces_around(geometry, mesh, edge);
+    if (!around.any) return middle;
+    if (around.distinct.size() == 1) return closest_point<3>(around.distinct[0], middle).point;
+    if (is_plane(around.distinct[0]) && is_plane(around.distinct[1])) return middle;
+    const auto met = closest_on_intersection(around.distinct[0], around.distinct[1], middle);
+    // Surfaces that touch rather than cross: the curve is wherever the edge is, on the first of them.
+    return met ? *met : closest_point<3>(around.distinct[0], middle).point;
+}
+
+Vec<2> node_on(const AnalyticGeometry<2>& geometry, const LinearMesh<2>& mesh, const BoundaryEdge<2>& edge) {
+    const Vec<2> middle = edge.middle();
+    for (const FacetId f : edge.facets)
+        if (const auto* surface = surface_of(geometry, mesh.facets.references[f]))
+            return closest_point<2>(*surface, middle).point;
+    return middle;
+}
+
+/// Edges that must stay as they are.
+template <int D>
+Buffer<EdgeId> required_edges(const QuadraticMesh<D>& mesh) {
+    Buffer<EdgeId> required;
+    for (const std::uint32_t f : mesh.linear.facets.required)
+        for (const EdgeId e : mesh.edges.of_facets[f]) required.push_back(e);
+    for (const std::uint32_t e : mesh.linear.edges.required)
+        if (e < mesh.edges.of_edges.size()) required.push_back(mesh.edges.of_edges[e]);
+    std::sort(required.begin(), required.end());
+    return required;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, const Features<D>& features,
+                                                const Geometry<D>& geometry, const Execution& execution) {
+    if (features.edge_kinds.size() != mesh.edges.size() || mesh.mid_nodes.size() != mesh.edges.size())
+        return fail(ErrorKind::internal, "the features are not of this mesh");
+    const auto shells = facet_shells(mesh.edges, execution);
+    if (!shells) return fail(shells.error());
+    const auto required = required_edges(mesh);
+    return map_each(execution, mesh.edges.size(), [&](std::size_t e) -> LagrangeNode<D> {
+        if (features.edge_kinds[e] == EdgeKind::volume) return mesh.mid_nodes[e];
+        const auto& [low, high] = mesh.edges.vertices[e];
+        const BoundaryEdge<D> edge{EdgeId(e), features.edge_kinds[e], mesh.linear.points[low], mesh.linear.points[high],
+                                   (*shells)[e]};
+        if (std::binary_search(required.begin(), required.end(), edge.id)) return {edge.middle()};
+        return {std::visit([&](const auto& g) { return node_on(g, mesh.linear, edge); }, geometry)};
+    });
+}
+
+template Outcome<Buffer<LagrangeNode<2>>> boundary_nodes(const QuadraticMesh<2>&, const Features<2>&,
+                                                         const Geometry<2>&, const Execution&);
+template Outcome<Buffer<LagrangeNode<3>>> boundary_nodes(const QuadraticMesh<3>&, const Features<3>&,
+                                                         const Geometry<3>&, const Execution&);
+
+}  // namespace camber

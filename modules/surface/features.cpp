@@ -1,0 +1,279 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.surface;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+/// Sets that merge; each is named by its lowest member.
+class DisjointSets {
+  public:
+    explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0U); }
+    std::uint32_t find(std::uint32_t i) {
+        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+        return i;
+    }
+    void merge(std::uint32_t a, std::uint32_t b) {
+        a = find(a);
+        b = find(b);
+        parent_[std::max(a, b)] = std::min(a, b);
+    }
+
+  private:
+    std::vector<std::uint32_t> parent_;
+};
+
+/// Numbers the sets of the chosen members from 0 in the order of their lowest members; the rest get no_feature.
+template <class Chosen>
+std::pair<Buffer<std::uint32_t>, std::size_t> numbered(DisjointSets& sets, std::size_t n, Chosen&& chosen) {
+    Buffer<std::uint32_t> numbers(n);
+    std::size_t count = 0;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        if (!chosen(i)) {
+            numbers[i] = no_feature;
+            continue;
+        }
+        const std::uint32_t root = sets.find(i);
+        numbers[i] = root == i ? static_cast<std::uint32_t>(count++) : numbers[root];
+    }
+    return {std::move(numbers), count};
+}
+
+/// Whether the directions a and b differ by more than the angle of that cosine; zero vectors do not.
+template <int D>
+bool turns(const Vec<D>& a, const Vec<D>& b, double cosine) {
+    const double lengths = std::sqrt(norm_squared(a) * norm_squared(b));
+    return lengths > 0 && dot(a, b) < cosine * lengths;
+}
+
+double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
+
+/// The part of a triangle's third vertex that is perpendicular to the edge from a to b: which way the triangle goes.
+Vec<3> away_from_edge(const LinearMesh<3>& mesh, FacetId f, const std::array<VertexId, 2>& edge) {
+    const Vec<3> a = mesh.points[edge[0]];
+    const Vec<3> e = mesh.points[edge[1]] - a;
+    for (const VertexId v : mesh.facets.vertices[f]) {
+        if (v == edge[0] || v == edge[1]) continue;
+        const Vec<3> d = mesh.points[v] - a;
+        // e × (d × e) is the perpendicular part times |e|², without the cancellation of d − (d·e)e.
+        return cross(e, cross(d, e));
+    }
+    return {};
+}
+
+/// How sharply the boundary turns at an edge.
+enum class Break : std::uint8_t { none, smooth, mild, sharp };
+
+/// Cosines of the ridge angle and of the angle beyond which a turn is sharp whatever is around it.
+struct TurnLimits {
+    double mild, sharp;
+};
+
+Break break_at(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& edge, std::span<const FacetId> shell,
+               const TurnLimits& limits) {
+    if (shell.empty()) return Break::none;
+    if (shell.size() != 2) return Break::sharp;
+    if (mesh.facets.references[shell[0]] != mesh.facets.references[shell[1]]) return Break::sharp;
+    const Vec<3> d0 = away_from_edge(mesh, shell[0], edge);
+    const Vec<3> d1 = away_from_edge(mesh, shell[1], edge);
+    if (turns(d0, -d1, limits.sharp)) return Break::sharp;
+    return turns(d0, -d1, limits.mild) ? Break::mild : Break::smooth;
+}
+
+/// Whether all three edges of a facet turn mildly: it is too large for the surface that it lies on, not a face of its own.
+bool is_coarse(const EdgeSet<3>& edges, const Buffer<Break>& breaks, FacetId f) {
+    const auto& of = edges.of_facets[f];
+    return std::all_of(of.begin(), of.end(), [&](EdgeId e) { return breaks[e.index()] == Break::mild; });
+}
+
+Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+                                          const Incidence<FacetId>& shells, const TurnLimits& limits,
+                                          const Execution& execution) {
+    auto breaks = map_each(execution, edges.size(),
+                           [&](std::size_t e) { return break_at(mesh, edges.vertices[e], shells[e], limits); });
+    if (!breaks) return fail(breaks.error());
+    // A listed edge inside the volume, away from every facet, bounds nothing: it stays free.
+    for (const EdgeId e : edges.of_edges)
+        if (!shells[e].empty()) (*breaks)[e.index()] = Break::sharp;
+    return map_each(execution, edges.size(), [&](std::size_t e) {
+        switch ((*breaks)[e]) {
+            case Break::none: return EdgeKind::volume;
+            case Break::smooth: return EdgeKind::surface;
+            case Break::sharp: return EdgeKind::ridge;
+            case Break::mild: break;
+        }
+        const bool coarse = is_coarse(edges, *breaks, shells[e][0]) || is_coarse(edges, *breaks, shells[e][1]);
+        return coarse ? EdgeKind::surface : EdgeKind::ridge;
+    });
+}
+
+Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<2>&, const EdgeSet<2>& edges,
+                                          const Incidence<FacetId>& shells, const TurnLimits&,
+                                          const Execution& execution) {
+    return map_each(execution, edges.size(),
+                    [&](std::size_t e) { return shells[e].empty() ? EdgeKind::volume : EdgeKind::surface; });
+}
+
+/// The edges that make up curves: ridges in 3D, all facets in 2D.
+template <int D>
+constexpr EdgeKind curve_kind = D == 3 ? EdgeKind::ridge : EdgeKind::surface;
+
+VertexId other_end(const std::array<VertexId, 2>& edge, VertexId v) { return edge[0] == v ? edge[1] : edge[0]; }
+
+/// Curve edges around each vertex: how many, and the first two.
+struct CurveEdges {
+    std::uint32_t count = 0;
+    std::array<EdgeId, 2> edges;
+};
+
+template <int D>
+std::vector<CurveEdges> curve_edges_of_vertices(std::size_t vertices, const EdgeSet<D>& edges,
+                                                const Buffer<EdgeKind>& kinds) {
+    std::vector<CurveEdges> around(vertices);
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+        if (kinds[e] != curve_kind<D>) continue;
+        for (const VertexId v : edges.vertices[e]) {
+            auto& at = around[v.index()];
+            if (at.count < 2) at.edges[at.count] = EdgeId(e);
+            ++at.count;
+        }
+    }
+    return around;
+}
+
+/// Whether the facets of the vertex's two curve edges are of different references (2D).
+bool references_differ(const LinearMesh<2>& mesh, const Incidence<FacetId>& shells, const CurveEdges& around) {
+    const auto reference = [&](EdgeId e) { return mesh.facets.references[shells[e][0]]; };
+    return reference(around.edges[0]) != reference(around.edges[1]);
+}
+bool references_differ(const LinearMesh<3>&, const Incidence<FacetId>&, const CurveEdges&) { return false; }
+
+template <int D>
+std::vector<std::uint8_t> listed_corners(const LinearMesh<D>& mesh) {
+    std::vector<std::uint8_t> listed(mesh.points.size(), 0);
+    for (const VertexId v : mesh.corners) listed[v.index()] = 1;
+    if constexpr (D == 2)
+        for (const std::uint32_t f : mesh.ridges)
+            for (const VertexId v : mesh.facets.vertices[f]) listed[v.index()] = 1;
+    return listed;
+}
+
+template <int D>
+Buffer<VertexKind> find_vertex_kinds(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                     const Incidence<FacetId>& shells, const std::vector<CurveEdges>& around,
+                                     double cosine) {
+    Buffer<VertexKind> kinds(mesh.points.size());
+    std::fill(kinds.begin(), kinds.end(), VertexKind::volume);
+    for (const auto& facet : mesh.facets.vertices)
+        for (const VertexId v : facet) kinds[v.index()] = VertexKind::surface;
+    const auto listed = listed_corners(mesh);
+    for (std::size_t v = 0; v < kinds.size(); ++v) {
+        const auto& at = around[v];
+        if (at.count == 0) {
+            if (listed[v] && kinds[v] == VertexKind::surface) kinds[v] = VertexKind::corner;
+            continue;
+        }
+        const auto from_vertex = [&](EdgeId e) {
+            return mesh.points[other_end(edges.vertices[e], VertexId(v))] - mesh.points[v];
+        };
+        const bool corner = listed[v] || at.count != 2 || references_differ(mesh, shells, at) ||
+                            turns(from_vertex(at.edges[0]), -from_vertex(at.edges[1]), cosine);
+        if (corner)
+            kinds[v] = VertexKind::corner;
+        else if (D == 3)
+            kinds[v] = VertexKind::ridge;
+    }
+    return kinds;
+}
+
+template <int D>
+DisjointSets chains(const std::vector<CurveEdges>& around, const Buffer<VertexKind>& kinds, std::size_t edges) {
+    DisjointSets sets(edges);
+    for (std::size_t v = 0; v < around.size(); ++v)
+        if (around[v].count == 2 && kinds[v] != VertexKind::corner)
+            sets.merge(around[v].edges[0].value, around[v].edges[1].value);
+    return sets;
+}
+
+std::pair<Buffer<std::uint32_t>, std::size_t> find_patches(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+                                                           const Incidence<FacetId>& shells,
+                                                           const Buffer<EdgeKind>& kinds,
+                                                           const Buffer<std::uint32_t>&) {
+    DisjointSets sets(mesh.facets.size());
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        if (kinds[e] == EdgeKind::surface) sets.merge(shells[e][0].value, shells[e][1].value);
+    return numbered(sets, mesh.facets.size(), [](std::uint32_t) { return true; });
+}
+
+/// In 2D a facet's patch is the curve of its edge, numbered anew in the order of the facets.
+std::pair<Buffer<std::uint32_t>, std::size_t> find_patches(const LinearMesh<2>& mesh, const EdgeSet<2>& edges,
+                                                           const Incidence<FacetId>& shells, const Buffer<EdgeKind>&,
+                                                           const Buffer<std::uint32_t>& curves) {
+    DisjointSets sets(mesh.facets.size());
+    std::vector<std::uint32_t> first(edges.size(), no_feature);  // of each curve: its first facet
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        for (const FacetId f : shells[e]) {
+            auto& lead = first[curves[e]];
+            if (lead == no_feature) lead = f.value;
+            sets.merge(lead, f.value);
+        }
+    return numbered(sets, mesh.facets.size(), [](std::uint32_t) { return true; });
+}
+
+template <int D>
+bool belongs(const LinearMesh<D>& mesh, const EdgeSet<D>& edges) {
+    return edges.of_facets.size() == mesh.facets.size() && (D == 2 || edges.of_edges.size() == mesh.edges.size());
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                   const FeatureOptions<D>& options, const Execution& execution) {
+    if (!belongs(mesh, edges)) return fail(ErrorKind::internal, "the edge set is not of this mesh");
+    const auto shells = facet_shells(edges, execution);
+    if (!shells) return fail(shells.error());
+    constexpr double sharp_share = 1.5;
+    const double ridge_cosine = cosine_of(options.ridge_angle_degrees);
+    const TurnLimits limits{ridge_cosine, cosine_of(std::fmin(180, sharp_share * options.ridge_angle_degrees))};
+    auto edge_kinds = find_edge_kinds(mesh, edges, *shells, limits, execution);
+    if (!edge_kinds) return fail(edge_kinds.error());
+
+    const auto around = curve_edges_of_vertices(mesh.points.size(), edges, *edge_kinds);
+    auto vertex_kinds = find_vertex_kinds(mesh, edges, *shells, around,
+                                          D == 2 ? ridge_cosine : cosine_of(options.corner_angle_degrees));
+    auto sets = chains<D>(around, vertex_kinds, edges.size());
+    auto [curves, curve_count] =
+        numbered(sets, edges.size(), [&](std::uint32_t e) { return (*edge_kinds)[e] == curve_kind<D>; });
+    auto [patches, patch_count] = find_patches(mesh, edges, *shells, *edge_kinds, curves);
+
+    Features<D> features;
+    features.surface_edges = static_cast<std::size_t>(std::count(edge_kinds->begin(), edge_kinds->end(), EdgeKind::surface));
+    features.ridge_edges = static_cast<std::size_t>(std::count(edge_kinds->begin(), edge_kinds->end(), EdgeKind::ridge));
+    features.corners = static_cast<std::size_t>(std::count(vertex_kinds.begin(), vertex_kinds.end(), VertexKind::corner));
+    features.patch_count = patch_count;
+    features.curve_count = curve_count;
+    features.edge_kinds = std::move(*edge_kinds);
+    features.vertex_kinds = std::move(vertex_kinds);
+    features.patches = std::move(patches);
+    features.curves = std::move(curves);
+    return features;
+}
+
+template Outcome<Features<2>> find_features(const LinearMesh<2>&, const EdgeSet<2>&, const FeatureOptions<2>&,
+                                            const Execution&);
+template Outcome<Features<3>> find_features(const LinearMesh<3>&, const EdgeSet<3>&, const FeatureOptions<3>&,
+                                            const Execution&);
+
+}  // namespace camber

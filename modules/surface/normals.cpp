@@ -1,0 +1,151 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.surface;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+struct FanShape {
+    Vec<3> normal;
+    Jet jet;
+};
+
+struct Fitter {
+    const LinearMesh<3>& mesh;
+    const EdgeSet<3>& edges;
+    const Features<3>& features;
+    const Fans& fans;
+    std::span<const FlatPatch<3>> flats;
+    const CurveTangents<3>& tangents;
+    std::vector<DirectionAtVertex> notes;  ///< by rising vertex
+    double least_cosine;
+
+    [[nodiscard]] Vec<3> area_weighted(std::uint32_t fan) const {
+        Vec<3> sum;
+        for (const FacetId f : fans.facets[fan]) sum += area_vector(mesh, fans, f);
+        return normalised(sum);
+    }
+
+    /// The noted normal at the fan's vertex that is nearest to `base`, if near enough; else the zero vector.
+    [[nodiscard]] Vec<3> noted(VertexId v, const Vec<3>& base) const {
+        auto at = std::lower_bound(notes.begin(), notes.end(), v,
+                                   [](const DirectionAtVertex& n, VertexId w) { return n.vertex < w; });
+        double best = least_cosine;
+        Vec<3> out;
+        for (; at != notes.end() && at->vertex == v; ++at) {
+            const Vec<3> normal = normalised(mesh.notes.normals[at->direction]);
+            const double cosine = dot(normal, base);
+            if (!(std::fabs(cosine) > best)) continue;
+            best = std::fabs(cosine);
+            out = cosine < 0 ? -normal : normal;
+        }
+        return out;
+    }
+
+    /// The plane of the fan's own facets (three or more, or the whole stencil), if they are coplanar.
+    [[nodiscard]] FlatPatch<3> local_plane(std::uint32_t fan, std::span<const Vec<3>> stencil) const {
+        std::vector<Vec<3>> points(stencil.begin(), stencil.end());
+        points.push_back(mesh.points[fans.vertices[fan]]);
+        if (fans.facets[fan].size() >= 3) {
+            points.clear();
+            for (const FacetId f : fans.facets[fan])
+                for (const VertexId v : mesh.facets.vertices[f]) points.push_back(mesh.points[v]);
+        }
+        return plane_of<3>(points);
+    }
+
+    /// Well-known tangents of the ridges that bound the fan.
+    [[nodiscard]] std::vector<Vec<3>> border_tangents(std::uint32_t fan) const {
+        constexpr int least_support = 3;
+        const VertexId v = fans.vertices[fan];
+        std::vector<Vec<3>> out;
+        for (const FacetId f : fans.facets[fan])
+            for (const EdgeId e : edges.of_facets[f]) {
+                if (features.edge_kinds[e] != EdgeKind::ridge) continue;
+                const auto& ends = edges.vertices[e];
+                if (ends[0] != v && ends[1] != v) continue;
+                const std::size_t row = tangents.row(e), end = ends[0] == v ? 0 : 1;
+                if (tangents.supports[row][end] >= least_support) out.push_back(tangents.tangents[row][end]);
+            }
+        return out;
+    }
+
+    [[nodiscard]] Vec<3> perpendicular_to_ridges(std::uint32_t fan, const Vec<3>& normal) const {
+        constexpr double least_sine = 0.3, least_agreement = 0.8;
+        const auto borders = border_tangents(fan);
+        if (borders.empty()) return normal;
+        Vec<3> out = normal - dot(normal, borders[0]) * borders[0];
+        if (borders.size() == 2) {
+            const Vec<3> across = cross(borders[0], borders[1]);
+            if (norm(across) > least_sine) out = dot(across, normal) < 0 ? -across : across;
+        }
+        out = normalised(out);
+        return dot(out, normal) > least_agreement ? out : normal;
+    }
+
+    [[nodiscard]] FanShape operator()(std::uint32_t fan) const {
+        constexpr double least_agreement = 0.5;
+        const VertexId v = fans.vertices[fan];
+        const Vec<3> base = area_weighted(fan);
+        const auto turned = [&](const Vec<3>& n) { return dot(n, base) < 0 ? -n : n; };
+        const FlatPatch<3>& flat = flats[features.patches[fans.facets[fan][0]]];
+        if (flat.is_flat()) return {turned(flat.normal), {}};
+
+        std::vector<Vec<3>> stencil;
+        for (const VertexId w : rings(mesh, fans, fan, base, {})) stencil.push_back(mesh.points[w]);
+        if (const auto plane = local_plane(fan, stencil); plane.is_flat()) return {turned(plane.normal), {}};
+
+        FanShape shape{base, fit_jet(mesh.points[v], base, stencil)};
+        if (shape.jet.degree > 0) {
+            const Vec<3> fitted = shape.jet.normal();
+            if (dot(fitted, base) > least_agreement) shape.normal = fitted;
+            else shape.jet.degree = 0;
+        }
+        if (const Vec<3> given = noted(v, base); norm_squared(given) > 0) return {given, shape.jet};
+        shape.normal = perpendicular_to_ridges(fan, shape.normal);
+        return shape;
+    }
+};
+
+std::vector<DirectionAtVertex> normals_by_vertex(const GeometryNotes<3>& notes) {
+    std::vector<DirectionAtVertex> sorted;
+    for (const auto& note : notes.normal_at_vertices)
+        if (note.direction < notes.normals.size()) sorted.push_back(note);
+    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+        return std::pair(a.vertex, a.direction) < std::pair(b.vertex, b.direction);
+    });
+    return sorted;
+}
+
+}  // namespace
+
+Outcome<FanShapes> fan_shapes(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
+                              const Fans& fans, std::span<const FlatPatch<3>> flats, const CurveTangents<3>& tangents,
+                              double most_degrees, const Execution& execution) {
+    const double least_cosine = most_degrees > 0 ? std::cos(most_degrees * std::numbers::pi / 180) : 2;
+    const Fitter fit{mesh, edges, features, fans, flats, tangents, normals_by_vertex(mesh.notes), least_cosine};
+    Buffer<Vec<3>> normals(fans.size());
+    Buffer<Jet> jets(fans.size());
+    auto done = each(
+        execution, fans.size(),
+        [&](std::size_t i) {
+            FanShape shape = fit(static_cast<std::uint32_t>(i));
+            normals[i] = shape.normal;
+            jets[i] = shape.jet;
+        },
+        64);
+    if (!done) return fail(done.error());
+    return FanShapes{std::move(normals), std::move(jets)};
+}
+
+}  // namespace camber

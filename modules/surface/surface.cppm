@@ -1,0 +1,14 @@
+/// The boundary's shape: features, the P3 surrogate made from the mesh alone, analytic surfaces, projection, and the
+/// nodes of boundary edges. The partitions fans, flat, tangents, jet and normals export nothing: they serve the surrogate.
+export module camber.surface;
+export import :features;
+export import :cubic;
+export import :analytic;
+export import :surrogate;
+export import :geometry;
+export import :boundary;
+export import :fans;
+export import :flat;
+export import :tangents;
+export import :jet;
+export import :normals;

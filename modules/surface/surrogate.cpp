@@ -1,0 +1,312 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.surface;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace {
+
+/// The straight edge, its middle to the last bit.
+template <int D>
+SurrogateEdge<D> straight_edge(const Vec<D>& a, const Vec<D>& b) {
+    const Vec<D> third = (b - a) / 3;
+    return {{{a, a + third, b - third, b}}, midpoint(a, b)};
+}
+
+/// The cubic edge with these tangents; exactly straight where both lie along the chord within rounding.
+template <int D>
+SurrogateEdge<D> smooth_edge(const Vec<D>& a, const Vec<D>& tangent_a, const Vec<D>& tangent_b, const Vec<D>& b) {
+    const Vec<D> e = b - a;
+    const double length = norm(e);
+    double largest = 0;
+    for (int i = 0; i < D; ++i) largest = std::fmax(largest, std::fmax(std::fabs(a[i]), std::fabs(b[i])));
+    const double tolerance = flat_tolerance + (length > 0 ? coordinate_ulps * largest / length : 1);
+    const auto along_chord = [&](const Vec<D>& t) {
+        const Vec<D> chord = e / (length > 0 ? length : 1);
+        return norm(normalised(t) - dot(normalised(t), chord) * chord) <= tolerance;
+    };
+    if (along_chord(tangent_a) && along_chord(tangent_b)) return straight_edge(a, b);
+    SurrogateEdge<D> edge{cubic_edge(a, tangent_a, tangent_b, b), {}};
+    // (a + 3 c + 3 d + b)/8, written from the middle.
+    const auto& c = edge.curve.control;
+    edge.middle = midpoint(a, b) + 0.375 * ((c[1] - a) + (c[2] - b));
+    return edge;
+}
+
+template <int D>
+void snap(SurrogateEdge<D>& edge, const FlatPatch<D>& flat) {
+    // The ends are the mesh's own and stay.
+    edge.curve.control[1] = flat.snapped(edge.curve.control[1]);
+    edge.curve.control[2] = flat.snapped(edge.curve.control[2]);
+    edge.middle = flat.snapped(edge.middle);
+}
+
+template <int D>
+Buffer<EdgeId> boundary_edges(const Features<D>& features) {
+    Buffer<EdgeId> edges;
+    for (std::size_t e = 0; e < features.edge_kinds.size(); ++e)
+        if (features.edge_kinds[e] != EdgeKind::volume) edges.push_back(EdgeId(e));
+    return edges;
+}
+
+/// A facet's copy of an edge's inner control points: that next to `from` comes first.
+template <int D>
+std::array<Vec<D>, 2> inner_points(const SurrogateEdge<D>& edge, const std::array<VertexId, 2>& ends, VertexId from) {
+    const auto& c = edge.curve.control;
+    return ends[0] == from ? std::array{c[1], c[2]} : std::array{c[2], c[1]};
+}
+
+/// What the stages of the 3D surrogate share.
+struct Parts {
+    const LinearMesh<3>& mesh;
+    const EdgeSet<3>& edges;
+    const Features<3>& features;
+    const Incidence<FacetId>& shells;
+    const Fans& fans;
+    std::span<const FlatPatch<3>> flats;
+    const CurveTangents<3>& tangents;
+    const FanShapes& shapes;
+};
+
+/// The distinct planes of the flat patches around an edge, two at most.
+std::vector<FlatPatch<3>> planes_around(const Parts& parts, EdgeId e) {
+    constexpr double same_direction = 1e-12;
+    std::vector<FlatPatch<3>> planes;
+    for (const FacetId f : parts.shells[e]) {
+        const FlatPatch<3>& flat = parts.flats[parts.features.patches[f]];
+        if (!flat.is_flat() || planes.size() == 2) continue;
+        const bool known = std::any_of(planes.begin(), planes.end(), [&](const FlatPatch<3>& other) {
+            return norm_squared(cross(other.normal, flat.normal)) < same_direction;
+        });
+        if (!known) planes.push_back(flat);
+    }
+    return planes;
+}
+
+SurrogateEdge<3> ridge_edge(const Parts& parts, EdgeId e) {
+    const auto& [low, high] = parts.edges.vertices[e];
+    const Vec<3> a = parts.mesh.points[low], b = parts.mesh.points[high];
+    const auto planes = planes_around(parts, e);
+    if (planes.size() == 2) return straight_edge(a, b);
+    const auto& [at_low, at_high] = parts.tangents.tangents[parts.tangents.row(e)];
+    SurrogateEdge<3> edge = smooth_edge(a, at_low, at_high, b);
+    if (planes.size() == 1) snap(edge, planes[0]);
+    return edge;
+}
+
+SurrogateEdge<3> inner_edge(const Parts& parts, EdgeId e) {
+    const auto& [low, high] = parts.edges.vertices[e];
+    const Vec<3> a = parts.mesh.points[low], b = parts.mesh.points[high];
+    const FacetId f = parts.shells[e][0];
+    if (parts.flats[parts.features.patches[f]].is_flat()) return straight_edge(a, b);
+    const auto& facet = parts.mesh.facets.vertices[f];
+    const auto tangent = [&](VertexId v) {
+        const Vec<3>& n = parts.shapes.normals[parts.fans.of_facets[f][corner_of(facet, v)]];
+        return (b - a) - dot(b - a, n) * n;
+    };
+    return smooth_edge(a, tangent(low), tangent(high), b);
+}
+
+/// Moves the centroid onto the mean of the vertices' jets along the normal (b_111 weighs 6/27 there).
+Vec<3> fitted_centre(const Parts& parts, FacetId f, const CubicSimplex<2, 3>& triangle) {
+    constexpr double largest_share = 0.25;
+    const Barycentric<2> centroid{1.0 / 3, 1.0 / 3, 1.0 / 3};
+    const Vec<3> normal = normal_at<3>(triangle, centroid);
+    const Vec<3> at = point_at(triangle, centroid);
+    double sum = 0;
+    int known = 0;
+    for (const std::uint32_t fan : parts.fans.of_facets[f]) {
+        const JetMeeting meeting = meet(parts.shapes.jets[fan], at, normal);
+        if (!meeting.met) continue;
+        sum += meeting.distance;
+        ++known;
+    }
+    const double size = distance(triangle.control.front(), triangle.control.back());
+    const Vec<3>& centre = triangle.at({1, 1, 1});
+    if (known == 0 || !(std::fabs(sum / known) < largest_share * size)) return centre;
+    return centre + (4.5 * sum / known) * normal;
+}
+
+CubicSimplex<2, 3> cubic_triangle(const Parts& parts, std::span<const EdgeId> edge_ids,
+                                  std::span<const SurrogateEdge<3>> curves, FacetId f) {
+    const auto& facet = parts.mesh.facets.vertices[f];
+    CubicSimplex<2, 3> triangle;
+    for (std::size_t i = 0; i < 3; ++i) {
+        MultiIndex<2> alpha{};
+        alpha[i] = 3;
+        triangle.at(alpha) = parts.mesh.points[facet[i]];
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+        const auto [i, j] = local_edges<2>[k];
+        const EdgeId e = parts.edges.of_facets[f][k];
+        const auto row = static_cast<std::size_t>(std::lower_bound(edge_ids.begin(), edge_ids.end(), e) - edge_ids.begin());
+        const auto inner = inner_points(curves[row], parts.edges.vertices[e], facet[static_cast<std::size_t>(i)]);
+        MultiIndex<2> alpha{};
+        alpha[static_cast<std::size_t>(i)] = 2;
+        alpha[static_cast<std::size_t>(j)] = 1;
+        triangle.at(alpha) = inner[0];
+        alpha[static_cast<std::size_t>(i)] = 1;
+        alpha[static_cast<std::size_t>(j)] = 2;
+        triangle.at(alpha) = inner[1];
+    }
+    Vec<3>& centre = triangle.at({1, 1, 1});
+    centre = classical_centre(triangle);
+    const FlatPatch<3>& flat = parts.flats[parts.features.patches[f]];
+    centre = flat.is_flat() ? flat.snapped(centre) : fitted_centre(parts, f, triangle);
+    return triangle;
+}
+
+template <int K, int D>
+Outcome<Buffer<Box<D>>> control_boxes(const Buffer<CubicSimplex<K, D>>& simplices, const Execution& execution) {
+    return map_each(execution, simplices.size(), [&](std::size_t i) {
+        Box<D> box;
+        for (const Vec<D>& c : simplices[i].control) box.include(c);
+        return box;
+    });
+}
+
+/// The parts of the value that do not depend on the dimension.
+template <int D>
+Outcome<Surrogate<D>> assembled(const LinearMesh<D>& mesh, const Features<D>& features, Buffer<FlatPatch<D>> flats,
+                                Buffer<EdgeId> edges, Buffer<SurrogateEdge<D>> curves,
+                                Buffer<CubicSimplex<D - 1, D>> facets, Column<std::array<FacetId, D>> neighbours,
+                                const Execution& execution) {
+    Surrogate<D> s;
+    const auto boxes = control_boxes(facets, execution);
+    if (!boxes) return fail(boxes.error());
+    s.tree = BoxTree<D>(*boxes);
+    if constexpr (D == 3) {
+        Buffer<std::uint32_t> ridges;
+        Buffer<Box<D>> ridge_boxes;
+        for (std::size_t row = 0; row < edges.size(); ++row) {
+            if (features.edge_kinds[edges[row]] != EdgeKind::ridge) continue;
+            ridges.push_back(static_cast<std::uint32_t>(row));
+            Box<D> box;
+            for (const Vec<D>& c : curves[row].curve.control) box.include(c);
+            ridge_boxes.push_back(box);
+        }
+        s.curve_tree = BoxTree<D>(ridge_boxes);
+        s.ridge_rows = std::move(ridges);
+    }
+    s.facets = std::move(facets);
+    s.references = mesh.facets.references;
+    s.patches = features.patches;
+    s.flats = std::move(flats);
+    s.vertices = mesh.facets.vertices;
+    s.neighbours = std::move(neighbours);
+    s.edges = std::move(edges);
+    s.edge_curves = std::move(curves);
+    return s;
+}
+
+Outcome<Surrogate<3>> build(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
+                            const Incidence<FacetId>& shells, Buffer<FlatPatch<3>> flats,
+                            const CurveTangents<3>& tangents, const SurrogateOptions& options,
+                            const Execution& execution) {
+    const auto fans = find_fans(mesh, edges, features, shells, execution);
+    if (!fans) return fail(fans.error());
+    const auto shapes = fan_shapes(mesh, edges, features, *fans, flats, tangents, options.file_directions_degrees, execution);
+    if (!shapes) return fail(shapes.error());
+    const Parts parts{mesh, edges, features, shells, *fans, flats, tangents, *shapes};
+
+    auto rows = boundary_edges(features);
+    auto curves = map_each(execution, rows.size(), [&](std::size_t row) {
+        const EdgeId e = rows[row];
+        SurrogateEdge<3> edge =
+            features.edge_kinds[e] == EdgeKind::ridge ? ridge_edge(parts, e) : inner_edge(parts, e);
+        edge.curve_number = features.curves[e];
+        return edge;
+    });
+    if (!curves) return fail(curves.error());
+    auto facets = map_each(execution, mesh.facets.size(),
+                           [&](std::size_t f) { return cubic_triangle(parts, rows, *curves, FacetId(f)); });
+    if (!facets) return fail(facets.error());
+    return assembled<3>(mesh, features, std::move(flats), std::move(rows), std::move(*curves), std::move(*facets),
+                        fans->neighbours, execution);
+}
+
+/// The facet that goes on beyond each end, where the curve does: opposite local vertex i is vertex 1 − i.
+Buffer<std::array<FacetId, 2>> next_along(const LinearMesh<2>& mesh, const Features<2>& features) {
+    std::vector<std::array<FacetId, 2>> around(mesh.points.size());
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f)
+        for (const VertexId v : mesh.facets.vertices[f]) {
+            auto& at = around[v.index()];
+            (at[0].valid() ? at[1] : at[0]) = FacetId(f);
+        }
+    Buffer<std::array<FacetId, 2>> next(mesh.facets.size());
+    for (std::size_t f = 0; f < next.size(); ++f)
+        for (std::size_t i = 0; i < 2; ++i) {
+            const VertexId v = mesh.facets.vertices[f][1 - i];
+            const auto& at = around[v.index()];
+            next[f][i] = features.vertex_kinds[v] == VertexKind::corner ? FacetId{} : at[0].index() == f ? at[1] : at[0];
+        }
+    return next;
+}
+
+Outcome<Surrogate<2>> build(const LinearMesh<2>& mesh, const EdgeSet<2>& edges, const Features<2>& features,
+                            const Incidence<FacetId>& shells, Buffer<FlatPatch<2>> flats,
+                            const CurveTangents<2>& tangents, const SurrogateOptions&, const Execution& execution) {
+    auto rows = boundary_edges(features);
+    auto curves = map_each(execution, rows.size(), [&](std::size_t row) {
+        const EdgeId e = rows[row];
+        const auto& [low, high] = edges.vertices[e];
+        const Vec<2> a = mesh.points[low], b = mesh.points[high];
+        const auto& [at_low, at_high] = tangents.tangents[tangents.row(e)];
+        const bool flat = flats[features.patches[shells[e][0]]].is_flat();
+        SurrogateEdge<2> edge = flat ? straight_edge(a, b) : smooth_edge(a, at_low, at_high, b);
+        edge.curve_number = features.curves[e];
+        return edge;
+    });
+    if (!curves) return fail(curves.error());
+    auto facets = map_each(execution, mesh.facets.size(), [&](std::size_t f) {
+        const EdgeId e = edges.of_facets[f][0];
+        const auto row = static_cast<std::size_t>(std::lower_bound(rows.begin(), rows.end(), e) - rows.begin());
+        CubicSimplex<1, 2> facet = (*curves)[row].curve;
+        if (edges.vertices[e][0] != mesh.facets.vertices[f][0]) std::reverse(facet.control.begin(), facet.control.end());
+        return facet;
+    });
+    if (!facets) return fail(facets.error());
+    return assembled<2>(mesh, features, std::move(flats), std::move(rows), std::move(*curves), std::move(*facets),
+                        next_along(mesh, features), execution);
+}
+
+}  // namespace
+
+template <int D>
+std::size_t Surrogate<D>::row(EdgeId e) const {
+    const auto at = std::lower_bound(edges.begin(), edges.end(), e);
+    return at != edges.end() && *at == e ? static_cast<std::size_t>(at - edges.begin()) : edges.size();
+}
+
+template <int D>
+Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
+                                      const SurrogateOptions& options, const Execution& execution) {
+    if (edges.of_facets.size() != mesh.facets.size() || features.patches.size() != mesh.facets.size() ||
+        features.edge_kinds.size() != edges.size())
+        return fail(ErrorKind::internal, "the edge set or the features are not of this mesh");
+    const auto shells = facet_shells(edges, execution);
+    if (!shells) return fail(shells.error());
+    auto flats = flat_patches(mesh, features, execution);
+    if (!flats) return fail(flats.error());
+    const auto tangents = curve_tangents(mesh, edges, features, options.file_directions_degrees, execution);
+    if (!tangents) return fail(tangents.error());
+    return build(mesh, edges, features, *shells, std::move(*flats), *tangents, options, execution);
+}
+
+template struct Surrogate<2>;
+template struct Surrogate<3>;
+template Outcome<Surrogate<2>> build_surrogate(const LinearMesh<2>&, const EdgeSet<2>&, const Features<2>&,
+                                               const SurrogateOptions&, const Execution&);
+template Outcome<Surrogate<3>> build_surrogate(const LinearMesh<3>&, const EdgeSet<3>&, const Features<3>&,
+                                               const SurrogateOptions&, const Execution&);
+
+}  // namespace camber

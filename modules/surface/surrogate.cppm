@@ -1,0 +1,105 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+export module camber.surface:surrogate;
+import camber.core;
+import camber.bezier;
+import :features;
+import :cubic;
+import :flat;
+
+export namespace camber {
+
+struct SurrogateOptions {
+    /// Normals and tangents in the file (GMF NormalAtVertices, TangentAtVertices) are taken where they agree with the mesh's
+    /// own within this angle (degrees); 0 ignores them.
+    double file_directions_degrees = 30;
+};
+
+/// A boundary edge of the surrogate.
+template <int D>
+struct SurrogateEdge {
+    CubicSimplex<1, D> curve;  ///< from the lower vertex to the higher
+    Vec<D> middle;             ///< the curve at t = 1/2; the chord's middle to the last bit where the edge is straight
+    std::uint32_t curve_number = no_feature;  ///< of the ridge curve (3D) or the smooth curve (2D)
+    friend bool operator==(const SurrogateEdge&, const SurrogateEdge&) = default;
+};
+
+/// A smooth (G1 at vertices) piecewise cubic surface through a mesh's boundary, made from the mesh alone (paper §3.1): a
+/// value of its own that outlives changes of the mesh. Triangles in 3D, curves in 2D. Facets and edges of patches that
+/// are parts of planes stay in those planes.
+template <int D>
+struct Surrogate {
+    static constexpr int K = D - 1;
+
+    Column<CubicSimplex<K, D>> facets;
+    Column<Reference> references;                 ///< one a facet
+    Column<std::uint32_t> patches;                ///< one a facet
+    Column<FlatPatch<D>> flats;                   ///< one a patch
+    Column<SimplexVertices<K>> vertices;          ///< one a facet
+    Column<std::array<FacetId, D>> neighbours;    ///< across the smooth edge (2D: vertex) opposite each corner, if any
+    Column<EdgeId> edges;                         ///< rising: the mesh's edges that are on its boundary
+    Column<SurrogateEdge<D>> edge_curves;         ///< one a row of `edges`
+    BoxTree<D> tree;                              ///< over the facets' control points
+    BoxTree<D> curve_tree;                        ///< over the control points of `ridge_rows` (3D)
+    Column<std::uint32_t> ridge_rows;             ///< rows of `edges` that are ridges
+
+    /// The row of an edge in `edges`, or edges.size().
+    [[nodiscard]] std::size_t row(EdgeId e) const;
+};
+
+/// Edge control points lie in the tangent planes of the vertices (ridges: on the tangents of their curves), with the handles of a
+/// circle; both facets of an edge share them. The middle point of a triangle is fitted to the jets of its vertices, so
+/// that the centroid errs O(h⁴). Errors: `edges` or `features` is not of this mesh (ErrorKind::internal), stopped.
+template <int D>
+[[nodiscard]] Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                    const Features<D>& features, const SurrogateOptions& options,
+                                                    const Execution& execution);
+
+/// A place on the surrogate.
+template <int D>
+struct SurrogateFoot {
+    FacetId facet;
+    Barycentric<D - 1> xi{};
+    Vec<D> point;
+    double distance_squared = 0;
+};
+
+/// From a facet: the closest point on it, then across smooth edges for as long as the distance falls. Local: never farther than
+/// the facet itself is.
+template <int D>
+[[nodiscard]] SurrogateFoot<D> closest_near(const Surrogate<D>& surrogate, FacetId start, const Vec<D>& p);
+/// The same from a place on the facet.
+template <int D>
+[[nodiscard]] SurrogateFoot<D> closest_near(const Surrogate<D>& surrogate, FacetId start, const Barycentric<D - 1>& xi,
+                                            const Vec<D>& p);
+
+/// The closest point of all facets for which `admits(facet)`; an invalid facet when there is none.
+template <int D, class Admits>
+[[nodiscard]] SurrogateFoot<D> closest_among(const Surrogate<D>& surrogate, const Vec<D>& p, Admits&& admits) {
+    const auto nearest = surrogate.tree.nearest(p, [&](std::size_t f) {
+        if (!admits(FacetId(f))) return 1e300;
+        return closest_on(surrogate.facets[f], p).distance_squared;
+    });
+    if (!(nearest.distance_squared < 1e300)) return {};
+    const auto foot = closest_on(surrogate.facets[nearest.item], p);
+    return {FacetId(nearest.item), foot.xi, foot.point, foot.distance_squared};
+}
+
+/// The closest point of all ridge curves (3D), and the row of its edge; `row` is edges.size() when there are none.
+template <int D>
+struct CurveFoot {
+    std::size_t row = 0;
+    double t = 0;
+    Vec<D> point;
+    double distance_squared = 0;
+};
+template <int D>
+[[nodiscard]] CurveFoot<D> closest_on_ridges(const Surrogate<D>& surrogate, const Vec<D>& p);
+
+/// The unit normal at a place: to the right of a 2D facet's direction, by the right hand on a triangle's vertices.
+template <int D>
+[[nodiscard]] Vec<D> normal_at(const CubicSimplex<D - 1, D>& facet, const Barycentric<D - 1>& xi);
+
+}  // namespace camber

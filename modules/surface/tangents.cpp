@@ -1,0 +1,243 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.surface;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+constexpr std::size_t most_neighbours = 4;
+
+/// The curve edges around each vertex that is not a corner (two), and how to walk along them.
+template <int D>
+struct Chains {
+    const EdgeSet<D>& edges;
+    const Features<D>& features;
+    std::vector<std::array<EdgeId, 2>> around;  ///< of each vertex: lower edge first
+
+    [[nodiscard]] VertexId other_end(EdgeId e, VertexId v) const {
+        const auto& ends = edges.vertices[e];
+        return ends[0] == v ? ends[1] : ends[0];
+    }
+    [[nodiscard]] EdgeId next(EdgeId e, VertexId v) const {
+        const auto& at = around[v.index()];
+        return at[0] == e ? at[1] : at[0];
+    }
+    /// The vertices from v on, along e first; stops at a corner, at v, or after four.
+    [[nodiscard]] std::vector<VertexId> walk(VertexId v, EdgeId e) const {
+        std::vector<VertexId> out;
+        VertexId at = v;
+        while (out.size() < most_neighbours) {
+            at = other_end(e, at);
+            if (at == v) break;
+            out.push_back(at);
+            if (features.vertex_kinds[at] == VertexKind::corner) break;
+            e = next(e, at);
+            if (!e.valid()) break;
+        }
+        return out;
+    }
+};
+
+template <int D>
+Chains<D> make_chains(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
+                      std::span<const EdgeId> curve_edges) {
+    Chains<D> chains{edges, features, std::vector<std::array<EdgeId, 2>>(mesh.points.size())};
+    for (const EdgeId e : curve_edges)
+        for (const VertexId v : edges.vertices[e]) {
+            auto& at = chains.around[v.index()];
+            (at[0].valid() ? at[1] : at[0]) = e;
+        }
+    return chains;
+}
+
+/// A neighbour's place along the tangent and across it.
+template <int D>
+struct Height {
+    double x = 0;
+    Vec<D> y;
+};
+
+/// Heights over the tangent as far as the curve still goes forward: |x| must grow by a third of each step.
+template <int D>
+std::vector<Height<D>> heights_over(const Vec<D>& tangent, std::span<const Vec<D>> offsets, double direction) {
+    constexpr double least_advance = 0.33;
+    std::vector<Height<D>> out;
+    Vec<D> last;
+    for (const Vec<D>& d : offsets) {
+        const Vec<D> step = d - last;
+        if (!(direction * dot(step, tangent) > least_advance * norm(step))) break;
+        const double x = dot(d, tangent);
+        out.push_back({x, d - x * tangent});
+        last = d;
+    }
+    return out;
+}
+
+/// Two a side, or more of one where the other is short; never the same vertex from both sides.
+template <int D>
+std::vector<Height<D>> chosen(const std::vector<Height<D>>& ahead, const std::vector<Height<D>>& behind) {
+    const std::size_t few_ahead = std::min<std::size_t>(ahead.size(), 2), few_behind = std::min<std::size_t>(behind.size(), 2);
+    const std::size_t from_ahead = std::min(ahead.size(), most_neighbours - few_behind);
+    const std::size_t from_behind = std::min(behind.size(), most_neighbours - std::max(few_ahead, from_ahead));
+    std::vector<Height<D>> out(ahead.begin(), ahead.begin() + static_cast<std::ptrdiff_t>(from_ahead));
+    out.insert(out.end(), behind.begin(), behind.begin() + static_cast<std::ptrdiff_t>(from_behind));
+    return out;
+}
+
+/// y'(0) of the polynomial through (0, 0) and the heights: Σ_i (y_i/x_i) ∏_{j≠i} x_j/(x_j − x_i).
+template <int D>
+Vec<D> slope_at_zero(std::span<const Height<D>> heights) {
+    Vec<D> slope;
+    for (std::size_t i = 0; i < heights.size(); ++i) {
+        double weight = 1 / heights[i].x;
+        for (std::size_t j = 0; j < heights.size(); ++j)
+            if (j != i) weight *= heights[j].x / (heights[j].x - heights[i].x);
+        slope += weight * heights[i].y;
+    }
+    return slope;
+}
+
+template <int D>
+struct Tangent {
+    Vec<D> direction;
+    std::uint8_t support = 0;
+};
+
+/// The parabola by chord length through three points; the chord where there are two.
+template <int D>
+Vec<D> first_tangent(std::span<const Vec<D>> ahead, std::span<const Vec<D>> behind) {
+    if (ahead.empty()) return behind.empty() ? Vec<D>{} : -first_tangent<D>(behind, ahead);
+    const Vec<D> a = ahead[0];
+    const double la = norm(a);
+    if (!behind.empty()) {
+        const double lb = norm(behind[0]);
+        return normalised((lb / la) * a - (la / lb) * behind[0]);
+    }
+    if (ahead.size() < 2) return normalised(a);
+    const double lb = la + distance(ahead[1], a);
+    return normalised((lb / la) * a - (la / lb) * ahead[1]);
+}
+
+template <int D>
+Tangent<D> fitted_tangent(std::span<const Vec<D>> ahead, std::span<const Vec<D>> behind) {
+    constexpr int passes = 4;
+    constexpr double least_agreement = 0.8;
+    const Vec<D> first = first_tangent<D>(ahead, behind);
+    Tangent<D> t{first, static_cast<std::uint8_t>(std::min<std::size_t>(ahead.size() + behind.size(), 2))};
+    if (ahead.size() + behind.size() < 2) return t;
+    for (int pass = 0; pass < passes; ++pass) {
+        const auto heights = chosen(heights_over<D>(t.direction, ahead, 1), heights_over<D>(t.direction, behind, -1));
+        if (heights.size() < 2) break;
+        const Vec<D> next = normalised(t.direction + slope_at_zero<D>(heights));
+        if (!is_finite(next) || dot(next, first) < least_agreement) return {first, t.support};
+        t = {next, static_cast<std::uint8_t>(heights.size())};
+    }
+    return t;
+}
+
+template <int D>
+Tangent<D> tangent_at(const LinearMesh<D>& mesh, const Chains<D>& chains, VertexId v, EdgeId e) {
+    std::vector<VertexId> ahead, behind;
+    const bool passes_through = chains.features.vertex_kinds[v] != VertexKind::corner;
+    const EdgeId lead = passes_through ? chains.around[v.index()][0] : e;
+    ahead = chains.walk(v, lead);
+    if (passes_through)
+        if (const EdgeId back = chains.around[v.index()][1]; back.valid())
+            for (const VertexId w : chains.walk(v, back)) {
+                // On a closed curve of few edges both walks meet: each vertex is taken once, from its nearer side.
+                const auto twice = std::find(ahead.begin(), ahead.end(), w);
+                if (twice != ahead.end()) {
+                    if (static_cast<std::size_t>(twice - ahead.begin()) <= behind.size()) break;
+                    ahead.erase(twice, ahead.end());
+                }
+                behind.push_back(w);
+            }
+    const auto offsets = [&](const std::vector<VertexId>& vertices) {
+        std::vector<Vec<D>> out;
+        for (const VertexId w : vertices)
+            if (mesh.points[w] != mesh.points[v]) out.push_back(mesh.points[w] - mesh.points[v]);
+        return out;
+    };
+    Tangent<D> t = fitted_tangent<D>(offsets(ahead), offsets(behind));
+    // From the lead's direction to "along e", leaving v.
+    if (lead != e) t.direction = -t.direction;
+    return t;
+}
+
+/// The file's tangents, by rising vertex.
+template <int D>
+std::vector<DirectionAtVertex> sorted_notes(const Column<DirectionAtVertex>& notes, std::size_t directions) {
+    std::vector<DirectionAtVertex> sorted;
+    for (const auto& note : notes)
+        if (note.direction < directions) sorted.push_back(note);
+    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+        return std::pair(a.vertex, a.direction) < std::pair(b.vertex, b.direction);
+    });
+    return sorted;
+}
+
+/// The noted line at v that is nearest to the fitted tangent, if near enough.
+template <int D>
+Tangent<D> preferred(const LinearMesh<D>& mesh, std::span<const DirectionAtVertex> notes, double least_cosine,
+                     VertexId v, Tangent<D> fitted) {
+    auto at = std::lower_bound(notes.begin(), notes.end(), v, [](const auto& n, VertexId w) { return n.vertex < w; });
+    double best = least_cosine;
+    Tangent<D> out = fitted;
+    for (; at != notes.end() && at->vertex == v; ++at) {
+        const Vec<D> noted = normalised(mesh.notes.tangents[at->direction]);
+        const double cosine = dot(noted, fitted.direction);
+        if (!(std::fabs(cosine) > best)) continue;
+        best = std::fabs(cosine);
+        out = {cosine < 0 ? -noted : noted, most_neighbours};
+    }
+    return out;
+}
+
+}  // namespace
+
+template <int D>
+std::size_t CurveTangents<D>::row(EdgeId e) const {
+    const auto at = std::lower_bound(edges.begin(), edges.end(), e);
+    return at != edges.end() && *at == e ? static_cast<std::size_t>(at - edges.begin()) : edges.size();
+}
+
+template <int D>
+Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
+                                         double most_degrees, const Execution& execution) {
+    Buffer<EdgeId> curve_edges;
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        if (features.curves[e] != no_feature) curve_edges.push_back(EdgeId(e));
+    const auto chains = make_chains<D>(mesh, edges, features, curve_edges);
+    const auto notes = sorted_notes<D>(mesh.notes.tangent_at_vertices, mesh.notes.tangents.size());
+    const double least_cosine = most_degrees > 0 ? std::cos(most_degrees * std::numbers::pi / 180) : 2;
+    Buffer<std::array<std::uint8_t, 2>> supports(curve_edges.size());
+    auto tangents = map_each(execution, curve_edges.size(), [&](std::size_t row) {
+        const EdgeId e = curve_edges[row];
+        const auto [low, high] = edges.vertices[e];
+        const auto at_low = preferred<D>(mesh, notes, least_cosine, low, tangent_at<D>(mesh, chains, low, e));
+        const auto at_high = preferred<D>(mesh, notes, least_cosine, high, tangent_at<D>(mesh, chains, high, e));
+        supports[row] = {at_low.support, at_high.support};
+        return std::array{at_low.direction, -at_high.direction};
+    });
+    if (!tangents) return fail(tangents.error());
+    return CurveTangents<D>{std::move(curve_edges), std::move(*tangents), std::move(supports)};
+}
+
+template struct CurveTangents<2>;
+template struct CurveTangents<3>;
+template Outcome<CurveTangents<2>> curve_tangents(const LinearMesh<2>&, const EdgeSet<2>&, const Features<2>&, double,
+                                                  const Execution&);
+template Outcome<CurveTangents<3>> curve_tangents(const LinearMesh<3>&, const EdgeSet<3>&, const Features<3>&, double,
+                                                  const Execution&);
+
+}  // namespace camber

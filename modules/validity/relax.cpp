@@ -1,0 +1,189 @@
+module;
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <utility>
+#include <vector>
+module camber.validity;
+import :repair;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace {
+
+/// Turns over all elements that are not valid, and over all moved edges.
+constexpr int most_rounds = 20;
+constexpr int put_back_rounds = 2;
+
+template <int D>
+Outcome<Done> sound(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const RelaxOptions& options) {
+    const std::size_t edges = mesh.edges.size();
+    if (proposal.mid_nodes.size() != edges || proposal.kinds.size() != edges || proposal.changes.size() != edges)
+        return fail(ErrorKind::internal, "the proposal has another number of edges than the mesh");
+    if (!(options.theta > 0 && options.theta < 1)) return fail(ErrorKind::usage, "theta must be between 0 and 1");
+    if (!(options.min_scaled_jacobian >= 0 && options.min_scaled_jacobian < 1))
+        return fail(ErrorKind::usage, "min_scaled_jacobian must be at least 0 and below 1");
+    if (!(options.target >= 0 && options.target < 1))
+        return fail(ErrorKind::usage, "target must be at least 0 and below 1");
+    if (options.max_corrections < 0) return fail(ErrorKind::usage, "max_corrections must not be negative");
+    return Done{};
+}
+
+template <int D>
+std::vector<ElementId> elements_not_valid(const Repair<D>& repair) {
+    std::vector<ElementId> queue;
+    for (std::size_t e = 0; e < repair.verdicts.size(); ++e)
+        if (repair.verdicts[e] != Verdict::valid) queue.push_back(ElementId(e));
+    return queue;
+}
+
+/// Repair is in order, one element after the other: what is done to one decides what the next one needs.
+[[nodiscard]] Execution in_order(const Execution& execution) { return {1, execution.stop, execution.progress}; }
+
+/// f(element) for those of the queue that are not valid when their turn comes; keeps these in the queue. True if any f
+/// did something.
+template <int D, class F>
+Outcome<bool> turn(Repair<D>& repair, std::vector<ElementId>& queue, const Execution& execution, F&& f) {
+    bool any = false;
+    auto done = each(in_order(execution), queue.size(), [&](std::size_t i) {
+        if (!repair.valid(queue[i]) && f(queue[i])) any = true;
+    });
+    if (!done) return fail(done.error());
+    std::erase_if(queue, [&](ElementId e) { return repair.valid(e); });
+    return any;
+}
+
+template <int D>
+Outcome<Done> mend_in_rounds(Repair<D>& repair, std::vector<ElementId>& queue, EdgeGroup group, Steps steps,
+                             const Execution& execution) {
+    for (int round = 0; round < most_rounds && !queue.empty(); ++round) {
+        const auto any = turn(repair, queue, execution, [&](ElementId e) { return mend(repair, e, group, steps); });
+        if (!any) return fail(any.error());
+        if (!*any) break;
+    }
+    return Done{};
+}
+
+/// The paper's correction (§3.2) over a queue: all volume edges of an element that is not valid by θ, surface edges
+/// once its volume edges are straight; what breaks joins the next round. Ends: every edge is straight after
+/// max_corrections + 1 steps.
+template <int D>
+Outcome<Done> relax_plainly(Repair<D>& repair, std::vector<ElementId> queue, const Execution& execution) {
+    std::map<EdgeId, int> corrections;
+    while (!queue.empty()) {
+        std::vector<ElementId> next;
+        auto done = each(in_order(execution), queue.size(), [&](std::size_t i) {
+            const ElementId e = queue[i];
+            if (repair.valid(e)) return;
+            std::vector<EdgeId> loose = loose_edges(repair, e, EdgeGroup::volume);
+            if (loose.empty()) loose = loose_edges(repair, e, EdgeGroup::surface);
+            if (loose.empty()) return;  // straight, and still not valid
+            Changes<D> changes;
+            for (const EdgeId edge : loose) {
+                const bool last = ++corrections[edge] > repair.options.max_corrections;
+                move_node(repair, edge, repair.towards_middle(edge, last ? 0 : repair.options.theta), changes);
+            }
+            check_shells(repair, loose, changes);
+            next.insert(next.end(), changes.broken.begin(), changes.broken.end());
+            if (!repair.valid(e)) next.push_back(e);
+        });
+        if (!done) return fail(done.error());
+        std::sort(next.begin(), next.end());
+        next.erase(std::unique(next.begin(), next.end()), next.end());
+        queue = std::move(next);
+    }
+    return Done{};
+}
+
+/// Surface and ridge nodes first: they make the geometry.
+template <int D>
+Outcome<Done> put_all_back(Repair<D>& repair, const Execution& execution) {
+    std::vector<EdgeId> moved;
+    for (const auto& [edge, node] : repair.originals) moved.push_back(edge);
+    std::ranges::sort(moved, {}, [&](EdgeId e) { return std::pair(repair.kinds[e] == EdgeKind::volume, e); });
+    for (int round = 0; round < put_back_rounds; ++round) {
+        auto done = each(in_order(execution), moved.size(), [&](std::size_t i) { put_back(repair, moved[i]); });
+        if (!done) return fail(done.error());
+    }
+    return Done{};
+}
+
+template <int D>
+Outcome<Done> relax_by_shells(Repair<D>& repair, const Execution& execution) {
+    std::vector<ElementId> queue = elements_not_valid(repair);
+    const auto in_rounds = [&](EdgeGroup group, Steps steps) {
+        return mend_in_rounds(repair, queue, group, steps, execution);
+    };
+    const auto with_neighbours = [&](EdgeGroup group, double scaled_jacobian) -> Outcome<Done> {
+        return turn(repair, queue, execution,
+                    [&](ElementId e) { return mend_with_neighbours(repair, e, group, scaled_jacobian); })
+            .map([](bool) { return Done{}; });
+    };
+    const double bound = repair.options.min_scaled_jacobian;
+    const double target = std::max(bound, repair.options.target);
+    for (const EdgeGroup group : {EdgeGroup::volume, EdgeGroup::surface, EdgeGroup::all}) {
+        auto done = in_rounds(group, Steps::to_target);
+        if (done) done = with_neighbours(group, target);
+        if (done) done = in_rounds(group, group == EdgeGroup::surface ? Steps::to_bound : Steps::helping);
+        if (done) done = with_neighbours(group, bound);
+        if (!done) return fail(done.error());
+    }
+    if (auto done = relax_plainly(repair, queue, execution); !done) return fail(done.error());
+    return put_all_back(repair, execution);
+}
+
+/// The repaired nodes as a proposal, with the counts.
+template <int D>
+Outcome<Relaxation<D>> summed_up(Repair<D> repair, Proposal<D> proposal, const Validation<D>& before,
+                                 const Execution& execution) {
+    Relaxation<D> result;
+    std::vector<ElementId> touched;
+    Buffer<EdgeChange> changes = take(std::move(proposal.changes));
+    for (const auto& [edge, original] : repair.originals) {
+        if (repair.nodes[edge.index()] == original) continue;
+        ++(repair.kinds[edge] == EdgeKind::volume ? result.relaxed_volume_edges : result.relaxed_surface_edges);
+        changes[edge.index()] = repair.straight(edge) ? EdgeChange::straightened : EdgeChange::relaxed;
+        touched.insert(touched.end(), repair.shells[edge].begin(), repair.shells[edge].end());
+    }
+    std::sort(touched.begin(), touched.end());
+    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+    auto validation = revalidate<D>(repair.mesh, repair.nodes, before, touched, execution);
+    if (!validation) return fail(validation.error());
+    for (std::size_t e = 0; e < before.verdicts.size(); ++e)
+        result.corrected_elements += before.verdicts[e] != Verdict::valid && validation->verdicts[e] == Verdict::valid;
+    result.proposal = {std::move(repair.nodes), proposal.kinds, std::move(changes)};
+    result.validation = std::move(*validation);
+    return result;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Relaxation<D>> relax(const QuadraticMesh<D>& mesh, Proposal<D> proposal, const Validation<D>& validation,
+                             RelaxOptions options, const Execution& execution) {
+    if (auto checked = sound(mesh, proposal, options); !checked) return fail(checked.error());
+    if (validation.bound != options.min_scaled_jacobian || validation.verdicts.size() != mesh.linear.elements.size()) {
+        auto again = validate(mesh, proposal, options.min_scaled_jacobian, execution);
+        if (!again) return fail(again.error());
+        return relax(mesh, std::move(proposal), *again, options, execution);
+    }
+    if (validation.all_valid()) return Relaxation<D>{std::move(proposal), 0, 0, 0, validation};
+    const auto around = shells(mesh.edges, execution);
+    if (!around) return fail(around.error());
+    Repair<D> repair{
+        mesh, *around, proposal.kinds, options, take(std::move(proposal.mid_nodes)), take(validation.verdicts), {}};
+    auto done = options.strategy == RelaxStrategy::paper ? relax_plainly(repair, elements_not_valid(repair), execution)
+                                                         : relax_by_shells(repair, execution);
+    if (!done) return fail(done.error());
+    return summed_up(std::move(repair), std::move(proposal), validation, execution);
+}
+
+template Outcome<Relaxation<2>> relax<2>(const QuadraticMesh<2>&, Proposal<2>, const Validation<2>&, RelaxOptions,
+                                         const Execution&);
+template Outcome<Relaxation<3>> relax<3>(const QuadraticMesh<3>&, Proposal<3>, const Validation<3>&, RelaxOptions,
+                                         const Execution&);
+
+}  // namespace camber

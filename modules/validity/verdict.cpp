@@ -1,0 +1,269 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+module camber.validity;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Bisections in a row, and in all of one element: beyond them an element is undecided.
+constexpr int most_depth = 60;
+constexpr int most_parts = 4000;
+
+template <int D>
+double smallest_coefficient(const std::array<double, jacobian_coefficients<D>>& c) {
+    double low = c[0];
+    for (const double x : c) low = x < low ? x : low;
+    return low;
+}
+
+/// The local vertex with the smallest value of det J.
+template <int D>
+int lowest_corner(const std::array<double, jacobian_coefficients<D>>& c) {
+    int lowest = 0;
+    for (int i = 1; i <= D; ++i)
+        if (c[corner_coefficients<D>[i]] < c[corner_coefficients<D>[lowest]]) lowest = i;
+    return lowest;
+}
+
+template <int D>
+double lowest_corner_value(const std::array<double, jacobian_coefficients<D>>& c) {
+    return c[corner_coefficients<D>[lowest_corner<D>(c)]];
+}
+
+/// What a value of det J must exceed to be surely good enough (above), or be below to be surely not (below). The parts
+/// of a bisected element carry up to D more roundings a bisection: an eighth of the first error each (3 of 32 u).
+struct Threshold {
+    double value, error;
+    [[nodiscard]] double above(int depth) const { return value + error * (1 + 0.125 * depth); }
+    [[nodiscard]] double below(int depth) const { return value - error * (1 + 0.125 * depth); }
+};
+
+template <int D>
+Threshold threshold_of(const BoundedJacobian<D>& jacobian, double bound) {
+    const double asked = std::max(bound, 0.0);
+    const double value = asked * std::abs(jacobian.straight);
+    // bound · |straight| is off by bound times the error of `straight`, and by the roundings here.
+    return {value, jacobian.error * (1 + asked) * 1.0001 + value * 0x1p-50};
+}
+
+/// NaN among the coefficients, or overflow.
+template <int D>
+bool finite(const BoundedJacobian<D>& jacobian) {
+    double sum = jacobian.error + jacobian.straight;
+    for (const double x : jacobian.coefficients) sum += std::abs(x);
+    return std::isfinite(sum);
+}
+
+/// Depth-first search of the parts of an element, in constant memory. `visit` looks at a part and says whether to
+/// bisect it; the half with the smaller coefficient is next. False when the search was cut short.
+template <int D, class Visit>
+bool search(const BoundedJacobian<D>& jacobian, Visit&& visit) {
+    std::array<JacobianPart<D>, most_depth + 2> stack;
+    stack[0] = whole(jacobian);
+    int top = 1;
+    for (int parts = 0; top > 0; ++parts) {
+        const JacobianPart<D> part = stack[--top];
+        if (!visit(part)) continue;
+        if (part.depth == most_depth || parts >= most_parts) return false;
+        const int edge = largest_bend(part).edge;
+        const JacobianPart<D> first = half(part, edge, 0);
+        const JacobianPart<D> second = half(part, edge, 1);
+        const bool first_is_lower =
+            smallest_coefficient<D>(first.coefficients) < smallest_coefficient<D>(second.coefficients);
+        stack[top++] = first_is_lower ? second : first;
+        stack[top++] = first_is_lower ? first : second;
+    }
+    return true;
+}
+
+/// Second stage of `decide`. `found(part)` is called with the part that has a witness corner.
+template <int D, class Found>
+Verdict decide_by_bisection(const BoundedJacobian<D>& jacobian, const Threshold& threshold, Found&& found) {
+    bool invalid = false;
+    bool doubtful = false;
+    const bool complete = search(jacobian, [&](const JacobianPart<D>& part) {
+        if (invalid) return false;
+        const double low = smallest_coefficient<D>(part.coefficients);
+        if (low > threshold.above(part.depth)) return false;
+        if (lowest_corner_value<D>(part.coefficients) < threshold.below(part.depth)) {
+            invalid = true;
+            found(part);
+            return false;
+        }
+        // Affine to rounding, and still between: bisecting tells no more.
+        if (largest_bend(part).size < 0.125 * threshold.error) {
+            doubtful = true;
+            return false;
+        }
+        return true;
+    });
+    if (invalid) return Verdict::invalid;
+    return complete && !doubtful ? Verdict::valid : Verdict::undecided;
+}
+
+/// Lower bound of the smallest value of det J, without the rounding error: branch and bound, down to `slack` ·
+/// max(scale, |minimum|) below it. `depth` is the deepest bisection.
+struct LowerBound {
+    double value;
+    int depth;
+};
+template <int D>
+LowerBound smallest_value(const BoundedJacobian<D>& jacobian, double slack, double scale) {
+    double upper = infinity;
+    double finished = infinity;
+    double open = infinity;
+    int depth = 0;
+    const bool complete = search(jacobian, [&](const JacobianPart<D>& part) {
+        depth = std::max(depth, part.depth);
+        upper = std::min(upper, lowest_corner_value<D>(part.coefficients));
+        const double low = smallest_coefficient<D>(part.coefficients);
+        const bool close = low >= upper - slack * std::max(scale, std::abs(upper));
+        if (close)
+            finished = std::min(finished, low);
+        else if (part.depth == 0)
+            open = low;
+        return !close;
+    });
+    // Cut short, all that is known for certain is the bound before bisection.
+    return {complete ? finished : std::min(open, finished), depth};
+}
+
+/// Whether the straight element cannot be told from a flat one: its det is within rounding of 0.
+template <int D>
+bool straight_is_flat(const BoundedJacobian<D>& jacobian) {
+    return !(std::abs(jacobian.straight) > 2 * jacobian.error);
+}
+
+/// (low − error) / |straight|, rounded down, with the error of `straight` to the safe side.
+template <int D>
+double scaled_down(const BoundedJacobian<D>& jacobian, double low, int depth) {
+    const double number = low - jacobian.error * (1 + 0.125 * depth);
+    const double scale = std::abs(jacobian.straight);
+    const double ratio = number / (number > 0 ? scale + jacobian.error : scale - jacobian.error);
+    return ratio - std::abs(ratio) * 0x1p-50;
+}
+
+}  // namespace
+
+template <int D>
+Verdict decide_by_coefficients(const BoundedJacobian<D>& jacobian, double bound) {
+    const Threshold threshold = threshold_of(jacobian, bound);
+    // Written so that NaN is neither valid nor invalid.
+    bool all_above = true;
+    for (const double x : jacobian.coefficients) all_above &= x > threshold.above(0);
+    bool corner_below = false;
+    for (const int i : corner_coefficients<D>) corner_below |= jacobian.coefficients[i] < threshold.below(0);
+    return corner_below ? Verdict::invalid : all_above ? Verdict::valid : Verdict::undecided;
+}
+
+template <int D>
+Verdict decide(const BoundedJacobian<D>& jacobian, double bound) {
+    const Verdict first = decide_by_coefficients(jacobian, bound);
+    if (first != Verdict::undecided || !finite(jacobian)) return first;
+    return decide_by_bisection(jacobian, threshold_of(jacobian, bound), [](const JacobianPart<D>&) {});
+}
+
+template <int D>
+double smallest_scaled_coefficient(const BoundedJacobian<D>& jacobian) {
+    const double low = smallest_coefficient<D>(jacobian.coefficients);
+    if (!finite(jacobian)) return -infinity;
+    if (straight_is_flat(jacobian)) return low > jacobian.error ? infinity : -infinity;
+    return scaled_down(jacobian, low, 0);
+}
+
+template <int D>
+std::optional<Barycentric<D>> witness(const BoundedJacobian<D>& jacobian, double bound) {
+    if (!finite(jacobian)) return {};
+    std::optional<Barycentric<D>> point;
+    decide_by_bisection(jacobian, threshold_of(jacobian, bound), [&](const JacobianPart<D>& part) {
+        point = part.corners[lowest_corner<D>(part.coefficients)];
+    });
+    return point;
+}
+
+template <int D>
+ElementValidity check_element(const BoundedJacobian<D>& jacobian, double bound) {
+    ElementValidity validity;
+    validity.verdict = decide(jacobian, bound);
+    validity.straight_inverted = !(jacobian.straight > jacobian.error);
+    if (!finite(jacobian)) {
+        validity.min_scaled_jacobian = -infinity;
+    } else if (straight_is_flat(jacobian)) {
+        validity.min_scaled_jacobian = decide(jacobian, 0) == Verdict::valid ? infinity : -infinity;
+    } else {
+        const auto low = smallest_value(jacobian, 0.5 * scaled_jacobian_tolerance, std::abs(jacobian.straight));
+        validity.min_scaled_jacobian = scaled_down(jacobian, low.value, low.depth);
+        // The verdict is a certificate too, and a sharper one near the bound.
+        if (validity.verdict == Verdict::valid)
+            validity.min_scaled_jacobian = std::max({validity.min_scaled_jacobian, bound, 0.0});
+    }
+    return validity;
+}
+
+namespace {
+
+/// Plain doubles where they will do, twice the digits where not.
+template <int D, class Element>
+ElementValidity check(const Element& element, double bound) {
+    const BoundedJacobian<D> plain = bounded_jacobian(element);
+    if (!blurred(plain)) {
+        const ElementValidity validity = check_element(plain, bound);
+        if (validity.verdict != Verdict::undecided) return validity;
+    }
+    const BoundedJacobian<D> sharp = sharp_jacobian(element);
+    return check_element(finite(sharp) ? sharp : plain, bound);
+}
+
+template <int D>
+bool finite(const NodalSimplex<D>& element) {
+    for (const Vec<D>& node : element.nodes)
+        if (!is_finite(node)) return false;
+    return true;
+}
+
+}  // namespace
+
+template <int D>
+Verdict decide(const NodalSimplex<D>& element, double bound) {
+    const Verdict plain = decide(bounded_jacobian(element), bound);
+    if (plain != Verdict::undecided) return plain;
+    if (!finite(element)) return Verdict::invalid;
+    return decide(sharp_jacobian(element), bound);
+}
+
+template <int D>
+ElementValidity check_element(const QuadraticSimplex<D, D>& element, double bound) {
+    return check<D>(element, bound);
+}
+
+template <int D>
+ElementValidity check_element(const NodalSimplex<D>& element, double bound) {
+    ElementValidity validity = check<D>(element, bound);
+    if (!finite(element)) validity.verdict = Verdict::invalid;
+    return validity;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                             \
+    template Verdict decide<D>(const BoundedJacobian<D>&, double);                        \
+    template Verdict decide<D>(const NodalSimplex<D>&, double);                           \
+    template Verdict decide_by_coefficients<D>(const BoundedJacobian<D>&, double);        \
+    template double smallest_scaled_coefficient<D>(const BoundedJacobian<D>&);            \
+    template std::optional<Barycentric<D>> witness<D>(const BoundedJacobian<D>&, double); \
+    template ElementValidity check_element<D>(const BoundedJacobian<D>&, double);         \
+    template ElementValidity check_element<D>(const QuadraticSimplex<D, D>&, double);     \
+    template ElementValidity check_element<D>(const NodalSimplex<D>&, double);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,156 @@
+// Damaged files give errors (or the same value), whatever the damage.
+#include "binary_file.hpp"
+#include "generated.hpp"
+#include "property.hpp"
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <variant>
+
+using namespace camber;
+
+namespace {
+
+const GmfOptions all_options[] = {{GmfEncoding::ascii, 2},  {GmfEncoding::binary, 2},
+                                  {GmfEncoding::binary, 3}, {GmfEncoding::binary, 4}};
+
+template <class Mesh>
+void cut_everywhere(const Mesh& mesh) {
+    for (const GmfOptions options : all_options) {
+        const auto whole = generated::joined(*encode_gmf_mesh(mesh, options, {}));
+        for (std::size_t n = 0; n < whole.size(); ++n) {
+            const generated::Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(n));
+            const auto decoded = decode_gmf_mesh(cut, "file", {.threads = 1});
+            CAPTURE(n);
+            if (decoded) {
+                REQUIRE(std::holds_alternative<Mesh>(decoded->mesh));
+                REQUIRE(std::get<Mesh>(decoded->mesh) == mesh);
+            } else {
+                REQUIRE(!decoded.error().what.empty());
+                REQUIRE(decoded.error().where.starts_with("file: "));
+            }
+        }
+    }
+}
+
+/// Every index of a decoded mesh refers to something.
+template <int D>
+bool is_consistent(const LinearMesh<D>& mesh) {
+    const std::size_t n = mesh.points.size();
+    bool sound = mesh.point_references.size() == n;
+    const auto check = [&](const auto& kind) {
+        sound = sound && kind.references.size() == kind.size();
+        for (const auto& simplex : kind.vertices)
+            for (const VertexId v : simplex) sound = sound && v.index() < n;
+        for (const std::uint32_t i : kind.required) sound = sound && i < kind.size();
+    };
+    check(mesh.elements);
+    check(mesh.facets);
+    check(mesh.edges);
+    for (const VertexId v : mesh.corners) sound = sound && v.index() < n;
+    for (const auto& at : mesh.notes.normal_at_vertices)
+        sound = sound && at.vertex.index() < n && at.direction < mesh.notes.normals.size();
+    return sound;
+}
+template <int D>
+bool is_consistent(const QuadraticMesh<D>& mesh) {
+    return is_consistent(mesh.linear) && mesh.mid_nodes.size() == mesh.edges.size();
+}
+
+void survives(const generated::Bytes& bytes) {
+    if (const auto mesh = decode_gmf_mesh(bytes, "file", {.threads = 1}))
+        RC_ASSERT(std::visit([](const auto& m) { return is_consistent(m); }, mesh->mesh));
+    if (const auto solution = decode_gmf_solution(bytes, "file", {.threads = 1}))
+        RC_ASSERT(solution->solution.values.size() == solution->solution.rows * row_width(solution->solution));
+}
+
+generated::Bytes some_file(std::uint64_t seed) {
+    const GmfOptions options = all_options[seed % 4];
+    generated::Random random(seed);
+    if (seed % 3 == 0) return generated::joined(*encode_gmf_mesh(generated::mesh<2>(seed, 4), options, {}));
+    if (seed % 3 == 1) return generated::joined(*encode_gmf_mesh(generated::quadratic<3>(seed, 3), options, {}));
+    Solution solution{.dimension = 3, .fields = {FieldKind::symmetric_tensor, FieldKind::scalar}, .rows = 3};
+    Buffer<double> values;
+    for (int i = 0; i < 21; ++i) values.push_back(random.real());
+    solution.values = std::move(values);
+    return generated::joined(*encode_gmf_solution(solution, options, {}));
+}
+
+}  // namespace
+
+TEST_CASE("a file cut anywhere") {
+    cut_everywhere(generated::mesh<2>(2, 3));
+    cut_everywhere(generated::mesh<3>(2, 2));
+    cut_everywhere(generated::quadratic<2>(2, 2));
+    cut_everywhere(generated::quadratic<3>(2, 2));
+}
+
+TEST_CASE("noise") {
+    testing::property(
+        "some bytes changed",
+        [](std::uint64_t seed) {
+            auto bytes = some_file(seed);
+            generated::Random random(seed);
+            for (std::size_t i = 0, n = 1 + random.below(6); i < n; ++i)
+                bytes[random.below(bytes.size())] = static_cast<std::byte>(random.below(4) == 0 ? 0xff : random.below(256));
+            survives(bytes);
+        },
+        {.count = 3000});
+    testing::property(
+        "pieces moved about",
+        [](std::uint64_t seed) {
+            auto bytes = some_file(seed);
+            generated::Random random(seed);
+            const std::size_t from = random.below(bytes.size()), length = random.below(bytes.size() - from);
+            const generated::Bytes piece(bytes.begin() + static_cast<std::ptrdiff_t>(from),
+                                         bytes.begin() + static_cast<std::ptrdiff_t>(from + length));
+            bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(random.below(bytes.size())), piece.begin(), piece.end());
+            survives(bytes);
+        },
+        {.count = 500});
+    testing::property(
+        "nothing but noise after the first words",
+        [](std::uint64_t seed) {
+            generated::Random random(seed);
+            generated::Bytes bytes = random.below(2) == 0 ? generated::bytes_of("MeshVersionFormatted 2 Dimension 3 ")
+                                                          : BinaryFile(1 + static_cast<int>(random.below(4)), false).bytes;
+            for (std::size_t i = 0, n = random.below(300); i < n; ++i)
+                bytes.push_back(static_cast<std::byte>(random.below(3) == 0 ? 0 : random.below(256)));
+            survives(bytes);
+        },
+        {.count = 2000});
+}
+
+TEST_CASE("absurd counts are refused before anything is allocated") {
+    for (const int version : {2, 4})
+        for (const std::int32_t keyword : {4, 5, 6, 8, 13, 14, 20, 24, 25, 30, 42, 60, 62, 127, 129, 133})
+            for (const std::int64_t count : {std::int64_t{2000000000}, std::int64_t{-1},
+                                             std::numeric_limits<std::int64_t>::max() / 4}) {
+                BinaryFile file(version, false);
+                file.dimension(3);
+                if (keyword != 4) {
+                    file.block(4, 1);
+                    for (int c = 0; c < 3; ++c) file.real(0);
+                    file.integer(0);
+                    file.close();
+                }
+                if (keyword >= 127) {  // orderings are read where there is something to order
+                    file.block(keyword == 127 ? 25 : keyword == 129 ? 24 : 30, 0);
+                    file.close();
+                }
+                file.block(keyword, count);
+                file.word(std::int32_t{1});
+                file.word(std::int32_t{1});
+                file.close();
+                file.end();
+                if (keyword == 62)
+                    CHECK(!decode_gmf_solution(file.bytes, "file", {}));
+                else if (version == 4 || count != std::numeric_limits<std::int64_t>::max() / 4)
+                    CHECK(!decode_gmf_mesh(file.bytes, "file", {}));
+            }
+    CHECK(!decode_gmf_mesh(generated::bytes_of("MeshVersionFormatted 2 Dimension 3 Vertices 9000000000000000000 1 End"),
+                           "file", {}));
+    CHECK(!decode_gmf_solution(
+        generated::bytes_of("MeshVersionFormatted 2 Dimension 3 SolAtVertices 1 1000000000 1 End"), "file", {}));
+}

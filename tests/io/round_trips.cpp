@@ -1,0 +1,107 @@
+// What is encoded is decoded to the same value.
+#include "generated.hpp"
+#include "property.hpp"
+
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+#include <variant>
+
+using namespace camber;
+
+namespace {
+
+template <class Mesh>
+Mesh decoded(const Chunks& chunks, const Execution& execution = {}) {
+    const auto bytes = generated::joined(chunks);
+    auto back = decode_gmf_mesh(bytes, "file", execution);
+    if (!back) RC_FAIL(describe(back.error()));
+    RC_ASSERT(back->notices.empty());
+    RC_ASSERT(std::holds_alternative<Mesh>(back->mesh));
+    return std::get<Mesh>(back->mesh);
+}
+
+GmfOptions some_options() {
+    return {*rc::gen::element(GmfEncoding::ascii, GmfEncoding::binary), *rc::gen::element(0, 2, 3, 4)};
+}
+
+template <int D>
+void linear_round_trip(std::uint64_t seed) {
+    const auto mesh = generated::mesh<D>(seed, *rc::gen::inRange<std::size_t>(0, 40));
+    const auto back = decoded<LinearMesh<D>>(*encode_gmf_mesh(mesh, some_options(), {}));
+    RC_ASSERT(back == mesh);
+    RC_ASSERT(generated::same_bits(back.points, mesh.points));
+    RC_ASSERT(generated::same_bits(back.notes.on_triangles, mesh.notes.on_triangles));
+}
+
+template <int D>
+void quadratic_round_trip(std::uint64_t seed) {
+    const auto mesh = generated::quadratic<D>(seed, *rc::gen::inRange<std::size_t>(1, 40));
+    RC_PRE(generated::holds_simplices(mesh.linear));
+    const auto back = decoded<QuadraticMesh<D>>(*encode_gmf_mesh(mesh, some_options(), {}));
+    RC_ASSERT(back == mesh);
+    RC_ASSERT(generated::same_bits(back.mid_nodes, mesh.mid_nodes));
+}
+
+}  // namespace
+
+TEST_CASE("decode after encode is the identity") {
+    testing::property("linear 2D", linear_round_trip<2>);
+    testing::property("linear 3D", linear_round_trip<3>);
+    testing::property("quadratic 2D", quadratic_round_trip<2>);
+    testing::property("quadratic 3D", quadratic_round_trip<3>);
+}
+
+TEST_CASE("the same bytes and values for any number of threads") {
+    // Large enough for several chunks of binary rows and several pieces of text.
+    const auto mesh = generated::quadratic<3>(5, 20000);
+    for (const GmfEncoding encoding : {GmfEncoding::ascii, GmfEncoding::binary}) {
+        const auto one = generated::joined(*encode_gmf_mesh(mesh, {encoding}, {.threads = 1}));
+        const auto four = generated::joined(*encode_gmf_mesh(mesh, {encoding}, {.threads = 4}));
+        CHECK(one == four);
+        for (const int threads : {1, 4}) {
+            const auto back = decode_gmf_mesh(one, "file", {.threads = threads});
+            REQUIRE(back);
+            CHECK(std::get<QuadraticMesh<3>>(back->mesh) == mesh);
+        }
+    }
+}
+
+TEST_CASE("text may be laid out in any way") {
+    testing::property("blanks, line ends and comments change nothing", [](std::uint64_t seed) {
+        const auto mesh = generated::mesh<3>(seed, 6);
+        const auto plain = generated::text_of(generated::joined(*encode_gmf_mesh(mesh, {GmfEncoding::ascii}, {})));
+        generated::Random random(seed);
+        std::string text = random.below(2) == 0 ? "" : "# Vertices 3\n";
+        const std::string_view separators[] = {" ", "\t", "\n", "\r\n", "  ", " # comment with End and 7\n", "#\n", "\n\n"};
+        for (const char c : plain)
+            if (c == ' ' || c == '\n')
+                text += separators[random.below(std::size(separators))];
+            else
+                text += c;
+        const auto back = decode_gmf_mesh(generated::bytes_of(text), "file", {});
+        if (!back) RC_FAIL(describe(back.error()));
+        RC_ASSERT(std::get<LinearMesh<3>>(back->mesh) == mesh);
+    });
+}
+
+TEST_CASE("versions") {
+    const auto mesh = generated::mesh<2>(3, 4);
+    const auto version_of = [&](int asked) {
+        return static_cast<int>(generated::joined(*encode_gmf_mesh(mesh, {GmfEncoding::binary, asked}, {}))[4]);
+    };
+    CHECK(version_of(0) == 2);
+    CHECK(version_of(3) == 3);
+    CHECK(version_of(4) == 4);
+    for (const int asked : {-1, 1, 5}) {
+        const auto chunks = encode_gmf_mesh(mesh, {GmfEncoding::binary, asked}, {});
+        REQUIRE(!chunks);
+        CHECK(chunks.error().kind == ErrorKind::usage);
+    }
+}
+
+TEST_CASE("empty blocks are left out, Vertices never") {
+    const auto text = generated::text_of(generated::joined(*encode_gmf_mesh(LinearMesh<2>{}, {GmfEncoding::ascii}, {})));
+    CHECK(text == "MeshVersionFormatted 2\n\nDimension 2\n\nVertices\n0\n\nEnd\n");
+}

@@ -1,0 +1,157 @@
+#include "mesh_laws.hpp"
+
+#include <set>
+
+#include "property.hpp"
+
+using namespace camber;
+using namespace camber::testing;
+
+TEST_CASE("a box is sound for any size, cut and jitter") {
+    property("box 2D", [] {
+        const BoxOptions<2> options{.cells = {*rc::gen::inRange(1, 7), *rc::gen::inRange(1, 7)},
+                                    .jitter = 0.1 * *rc::gen::inRange(0, 6),
+                                    .seed = *rc::gen::arbitrary<std::uint64_t>()};
+        const auto mesh = generate(options);
+        RC_ASSERT(mesh.has_value());
+        check_sound(*mesh, 1, {1, 2, 3, 4});
+        RC_ASSERT(mesh->corners.size() == 4U);
+        RC_ASSERT(std::abs(total_volume(*mesh) - 1) < 1e-12);
+    });
+    property("box 3D", [] {
+        const BoxOptions<3> options{
+            .cells = {*rc::gen::inRange(1, 5), *rc::gen::inRange(1, 5), *rc::gen::inRange(1, 5)},
+            .jitter = 0.1 * *rc::gen::inRange(0, 6),
+            .seed = *rc::gen::arbitrary<std::uint64_t>()};
+        const auto mesh = generate(options);
+        RC_ASSERT(mesh.has_value());
+        check_sound(*mesh, 1, {1, 2, 3, 4, 5, 6});
+        RC_ASSERT(mesh->corners.size() == 8U);
+        const auto& n = options.cells;
+        RC_ASSERT(mesh->edges.size() == static_cast<std::size_t>(4 * (n[0] + n[1] + n[2])));
+        RC_ASSERT(mesh->ridges.size() == mesh->edges.size());
+        RC_ASSERT(std::abs(total_volume(*mesh) - 1) < 1e-12);
+    }, {.count = 30});
+}
+
+TEST_CASE("the sides of a box are planes to the last bit") {
+    const auto mesh = generate(BoxOptions<3>{.low = {{-0.1, 0.3, 7}}, .high = {{0.7, 1.9, 7.7}}, .cells = {3, 5, 7}});
+    REQUIRE(mesh.has_value());
+    const double sides[] = {-0.1, 0.7, 0.3, 1.9, 7, 7.7};
+    for (std::size_t f = 0; f < mesh->facets.size(); ++f) {
+        const int side = mesh->facets.references[f] - 1;
+        for (const VertexId v : mesh->facets.vertices[f]) CHECK(mesh->points[v][side / 2] == sides[side]);
+    }
+}
+
+TEST_CASE("a shell is sound, with and without layers") {
+    for (const auto structure : {ShellStructure::unstructured, ShellStructure::prisms})
+        for (const int layers : {0, 3})
+            for (const std::uint64_t seed : {1, 2}) {
+                CAPTURE(static_cast<int>(structure));
+                CAPTURE(layers);
+                ShellOptions<3> options{.centre = {{0.5, -1, 2}}, .inner_size = 0.8, .outer_size = 2};
+                options.structure = structure;
+                options.seed = seed;
+                options.inner_layer.count = layers;
+                options.outer_layer = {.count = layers / 2, .first_height = 0.05, .growth = 1.3};
+                const auto mesh = generate(options);
+                REQUIRE(mesh.has_value());
+                check_sound(*mesh, 2, {1, 2});
+                check_on_sphere(*mesh, 1, options.centre, options.outer_radius);
+                check_on_sphere(*mesh, 2, options.centre, options.inner_radius);
+                CHECK(mesh->edges.size() == 0);
+                CHECK(mesh->corners.empty());
+            }
+}
+
+TEST_CASE("an unstructured shell has no flat elements and the sizes of the paper's cases") {
+    const auto worst = [](const LinearMesh<3>& mesh) {
+        double least = 1;
+        const auto& p = mesh.points;
+        for (const auto& [a, b, c, d] : mesh.elements.vertices) least = std::min(least, quality(p[a], p[b], p[c], p[d]));
+        return least;
+    };
+    const auto coarse = generate(ShellOptions<3>{.inner_size = 0.9, .outer_size = 2.0});
+    REQUIRE(coarse.has_value());
+    CHECK(worst(*coarse) > 0.1);
+    CHECK(coarse->points.size() == doctest::Approx(270).epsilon(0.15));
+    const auto fine = generate(ShellOptions<3>{.inner_size = 0.55, .outer_size = 0.65});
+    REQUIRE(fine.has_value());
+    CHECK(worst(*fine) > 0.1);
+    CHECK(fine->elements.size() == doctest::Approx(18517).epsilon(0.15));
+}
+
+TEST_CASE("layers have the heights that were asked for") {
+    const BoundaryLayer layer{.count = 4, .first_height = 0.02, .growth = 1.5};
+    const auto mesh = generate(ShellOptions<3>{.inner_size = 0.8, .outer_size = 2, .inner_layer = layer});
+    REQUIRE(mesh.has_value());
+    std::set<long> radii;  // in 1e-9
+    for (const Vec<3>& p : mesh->points)
+        if (norm(p) < 1 + thickness(layer) + 1e-9) radii.insert(std::lround(norm(p) * 1e9));
+    CHECK(radii == std::set<long>{1000000000, 1020000000, 1050000000, 1095000000, 1162500000});
+}
+
+TEST_CASE("an annulus is sound, with and without layers") {
+    for (const auto structure : {ShellStructure::unstructured, ShellStructure::prisms})
+        for (const int layers : {0, 5}) {
+            ShellOptions<2> options{.inner_size = 0.3, .outer_size = 0.6};
+            options.structure = structure;
+            options.inner_layer.count = options.outer_layer.count = layers;
+            const auto mesh = generate(options);
+            REQUIRE(mesh.has_value());
+            check_sound(*mesh, 0, {1, 2});
+            check_on_sphere(*mesh, 1, {}, 5.0);
+            check_on_sphere(*mesh, 2, {}, 1.0);
+        }
+}
+
+TEST_CASE("a channel is sound and its floor is the bump") {
+    for (const int layers : {0, 6}) {
+        BumpOptions options;
+        options.floor_layer.count = layers;
+        const auto mesh = generate(options);
+        REQUIRE(mesh.has_value());
+        check_sound(*mesh, 1, {1, 2, 3, 4});
+        CHECK(mesh->corners.size() == 4);
+        for (std::size_t f = 0; f < mesh->facets.size(); ++f)
+            for (const VertexId v : mesh->facets.vertices[f]) {
+                const Vec<2>& p = mesh->points[v];
+                if (mesh->facets.references[f] == 3) CHECK(p[1] == floor_height(options, p[0]));
+                if (mesh->facets.references[f] == 4) CHECK(p[1] == options.height);
+            }
+    }
+}
+
+TEST_CASE("the same options give the same mesh, another seed another one") {
+    const auto same = [](auto options) {
+        const auto first = generate(options), second = generate(options);
+        options.seed += 1;
+        const auto other = generate(options);
+        REQUIRE(first.has_value());
+        REQUIRE(other.has_value());
+        CHECK(*first == *second);
+        CHECK_FALSE(*first == *other);
+    };
+    same(BoxOptions<2>{});
+    same(BoxOptions<3>{});
+    same(BumpOptions{});
+    same(ShellOptions<2>{.inner_size = 0.3, .outer_size = 0.6});
+    same(ShellOptions<3>{.inner_size = 0.8, .outer_size = 2});
+}
+
+TEST_CASE("sizes that do not fit together are refused") {
+    const auto refused = [](const auto& options) {
+        const auto mesh = generate(options);
+        REQUIRE_FALSE(mesh.has_value());
+        CHECK(mesh.error().kind == ErrorKind::usage);
+        CHECK_FALSE(mesh.error().what.empty());
+    };
+    refused(BoxOptions<3>{.cells = {0, 1, 1}});
+    refused(BoxOptions<3>{.cells = {2000000, 2000000, 2000000}});
+    refused(BoxOptions<2>{.low = {{0, 1}}});
+    refused(ShellOptions<3>{.inner_radius = 5});
+    refused(ShellOptions<3>{.inner_size = -1});
+    refused(ShellOptions<3>{.inner_layer = {.count = 100, .first_height = 1, .growth = 1}});
+    refused(BumpOptions{.bump_height = 2});
+}
