@@ -89,7 +89,7 @@ template <int K>
     return value;
 }
 
-template <int N>
+template <std::size_t N>
 using SquareMatrix = std::array<std::array<double, N>, N>;
 
 /// Bézier → Lagrange: row β holds B_α^N(β/N).
@@ -105,14 +105,14 @@ inline constexpr auto bezier_to_lagrange = [] {
 }();
 
 /// Gauss–Jordan with partial pivoting.
-template <int N>
+template <std::size_t N>
 [[nodiscard]] constexpr SquareMatrix<N> inverted(SquareMatrix<N> a) {
     SquareMatrix<N> inverse{};
-    for (int i = 0; i < N; ++i) inverse[i][i] = 1;
+    for (std::size_t i = 0; i < N; ++i) inverse[i][i] = 1;
     const auto magnitude = [](double x) { return x < 0 ? -x : x; };
-    for (int p = 0; p < N; ++p) {
-        int pivot = p;
-        for (int r = p + 1; r < N; ++r)
+    for (std::size_t p = 0; p < N; ++p) {
+        std::size_t pivot = p;
+        for (std::size_t r = p + 1; r < N; ++r)
             if (magnitude(a[r][p]) > magnitude(a[pivot][p])) pivot = r;
         const auto swapped_a = a[p];
         a[p] = a[pivot];
@@ -121,14 +121,14 @@ template <int N>
         inverse[p] = inverse[pivot];
         inverse[pivot] = swapped_inverse;
         const double scale = 1 / a[p][p];
-        for (int c = 0; c < N; ++c) {
+        for (std::size_t c = 0; c < N; ++c) {
             a[p][c] *= scale;
             inverse[p][c] *= scale;
         }
-        for (int r = 0; r < N; ++r) {
+        for (std::size_t r = 0; r < N; ++r) {
             if (r == p) continue;
             const double factor = a[r][p];
-            for (int c = 0; c < N; ++c) {
+            for (std::size_t c = 0; c < N; ++c) {
                 a[r][c] -= factor * a[p][c];
                 inverse[r][c] -= factor * inverse[p][c];
             }

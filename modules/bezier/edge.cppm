@@ -14,13 +14,15 @@ struct ControlPoint {
 
 /// P_11 = (4 P^l − P_20 − P_02)/2 (paper §2.1).
 template <int D>
-[[nodiscard]] constexpr ControlPoint<D> control_point(const Vec<D>& p20, const LagrangeNode<D>& mid, const Vec<D>& p02) {
+[[nodiscard]] constexpr ControlPoint<D> control_point(const Vec<D>& p20, const LagrangeNode<D>& mid,
+                                                      const Vec<D>& p02) {
     return {2.0 * mid.point - midpoint(p20, p02)};
 }
 
 /// P^l = (P_20 + 2 P_11 + P_02)/4.
 template <int D>
-[[nodiscard]] constexpr LagrangeNode<D> lagrange_node(const Vec<D>& p20, const ControlPoint<D>& p11, const Vec<D>& p02) {
+[[nodiscard]] constexpr LagrangeNode<D> lagrange_node(const Vec<D>& p20, const ControlPoint<D>& p11,
+                                                      const Vec<D>& p02) {
     return {0.5 * (midpoint(p20, p02) + p11.point)};
 }
 

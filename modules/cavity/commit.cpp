@@ -15,8 +15,8 @@ Outcome<QuadraticMesh<D>> commit(QuadraticMesh<D> mesh, const Proposal<D>& propo
     for (std::size_t e = 0; e < validation.verdicts.size(); ++e)
         if (validation.verdicts[e] != Verdict::valid)
             return fail(ErrorKind::input,
-                        "is not certified valid, one of " + std::to_string(validation.invalid + validation.undecided), {},
-                        Entity{simplex_name<D>, e + 1}, "put a relax stage before commit, or lower its bound");
+                        "is not certified valid, one of " + std::to_string(validation.invalid + validation.undecided),
+                        {}, Entity{simplex_name<D>, e + 1}, "put a relax stage before commit, or lower its bound");
     return commit_unvalidated(std::move(mesh), proposal);
 }
 
@@ -28,8 +28,8 @@ Outcome<QuadraticMesh<D>> commit_unvalidated(QuadraticMesh<D> mesh, const Propos
     return mesh;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template Outcome<QuadraticMesh<D>> commit<D>(QuadraticMesh<D>, const Proposal<D>&, const Validation<D>&);        \
+#define CAMBER_INSTANTIATE(D)                                                                                 \
+    template Outcome<QuadraticMesh<D>> commit<D>(QuadraticMesh<D>, const Proposal<D>&, const Validation<D>&); \
     template Outcome<QuadraticMesh<D>> commit_unvalidated<D>(QuadraticMesh<D>, const Proposal<D>&);
 
 CAMBER_INSTANTIATE(2)

@@ -89,8 +89,9 @@ Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& k
             const auto& [a, b] = mesh.edges.vertices[e];
             const EdgeMinimum<D> m = minimise_back_edge(back, a, b, shells[e], rules, options);
             const bool moved = m.node.point != midpoint(mesh.linear.points[a], mesh.linear.points[b]);
-            flags[e] = {1, moved, m.search == EdgeSearch::polished, m.search == EdgeSearch::exhausted,
-                        m.shortened, m.outside, m.lost};
+            flags[e] = {
+                1,         moved, m.search == EdgeSearch::polished, m.search == EdgeSearch::exhausted, m.shortened,
+                m.outside, m.lost};
             return {m.node, moved ? EdgeChange::optimised : EdgeChange::straight, m.straight_length, m.length};
         },
         64);
@@ -126,16 +127,15 @@ Outcome<Buffer<double>> updated_lengths(const QuadraticMesh<D>& mesh, const Prop
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                             \
-                                         const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,                  \
-                                         const BackMesh<D>&, const EdgeMinimiserOptions&, const Execution&);           \
-    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                    \
-                                                  const Column<LagrangeNode<D>>&, const Execution&);                   \
-    template Outcome<Buffer<double>> updated_lengths<D>(const QuadraticMesh<D>&, const Proposal<D>&,                   \
-                                                        const Column<double>&, const Proposal<D>&,                     \
-                                                        const Incidence<ElementId>&, const BackMesh<D>&,               \
-                                                        const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                \
+    template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                   \
+                                         const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,        \
+                                         const BackMesh<D>&, const EdgeMinimiserOptions&, const Execution&); \
+    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,          \
+                                                  const Column<LagrangeNode<D>>&, const Execution&);         \
+    template Outcome<Buffer<double>> updated_lengths<D>(                                                     \
+        const QuadraticMesh<D>&, const Proposal<D>&, const Column<double>&, const Proposal<D>&,              \
+        const Incidence<ElementId>&, const BackMesh<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -9,12 +9,12 @@ export namespace camber {
 /// What `curve` found beside the nodes.
 struct CurveStatistics {
     std::size_t volume_edges = 0;
-    std::size_t curved_edges = 0;     ///< volume edges whose node left the middle of the chord
-    std::size_t polished = 0;         ///< searches that a kink of the field stopped and a pattern search ended
-    std::size_t exhausted = 0;        ///< searches that ran out of iterations
-    std::size_t shortened = 0;        ///< minimisers that the finer rule found longer than the chord, and pulled back
-    std::size_t outside = 0;          ///< edges with samples beyond the back mesh
-    std::size_t lost = 0;             ///< edges with samples that were not found in it
+    std::size_t curved_edges = 0;  ///< volume edges whose node left the middle of the chord
+    std::size_t polished = 0;      ///< searches that a kink of the field stopped and a pattern search ended
+    std::size_t exhausted = 0;     ///< searches that ran out of iterations
+    std::size_t shortened = 0;     ///< minimisers that the finer rule found longer than the chord, and pulled back
+    std::size_t outside = 0;       ///< edges with samples beyond the back mesh
+    std::size_t lost = 0;          ///< edges with samples that were not found in it
 };
 
 /// A proposal for every edge, and the lengths of the volume edges on the true field.
@@ -26,10 +26,10 @@ struct Curved {
     CurveStatistics statistics;
 };
 
-/// The second verb on a whole mesh: volume edges become as short as their one node allows in the field `back`, whose mesh
-/// must be the straight form of `mesh`; boundary edges take `boundary_nodes` (see camber.surface), which has one row an
-/// edge. Edges do not see one another, so the cost is linear and the order does not matter.
-/// Errors: columns that do not fit the mesh; stopped.
+/// The second verb on a whole mesh: volume edges become as short as their one node allows in the field `back`, whose
+/// mesh must be the straight form of `mesh`; boundary edges take `boundary_nodes` (see camber.surface), which has one
+/// row an edge. Edges do not see one another, so the cost is linear and the order does not matter. Errors: columns that
+/// do not fit the mesh; stopped.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                        const Column<LagrangeNode<D>>& boundary_nodes,
@@ -42,8 +42,8 @@ template <int D>
                                                 const Column<LagrangeNode<D>>& boundary_nodes,
                                                 const Execution& execution);
 
-/// Lengths on the true field of the volume edges of a later proposal; those that did not change since `before` are taken
-/// from `lengths`.
+/// Lengths on the true field of the volume edges of a later proposal; those that did not change since `before` are
+/// taken from `lengths`.
 template <int D>
 [[nodiscard]] Outcome<Buffer<double>> updated_lengths(const QuadraticMesh<D>& mesh, const Proposal<D>& before,
                                                       const Column<double>& lengths, const Proposal<D>& after,

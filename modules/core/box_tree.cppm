@@ -52,7 +52,8 @@ class BoxTree {
         return best;
     }
 
-    /// visit(item) for each item whose box contains p, in no particular but a fixed order.
+    /// visit(item) for each item whose box contains p, and for a few whose box is near, in no particular but a fixed
+    /// order.
     template <class Visit>
     void containing(const Vec<D>& p, Visit&& visit) const {
         if (!nodes_.empty()) visit_containing(0, p, visit);
@@ -62,8 +63,8 @@ class BoxTree {
     static constexpr std::size_t leaf_size = 4;
     struct Node {
         Box<D> box;
-        std::uint32_t begin = 0, end = 0;      ///< items of a leaf
-        std::uint32_t left = 0, right = 0;     ///< children; 0 in a leaf
+        std::uint32_t begin = 0, end = 0;   ///< items of a leaf
+        std::uint32_t left = 0, right = 0;  ///< children; 0 in a leaf
     };
 
     static std::uint32_t split(std::span<const Box<D>> boxes, Buffer<std::uint32_t>& order, Buffer<Node>& nodes,

@@ -1,4 +1,5 @@
 module;
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -55,7 +56,11 @@ class Column {
     /// The column's buffer to write on: moved out of a uniquely owned column, copied from a shared one.
     [[nodiscard]] friend Buffer<T> take(Column column) {
         if (!column.data_) return {};
-        if (column.data_.use_count() == 1) return std::move(*column.data_);
+        if (column.data_.use_count() == 1) {
+            // Whoever held it before has finished reading: the count alone is a relaxed load.
+            std::atomic_thread_fence(std::memory_order_acquire);
+            return std::move(*column.data_);
+        }
         return *column.data_;
     }
 

@@ -49,6 +49,8 @@ template <class F>
 template <class F>
 [[nodiscard]] auto map_each(const Execution& execution, std::size_t n, F&& f, std::size_t grain = default_grain)
     -> Outcome<Buffer<std::decay_t<decltype(f(std::size_t{}))>>> {
+    static_assert(!std::is_same_v<std::decay_t<decltype(f(std::size_t{}))>, bool>,
+                  "bits cannot be written in parallel");
     Buffer<std::decay_t<decltype(f(std::size_t{}))>> out(n);
     return each(execution, n, [&](std::size_t i) { out[i] = f(i); }, grain).map([&](Done) { return std::move(out); });
 }
@@ -58,6 +60,7 @@ template <class F>
 template <class T, class Accumulate, class Join>
 [[nodiscard]] Outcome<T> reduce_each(const Execution& execution, std::size_t n, T init, Accumulate&& accumulate,
                                      Join&& join, std::size_t grain = 4096) {
+    static_assert(!std::is_same_v<T, bool>, "bits cannot be written in parallel");
     std::vector<T> partial((n + grain - 1) / grain, init);
     auto done = each_chunk(
         execution, n,

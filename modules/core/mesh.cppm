@@ -44,8 +44,8 @@ template <int K>
 template <int K>
 struct Simplices {
     Column<SimplexVertices<K>> vertices;
-    Column<Reference> references;     ///< one a simplex
-    Column<std::uint32_t> required;   ///< indices of those that must not change
+    Column<Reference> references;    ///< one a simplex
+    Column<std::uint32_t> required;  ///< indices of those that must not change
 
     [[nodiscard]] std::size_t size() const { return vertices.size(); }
     friend bool operator==(const Simplices&, const Simplices&) = default;
@@ -94,14 +94,14 @@ template <int D>
 struct LinearMesh {
     static constexpr int dimension = D;
 
-    Column<Vec<D>> points;                ///< vertex coordinates
-    Column<Reference> point_references;   ///< one a vertex
-    Column<VertexId> corners;             ///< vertices where curves break
+    Column<Vec<D>> points;               ///< vertex coordinates
+    Column<Reference> point_references;  ///< one a vertex
+    Column<VertexId> corners;            ///< vertices where curves break
     Column<VertexId> required_vertices;
     Simplices<D> elements;
     Simplices<D - 1> facets;
     Simplices<1> edges;
-    Column<std::uint32_t> ridges;         ///< indices into `edges` (3D) or `facets` (2D)
+    Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or `facets` (2D)
     GeometryNotes<D> notes;
 
     friend bool operator==(const LinearMesh&, const LinearMesh&) = default;
@@ -111,10 +111,10 @@ struct LinearMesh {
 /// of `local_edges`.
 template <int D>
 struct EdgeSet {
-    Column<std::array<VertexId, 2>> vertices;                           ///< lower vertex first
+    Column<std::array<VertexId, 2>> vertices;  ///< lower vertex first
     Column<std::array<EdgeId, edges_per_simplex<D>>> of_elements;
     Column<std::array<EdgeId, edges_per_simplex<D - 1>>> of_facets;
-    Column<EdgeId> of_edges;                                            ///< of the feature edges (3D)
+    Column<EdgeId> of_edges;  ///< of the feature edges (3D)
 
     [[nodiscard]] std::size_t size() const { return vertices.size(); }
     friend bool operator==(const EdgeSet&, const EdgeSet&) = default;
@@ -166,6 +166,8 @@ struct Proposal {
 
 /// "triangle", "tetrahedron", "edge": what messages call a K-simplex.
 template <int K>
-inline constexpr const char* simplex_name = K == 1 ? "edge" : K == 2 ? "triangle" : "tetrahedron";
+inline constexpr const char* simplex_name = K == 1   ? "edge"
+                                            : K == 2 ? "triangle"
+                                                     : "tetrahedron";
 
 }  // namespace camber

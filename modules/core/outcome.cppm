@@ -2,8 +2,8 @@ module;
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <tl/expected.hpp>
 #include <utility>
+#include <tl/expected.hpp>
 export module camber.core:outcome;
 
 export namespace camber {
@@ -46,8 +46,7 @@ struct Done {};
 
 [[nodiscard]] inline tl::unexpected<Error> fail(ErrorKind kind, std::string what, std::string where = {},
                                                 std::optional<Entity> entity = {}, std::string remedy = {}) {
-    return tl::unexpected<Error>(
-        Error{kind, std::move(what), std::move(where), std::move(entity), std::move(remedy)});
+    return tl::unexpected<Error>(Error{kind, std::move(what), std::move(where), std::move(entity), std::move(remedy)});
 }
 
 /// One line: `where: entity: what (remedy)`.

@@ -17,7 +17,9 @@ template <int D>
 struct Sym {
     std::array<double, sym_size<D>> c{};
 
-    [[nodiscard]] static constexpr int index(int i, int j) { return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; }
+    [[nodiscard]] static constexpr int index(int i, int j) {
+        return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
+    }
     [[nodiscard]] static constexpr Sym identity() {
         Sym s;
         for (int i = 0; i < D; ++i) s(i, i) = 1;

@@ -17,6 +17,8 @@ namespace {
 template <class Item, class Key, std::size_t N>
 Outcome<Incidence<Item>> inverted(const Column<std::array<Key, N>>& rows, std::size_t keys,
                                   const Execution& execution) {
+    if (rows.size() > max_entities / N)
+        return fail(ErrorKind::unsupported, "a mesh of " + std::to_string(rows.size()) + " simplices is too large");
     Buffer<std::uint32_t> offsets(keys + 1);
     std::fill(offsets.begin(), offsets.end(), 0U);
     auto counted = each(execution, rows.size(), [&](std::size_t i) {
@@ -31,9 +33,8 @@ Outcome<Incidence<Item>> inverted(const Column<std::array<Key, N>>& rows, std::s
             items[std::atomic_ref(cursor[key.index()]).fetch_add(1, std::memory_order_relaxed)] = Item(i);
     });
     if (!filled) return fail(filled.error());
-    auto sorted = each(execution, keys, [&](std::size_t k) {
-        std::sort(items.begin() + offsets[k], items.begin() + offsets[k + 1]);
-    });
+    auto sorted = each(execution, keys,
+                       [&](std::size_t k) { std::sort(items.begin() + offsets[k], items.begin() + offsets[k + 1]); });
     if (!sorted) return fail(sorted.error());
     return Incidence<Item>{std::move(offsets), std::move(items)};
 }
@@ -70,9 +71,8 @@ constexpr std::uint32_t crowded = 0xfffffffeU;
 template <int D>
 ElementId across(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, std::size_t e, int opposite) {
     const auto face = face_vertices<D>(mesh.elements.vertices[e], opposite);
-    const auto fewest = *std::min_element(face.begin(), face.end(), [&](VertexId a, VertexId b) {
-        return balls[a].size() < balls[b].size();
-    });
+    const auto fewest = *std::min_element(face.begin(), face.end(),
+                                          [&](VertexId a, VertexId b) { return balls[a].size() < balls[b].size(); });
     ElementId found;
     for (const ElementId other : balls[fewest]) {
         if (other.index() == e || vertex_opposite<D>(mesh.elements.vertices[other], face) < 0) continue;
@@ -89,6 +89,20 @@ struct Around {
     Incidence<FacetId> facets;
     Incidence<EdgeId> edges;
 };
+
+/// Refuses simplices that name a vertex twice: they have no edge there.
+template <int K>
+Outcome<Done> check_distinct(const Simplices<K>& simplices) {
+    for (std::size_t i = 0; i < simplices.size(); ++i) {
+        const auto& v = simplices.vertices[i];
+        for (int a = 0; a <= K; ++a)
+            for (int b = 0; b < a; ++b)
+                if (v[a] == v[b])
+                    return fail(ErrorKind::input, "names vertex " + std::to_string(v[a].index() + 1) + " twice", {},
+                                Entity{simplex_name<K>, i + 1}, "remove it");
+    }
+    return Done{};
+}
 
 /// Appends the vertices above v that share a simplex with it.
 template <std::size_t N>
@@ -171,6 +185,9 @@ Buffer<ElementFace> boundary_faces(const Neighbours<D>& neighbours) {
 
 template <int D>
 Outcome<EdgeSet<D>> unique_edges(const LinearMesh<D>& mesh, const Execution& execution) {
+    if (auto sound = check_distinct(mesh.elements); !sound) return fail(sound.error());
+    if (auto sound = check_distinct(mesh.facets); !sound) return fail(sound.error());
+    if (auto sound = check_distinct(mesh.edges); !sound) return fail(sound.error());
     auto elements = balls(mesh, execution);
     if (!elements) return fail(elements.error());
     auto facets = facet_balls(mesh, execution);
@@ -231,15 +248,15 @@ EdgeId find_edge(const EdgeSet<D>& edges, VertexId a, VertexId b) {
     return EdgeId(static_cast<std::size_t>(it - edges.vertices.begin()));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<Incidence<ElementId>> balls<D>(const LinearMesh<D>&, const Execution&);                           \
-    template Outcome<Incidence<FacetId>> facet_balls<D>(const LinearMesh<D>&, const Execution&);                       \
-    template Outcome<Neighbours<D>> neighbours<D>(const LinearMesh<D>&, const Incidence<ElementId>&,                   \
-                                                  const Execution&);                                                   \
-    template Buffer<ElementFace> boundary_faces<D>(const Neighbours<D>&);                                              \
-    template Outcome<EdgeSet<D>> unique_edges<D>(const LinearMesh<D>&, const Execution&);                              \
-    template Outcome<Incidence<ElementId>> shells<D>(const EdgeSet<D>&, const Execution&);                             \
-    template Outcome<Incidence<FacetId>> facet_shells<D>(const EdgeSet<D>&, const Execution&);                         \
+#define CAMBER_INSTANTIATE(D)                                                                        \
+    template Outcome<Incidence<ElementId>> balls<D>(const LinearMesh<D>&, const Execution&);         \
+    template Outcome<Incidence<FacetId>> facet_balls<D>(const LinearMesh<D>&, const Execution&);     \
+    template Outcome<Neighbours<D>> neighbours<D>(const LinearMesh<D>&, const Incidence<ElementId>&, \
+                                                  const Execution&);                                 \
+    template Buffer<ElementFace> boundary_faces<D>(const Neighbours<D>&);                            \
+    template Outcome<EdgeSet<D>> unique_edges<D>(const LinearMesh<D>&, const Execution&);            \
+    template Outcome<Incidence<ElementId>> shells<D>(const EdgeSet<D>&, const Execution&);           \
+    template Outcome<Incidence<FacetId>> facet_shells<D>(const EdgeSet<D>&, const Execution&);       \
     template EdgeId find_edge<D>(const EdgeSet<D>&, VertexId, VertexId);
 
 CAMBER_INSTANTIATE(2)

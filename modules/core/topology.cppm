@@ -39,8 +39,9 @@ struct ElementFace {
     friend bool operator==(const ElementFace&, const ElementFace&) = default;
 };
 
-/// Derived data of the functions below. Errors: more than two elements on a face (ErrorKind::input), a facet or
-/// feature edge that is no face or edge of an element, stopped.
+/// Derived data of the functions below, for meshes whose vertex ids are in range. Errors: more than two elements on a
+/// face (`neighbours`), a simplex that names a vertex twice (`unique_edges`), more incidences than 32 bits count;
+/// stopped.
 
 /// Elements around each vertex.
 template <int D>

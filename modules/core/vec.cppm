@@ -118,8 +118,10 @@ struct Box {
         }
     }
     constexpr void include(const Box& b) {
-        include(b.low);
-        include(b.high);
+        for (int i = 0; i < D; ++i) {
+            if (b.low[i] < low[i]) low[i] = b.low[i];
+            if (b.high[i] > high[i]) high[i] = b.high[i];
+        }
     }
     [[nodiscard]] constexpr bool contains(const Vec<D>& p) const {
         for (int i = 0; i < D; ++i)

@@ -13,9 +13,12 @@ export namespace camber {
 /// - Dimension 2 gives a 2D mesh, dimension 3 a 3D one (a surface alone: without elements).
 /// - Elements of degree 2 give a QuadraticMesh: vertices keep the file's order without the mid nodes, which move to the
 ///   edges. Node orders (…P2Ordering) and BezierBasis are honoured. Where simplices of degrees 1 and 2 meet, those of
-///   degree 2 come first and the others take the edges' nodes; edges without a node in the file get the middle of the chord.
-/// - Plain element keywords with the rows of degree 2 (Gmsh writes them) are read as degree 2. Gmsh's versions differ in
-///   the order of the last two nodes of a tetrahedron: the order whose nodes lie nearer the middles of the chords is taken.
+///   degree 2 come first and the others take the edges' nodes; edges without a node in the file get the middle of the
+///   chord.
+/// - Plain element keywords with the rows of degree 2 (Gmsh writes them) are read as degree 2. Gmsh's versions differ
+/// in
+///   the order of the last two nodes of a tetrahedron: the order whose nodes lie nearer the middles of the chords is
+///   taken.
 /// - A mid node's own reference is not kept (notice when it says more than those of the edge's ends).
 /// `name` is the file's, for messages; `where` in errors is `name: line N` (from 1) or `name: byte N` (from 0).
 /// Errors: input (malformed, truncated, not finite, indices out of range, mid nodes that contradict each other),
@@ -27,14 +30,16 @@ enum class GmfEncoding { ascii, binary };
 
 struct GmfOptions {
     GmfEncoding encoding = GmfEncoding::binary;
-    /// GMF version, 2 to 4; 0 is the least that fits: 2 below 2 GiB, 3 beyond, 4 when a count or an index needs 64 bits.
+    /// GMF version, 2 to 4; 0 is the least that fits: 2 below 2 GiB, 3 beyond, 4 when a count or an index needs 64
+    /// bits.
     int version = 0;
 };
 
 /// The mesh as a GMF file; decoding it gives the same value back, to the bit. Empty blocks but Vertices are left out.
 /// Errors: usage (a version that is none or too low), memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const LinearMesh<D>& mesh, GmfOptions options, const Execution& execution);
+[[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const LinearMesh<D>& mesh, GmfOptions options,
+                                              const Execution& execution);
 
 /// As above, with elements of degree 2 in the order of `local_edges` (Vizir's default: no Ordering blocks). Mid nodes
 /// follow the vertices in the order of the edges; their reference is that of the edge's ends where both agree, else 0.

@@ -129,7 +129,8 @@ Outcome<File> index_ascii(File file, const Execution& execution) {
     if (std::string_view(text, file.bytes.size()).starts_with("\xEF\xBB\xBF")) words.at += 3;
 
     if (words.next() != "MeshVersionFormatted")
-        return fail_at(file, 0, "this is no GMF file: it begins neither with MeshVersionFormatted nor as binary files do");
+        return fail_at(file, 0,
+                       "this is no GMF file: it begins neither with MeshVersionFormatted nor as binary files do");
     std::int64_t version = 0;
     if (!read_number(words, version) || version < 1 || version > 4)
         return fail(ErrorKind::unsupported, "the GMF version is not 1 to 4", place(file, offset(words.at)));

@@ -45,8 +45,7 @@ Outcome<Done> read_fields(const File& file, Header& header, Block& block) {
     if (!number || header.at() > block.end || *number < 1 ||
         static_cast<std::size_t>(*number) > (block.end - header.at()) / 4)
         return fail_at(file, block.start, "SolAtVertices has no list of fields, or one that does not fit the file");
-    for (std::int64_t i = 0; i < *number; ++i)
-        block.fields.push_back(static_cast<std::int32_t>(*header.integer(4)));
+    for (std::int64_t i = 0; i < *number; ++i) block.fields.push_back(static_cast<std::int32_t>(*header.integer(4)));
     return Done{};
 }
 
@@ -83,7 +82,8 @@ Outcome<File> index_binary(File file) {
     const auto version = start.integer(4);
     if (!version) return cut_off(file);
     if (*version < 1 || *version > 4)
-        return fail(ErrorKind::unsupported, "GMF version " + std::to_string(*version) + " is not 1 to 4", place(file, 4));
+        return fail(ErrorKind::unsupported, "GMF version " + std::to_string(*version) + " is not 1 to 4",
+                    place(file, 4));
     file.version = static_cast<int>(*version);
     const std::size_t position_size = file.version >= 3 ? 8 : 4;
 

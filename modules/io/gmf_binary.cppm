@@ -37,8 +37,8 @@ template <class T, ByteOrder Order>
 }
 
 template <class RowType, class LayoutType>
-inline constexpr std::size_t stride = RowType::integers * sizeof(typename LayoutType::Integer) +
-                                      RowType::reals * sizeof(typename LayoutType::Real);
+inline constexpr std::size_t stride =
+    RowType::integers * sizeof(typename LayoutType::Integer) + RowType::reals * sizeof(typename LayoutType::Real);
 
 template <class RowType, class LayoutType>
 [[nodiscard]] inline RowType load_row(const std::byte* from) {
@@ -72,7 +72,8 @@ class FirstFault {
   public:
     void note(std::size_t row) {
         std::size_t seen = row_.load(std::memory_order_relaxed);
-        while (row < seen && !row_.compare_exchange_weak(seen, row, std::memory_order_relaxed)) {}
+        while (row < seen && !row_.compare_exchange_weak(seen, row, std::memory_order_relaxed)) {
+        }
     }
     [[nodiscard]] bool any() const { return row() != std::numeric_limits<std::size_t>::max(); }
     [[nodiscard]] std::size_t row() const { return row_.load(std::memory_order_relaxed); }

@@ -117,8 +117,7 @@ class BinaryWriter {
             const Integer integer = static_cast<Integer>(row.integer[i]);
             std::memcpy(integers + i * sizeof(Integer), &integer, sizeof integer);
         }
-        for (int i = 0; i < RowType::reals; ++i)
-            std::memcpy(reals + i * sizeof(double), &row.real[i], sizeof(double));
+        for (int i = 0; i < RowType::reals; ++i) std::memcpy(reals + i * sizeof(double), &row.real[i], sizeof(double));
     }
 
     /// Keyword and the next block's position, `body` bytes (count included) on.

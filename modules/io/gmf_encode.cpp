@@ -14,8 +14,7 @@ Outcome<int> chosen_version(GmfOptions options, int least) {
     if (options.version < 2 || options.version > 4)
         return fail(ErrorKind::usage, "GMF version " + std::to_string(options.version) + " is not 2, 3 or 4");
     if (options.version < least)
-        return fail(ErrorKind::usage,
-                    "the file does not fit GMF version " + std::to_string(options.version), {}, {},
+        return fail(ErrorKind::usage, "the file does not fit GMF version " + std::to_string(options.version), {}, {},
                     "use version " + std::to_string(least));
     return options.version;
 }
@@ -49,7 +48,9 @@ bool is_sound(const LinearMesh<D>& mesh) {
            mesh.facets.references.size() == mesh.facets.size() && mesh.edges.references.size() == mesh.edges.size();
 }
 
-auto broken() { return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together"); }
+auto broken() {
+    return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
+}
 
 }  // namespace
 

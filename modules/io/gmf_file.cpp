@@ -23,7 +23,8 @@ Outcome<File> checked(File file) {
             return fail(ErrorKind::unsupported,
                         "holds " + std::to_string(block.count) + " " + std::string(block.info->name) +
                             ", which Camber cannot hold",
-                        place(file, block.start), {}, "give a mesh of edges, triangles and tetrahedra of degree 1 or 2");
+                        place(file, block.start), {},
+                        "give a mesh of edges, triangles and tetrahedra of degree 1 or 2");
         for (std::size_t j = 0; j < i; ++j)
             if (file.blocks[j].info == block.info)
                 return fail_at(file, block.start, "a second block " + std::string(block.info->name));
@@ -92,8 +93,8 @@ std::vector<Notice> notices_of(const File& file) {
     std::vector<Notice> notices;
     for (const Skipped& skipped : file.skipped)
         notices.push_back({skipped.blocks == 1 ? "the block of keyword " + skipped.name + " was skipped"
-                                               : std::to_string(skipped.blocks) + " blocks of keyword " +
-                                                     skipped.name + " were skipped"});
+                                               : std::to_string(skipped.blocks) + " blocks of keyword " + skipped.name +
+                                                     " were skipped"});
     return notices;
 }
 
@@ -123,9 +124,8 @@ Outcome<Done> check_size(const File& file, const Block& block, int integers, int
 }
 
 std::size_t words_per_row(const File& file, const Block& block) {
-    const std::size_t words = file.encoding == GmfEncoding::ascii
-                                  ? block.words
-                                  : (block.end - block.body) / row_bytes(file.version, 1, 0);
+    const std::size_t words =
+        file.encoding == GmfEncoding::ascii ? block.words : (block.end - block.body) / row_bytes(file.version, 1, 0);
     return block.count == 0 || words % block.count != 0 ? 0 : words / block.count;
 }
 
@@ -143,8 +143,11 @@ std::size_t row_begin(const File& file, const Block& block, std::size_t row, int
 }
 
 Error fault_error(const File& file, const Block& block, std::size_t row, std::size_t at, const Fault& fault) {
-    return Error{ErrorKind::input, fault_text(fault), place(file, at),
-                 Entity{std::string(block.info->noun), row / block.rows_per_entity + 1}, {}};
+    return Error{ErrorKind::input,
+                 fault_text(fault),
+                 place(file, at),
+                 Entity{std::string(block.info->noun), row / block.rows_per_entity + 1},
+                 {}};
 }
 
 }  // namespace camber::gmf

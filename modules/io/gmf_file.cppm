@@ -27,13 +27,13 @@ struct Piece {
 /// Where one block with rows lies in the file. Nothing of its rows has been looked at.
 struct Block {
     const KeywordInfo* info = nullptr;
-    std::size_t start = 0;                 ///< of the keyword; a byte, as all below
-    std::size_t body = 0, end = 0;         ///< the rows
-    std::uint64_t count = 0;               ///< as the file says: not to be trusted before `check_size`
-    std::vector<std::int32_t> fields = {}; ///< SolAtVertices: types of the fields
-    std::size_t words = 0;                 ///< ASCII: in the body
-    std::vector<Piece> pieces = {};        ///< ASCII: of the body
-    std::size_t rows_per_entity = 1;       ///< rows that one numbered entity takes
+    std::size_t start = 0;                  ///< of the keyword; a byte, as all below
+    std::size_t body = 0, end = 0;          ///< the rows
+    std::uint64_t count = 0;                ///< as the file says: not to be trusted before `check_size`
+    std::vector<std::int32_t> fields = {};  ///< SolAtVertices: types of the fields
+    std::size_t words = 0;                  ///< ASCII: in the body
+    std::vector<Piece> pieces = {};         ///< ASCII: of the body
+    std::size_t rows_per_entity = 1;        ///< rows that one numbered entity takes
 };
 
 struct Skipped {

@@ -102,9 +102,9 @@ Outcome<NodeOrder<3>> likely_order(const Buffer<Vec<D>>& points, const Buffer<st
     return *as_gmsh < *as_plain ? gmsh : plain;
 }
 
-#define CAMBER_INSTANTIATE(K)                                                                                          \
-    template Outcome<std::optional<NodeOrder<K>>> read_order<K>(const File&);                                          \
-    template Outcome<Done> reorder<K>(Buffer<std::array<VertexId, quadratic_nodes<K>>>&, const NodeOrder<K>&,          \
+#define CAMBER_INSTANTIATE(K)                                                                                 \
+    template Outcome<std::optional<NodeOrder<K>>> read_order<K>(const File&);                                 \
+    template Outcome<Done> reorder<K>(Buffer<std::array<VertexId, quadratic_nodes<K>>>&, const NodeOrder<K>&, \
                                       const Execution&);
 
 CAMBER_INSTANTIATE(1)

@@ -25,7 +25,8 @@ template <class T>
 void atomic_min(T& target, T value) {
     const std::atomic_ref<T> shared(target);
     T seen = shared.load(std::memory_order_relaxed);
-    while (value < seen && !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {}
+    while (value < seen && !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+    }
 }
 
 /// f(simplices of one dimension) for each dimension that the mesh has, until one fails.
@@ -113,8 +114,8 @@ auto both_roles(const RawMesh<D>& raw, const File& file, VertexId vertex) {
 
 /// Vertices in the file's order without the mid nodes.
 struct Renumbering {
-    Buffer<std::uint32_t> to_mesh;   ///< of each vertex of the file; none: a mid node
-    Buffer<std::uint32_t> to_file;   ///< of each vertex of the mesh
+    Buffer<std::uint32_t> to_mesh;  ///< of each vertex of the file; none: a mid node
+    Buffer<std::uint32_t> to_file;  ///< of each vertex of the mesh
 };
 
 Renumbering renumber(const Buffer<std::uint8_t>& role) {
@@ -187,12 +188,16 @@ Outcome<LinearMesh<D>> corner_mesh(RawMesh<D>& raw, const Renumbering& numbers, 
     std::size_t dropped = 0;
     const auto own = [](VertexId& v) -> VertexId& { return v; };
     const auto member = [](auto& item) -> VertexId& { return item.vertex; };
-    const auto note = [&](auto& column) {
-        column = renumbered(take(std::move(column)), numbers, dropped, member);
-    };
-    LinearMesh<D> mesh{std::move(*points), std::move(references), renumbered(raw.corners, numbers, dropped, own),
-                       renumbered(raw.required_vertices, numbers, dropped, own), std::move(*elements),
-                       std::move(*facets), std::move(*edges), std::move(raw.ridges), std::move(raw.notes)};
+    const auto note = [&](auto& column) { column = renumbered(take(std::move(column)), numbers, dropped, member); };
+    LinearMesh<D> mesh{std::move(*points),
+                       std::move(references),
+                       renumbered(raw.corners, numbers, dropped, own),
+                       renumbered(raw.required_vertices, numbers, dropped, own),
+                       std::move(*elements),
+                       std::move(*facets),
+                       std::move(*edges),
+                       std::move(raw.ridges),
+                       std::move(raw.notes)};
     note(mesh.notes.normal_at_vertices);
     note(mesh.notes.tangent_at_vertices);
     note(mesh.notes.on_vertices);
@@ -218,8 +223,8 @@ EdgeId edge_at(const EdgeSet<D>& edges, std::size_t i, int k) {
 
 /// The mid node of each edge and the edge of each mid node: the lowest candidate, or none.
 struct MidNodes {
-    Buffer<std::uint32_t> of_edge;    ///< vertices of the file
-    Buffer<std::uint32_t> edge_of;    ///< by vertices of the file
+    Buffer<std::uint32_t> of_edge;  ///< vertices of the file
+    Buffer<std::uint32_t> edge_of;  ///< by vertices of the file
 };
 
 /// f(edge, mid node, simplex number) → Done for each local edge of each simplex of degree 2.
@@ -229,8 +234,7 @@ Outcome<Done> for_each_mid_node(const RawSimplices<K>& kind, const EdgeSet<D>& e
     return each(
         execution, kind.curved.size(),
         [&](std::size_t i) {
-            for (int k = 0; k < edges_per_simplex<K>; ++k)
-                f(edge_at<K, D>(edges, i, k), kind.curved[i][K + 1 + k], i);
+            for (int k = 0; k < edges_per_simplex<K>; ++k) f(edge_at<K, D>(edges, i, k), kind.curved[i][K + 1 + k], i);
         },
         row_grain);
 }
@@ -279,10 +283,10 @@ auto disagreement(const RawMesh<D>& raw, const RawSimplices<K>& kind, const Edge
         const auto& [low, high] = edges.vertices[e];
         const std::string edge = "the edge between vertices " + number(numbers.to_file[low.index()]) + " and " +
                                  number(numbers.to_file[high.index()]);
-        text = two_nodes ? edge + " has mid node " + number(v.index()) + " here and " + number(first.index()) +
-                               " in " + other.text()
-                         : "mid node " + number(v.index()) + " of " + edge + " is that of another edge in " +
-                               other.text();
+        text = two_nodes
+                   ? edge + " has mid node " + number(v.index()) + " here and " + number(first.index()) + " in " +
+                         other.text()
+                   : "mid node " + number(v.index()) + " of " + edge + " is that of another edge in " + other.text();
     }
     return fail(ErrorKind::input, text, here.where(file), entity);
 }
@@ -331,8 +335,7 @@ void note_mid_nodes(const Buffer<Reference>& point_references, const LinearMesh<
     }
     if (straight > 0)
         notices.push_back({std::to_string(straight) + " edges have no mid node in the file and were made straight"});
-    if (references > 0)
-        notices.push_back({"references of " + std::to_string(references) + " mid nodes were not kept"});
+    if (references > 0) notices.push_back({"references of " + std::to_string(references) + " mid nodes were not kept"});
 }
 
 }  // namespace

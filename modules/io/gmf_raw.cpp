@@ -153,9 +153,11 @@ LinearMesh<D> straight_mesh(RawMesh<D> raw) {
     const auto simplices = []<int K>(RawSimplices<K>& kind) -> Simplices<K> {
         return {std::move(kind.straight), std::move(kind.straight_references), std::move(kind.required)};
     };
-    return {std::move(raw.points),  std::move(raw.point_references), std::move(raw.corners),
-            std::move(raw.required_vertices), simplices(raw.elements), simplices(raw.facets),
-            simplices(raw.edges),   std::move(raw.ridges),           std::move(raw.notes)};
+    return {std::move(raw.points),   std::move(raw.point_references),
+            std::move(raw.corners),  std::move(raw.required_vertices),
+            simplices(raw.elements), simplices(raw.facets),
+            simplices(raw.edges),    std::move(raw.ridges),
+            std::move(raw.notes)};
 }
 
 template Outcome<RawMesh<2>> read_raw<2>(const File&, const Execution&);

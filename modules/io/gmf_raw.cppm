@@ -20,7 +20,7 @@ struct RawSimplices {
     Buffer<SimplexVertices<K>> straight;  ///< degree 1
     Buffer<Reference> straight_references;
     const Block* curved_block = nullptr;
-    Buffer<Nodes> curved;                 ///< degree 2, nodes in the order of `local_edges`
+    Buffer<Nodes> curved;  ///< degree 2, nodes in the order of `local_edges`
     Buffer<Reference> curved_references;
     Buffer<std::uint32_t> required;
 

@@ -20,7 +20,8 @@ Outcome<Solution> read_solution(const File& file, const Block& block, const Exec
     Solution solution{.dimension = static_cast<int>(*file.dimension), .single_precision = file.version == 1};
     for (const std::int32_t type : block.fields) {
         if (type < 1 || type > 4)
-            return fail_at(file, block.start, "a field of SolAtVertices has type " + std::to_string(type) + ", not 1 to 4");
+            return fail_at(file, block.start,
+                           "a field of SolAtVertices has type " + std::to_string(type) + ", not 1 to 4");
         solution.fields.push_back(FieldKind{type});
     }
     const std::size_t width = row_width(solution);
@@ -82,7 +83,8 @@ Outcome<DecodedSolution> decode_gmf_solution(std::span<const std::byte> bytes, s
 
 Outcome<Chunks> encode_gmf_solution(const Solution& solution, GmfOptions options, const Execution& execution) {
     if (solution.dimension != 2 && solution.dimension != 3)
-        return fail(ErrorKind::usage, "the solution's dimension is " + std::to_string(solution.dimension) + ", not 2 or 3");
+        return fail(ErrorKind::usage,
+                    "the solution's dimension is " + std::to_string(solution.dimension) + ", not 2 or 3");
     if (solution.fields.empty()) return fail(ErrorKind::usage, "the solution has no fields");
     if (solution.values.size() != solution.rows * row_width(solution))
         return fail(ErrorKind::usage, "the solution does not have the values that its fields and rows need");

@@ -1,4 +1,5 @@
-/// Meshes and solutions to and from bytes, one file a format. Nothing here touches files: the shell maps and writes them.
+/// Meshes and solutions to and from bytes, one file a format. Nothing here touches files: the shell maps and writes
+/// them.
 export module camber.io;
 export import :any_mesh;
 export import :solution;

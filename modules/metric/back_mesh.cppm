@@ -36,16 +36,16 @@ struct FieldSample {
     Location<D> location;
 };
 
-/// A discrete metric field (paper §1.2): log-metrics at the vertices of a straight mesh, linear in each element, constant
-/// along the normal beyond the boundary. An immutable value with all that location needs.
+/// A discrete metric field (paper §1.2): log-metrics at the vertices of a straight mesh, linear in each element,
+/// constant along the normal beyond the boundary. An immutable value with all that location needs.
 template <int D>
 struct BackMesh {
     LinearMesh<D> mesh;
-    Column<LogMetric<D>> log_metrics;          ///< at the vertices
-    Column<LogGradient<D>> nodal_gradients;    ///< volume-weighted means over the balls: they do not jump
+    Column<LogMetric<D>> log_metrics;        ///< at the vertices
+    Column<LogGradient<D>> nodal_gradients;  ///< volume-weighted means over the balls: they do not jump
     Neighbours<D> neighbours;
     Column<ElementFace> boundary;
-    BoxTree<D> boundary_tree;                  ///< boxes of `boundary`
+    BoxTree<D> boundary_tree;  ///< boxes of `boundary`
 };
 
 /// Errors: a column whose size is not that of the vertices; an element without neighbours' order (see `neighbours`);

@@ -38,10 +38,10 @@ double riemannian_length(const EdgeField<D>& field, const QuadraticEdge<D>& edge
     return length;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template EdgeLength riemannian_length<D>(const BackMesh<D>&, const QuadraticEdge<D>&, const Quadrature&,         \
-                                             ElementId);                                                             \
-    template EdgeField<D> edge_field<D>(const BackMesh<D>&, const QuadraticEdge<D>&, ElementId);                     \
+#define CAMBER_INSTANTIATE(D)                                                                                \
+    template EdgeLength riemannian_length<D>(const BackMesh<D>&, const QuadraticEdge<D>&, const Quadrature&, \
+                                             ElementId);                                                     \
+    template EdgeField<D> edge_field<D>(const BackMesh<D>&, const QuadraticEdge<D>&, ElementId);             \
     template double riemannian_length<D>(const EdgeField<D>&, const QuadraticEdge<D>&, const Quadrature&);
 
 CAMBER_INSTANTIATE(2)

@@ -17,11 +17,11 @@ struct EdgeLength {
     int lost = 0;
 };
 
-/// ∫ sqrt(l'ᵀ M(l) l') dt on the true field, that of the back mesh at the points of the curve. `hint`: an element near the
-/// edge's first vertex.
+/// ∫ sqrt(l'ᵀ M(l) l') dt on the true field, that of the back mesh at the points of the curve. `hint`: an element near
+/// the edge's first vertex.
 template <int D>
-[[nodiscard]] EdgeLength riemannian_length(const BackMesh<D>& back, const QuadraticEdge<D>& edge, const Quadrature& rule,
-                                           ElementId hint);
+[[nodiscard]] EdgeLength riemannian_length(const BackMesh<D>& back, const QuadraticEdge<D>& edge,
+                                           const Quadrature& rule, ElementId hint);
 
 /// The metric along a P2 edge as the paper has it (§2.1, eq. 3 and 4): log M(t) quadratic through log M_20, log M(P^l),
 /// log M_02.

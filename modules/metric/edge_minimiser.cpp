@@ -24,7 +24,8 @@ Iterate<D> evaluated(const EdgeObjective<D>& objective, const UnitFrame<D>& fram
     return {y, sample.value, frame.gradient(sample.gradient)};
 }
 
-/// The BFGS update of an inverse Hessian by a step s and a change of gradient d; skipped where curvature is not positive.
+/// The BFGS update of an inverse Hessian by a step s and a change of gradient d; skipped where curvature is not
+/// positive.
 template <int D>
 void update_inverse_hessian(Sym<D>& h, const Vec<D>& s, const Vec<D>& d) {
     const double sd = dot(s, d);
@@ -110,8 +111,8 @@ Iterate<D> start(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, c
     return straight;
 }
 
-/// The energy also evens out the speed along the edge, and where one node cannot serve both it leaves some length: from its
-/// minimum, in the regular valley that it has found, the length itself is lowered where that promises enough.
+/// The energy also evens out the speed along the edge, and where one node cannot serve both it leaves some length: from
+/// its minimum, in the regular valley that it has found, the length itself is lowered where that promises enough.
 template <int D>
 void shorten(const BackMesh<D>& back, EdgeObjective<D> objective, const EdgeMinimiserOptions& options, Vec<D>& node) {
     objective.kind = EdgeObjectiveKind::length;
@@ -123,7 +124,8 @@ void shorten(const BackMesh<D>& back, EdgeObjective<D> objective, const EdgeMini
 
 /// Lengths by the finer rule; the offset is halved until the edge is no longer than its chord.
 template <int D>
-void judge(const BackMesh<D>& back, const EdgeObjective<D>& objective, const Quadrature& rule, EdgeMinimum<D>& minimum) {
+void judge(const BackMesh<D>& back, const EdgeObjective<D>& objective, const Quadrature& rule,
+           EdgeMinimum<D>& minimum) {
     const auto measure = [&](const Vec<D>& node) {
         const EdgeLength measured =
             riemannian_length(back, QuadraticEdge<D>{objective.p20, {node}, objective.p02}, rule, objective.hint);
@@ -132,15 +134,16 @@ void judge(const BackMesh<D>& back, const EdgeObjective<D>& objective, const Qua
         return measured.length;
     };
     const Vec<D> middle = midpoint(objective.p20, objective.p02);
-    minimum.straight_length = measure(middle);
+    minimum.straight_length = minimum.length = measure(middle);
+    if (minimum.node.point == middle) return;
     for (int halving = 0; halving < 6; ++halving) {
         minimum.length = measure(minimum.node.point);
         if (minimum.length < minimum.straight_length) return;
-        minimum.shortened = minimum.node.point != middle;
+        minimum.shortened = true;
         minimum.node.point = midpoint(minimum.node.point, middle);
     }
     minimum.node.point = middle;
-    minimum.length = minimum.straight_length;
+    minimum.length = measure(middle);
 }
 
 template <int D>
@@ -189,17 +192,18 @@ EdgeMinimum<D> minimise_edge(const BackMesh<D>& back, const Vec<D>& p20, const V
 template <int D>
 EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, VertexId a, VertexId b, std::span<const ElementId> shell,
                                   const EdgeRules& rules, const EdgeMinimiserOptions& options) {
-    const EdgeObjective<D> objective = edge_objective(back, rules.objective, options.objective, options.field,
-                                                      back.mesh.points[a], back.mesh.points[b], shell.front());
+    const EdgeObjective<D> objective =
+        edge_objective(back, rules.objective, options.objective, options.field, back.mesh.points[a],
+                       back.mesh.points[b], *std::min_element(shell.begin(), shell.end()));
     const UnitFrame<D> frame = unit_frame(back, objective, options.max_tangential_shift, options.max_offset);
     return minimised(back, objective, frame, best_sector_start(back, objective, frame, a, b, shell), rules, options);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Vec<D> geodesic_start<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId);                    \
-    template EdgeMinimum<D> minimise_edge<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId,              \
-                                             const EdgeRules&, const EdgeMinimiserOptions&);                      \
-    template EdgeMinimum<D> minimise_back_edge<D>(const BackMesh<D>&, VertexId, VertexId, std::span<const ElementId>,  \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Vec<D> geodesic_start<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId);                   \
+    template EdgeMinimum<D> minimise_edge<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId,             \
+                                             const EdgeRules&, const EdgeMinimiserOptions&);                          \
+    template EdgeMinimum<D> minimise_back_edge<D>(const BackMesh<D>&, VertexId, VertexId, std::span<const ElementId>, \
                                                   const EdgeRules&, const EdgeMinimiserOptions&);
 
 CAMBER_INSTANTIATE(2)

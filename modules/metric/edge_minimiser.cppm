@@ -29,9 +29,9 @@ struct EdgeMinimiserOptions {
 
 /// How the node of an edge was found.
 enum class EdgeSearch : std::uint8_t {
-    converged,   ///< the model's decrease fell below the tolerance
-    polished,    ///< stopped at a kink of the back mesh's field, then a pattern search ended it
-    exhausted,   ///< out of iterations
+    converged,  ///< the model's decrease fell below the tolerance
+    polished,   ///< stopped at a kink of the back mesh's field, then a pattern search ended it
+    exhausted,  ///< out of iterations
 };
 
 template <int D>
@@ -40,9 +40,9 @@ struct EdgeMinimum {
     double straight_length = 0;  ///< of the chord, on the true field by report_points
     double length = 0;           ///< of the edge with `node`, likewise; never above straight_length
     EdgeSearch search = EdgeSearch::converged;
-    bool shortened = false;      ///< the finer rule found the minimiser's edge longer: its offset was reduced
-    bool outside = false;        ///< some sample of the curve lay beyond the back mesh
-    bool lost = false;           ///< some sample of the curve was not found in the back mesh
+    bool shortened = false;  ///< the finer rule found the minimiser's edge longer: its offset was reduced
+    bool outside = false;    ///< some sample of the curve lay beyond the back mesh
+    bool lost = false;       ///< some sample of the curve was not found in the back mesh
 };
 
 /// Rules shared by all edges of a run.
@@ -58,15 +58,16 @@ template <int D>
 [[nodiscard]] Vec<D> geodesic_start(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02, ElementId hint);
 
 /// The node that makes the edge from p20 to p02 shortest, an edge anywhere in the back mesh: from the better of the
-/// straight edge and geodesic_start, BFGS in the metric's own frame, a pattern search where a kink of the field stops it;
-/// judged on the true field by the finer rule, by which the result is never longer than the straight edge. `hint`: an
-/// element near p20.
+/// straight edge and geodesic_start, BFGS in the metric's own frame, a pattern search where a kink of the field stops
+/// it; judged on the true field by the finer rule, by which the result is never longer than the straight edge. `hint`:
+/// an element near p20.
 template <int D>
-[[nodiscard]] EdgeMinimum<D> minimise_edge(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02, ElementId hint,
-                                           const EdgeRules& rules, const EdgeMinimiserOptions& options);
+[[nodiscard]] EdgeMinimum<D> minimise_edge(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02,
+                                           ElementId hint, const EdgeRules& rules, const EdgeMinimiserOptions& options);
 
-/// The same for an edge (a, b) of the back mesh itself, with its shell (not empty). Such a chord lies on kinks of the field:
-/// the search starts from the best of the closed-form minima of the shell's sectors, and so does not depend on an order.
+/// The same for an edge (a, b) of the back mesh itself, with its shell (not empty). Such a chord lies on kinks of the
+/// field: the search starts from the best of the closed-form minima of the shell's sectors, and so does not depend on
+/// an order.
 template <int D>
 [[nodiscard]] EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, VertexId a, VertexId b,
                                                 std::span<const ElementId> shell, const EdgeRules& rules,

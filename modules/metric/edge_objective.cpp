@@ -74,7 +74,7 @@ ObjectiveSample<D> EdgeObjective<D>::evaluate(const Vec<D>& node) const {
             add_point<D>(sum, kind, t, rule->w[i], edge.derivative(t), sample.log_metric, sample.gradient);
         } else {
             add_point<D>(sum, kind, t, rule->w[i], edge.derivative(t), EdgeField<D>{l20, mid.log_metric, l02}.at(t),
-                      mid.gradient);
+                         mid.gradient);
         }
     }
     return sum;

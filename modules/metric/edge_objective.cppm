@@ -10,8 +10,8 @@ import :quadrature;
 export namespace camber {
 
 /// What an edge's node minimises. Length does not change under reparametrisation, so its Hessian is singular along the
-/// edge and a quadrature rule turns that into false minima; the energy ∫ l'ᵀ M l' dt has the same curves as minimisers, at
-/// constant speed, and a regular Hessian.
+/// edge and a quadrature rule turns that into false minima; the energy ∫ l'ᵀ M l' dt has the same curves as minimisers,
+/// at constant speed, and a regular Hessian.
 enum class EdgeObjectiveKind : std::uint8_t { energy, length };
 
 /// Which field the objective sees along the edge.
@@ -24,7 +24,8 @@ template <int D>
 struct ObjectiveSample {
     double value = 0;
     Vec<D> gradient;  ///< with respect to P^l, in physical coordinates
-    Sym<D> hessian;   ///< the SPD model: second derivative with the metric frozen (energy), or its Gauss–Newton kin (length)
+    Sym<D> hessian;   ///< the SPD model: second derivative with the metric frozen (energy), or its Gauss–Newton kin
+                      ///< (length)
 };
 
 /// One edge's objective as a function of its mid node.

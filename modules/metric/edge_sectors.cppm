@@ -13,10 +13,10 @@ import :unit_frame;
 
 namespace camber {
 
-/// When the chord is an edge of the back mesh, it lies on kinks of the field: each element of its shell has a gradient of
-/// its own, and the objective a local minimum of its own in the sector (the wedge of that element around the chord) or on
-/// a face between two. As long as the node stays in one sector the whole parabola does, so there the objective is smooth,
-/// and its model from the chord, value + gᵀy + |y|²/2 in the unit frame, is exact to second order.
+/// When the chord is an edge of the back mesh, it lies on kinks of the field: each element of its shell has a gradient
+/// of its own, and the objective a local minimum of its own in the sector (the wedge of that element around the chord)
+/// or on a face between two. As long as the node stays in one sector the whole parabola does, so there the objective is
+/// smooth, and its model from the chord, value + gᵀy + |y|²/2 in the unit frame, is exact to second order.
 ///
 /// sector_starts: for each element of the shell, the minimiser y of its model over its sector.
 
@@ -51,7 +51,8 @@ std::array<Vec<D>, D - 1> sector_walls(const BackMesh<D>& back, ElementId e, Ver
     std::array<Vec<D>, D - 1> walls{};
     int n = 0;
     for (int i = 0; i <= D; ++i)
-        if (const VertexId v = back.mesh.elements.vertices[e][i]; v != a && v != b && n < D - 1) walls[n++] = gradients[i];
+        if (const VertexId v = back.mesh.elements.vertices[e][i]; v != a && v != b && n < D - 1)
+            walls[n++] = gradients[i];
     return walls;
 }
 
@@ -80,8 +81,8 @@ Vec<D> nearest_in_sector(const Vec<D>& y, const std::array<Vec<D>, D - 1>& walls
 /// The start of the sector whose model promises most; the zero vector where none promises anything. The result depends
 /// on the shell as a set, not on its order.
 template <int D>
-Vec<D> best_sector_start(const BackMesh<D>& back, const EdgeObjective<D>& objective, const UnitFrame<D>& frame, VertexId a,
-                         VertexId b, std::span<const ElementId> shell) {
+Vec<D> best_sector_start(const BackMesh<D>& back, const EdgeObjective<D>& objective, const UnitFrame<D>& frame,
+                         VertexId a, VertexId b, std::span<const ElementId> shell) {
     const ChordGradient<D> chord = chord_gradient(back, objective, a, b);
     Vec<D> best;
     for (const ElementId e : shell) {

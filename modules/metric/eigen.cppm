@@ -90,7 +90,8 @@ template <int D>
                 const double alpha = norm_squared(w.column[p]);
                 const double beta = norm_squared(w.column[q]);
                 const double gamma = dot(w.column[p], w.column[q]);
-                if (std::abs(gamma) <= 1e-16 * std::sqrt(alpha * beta)) continue;
+                // The product of orthogonal columns is known to a few ulps of theirs: less would never be reached.
+                if (std::abs(gamma) <= 1e-15 * std::sqrt(alpha * beta)) continue;
                 rotated = true;
                 const double zeta = (beta - alpha) / (2 * gamma);
                 const double t = std::copysign(1.0, zeta) / (std::abs(zeta) + std::sqrt(zeta * zeta + 1));

@@ -6,6 +6,7 @@ export import :spd;
 export import :natural;
 export import :tensors;
 export import :quadrature;
+import :element_frame;
 export import :back_mesh;
 export import :edge_length;
 export import :edge_objective;

@@ -91,8 +91,8 @@ template <int D>
     Sym<D> inner_part;
     for (int i = 0; i < D; ++i)
         for (int j = 0; j <= i; ++j)
-            inner_part(i, j) = w[i] * w[j] *
-                               exp_divided_difference(s.log_values[i], s.log_values[j], s.values[i], s.values[j]);
+            inner_part(i, j) =
+                w[i] * w[j] * exp_divided_difference(s.log_values[i], s.log_values[j], s.values[i], s.values[j]);
     return congruence(s.vectors, inner_part);
 }
 

@@ -15,6 +15,19 @@ namespace {
 
 enum class TensorState : std::uint8_t { sound, floored, indefinite, not_finite };
 
+/// What rounding the entries of M by ε each does to an eigenvalue: ε Σ |r_j| |m_jk| |r_k|, at most ε λ_max D and far
+/// less where the axes are those of the coordinates. What the decomposition itself may do comes on top.
+template <int D>
+Vec<D> eigenvalue_rounding(const Sym<D>& m, const EigenSystem<D>& e, double epsilon) {
+    Vec<D> rounding;
+    for (int i = 0; i < D; ++i) {
+        for (int j = 0; j < D; ++j)
+            for (int k = 0; k < D; ++k) rounding[i] += epsilon * std::abs(e.vectors(j, i) * m(j, k) * e.vectors(k, i));
+        rounding[i] = std::max(rounding[i], std::numeric_limits<double>::epsilon() * norm(m));
+    }
+    return rounding;
+}
+
 template <int D>
 TensorState log_of_tensor(std::span<const double> row, double epsilon, LogMetric<D>& out) {
     Sym<D> m;
@@ -23,13 +36,15 @@ TensorState log_of_tensor(std::span<const double> row, double epsilon, LogMetric
         m.c[i] = row[i];
     }
     EigenSystem<D> e = eigen_system(m);
+    const Vec<D> rounding = eigenvalue_rounding(m, e, epsilon);
     const double largest = *std::max_element(e.values.c.begin(), e.values.c.end());
     if (!(largest > 0)) return TensorState::indefinite;
     TensorState state = TensorState::sound;
-    for (double& value : e.values.c) {
-        if (value < -8 * epsilon * largest) return TensorState::indefinite;
-        if (value < epsilon * largest) {
-            value = epsilon * largest;
+    for (int i = 0; i < D; ++i) {
+        double& value = e.values[i];
+        if (value < -8 * rounding[i]) return TensorState::indefinite;
+        if (value < rounding[i]) {
+            value = rounding[i];
             state = TensorState::floored;
         }
         value = std::log(value);

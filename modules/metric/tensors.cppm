@@ -17,8 +17,9 @@ struct TensorLogs {
 };
 
 /// Logs of the metrics of a file: `rows` of sym_size<D> numbers, xx xy yy (xz yz zz). Rounding alone makes strongly
-/// anisotropic ones indefinite: eigenvalues within 8 ε λ_max of zero (ε that of the file's reals) are raised to ε λ_max
-/// and counted. Errors (entity "metric at vertex N"): NaN or infinite numbers, eigenvalues that are negative beyond
+/// anisotropic ones indefinite. With δ what rounding by the file's reals can do to an eigenvalue (at most a few ε
+/// λ_max, and nothing where the axes are those of the coordinates), eigenvalues from −8 δ to δ are raised to δ and
+/// counted. Errors (entity "metric at vertex N"): NaN or infinite numbers, eigenvalues that are negative beyond
 /// rounding, a zero tensor.
 template <int D>
 [[nodiscard]] Outcome<TensorLogs<D>> log_metrics_of_tensors(std::span<const double> rows, TensorPrecision precision,

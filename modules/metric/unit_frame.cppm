@@ -10,12 +10,12 @@ import :spd;
 
 namespace camber {
 
-/// The metric at the middle of the chord as a change of variables: P = mid + S y, in which the frozen-metric Hessian of the
-/// objective is the identity.
+/// The metric at the middle of the chord as a change of variables: P = mid + S y, in which the frozen-metric Hessian of
+/// the objective is the identity.
 template <int D>
 struct UnitFrame {
     Vec<D> origin;
-    Mat<D> s;          ///< columns r_k (H scale · e^{λ_k})^{-1/2}
+    Mat<D> s;              ///< columns r_k (H scale · e^{λ_k})^{-1/2}
     Vec<D> metric_weight;  ///< |S y|²_M = Σ weight_k y_k²
     Vec<D> chord;
     double max_shift = 0, max_offset = 0;

@@ -10,10 +10,10 @@ export namespace camber {
 template <int D>
 using FacetReference = std::function<Reference(const SimplexVertices<D - 1>&)>;
 
-/// A whole mesh from its points and elements (reference 1): facets on the boundary, outwards oriented; vertices with the
-/// least reference of their facets, inner ones with 0; where references meet, corners (2D) or ridges and corners (3D:
-/// where ridges end or more than two meet). Errors: an element without positive volume (usage: the sizes do not fit
-/// together).
+/// A whole mesh from its points and elements (reference 1): facets on the boundary, outwards oriented; vertices with
+/// the least reference of their facets, inner ones with 0; where references meet, corners (2D) or ridges and corners
+/// (3D: where ridges end or more than two meet). Errors: an element without positive volume (usage: the sizes do not
+/// fit together).
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> bounded_mesh(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements,
                                                   const FacetReference<D>& facet_reference);

@@ -15,7 +15,8 @@ Outcome<Done> check(const BumpOptions& o) {
     const auto bad = [](const char* what) { return fail(ErrorKind::usage, what); };
     if (!(o.length > 0 && o.height > 0)) return bad("a channel needs a positive length and height");
     if (o.cells[0] < 2 || o.cells[1] < 1) return bad("a channel needs at least 2 × 1 cells");
-    if (!(o.bump_width > 0 && o.bump_width <= o.length)) return bad("the bump must be narrower than the channel is long");
+    if (!(o.bump_width > 0 && o.bump_width <= o.length))
+        return bad("the bump must be narrower than the channel is long");
     if (!(std::abs(o.bump_height) + thickness(o.floor_layer) < o.height))
         return bad("bump and layers must be lower than the channel");
     return Done{};
@@ -26,11 +27,13 @@ std::vector<double> row_heights(const BumpOptions& o) {
     std::vector<double> rows{0};
     for (const double d : layer_distances(o.floor_layer)) rows.push_back(d);
     const double start = rows.back();
-    for (int k = 1; k <= o.cells[1]; ++k) rows.push_back(std::lerp(start, o.height, static_cast<double>(k) / o.cells[1]));
+    for (int k = 1; k <= o.cells[1]; ++k)
+        rows.push_back(std::lerp(start, o.height, static_cast<double>(k) / o.cells[1]));
     return rows;
 }
 
-/// Lifts a point of the flat channel: layers rise with the floor, what is above is squeezed between them and the ceiling.
+/// Lifts a point of the flat channel: layers rise with the floor, what is above is squeezed between them and the
+/// ceiling.
 Vec<2> lifted(const BumpOptions& o, const Vec<2>& p) {
     const double top = thickness(o.floor_layer);
     const double part = p[1] <= top ? 1.0 : (o.height - p[1]) / (o.height - top);

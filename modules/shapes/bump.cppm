@@ -11,11 +11,11 @@ export namespace camber {
 /// s = 2 (x − length/2)/bump_width, |s| < 1 (twice continuously differentiable at its feet).
 /// Facet references: 1 inlet (x = 0), 2 outlet, 3 floor, 4 ceiling; four corners.
 struct BumpOptions {
-    double length = 3, height = 1;              ///< of the channel (model units)
-    double bump_height = 0.2, bump_width = 1;   ///< of the bump at the middle of the floor (model units)
-    std::array<int, 2> cells{36, 8};            ///< along the channel, and across it above the layers
+    double length = 3, height = 1;             ///< of the channel (model units)
+    double bump_height = 0.2, bump_width = 1;  ///< of the bump at the middle of the floor (model units)
+    std::array<int, 2> cells{36, 8};           ///< along the channel, and across it above the layers
     BoundaryLayer floor_layer{.count = 0, .first_height = 0.01, .growth = 1.3};
-    double jitter = 0.2;                        ///< largest move of an inner vertex along each axis, in cell sizes
+    double jitter = 0.2;  ///< largest move of an inner vertex along each axis, in cell sizes
     std::uint64_t seed = 1;
 
     friend bool operator==(const BumpOptions&, const BumpOptions&) = default;

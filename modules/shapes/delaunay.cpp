@@ -179,7 +179,8 @@ class Triangulation {
         } else {
             const int beyond = side(cell, slot, p);
             // In the plane of a hull facet: inside its circle or not, which the sphere of the cell behind it tells.
-            conflict = beyond != 0 ? beyond > 0 : in_sphere(corners(cells_[cell.neighbours[slot]].vertices), grid_[p]) > 0;
+            conflict =
+                beyond != 0 ? beyond > 0 : in_sphere(corners(cells_[cell.neighbours[slot]].vertices), grid_[p]) > 0;
         }
         cell.stamp = stamp_;
         cell.conflict = conflict;

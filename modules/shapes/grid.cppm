@@ -30,8 +30,7 @@ template <int D>
     const double steps = std::ldexp(1.0, 23 - exponent);
     std::vector<GridPoint<D>> grid(points.size());
     for (std::size_t v = 0; v < points.size(); ++v)
-        for (int i = 0; i < D; ++i)
-            grid[v][i] = std::llround((points[v][i] - midpoint(box.low, box.high)[i]) * steps);
+        for (int i = 0; i < D; ++i) grid[v][i] = std::llround((points[v][i] - midpoint(box.low, box.high)[i]) * steps);
     return grid;
 }
 

@@ -91,11 +91,10 @@ Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options) {
     add_layers(*core, options, noise.stream(400));
     for (Vec<D>& p : core->points) p += options.centre;
     const Buffer<ShellSide> sides = std::move(core->sides);
-    return bounded_mesh<D>(std::move(core->points), std::move(core->elements),
-                           [&](const SimplexVertices<D - 1>& facet) {
-                               return sides[facet[0].index()] == ShellSide::inner ? options.inner_reference
-                                                                                 : options.outer_reference;
-                           });
+    return bounded_mesh<D>(
+        std::move(core->points), std::move(core->elements), [&](const SimplexVertices<D - 1>& facet) {
+            return sides[facet[0].index()] == ShellSide::inner ? options.inner_reference : options.outer_reference;
+        });
 }
 
 template Outcome<LinearMesh<2>> generate<2>(const ShellOptions<2>&);

@@ -37,7 +37,8 @@ std::vector<double> level_radii(const ShellSizes& sizes) {
     double sum = 0;
     for (int k = 0; k < samples; ++k) {
         sum += dr / (height * sizes.at(middle(k)));
-        if (sum * levels >= total * static_cast<double>(radii.size()) && radii.size() < static_cast<std::size_t>(levels))
+        if (sum * levels >= total * static_cast<double>(radii.size()) &&
+            radii.size() < static_cast<std::size_t>(levels))
             radii.push_back(middle(k) + dr / 2);
     }
     radii.push_back(sizes.outer_radius);
@@ -45,7 +46,8 @@ std::vector<double> level_radii(const ShellSizes& sizes) {
 }
 
 template <int D>
-void add_points(ShellCore<D>& core, double radius, std::size_t count, ShellSide side, double jitter, const Noise& noise) {
+void add_points(ShellCore<D>& core, double radius, std::size_t count, ShellSide side, double jitter,
+                const Noise& noise) {
     for (const Vec<D>& p : spread_points<D>(count, noise)) {
         const Vec<D> moved = radius * p + jitter * noise.template vector<D>(core.points.size());
         core.points.push_back(side == ShellSide::between ? moved : radius * normalised(moved));
@@ -204,7 +206,9 @@ Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& no
     const auto radii = level_radii<D>(sizes);
     for (std::size_t k = 0; k < radii.size(); ++k) {
         const double size = sizes.at(radii[k]);
-        const ShellSide side = k == 0 ? ShellSide::inner : k + 1 == radii.size() ? ShellSide::outer : ShellSide::between;
+        const ShellSide side = k == 0                  ? ShellSide::inner
+                               : k + 1 == radii.size() ? ShellSide::outer
+                                                       : ShellSide::between;
         add_points<D>(core, radii[k], points_on_sphere<D>(radii[k], size), side, sizes.jitter * size, noise.stream(k));
     }
     if (auto done = improve(core, sizes, noise); !done) return fail(done.error());

@@ -50,7 +50,19 @@ SurrogateFoot<D> walked(const Surrogate<D>& surrogate, SurrogateFoot<D> here, co
 
 template <int D>
 SurrogateFoot<D> closest_near(const Surrogate<D>& surrogate, FacetId start, const Vec<D>& p) {
-    return walked(surrogate, named<D>(start, closest_on(surrogate.facets[start], p)), p);
+    SurrogateFoot<D> here = walked(surrogate, named<D>(start, closest_on(surrogate.facets[start], p)), p);
+    for (bool improved = true; improved;) {
+        improved = false;
+        for (const FacetId next : surrogate.neighbours[here.facet]) {
+            if (!next.valid()) continue;
+            const auto there = named<D>(next, closest_on(surrogate.facets[next], p));
+            if (!(there.distance_squared < here.distance_squared)) continue;
+            here = walked(surrogate, there, p);
+            improved = true;
+            break;
+        }
+    }
+    return here;
 }
 
 template <int D>

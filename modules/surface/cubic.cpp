@@ -1,7 +1,9 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 module camber.surface;
 import camber.core;
 import camber.bezier;
@@ -195,17 +197,26 @@ CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p,
 
 template <int K, int D>
 CubicFoot<K, D> closest_on(const CubicSimplex<K, D>& simplex, const Vec<D>& p) {
-    Barycentric<K> start{};
-    double least = -1;
-    for (const auto& alpha : multi_indices<3, K>) {
-        Barycentric<K> xi{};
-        for (int i = 0; i <= K; ++i) xi[i] = alpha[i] / 3.0;
-        const double found = norm_squared(point_at(simplex, xi) - p);
-        if (least >= 0 && !(found < least)) continue;
-        least = found;
-        start = xi;
+    constexpr int lattice = 4;
+    constexpr std::size_t starts = 3;
+    struct Start {
+        double distance_squared;
+        Barycentric<K> xi;
+    };
+    std::array<Start, node_count<lattice, K>> all{};
+    for (std::size_t n = 0; n < all.size(); ++n) {
+        for (std::size_t i = 0; i <= K; ++i)
+            all[n].xi[i] = static_cast<double>(multi_indices<lattice, K>[n][i]) / lattice;
+        all[n].distance_squared = norm_squared(point_at(simplex, all[n].xi) - p);
     }
-    return closest_from(simplex, p, start);
+    std::partial_sort(all.begin(), all.begin() + starts, all.end(), [](const Start& a, const Start& b) {
+        return std::pair(a.distance_squared, a.xi) < std::pair(b.distance_squared, b.xi);
+    });
+    CubicFoot<K, D> best = closest_from(simplex, p, all[0].xi);
+    for (std::size_t n = 1; n < starts; ++n)
+        if (const auto foot = closest_from(simplex, p, all[n].xi); foot.distance_squared < best.distance_squared)
+            best = foot;
+    return best;
 }
 
 template <int D>

@@ -48,7 +48,7 @@ template <int K, int D>
 [[nodiscard]] CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p,
                                            const Barycentric<K>& start);
 
-/// The same from the nearest point of the lattice of thirds.
+/// The best of those from the three nearest points of the lattice of quarters.
 template <int K, int D>
 [[nodiscard]] CubicFoot<K, D> closest_on(const CubicSimplex<K, D>& simplex, const Vec<D>& p);
 

@@ -126,10 +126,10 @@ Vec<3> area_vector(const LinearMesh<3>& mesh, const Fans& fans, FacetId f) {
            cross(mesh.points[b] - mesh.points[a], mesh.points[c] - mesh.points[a]);
 }
 
-std::vector<VertexId> rings(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan, const Vec<3>& normal,
-                            const RingOptions& options) {
+std::vector<std::uint32_t> rings(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan, const Vec<3>& normal,
+                                 const RingOptions& options) {
     constexpr double least_cosine = 0.3;
-    std::vector<VertexId> found;
+    std::vector<std::uint32_t> found;
     std::vector<FacetId> facets;
     const auto enter = [&](std::uint32_t other) {
         for (const FacetId f : fans.facets[other]) {
@@ -139,17 +139,15 @@ std::vector<VertexId> rings(const LinearMesh<3>& mesh, const Fans& fans, std::ui
         }
     };
     enter(fan);
-    std::size_t entered = 0, walked = 0;
+    std::size_t seen = 0, entered = 0;
     for (int ring = 1;; ++ring) {
-        for (const std::size_t end = facets.size(); entered < end; ++entered)
-            for (const VertexId v : mesh.facets.vertices[facets[entered]])
-                if (v != fans.vertices[fan] && std::find(found.begin(), found.end(), v) == found.end())
-                    found.push_back(v);
+        for (; seen < facets.size(); ++seen)
+            for (const std::uint32_t other : fans.of_facets[facets[seen]])
+                if (other != fan && std::find(found.begin(), found.end(), other) == found.end()) found.push_back(other);
         if (ring >= options.most_rings || found.size() >= options.most) break;
-        if (ring >= 2 && found.size() >= options.enough) break;
-        for (const std::size_t end = facets.size(); walked < end; ++walked)
-            for (std::size_t i = 0; i < 3; ++i) enter(fans.of_facets[facets[walked]][i]);
-        if (facets.size() == entered) break;
+        if (ring >= options.least_rings && found.size() >= options.enough) break;
+        for (const std::size_t end = found.size(); entered < end; ++entered) enter(found[entered]);
+        if (facets.size() == seen) break;
     }
     return found;
 }

@@ -25,13 +25,13 @@ struct Fans {
 [[nodiscard]] Outcome<Fans> find_fans(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
                                       const Incidence<FacetId>& shells, const Execution& execution);
 
-/// The vertices near a fan's vertex on the same smooth side, nearest rings first, without the vertex itself: two
-/// rings, more until `enough` are found or `most_rings` walked. Facets that turn away from `normal` are not entered.
+/// The fans near a fan on the same smooth side, nearest rings first, without the fan itself: `least_rings`, and more until
+/// `enough` are found or `most_rings` walked. Facets that turn away from `normal` are not entered.
 struct RingOptions {
-    std::size_t enough = 16, most = 80;
-    int most_rings = 4;
+    std::size_t enough = 18, most = 80;
+    int least_rings = 2, most_rings = 4;
 };
-[[nodiscard]] std::vector<VertexId> rings(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan,
+[[nodiscard]] std::vector<std::uint32_t> rings(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan,
                                           const Vec<3>& normal, const RingOptions& options);
 
 /// Twice the facet's area times its unit normal, turned to the patch's side.

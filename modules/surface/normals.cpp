@@ -15,11 +15,6 @@ namespace camber {
 
 namespace {
 
-struct FanShape {
-    Vec<3> normal;
-    Jet jet;
-};
-
 struct Fitter {
     const LinearMesh<3>& mesh;
     const EdgeSet<3>& edges;
@@ -93,27 +88,24 @@ struct Fitter {
         return dot(out, normal) > least_agreement ? out : normal;
     }
 
-    [[nodiscard]] FanShape operator()(std::uint32_t fan) const {
+    [[nodiscard]] Vec<3> operator()(std::uint32_t fan) const {
         constexpr double least_agreement = 0.5;
         const VertexId v = fans.vertices[fan];
         const Vec<3> base = area_weighted(fan);
         const auto turned = [&](const Vec<3>& n) { return dot(n, base) < 0 ? -n : n; };
         const FlatPatch<3>& flat = flats[features.patches[fans.facets[fan][0]]];
-        if (flat.is_flat()) return {turned(flat.normal), {}};
+        if (flat.is_flat()) return turned(flat.normal);
+
+        if (const Vec<3> given = noted(v, base); norm_squared(given) > 0) return given;
 
         std::vector<Vec<3>> stencil;
-        for (const VertexId w : rings(mesh, fans, fan, base, {})) stencil.push_back(mesh.points[w]);
-        if (const auto plane = local_plane(fan, stencil); plane.is_flat()) return {turned(plane.normal), {}};
+        for (const std::uint32_t other : rings(mesh, fans, fan, base, {}))
+            stencil.push_back(mesh.points[fans.vertices[other]]);
+        if (const auto plane = local_plane(fan, stencil); plane.is_flat()) return turned(plane.normal);
 
-        FanShape shape{base, fit_jet(mesh.points[v], base, stencil)};
-        if (shape.jet.degree > 0) {
-            const Vec<3> fitted = shape.jet.normal();
-            if (dot(fitted, base) > least_agreement) shape.normal = fitted;
-            else shape.jet.degree = 0;
-        }
-        if (const Vec<3> given = noted(v, base); norm_squared(given) > 0) return {given, shape.jet};
-        shape.normal = perpendicular_to_ridges(fan, shape.normal);
-        return shape;
+        const FittedNormal jet = fitted_normal(mesh.points[v], base, stencil);
+        const bool fits = jet.degree > 0 && dot(jet.normal, base) > least_agreement;
+        return perpendicular_to_ridges(fan, fits ? jet.normal : base);
     }
 };
 
@@ -129,23 +121,13 @@ std::vector<DirectionAtVertex> normals_by_vertex(const GeometryNotes<3>& notes) 
 
 }  // namespace
 
-Outcome<FanShapes> fan_shapes(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
-                              const Fans& fans, std::span<const FlatPatch<3>> flats, const CurveTangents<3>& tangents,
-                              double most_degrees, const Execution& execution) {
+Outcome<Buffer<Vec<3>>> fan_normals(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
+                                    const Fans& fans, std::span<const FlatPatch<3>> flats,
+                                    const CurveTangents<3>& tangents, double most_degrees, const Execution& execution) {
     const double least_cosine = most_degrees > 0 ? std::cos(most_degrees * std::numbers::pi / 180) : 2;
     const Fitter fit{mesh, edges, features, fans, flats, tangents, normals_by_vertex(mesh.notes), least_cosine};
-    Buffer<Vec<3>> normals(fans.size());
-    Buffer<Jet> jets(fans.size());
-    auto done = each(
-        execution, fans.size(),
-        [&](std::size_t i) {
-            FanShape shape = fit(static_cast<std::uint32_t>(i));
-            normals[i] = shape.normal;
-            jets[i] = shape.jet;
-        },
-        64);
-    if (!done) return fail(done.error());
-    return FanShapes{std::move(normals), std::move(jets)};
+    return map_each(
+        execution, fans.size(), [&](std::size_t i) { return fit(static_cast<std::uint32_t>(i)); }, 64);
 }
 
 }  // namespace camber

@@ -74,7 +74,7 @@ struct Parts {
     const Fans& fans;
     std::span<const FlatPatch<3>> flats;
     const CurveTangents<3>& tangents;
-    const FanShapes& shapes;
+    std::span<const Vec<3>> normals;  ///< of the fans
 };
 
 /// The distinct planes of the flat patches around an edge, two at most.
@@ -99,7 +99,8 @@ SurrogateEdge<3> ridge_edge(const Parts& parts, EdgeId e) {
     if (planes.size() == 2) return straight_edge(a, b);
     const auto& [at_low, at_high] = parts.tangents.tangents[parts.tangents.row(e)];
     SurrogateEdge<3> edge = smooth_edge(a, at_low, at_high, b);
-    if (planes.size() == 1) snap(edge, planes[0]);
+    const bool straight = edge.middle == midpoint(a, b);  // in the plane already, as its ends are
+    if (planes.size() == 1 && !straight) snap(edge, planes[0]);
     return edge;
 }
 
@@ -110,30 +111,38 @@ SurrogateEdge<3> inner_edge(const Parts& parts, EdgeId e) {
     if (parts.flats[parts.features.patches[f]].is_flat()) return straight_edge(a, b);
     const auto& facet = parts.mesh.facets.vertices[f];
     const auto tangent = [&](VertexId v) {
-        const Vec<3>& n = parts.shapes.normals[parts.fans.of_facets[f][corner_of(facet, v)]];
+        const Vec<3>& n = parts.normals[parts.fans.of_facets[f][corner_of(facet, v)]];
         return (b - a) - dot(b - a, n) * n;
     };
     return smooth_edge(a, tangent(low), tangent(high), b);
 }
 
-/// Moves the centroid onto the mean of the vertices' jets along the normal (b_111 weighs 6/27 there).
+/// The triangle's vertices, then those of the facets around them on the same smooth side, each with its normal there.
+std::vector<PointAndNormal> samples_around(const Parts& parts, FacetId f) {
+    std::vector<std::uint32_t> fans;
+    const auto add = [&](std::uint32_t fan) {
+        if (std::find(fans.begin(), fans.end(), fan) == fans.end()) fans.push_back(fan);
+    };
+    for (const std::uint32_t fan : parts.fans.of_facets[f]) add(fan);
+    for (const std::uint32_t fan : parts.fans.of_facets[f])
+        for (const FacetId g : parts.fans.facets[fan])
+            for (const std::uint32_t other : parts.fans.of_facets[g]) add(other);
+    std::vector<PointAndNormal> samples;
+    const double side = parts.fans.signs[f];
+    for (const std::uint32_t fan : fans)
+        samples.push_back({parts.mesh.points[parts.fans.vertices[fan]], side * parts.normals[fan]});
+    return samples;
+}
+
+/// Moves the centroid along the normal onto the surface through the samples (b_111 weighs 6/27 there).
 Vec<3> fitted_centre(const Parts& parts, FacetId f, const CubicSimplex<2, 3>& triangle) {
     constexpr double largest_share = 0.25;
     const Barycentric<2> centroid{1.0 / 3, 1.0 / 3, 1.0 / 3};
     const Vec<3> normal = normal_at<3>(triangle, centroid);
-    const Vec<3> at = point_at(triangle, centroid);
-    double sum = 0;
-    int known = 0;
-    for (const std::uint32_t fan : parts.fans.of_facets[f]) {
-        const JetMeeting meeting = meet(parts.shapes.jets[fan], at, normal);
-        if (!meeting.met) continue;
-        sum += meeting.distance;
-        ++known;
-    }
+    const auto fit = fitted_height(point_at(triangle, centroid), normal, samples_around(parts, f));
     const double size = distance(triangle.control.front(), triangle.control.back());
     const Vec<3>& centre = triangle.at({1, 1, 1});
-    if (known == 0 || !(std::fabs(sum / known) < largest_share * size)) return centre;
-    return centre + (4.5 * sum / known) * normal;
+    return fit.degree > 0 && std::fabs(fit.height) < largest_share * size ? centre + 4.5 * fit.height * normal : centre;
 }
 
 CubicSimplex<2, 3> cubic_triangle(const Parts& parts, std::span<const EdgeId> edge_ids,
@@ -214,9 +223,10 @@ Outcome<Surrogate<3>> build(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, 
                             const Execution& execution) {
     const auto fans = find_fans(mesh, edges, features, shells, execution);
     if (!fans) return fail(fans.error());
-    const auto shapes = fan_shapes(mesh, edges, features, *fans, flats, tangents, options.file_directions_degrees, execution);
-    if (!shapes) return fail(shapes.error());
-    const Parts parts{mesh, edges, features, shells, *fans, flats, tangents, *shapes};
+    const auto normals =
+        fan_normals(mesh, edges, features, *fans, flats, tangents, options.file_directions_degrees, execution);
+    if (!normals) return fail(normals.error());
+    const Parts parts{mesh, edges, features, shells, *fans, flats, tangents, *normals};
 
     auto rows = boundary_edges(features);
     auto curves = map_each(execution, rows.size(), [&](std::size_t row) {

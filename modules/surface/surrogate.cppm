@@ -50,8 +50,8 @@ struct Surrogate {
 };
 
 /// Edge control points lie in the tangent planes of the vertices (ridges: on the tangents of their curves), with the handles of a
-/// circle; both facets of an edge share them. The middle point of a triangle is fitted to the jets of its vertices, so
-/// that the centroid errs O(h⁴). Errors: `edges` or `features` is not of this mesh (ErrorKind::internal), stopped.
+/// circle; both facets of an edge share them. The middle point of a triangle is fitted to the vertices and normals of
+/// the facets around it, so that the centroid errs no more than the edges do, O(h⁴). Errors: `edges` or `features` is not of this mesh (ErrorKind::internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                     const Features<D>& features, const SurrogateOptions& options,
@@ -66,11 +66,11 @@ struct SurrogateFoot {
     double distance_squared = 0;
 };
 
-/// From a facet: the closest point on it, then across smooth edges for as long as the distance falls. Local: never farther than
-/// the facet itself is.
+/// From a facet: the closest point on it, then across smooth edges for as long as the distance falls; where it stops, the facets
+/// next to it are searched too, since the surface has slight creases at its edges. Local: never farther than the facet is.
 template <int D>
 [[nodiscard]] SurrogateFoot<D> closest_near(const Surrogate<D>& surrogate, FacetId start, const Vec<D>& p);
-/// The same from a place on the facet.
+/// From a place on the facet, without that last search: for points very near the surface, in great numbers.
 template <int D>
 [[nodiscard]] SurrogateFoot<D> closest_near(const Surrogate<D>& surrogate, FacetId start, const Barycentric<D - 1>& xi,
                                             const Vec<D>& p);

@@ -60,11 +60,12 @@ Chains<D> make_chains(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const 
     return chains;
 }
 
-/// A neighbour's place along the tangent and across it.
+/// A neighbour d = (x, y) along and across the tangent, as u = |d|²/x and the slope y/x. Where the curve's tangent is off by δ,
+/// y/x = δ + κ/2 u + O(u²); on a circle y = κ/2 |d|², so nothing follows κ/2 u and the fit is exact.
 template <int D>
 struct Height {
-    double x = 0;
-    Vec<D> y;
+    double u = 0;
+    Vec<D> slope;
 };
 
 /// Heights over the tangent as far as the curve still goes forward: |x| must grow by a third of each step.
@@ -77,7 +78,7 @@ std::vector<Height<D>> heights_over(const Vec<D>& tangent, std::span<const Vec<D
         const Vec<D> step = d - last;
         if (!(direction * dot(step, tangent) > least_advance * norm(step))) break;
         const double x = dot(d, tangent);
-        out.push_back({x, d - x * tangent});
+        out.push_back({norm_squared(d) / x, (d - x * tangent) / x});
         last = d;
     }
     return out;
@@ -94,15 +95,15 @@ std::vector<Height<D>> chosen(const std::vector<Height<D>>& ahead, const std::ve
     return out;
 }
 
-/// y'(0) of the polynomial through (0, 0) and the heights: Σ_i (y_i/x_i) ∏_{j≠i} x_j/(x_j − x_i).
+/// δ: the polynomial through the slopes, at u = 0: Σ_i (y_i/x_i) ∏_{j≠i} u_j/(u_j − u_i).
 template <int D>
 Vec<D> slope_at_zero(std::span<const Height<D>> heights) {
     Vec<D> slope;
     for (std::size_t i = 0; i < heights.size(); ++i) {
-        double weight = 1 / heights[i].x;
+        double weight = 1;
         for (std::size_t j = 0; j < heights.size(); ++j)
-            if (j != i) weight *= heights[j].x / (heights[j].x - heights[i].x);
-        slope += weight * heights[i].y;
+            if (j != i) weight *= heights[j].u / (heights[j].u - heights[i].u);
+        slope += weight * heights[i].slope;
     }
     return slope;
 }

@@ -6,6 +6,7 @@ module;
 export module camber.validity:subdivide;
 import camber.core;
 import camber.bezier;
+import :coefficients;
 import :jacobian;
 
 namespace camber {

@@ -2,9 +2,11 @@
 /// `validate` and `relax`.
 export module camber.validity;
 export import :twice;
+export import :coefficients;
 export import :jacobian;
 export import :subdivide;
 export import :verdict;
 export import :validate;
 export import :segment;
 export import :relax;
+export import :repair;

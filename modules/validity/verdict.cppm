@@ -4,6 +4,7 @@ module;
 export module camber.validity:verdict;
 import camber.core;
 import camber.bezier;
+import :coefficients;
 import :jacobian;
 
 export namespace camber {

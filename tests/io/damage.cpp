@@ -12,8 +12,8 @@ using namespace camber;
 
 namespace {
 
-const GmfOptions all_options[] = {{GmfEncoding::ascii, 2},  {GmfEncoding::binary, 2},
-                                  {GmfEncoding::binary, 3}, {GmfEncoding::binary, 4}};
+const GmfOptions all_options[] = {
+    {GmfEncoding::ascii, 2}, {GmfEncoding::binary, 2}, {GmfEncoding::binary, 3}, {GmfEncoding::binary, 4}};
 
 template <class Mesh>
 void cut_everywhere(const Mesh& mesh) {
@@ -87,46 +87,47 @@ TEST_CASE("a file cut anywhere") {
 }
 
 TEST_CASE("noise") {
-    testing::property(
-        "some bytes changed",
-        [](std::uint64_t seed) {
-            auto bytes = some_file(seed);
-            generated::Random random(seed);
-            for (std::size_t i = 0, n = 1 + random.below(6); i < n; ++i)
-                bytes[random.below(bytes.size())] = static_cast<std::byte>(random.below(4) == 0 ? 0xff : random.below(256));
-            survives(bytes);
-        },
-        {.count = 3000});
-    testing::property(
-        "pieces moved about",
-        [](std::uint64_t seed) {
-            auto bytes = some_file(seed);
-            generated::Random random(seed);
-            const std::size_t from = random.below(bytes.size()), length = random.below(bytes.size() - from);
-            const generated::Bytes piece(bytes.begin() + static_cast<std::ptrdiff_t>(from),
-                                         bytes.begin() + static_cast<std::ptrdiff_t>(from + length));
-            bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(random.below(bytes.size())), piece.begin(), piece.end());
-            survives(bytes);
-        },
-        {.count = 500});
-    testing::property(
-        "nothing but noise after the first words",
-        [](std::uint64_t seed) {
-            generated::Random random(seed);
-            generated::Bytes bytes = random.below(2) == 0 ? generated::bytes_of("MeshVersionFormatted 2 Dimension 3 ")
-                                                          : BinaryFile(1 + static_cast<int>(random.below(4)), false).bytes;
-            for (std::size_t i = 0, n = random.below(300); i < n; ++i)
-                bytes.push_back(static_cast<std::byte>(random.below(3) == 0 ? 0 : random.below(256)));
-            survives(bytes);
-        },
-        {.count = 2000});
+    testing::property("some bytes changed",
+                      [](std::uint64_t seed) {
+                          auto bytes = some_file(seed);
+                          generated::Random random(seed);
+                          for (std::size_t i = 0, n = 1 + random.below(6); i < n; ++i)
+                              bytes[random.below(bytes.size())] =
+                                  static_cast<std::byte>(random.below(4) == 0 ? 0xff : random.below(256));
+                          survives(bytes);
+                      },
+                      {.count = 3000});
+    testing::property("pieces moved about",
+                      [](std::uint64_t seed) {
+                          auto bytes = some_file(seed);
+                          generated::Random random(seed);
+                          const std::size_t from = random.below(bytes.size()),
+                                            length = random.below(bytes.size() - from);
+                          const generated::Bytes piece(bytes.begin() + static_cast<std::ptrdiff_t>(from),
+                                                       bytes.begin() + static_cast<std::ptrdiff_t>(from + length));
+                          bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(random.below(bytes.size())),
+                                       piece.begin(), piece.end());
+                          survives(bytes);
+                      },
+                      {.count = 500});
+    testing::property("nothing but noise after the first words",
+                      [](std::uint64_t seed) {
+                          generated::Random random(seed);
+                          generated::Bytes bytes = random.below(2) == 0
+                                                       ? generated::bytes_of("MeshVersionFormatted 2 Dimension 3 ")
+                                                       : BinaryFile(1 + static_cast<int>(random.below(4)), false).bytes;
+                          for (std::size_t i = 0, n = random.below(300); i < n; ++i)
+                              bytes.push_back(static_cast<std::byte>(random.below(3) == 0 ? 0 : random.below(256)));
+                          survives(bytes);
+                      },
+                      {.count = 2000});
 }
 
 TEST_CASE("absurd counts are refused before anything is allocated") {
     for (const int version : {2, 4})
         for (const std::int32_t keyword : {4, 5, 6, 8, 13, 14, 20, 24, 25, 30, 42, 60, 62, 127, 129, 133})
-            for (const std::int64_t count : {std::int64_t{2000000000}, std::int64_t{-1},
-                                             std::numeric_limits<std::int64_t>::max() / 4}) {
+            for (const std::int64_t count :
+                 {std::int64_t{2000000000}, std::int64_t{-1}, std::numeric_limits<std::int64_t>::max() / 4}) {
                 BinaryFile file(version, false);
                 file.dimension(3);
                 if (keyword != 4) {

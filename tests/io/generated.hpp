@@ -29,13 +29,13 @@ inline Bytes joined(const camber::Chunks& chunks) {
 
 inline Bytes bytes_of(std::string_view text) {
     Bytes bytes(text.size());
-    std::memcpy(bytes.data(), text.data(), text.size());
+    std::transform(text.begin(), text.end(), bytes.begin(), [](char c) { return static_cast<std::byte>(c); });
     return bytes;
 }
 
 inline std::string text_of(const Bytes& bytes) {
     std::string text(bytes.size(), '\0');
-    std::memcpy(text.data(), bytes.data(), bytes.size());
+    std::transform(bytes.begin(), bytes.end(), text.begin(), [](std::byte b) { return static_cast<char>(b); });
     return text;
 }
 
@@ -111,8 +111,8 @@ camber::GeometryNotes<D> notes(Random& random, std::size_t vertices) {
         if (random.below(3) == 0)
             on_triangles.push_back({id, random.reference(), random.real(), random.real(), random.real()});
     }
-    return {std::move(normals), std::move(tangents), at, std::move(at), std::move(on_vertices), std::move(on_edges),
-            std::move(on_triangles)};
+    return {std::move(normals),  std::move(tangents),    at, std::move(at), std::move(on_vertices),
+            std::move(on_edges), std::move(on_triangles)};
 }
 
 /// A strip of `cells` simplices, each on D + 1 vertices in a row of vertices, with coordinates of no geometric sense

@@ -28,7 +28,8 @@ const std::string head = "MeshVersionFormatted 2\nDimension 3\nVertices 4\n0 0 0
 TEST_CASE("what is no GMF file") {
     CHECK(message("") == "in.mesh: byte 0: the file is empty");
     CHECK(message("solid cube").starts_with("in.mesh: line 1: this is no GMF file"));
-    CHECK(message("MeshVersionFormatted 5 Dimension 3 End").starts_with("in.mesh: line 1: the GMF version is not 1 to 4"));
+    CHECK(message("MeshVersionFormatted 5 Dimension 3 End")
+              .starts_with("in.mesh: line 1: the GMF version is not 1 to 4"));
     CHECK(message("MeshVersionFormatted 2\nVertices 0\nEnd") == "in.mesh: line 1: the file has no Dimension");
     CHECK(message("MeshVersionFormatted 2\nDimension 4\nEnd") == "in.mesh: line 1: Dimension is 4, not 2 or 3");
     CHECK(message("MeshVersionFormatted 2\nDimension 3\nEnd") == "in.mesh: line 1: the file has no Vertices");
@@ -37,7 +38,8 @@ TEST_CASE("what is no GMF file") {
     CHECK(message("MeshVersionFormatted 2 Dimension x End") ==
           "in.mesh: line 1: Dimension is not followed by a number that it can have");
     CHECK(message(head) == "in.mesh: line 8: the file ends before the keyword End (it seems to be cut off)");
-    CHECK(message("MeshVersionFormatted 2 Dimension 3 Vertices 0 BezierBasis 2 End").ends_with("BezierBasis is 2, not 0 or 1"));
+    CHECK(message("MeshVersionFormatted 2 Dimension 3 Vertices 0 BezierBasis 2 End")
+              .ends_with("BezierBasis is 2, not 0 or 1"));
 }
 
 TEST_CASE("rows") {
@@ -52,7 +54,8 @@ TEST_CASE("rows") {
     CHECK(message("MeshVersionFormatted 2 Dimension 2 Vertices 1\n0 0 3000000000\nEnd") ==
           "in.mesh: line 2: vertex 1: the reference 3000000000 does not fit 32 bits");
     CHECK(message("MeshVersionFormatted 2 Dimension 2 Vertices 2\n0 0 0\nEnd") ==
-          "in.mesh: line 1: Vertices announces 2 rows of 3 numbers, but 3 follow (the file is cut off or its count is wrong)");
+          "in.mesh: line 1: Vertices announces 2 rows of 3 numbers, but 3 follow (the file is cut off or its count is "
+          "wrong)");
     CHECK(message(head + "Tetrahedra 2\n1 2 3 4 0\n1 2 3 5 0\nEnd") ==
           "in.mesh: line 10: tetrahedron 2: the index 5 is not between 1 and 4");
     CHECK(message(head + "Triangles 1\n0 2 3 0\nEnd") ==
@@ -70,7 +73,8 @@ TEST_CASE("rows") {
 
 TEST_CASE("numbers as Fortran and others write them") {
     const auto decoded = decode_gmf_mesh(
-        generated::bytes_of("MeshVersionFormatted 2 Dimension 2 Vertices 2  +1.5D+2 1d-1 +7  1e-999 .5 0 End"), "in.mesh", {});
+        generated::bytes_of("MeshVersionFormatted 2 Dimension 2 Vertices 2  +1.5D+2 1d-1 +7  1e-999 .5 0 End"),
+        "in.mesh", {});
     REQUIRE(decoded);
     const auto& mesh = std::get<LinearMesh<2>>(decoded->mesh);
     CHECK(mesh.points[0] == Vec<2>{{150, 0.1}});
@@ -79,9 +83,10 @@ TEST_CASE("numbers as Fortran and others write them") {
 }
 
 TEST_CASE("elements that cannot be held") {
-    CHECK(message(head + "Hexahedra 12 1 2 3\nEnd") ==
-          "in.mesh: line 8: holds 12 Hexahedra, which Camber cannot hold (give a mesh of edges, triangles and tetrahedra "
-          "of degree 1 or 2)");
+    CHECK(
+        message(head + "Hexahedra 12 1 2 3\nEnd") ==
+        "in.mesh: line 8: holds 12 Hexahedra, which Camber cannot hold (give a mesh of edges, triangles and tetrahedra "
+        "of degree 1 or 2)");
     for (const std::string keyword : {"Quadrilaterals", "Prisms", "Pyramids", "Hexahedra", "TetrahedraP3"}) {
         CHECK(kind(head + keyword + " 3 End") == ErrorKind::unsupported);
         CHECK(message(head + keyword + " 0 End") == "no error");
@@ -89,8 +94,8 @@ TEST_CASE("elements that cannot be held") {
 }
 
 TEST_CASE("skipped blocks are reported") {
-    const auto decoded =
-        decode_gmf_mesh(generated::bytes_of(head + "Foo 1 2 nan 3 Bar Foo 7 RequiredQuadrilaterals 1 1 End"), "in.mesh", {});
+    const auto decoded = decode_gmf_mesh(
+        generated::bytes_of(head + "Foo 1 2 nan 3 Bar Foo 7 RequiredQuadrilaterals 1 1 End"), "in.mesh", {});
     REQUIRE(decoded);
     REQUIRE(decoded->notices.size() == 3);
     CHECK(decoded->notices[0].what == "2 blocks of keyword Foo were skipped");
@@ -99,15 +104,18 @@ TEST_CASE("skipped blocks are reported") {
 
 TEST_CASE("mid nodes that contradict each other") {
     const std::string points =
-        "MeshVersionFormatted 2\nDimension 2\nVertices 8  0 0 0  1 0 0  0 1 0  1 1 0  .5 0 0  .5 .5 0  0 .5 0  .6 .6 0\n";
+        "MeshVersionFormatted 2\nDimension 2\nVertices 8  0 0 0  1 0 0  0 1 0  1 1 0  .5 0 0  .5 .5 0  0 .5 0  .6 .6 "
+        "0\n";
     CHECK(message(points + "TrianglesP2 1 1 2 3 5 6 7 0\nEdgesP2 1\n3 2 8 0\nEnd") ==
           "in.mesh: line 6: edge 1: the edge between vertices 2 and 3 has mid node 8 here and 6 in triangle 1");
     CHECK(message(points + "TrianglesP2 1 1 2 3 5 6 7 0\nEdgesP2 1\n4 2 6 0\nEnd") ==
-          "in.mesh: line 6: edge 1: mid node 6 of the edge between vertices 2 and 4 is that of another edge in triangle 1");
+          "in.mesh: line 6: edge 1: mid node 6 of the edge between vertices 2 and 4 is that of another edge in "
+          "triangle 1");
     CHECK(message(points + "TrianglesP2 1 1 2 3 5 6 7 0\nEdgesP2 1\n4 5 8 0\nEnd") ==
           "in.mesh: line 4: vertex 5: is a mid node of triangle 1 and a corner of edge 1");
-    CHECK(message(points + "TrianglesP2Ordering 6 2 0 0 0 2 0 0 0 2 1 1 0 1 1 0 1 0 1 TrianglesP2 1 1 2 3 5 6 7 0 End") ==
-          "in.mesh: line 4: TrianglesP2Ordering does not list the 6 nodes of its simplex once each");
+    CHECK(
+        message(points + "TrianglesP2Ordering 6 2 0 0 0 2 0 0 0 2 1 1 0 1 1 0 1 0 1 TrianglesP2 1 1 2 3 5 6 7 0 End") ==
+        "in.mesh: line 4: TrianglesP2Ordering does not list the 6 nodes of its simplex once each");
 }
 
 TEST_CASE("places in binary files are bytes") {

@@ -78,8 +78,8 @@ std::string permuted(const std::string& name, const Simplices<K>& kind, const au
 
 std::string points_text(const QuadraticMesh<3>& mesh, bool control_points) {
     const auto& points = mesh.linear.points;
-    std::string text = "MeshVersionFormatted 2 Dimension 3 Vertices " +
-                       std::to_string(points.size() + mesh.mid_nodes.size()) + "\n";
+    std::string text =
+        "MeshVersionFormatted 2 Dimension 3 Vertices " + std::to_string(points.size() + mesh.mid_nodes.size()) + "\n";
     const auto put = [&](const Vec<3>& p) {
         char line[120];
         std::snprintf(line, sizeof line, "%.17g %.17g %.17g 0\n", p[0], p[1], p[2]);
@@ -190,8 +190,8 @@ TEST_CASE("mid nodes may stand anywhere among the vertices") {
         for (std::size_t v = 1, previous = 0; v < back.linear.points.size(); ++v) {
             const auto number = [&](std::size_t w) {
                 return std::find(at.begin(), at.end(),
-                                 static_cast<std::size_t>(std::find(mesh.linear.points.begin(), mesh.linear.points.end(),
-                                                                    back.linear.points[w]) -
+                                 static_cast<std::size_t>(std::find(mesh.linear.points.begin(),
+                                                                    mesh.linear.points.end(), back.linear.points[w]) -
                                                           mesh.linear.points.begin())) -
                        at.begin();
             };
@@ -209,7 +209,8 @@ TEST_CASE("plain keywords with rows of degree 2, as Gmsh writes them") {
         std::string text = points_text(mesh, false);
         const auto put = [&](const std::string& name, auto all, const auto& kind) {
             text += name + " " + std::to_string(all.size()) + "\n";
-            for (std::size_t i = 0; i < all.size(); ++i) text += words(all[i]) + std::to_string(kind.references[i]) + "\n";
+            for (std::size_t i = 0; i < all.size(); ++i)
+                text += words(all[i]) + std::to_string(kind.references[i]) + "\n";
         };
         auto tetrahedra = rows<3>(mesh.linear.elements, mesh.edges.of_elements, n);
         if (swapped)
@@ -254,9 +255,10 @@ TEST_CASE("simplices of both degrees") {
 
 TEST_CASE("references of mid nodes") {
     const auto decode = [](const std::string& mid) {
-        return decode_gmf_mesh(generated::bytes_of("MeshVersionFormatted 2 Dimension 2 Vertices 3  0 0 4  1 0 4  .5 .1 " +
-                                                   mid + " EdgesP2 1  1 2 3 9 End"),
-                               "file", {});
+        return decode_gmf_mesh(
+            generated::bytes_of("MeshVersionFormatted 2 Dimension 2 Vertices 3  0 0 4  1 0 4  .5 .1 " + mid +
+                                " EdgesP2 1  1 2 3 9 End"),
+            "file", {});
     };
     CHECK(decode("4")->notices.empty());
     REQUIRE(decode("5")->notices.size() == 1);

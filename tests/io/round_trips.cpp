@@ -74,7 +74,8 @@ TEST_CASE("text may be laid out in any way") {
         const auto plain = generated::text_of(generated::joined(*encode_gmf_mesh(mesh, {GmfEncoding::ascii}, {})));
         generated::Random random(seed);
         std::string text = random.below(2) == 0 ? "" : "# Vertices 3\n";
-        const std::string_view separators[] = {" ", "\t", "\n", "\r\n", "  ", " # comment with End and 7\n", "#\n", "\n\n"};
+        const std::string_view separators[] = {" ",   "\t",  "\n", "\r\n", "  ", " # comment with End and 7\n",
+                                               "#\n", "\n\n"};
         for (const char c : plain)
             if (c == ' ' || c == '\n')
                 text += separators[random.below(std::size(separators))];
@@ -102,6 +103,7 @@ TEST_CASE("versions") {
 }
 
 TEST_CASE("empty blocks are left out, Vertices never") {
-    const auto text = generated::text_of(generated::joined(*encode_gmf_mesh(LinearMesh<2>{}, {GmfEncoding::ascii}, {})));
+    const auto text =
+        generated::text_of(generated::joined(*encode_gmf_mesh(LinearMesh<2>{}, {GmfEncoding::ascii}, {})));
     CHECK(text == "MeshVersionFormatted 2\n\nDimension 2\n\nVertices\n0\n\nEnd\n");
 }

@@ -31,7 +31,8 @@ std::string message(const std::string& text) {
 TEST_CASE("solutions come back to the bit") {
     testing::property("decode after encode is the identity", [](std::uint64_t seed) {
         const auto solution = some_solution(seed);
-        const GmfOptions options{*rc::gen::element(GmfEncoding::ascii, GmfEncoding::binary), *rc::gen::element(0, 2, 3, 4)};
+        const GmfOptions options{*rc::gen::element(GmfEncoding::ascii, GmfEncoding::binary),
+                                 *rc::gen::element(0, 2, 3, 4)};
         const auto bytes = generated::joined(*encode_gmf_solution(solution, options, {}));
         const auto back = decode_gmf_solution(bytes, "file", {});
         if (!back) RC_FAIL(describe(back.error()));
@@ -59,7 +60,8 @@ TEST_CASE("a row a line, values in the file's order") {
 TEST_CASE("what solutions must not be") {
     const std::string head = "MeshVersionFormatted 2\nDimension 3\n";
     CHECK(message(head + "Vertices 0 End") == "in.sol: line 1: the file has no SolAtVertices");
-    CHECK(message(head + "SolAtVertices 1 1 7 0 End") == "in.sol: line 3: a field of SolAtVertices has type 7, not 1 to 4");
+    CHECK(message(head + "SolAtVertices 1 1 7 0 End") ==
+          "in.sol: line 3: a field of SolAtVertices has type 7, not 1 to 4");
     CHECK(message(head + "SolAtVertices 1 0 End") == "in.sol: line 3: SolAtVertices has no list of fields");
     CHECK(message(head + "SolAtVertices 2\n2 1 2\n0 0 0 0\n0 0 nan 0\nEnd") ==
           "in.sol: line 6: vertex 2: a value is infinite or not a number");

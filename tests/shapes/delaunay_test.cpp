@@ -36,7 +36,7 @@ long double power(const std::vector<Vec<3>>& p, const SimplexVertices<3>& s, con
             r[k] += m[k][i] * m[k][i];
         }
     }
-    const auto determinant3 = [](const long double (&a)[3][3]) {
+    const auto determinant3 = [](const long double(&a)[3][3]) {
         return a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) - a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0]) +
                a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0]);
     };

@@ -18,20 +18,22 @@ TEST_CASE("a box is sound for any size, cut and jitter") {
         RC_ASSERT(mesh->corners.size() == 4U);
         RC_ASSERT(std::abs(total_volume(*mesh) - 1) < 1e-12);
     });
-    property("box 3D", [] {
-        const BoxOptions<3> options{
-            .cells = {*rc::gen::inRange(1, 5), *rc::gen::inRange(1, 5), *rc::gen::inRange(1, 5)},
-            .jitter = 0.1 * *rc::gen::inRange(0, 6),
-            .seed = *rc::gen::arbitrary<std::uint64_t>()};
-        const auto mesh = generate(options);
-        RC_ASSERT(mesh.has_value());
-        check_sound(*mesh, 1, {1, 2, 3, 4, 5, 6});
-        RC_ASSERT(mesh->corners.size() == 8U);
-        const auto& n = options.cells;
-        RC_ASSERT(mesh->edges.size() == static_cast<std::size_t>(4 * (n[0] + n[1] + n[2])));
-        RC_ASSERT(mesh->ridges.size() == mesh->edges.size());
-        RC_ASSERT(std::abs(total_volume(*mesh) - 1) < 1e-12);
-    }, {.count = 30});
+    property("box 3D",
+             [] {
+                 const BoxOptions<3> options{
+                     .cells = {*rc::gen::inRange(1, 5), *rc::gen::inRange(1, 5), *rc::gen::inRange(1, 5)},
+                     .jitter = 0.1 * *rc::gen::inRange(0, 6),
+                     .seed = *rc::gen::arbitrary<std::uint64_t>()};
+                 const auto mesh = generate(options);
+                 RC_ASSERT(mesh.has_value());
+                 check_sound(*mesh, 1, {1, 2, 3, 4, 5, 6});
+                 RC_ASSERT(mesh->corners.size() == 8U);
+                 const auto& n = options.cells;
+                 RC_ASSERT(mesh->edges.size() == static_cast<std::size_t>(4 * (n[0] + n[1] + n[2])));
+                 RC_ASSERT(mesh->ridges.size() == mesh->edges.size());
+                 RC_ASSERT(std::abs(total_volume(*mesh) - 1) < 1e-12);
+             },
+             {.count = 30});
 }
 
 TEST_CASE("the sides of a box are planes to the last bit") {
@@ -69,7 +71,8 @@ TEST_CASE("an unstructured shell has no flat elements and the sizes of the paper
     const auto worst = [](const LinearMesh<3>& mesh) {
         double least = 1;
         const auto& p = mesh.points;
-        for (const auto& [a, b, c, d] : mesh.elements.vertices) least = std::min(least, quality(p[a], p[b], p[c], p[d]));
+        for (const auto& [a, b, c, d] : mesh.elements.vertices)
+            least = std::min(least, quality(p[a], p[b], p[c], p[d]));
         return least;
     };
     const auto coarse = generate(ShellOptions<3>{.inner_size = 0.9, .outer_size = 2.0});

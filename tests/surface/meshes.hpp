@@ -70,7 +70,8 @@ struct Grid {
 
 using Map = std::function<Vec<3>(double u, double v)>;
 
-// A grid on [0, 1]² seen through `map`, inner points moved at random, diagonals drawn at random. Points of an open rim move along it only.
+// A grid on [0, 1]² seen through `map`, inner points moved at random, diagonals drawn at random. The rim of a grid
+// that is open both ways stays; else points of an open rim move along it.
 inline Soup<3> grid_mesh(const Grid& grid, const Map& map, Reference reference = 1) {
     Random random(grid.seed);
     Soup<3> soup;
@@ -86,8 +87,9 @@ inline Soup<3> grid_mesh(const Grid& grid, const Map& map, Reference reference =
             const bool u_rim = grid.u == Closing::open && (i == 0 || i == grid.n);
             const bool v_rim = grid.v == Closing::open && (j == 0 || j == grid.m);
             const double du = random(-grid.jitter, grid.jitter), dv = random(-grid.jitter, grid.jitter);
-            const double u = place(static_cast<double>(i) + (u_rim ? 0 : du), static_cast<double>(grid.n), grid.u);
-            const double v = place(static_cast<double>(j) + (v_rim ? 0 : dv), static_cast<double>(grid.m), grid.v);
+            const bool fixed = (u_rim && grid.v == Closing::open) || (v_rim && grid.u == Closing::open);
+            const double u = place(static_cast<double>(i) + (u_rim || fixed ? 0 : du), static_cast<double>(grid.n), grid.u);
+            const double v = place(static_cast<double>(j) + (v_rim || fixed ? 0 : dv), static_cast<double>(grid.m), grid.v);
             soup.points.push_back(map(u, v));
         }
     const auto at = [&](std::size_t i, std::size_t j) { return (j % rows) * columns + i % columns; };
@@ -171,21 +173,101 @@ inline Soup<3> sphere(std::size_t n, double radius, unsigned seed = 1) {
     return out;
 }
 
+// The surface of the unit cube.
+inline Soup<3> cube(std::size_t n, unsigned seed = 1) {
+    std::vector<Soup<3>> faces;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        for (const double side : {0.0, 1.0}) {
+            const Grid grid{.n = n, .m = n, .grading = 0, .seed = seed + static_cast<unsigned>(axis)};
+            faces.push_back(grid_mesh(grid, [=](double u, double v) {
+                Vec<3> p;
+                p[axis] = side;
+                p[(axis + 1) % 3] = u;
+                p[(axis + 2) % 3] = v;
+                return p;
+            }));
+        }
+    return welded(faces);
+}
+
+// The half y ≥ 0 of a cylinder of radius and height 1 about z: the wall, the plane y = 0, and two half discs. n even.
+inline Soup<3> half_cylinder(std::size_t n, std::size_t m, unsigned seed = 1) {
+    const auto x_of = [](double u) { return u == 0.5 ? 0.0 : std::cos(pi * u); };
+    const auto wall = [=](double u, double v) { return Vec<3>{{x_of(u), u == 0 || u == 1 ? 0 : std::sin(pi * u), v}}; };
+    const auto back = [=](double u, double v) { return Vec<3>{{x_of(u), 0, v}}; };
+    const Grid grid{.n = n, .m = m, .grading = 0, .seed = seed};
+    std::vector<Soup<3>> parts{grid_mesh(grid, wall), grid_mesh(grid, back)};
+    for (const double z : {0.0, 1.0}) {
+        Soup<3> cap;
+        const std::size_t layers = 3;
+        const auto arc = [&](std::size_t i) { return static_cast<double>(i) / static_cast<double>(n); };
+        for (std::size_t i = 1; i < n; ++i)
+            for (std::size_t j = 0; j <= layers; ++j) {
+                const double s = static_cast<double>(j) / static_cast<double>(layers);
+                Vec<3> p = (1 - s) * back(arc(i), z) + s * wall(arc(i), z);
+                p[2] = z;
+                cap.points.push_back(p);
+            }
+        const auto at = [&](std::size_t i, std::size_t j) { return (i - 1) * (layers + 1) + j; };
+        for (std::size_t i = 1; i + 1 < n; ++i)
+            for (std::size_t j = 0; j < layers; ++j) {
+                cap.facets.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+                cap.facets.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+            }
+        for (const std::size_t i : {std::size_t{1}, n - 1}) {
+            const std::size_t tip = cap.points.size();
+            cap.points.push_back(back(i == 1 ? 0 : 1, z));
+            for (std::size_t j = 0; j < layers; ++j) cap.facets.push_back({tip, at(i, j), at(i, j + 1)});
+        }
+        cap.references.assign(cap.facets.size(), 1);
+        parts.push_back(cap);
+    }
+    return welded(parts);
+}
+
+template <class Transform>
+Soup<3> transformed_soup(Soup<3> soup, Transform&& transform) {
+    for (auto& p : soup.points) p = transform(p);
+    return soup;
+}
+
+// A rotation that mixes all axes.
+inline Vec<3> rotated(const Vec<3>& p) {
+    const double a = 0.7, b = 1.1;
+    const Vec<3> q{{std::cos(a) * p[0] - std::sin(a) * p[1], std::sin(a) * p[0] + std::cos(a) * p[1], p[2]}};
+    return {{q[0], std::cos(b) * q[1] - std::sin(b) * q[2], std::sin(b) * q[1] + std::cos(b) * q[2]}};
+}
+
+// A closed or open polygon through the points.
+inline Soup<2> polygon(std::vector<Vec<2>> points, Closing closing = Closing::closed) {
+    Soup<2> soup;
+    const std::size_t n = points.size();
+    for (std::size_t i = 0; i + (closing == Closing::open ? 1 : 0) < n; ++i) soup.facets.push_back({i, (i + 1) % n});
+    soup.points = std::move(points);
+    return soup;
+}
+
+template <int D>
 struct Built {
-    QuadraticMesh<3> mesh;
-    Features<3> features;
-    Surrogate<3> surrogate;
-    Buffer<LagrangeNode<3>> nodes;
+    QuadraticMesh<D> mesh;
+    Features<D> features;
+    Surrogate<D> surrogate;
+    Buffer<LagrangeNode<D>> nodes;
 };
 
-inline Built build(const LinearMesh<3>& mesh, const FeatureOptions<3>& options = {}) {
-    const Execution execution{.threads = 1};
-    Built b;
-    b.mesh = elevate<3>(mesh, execution).value();
-    b.features = find_features(mesh, b.mesh.edges, options, execution).value();
-    b.surrogate = build_surrogate(mesh, b.mesh.edges, b.features, {}, execution).value();
-    b.nodes = boundary_nodes(b.mesh, b.features, Geometry<3>(b.surrogate), execution).value();
+template <int D>
+Built<D> build(const LinearMesh<D>& mesh, const SurrogateOptions& options = {}, const Execution& execution = {.threads = 1}) {
+    Built<D> b;
+    b.mesh = elevate<D>(mesh, execution).value();
+    b.features = find_features(mesh, b.mesh.edges, FeatureOptions<D>{}, execution).value();
+    b.surrogate = build_surrogate(mesh, b.mesh.edges, b.features, options, execution).value();
+    b.nodes = boundary_nodes(b.mesh, b.features, Geometry<D>(b.surrogate), execution).value();
     return b;
+}
+
+template <int D>
+BoundaryDistance distance_of(const Built<D>& b) {
+    return boundary_distance<D>(b.mesh, b.nodes, b.features, Geometry<D>(b.surrogate), {.threads = 1}).value();
 }
 
 using Off = std::function<double(const Vec<3>&)>;  // distance from the known surface
@@ -197,7 +279,7 @@ struct Errors {
     double straight = 0;   // the same over the straight ones
 };
 
-inline Errors errors(const Built& b, const Off& off) {
+inline Errors errors(const Built<3>& b, const Off& off) {
     Errors e;
     const auto& linear = b.mesh.linear;
     for (std::size_t f = 0; f < linear.facets.size(); ++f) {

@@ -16,14 +16,17 @@ namespace camber::config {
 
 namespace {
 
-std::string number(double x) { return x == std::round(x) && std::abs(x) < 1e15 ? std::to_string(static_cast<long>(x)) : Json(x).dump(); }
+std::string number(double x) {
+    return x == std::round(x) && std::abs(x) < 1e15 ? std::to_string(static_cast<long>(x)) : Json(x).dump();
+}
 
 }  // namespace
 
 std::string Limits::text() const {
     std::string text;
     if (std::isfinite(low)) text = (low_open ? "above " : "at least ") + number(low);
-    if (std::isfinite(high)) text += (text.empty() ? "" : " and ") + std::string(high_open ? "below " : "at most ") + number(high);
+    if (std::isfinite(high))
+        text += (text.empty() ? "" : " and ") + std::string(high_open ? "below " : "at most ") + number(high);
     return text;
 }
 

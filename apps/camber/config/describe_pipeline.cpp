@@ -16,8 +16,9 @@ import :values;
 namespace camber::config {
 
 const Choice<Input>& Described<Input>::get() {
-    static const Choice<Input> choice{
-        "input", "Where the mesh comes from.", {{"mesh", "a mesh file (.mesh, .meshb)"}, {"generate", "an example domain"}}};
+    static const Choice<Input> choice{"input",
+                                      "Where the mesh comes from.",
+                                      {{"mesh", "a mesh file (.mesh, .meshb)"}, {"generate", "an example domain"}}};
     return choice;
 }
 
@@ -26,7 +27,10 @@ const Description<Features>& Described<Features>::get() {
     static const Description<S> description{
         "features",
         "What counts as a ridge where neither the file's edges nor references say so.",
-        {field("ridge_angle", &S::ridge_angle, "facets that meet at more than this angle make a ridge").unit("degrees").above(0).at_most(180)},
+        {field("ridge_angle", &S::ridge_angle, "facets that meet at more than this angle make a ridge")
+             .unit("degrees")
+             .above(0)
+             .at_most(180)},
         {}};
     return description;
 }
@@ -46,7 +50,8 @@ const Description<Pipeline>& Described<Pipeline>::get() {
     using S = Pipeline;
     static const Description<S> description{
         "pipeline",
-        "A run of Camber: a mesh, a metric, a geometry, stages, outputs. Input paths are relative to the config's folder, output "
+        "A run of Camber: a mesh, a metric, a geometry, stages, outputs. Input paths are relative to the config's "
+        "folder, output "
         "paths to the working directory.",
         {field("input", &S::input, "where the mesh comes from").required(),
          field("metric", &S::metric, "the field of sizes and directions that edges follow"),

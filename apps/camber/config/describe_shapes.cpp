@@ -30,23 +30,28 @@ template <int D>
 Description<ShellOptions<D>> shell_description(std::string name, std::string doc) {
     using S = ShellOptions<D>;
     const std::string wall = D == 3 ? "sphere" : "circle";
-    return {std::move(name),
-            std::move(doc),
-            {field("centre", &S::centre, "of both " + wall + "s").unit(length),
-             field("inner_radius", &S::inner_radius, "radius of the inner " + wall).unit(length).above(0),
-             field("outer_radius", &S::outer_radius, "radius of the outer " + wall).unit(length).above(0),
-             field("inner_size", &S::inner_size, "edge length at the inner " + wall + " (above its layers)").unit(length).above(0),
-             field("outer_size", &S::outer_size, "edge length at the outer " + wall + " (below its layers); prisms ignore it")
-                 .unit(length)
-                 .above(0),
-             field("inner_layer", &S::inner_layer, "layers on the inner " + wall),
-             field("outer_layer", &S::outer_layer, "layers on the outer " + wall),
-             field("structure", &S::structure,
-                   "unstructured: Delaunay of spread points; prisms: rows of prisms along random diagonals, fast at any size"),
-             field("jitter", &S::jitter, "largest random move of a point").unit("edge lengths").at_least(0).at_most(0.3),
-             field("inner_reference", &S::inner_reference, "reference of the inner " + wall),
-             field("outer_reference", &S::outer_reference, "reference of the outer " + wall), seed_field<S>()},
-            {}};
+    return {
+        std::move(name),
+        std::move(doc),
+        {field("centre", &S::centre, "of both " + wall + "s").unit(length),
+         field("inner_radius", &S::inner_radius, "radius of the inner " + wall).unit(length).above(0),
+         field("outer_radius", &S::outer_radius, "radius of the outer " + wall).unit(length).above(0),
+         field("inner_size", &S::inner_size, "edge length at the inner " + wall + " (above its layers)")
+             .unit(length)
+             .above(0),
+         field("outer_size", &S::outer_size,
+               "edge length at the outer " + wall + " (below its layers); prisms ignore it")
+             .unit(length)
+             .above(0),
+         field("inner_layer", &S::inner_layer, "layers on the inner " + wall),
+         field("outer_layer", &S::outer_layer, "layers on the outer " + wall),
+         field("structure", &S::structure,
+               "unstructured: Delaunay of spread points; prisms: rows of prisms along random diagonals, fast at any "
+               "size"),
+         field("jitter", &S::jitter, "largest random move of a point").unit("edge lengths").at_least(0).at_most(0.3),
+         field("inner_reference", &S::inner_reference, "reference of the inner " + wall),
+         field("outer_reference", &S::outer_reference, "reference of the outer " + wall), seed_field<S>()},
+        {}};
 }
 
 template <int D>
@@ -57,7 +62,10 @@ Description<BoxOptions<D>> box_description(std::string name, std::string doc) {
             {field("low", &S::low, "corner of the least coordinates").unit(length),
              field("high", &S::high, "corner of the largest coordinates").unit(length),
              field("cells", &S::cells, "cells along each axis").at_least(1),
-             field("jitter", &S::jitter, "largest random move of a vertex along each axis").unit("cell sizes").at_least(0).at_most(0.5),
+             field("jitter", &S::jitter, "largest random move of a vertex along each axis")
+                 .unit("cell sizes")
+                 .at_least(0)
+                 .at_most(0.5),
              seed_field<S>()},
             {}};
 }
@@ -92,12 +100,14 @@ const Description<ShellOptions<2>>& Described<ShellOptions<2>>::get() {
 }
 
 const Description<BoxOptions<3>>& Described<BoxOptions<3>>::get() {
-    static const auto description = box_description<3>("box", "An axis-aligned box; references 1 to 6 at low x, high x, low y, …");
+    static const auto description =
+        box_description<3>("box", "An axis-aligned box; references 1 to 6 at low x, high x, low y, …");
     return description;
 }
 
 const Description<BoxOptions<2>>& Described<BoxOptions<2>>::get() {
-    static const auto description = box_description<2>("rectangle", "A rectangle (2D); references 1 to 4 at low x, high x, low y, high y.");
+    static const auto description =
+        box_description<2>("rectangle", "A rectangle (2D); references 1 to 4 at low x, high x, low y, high y.");
     return description;
 }
 
@@ -112,7 +122,10 @@ const Description<BumpOptions>& Described<BumpOptions>::get() {
          field("bump_width", &S::bump_width, "from foot to foot").unit(length).above(0),
          field("cells", &S::cells, "cells along the channel, and across it above the layers").at_least(1),
          field("floor_layer", &S::floor_layer, "layers on the floor"),
-         field("jitter", &S::jitter, "largest random move of a vertex along each axis").unit("cell sizes").at_least(0).at_most(0.5),
+         field("jitter", &S::jitter, "largest random move of a vertex along each axis")
+             .unit("cell sizes")
+             .at_least(0)
+             .at_most(0.5),
          seed_field<S>()},
         {}};
     return description;

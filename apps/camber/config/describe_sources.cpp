@@ -45,8 +45,12 @@ const Description<ConstantMetric>& Described<ConstantMetric>::get() {
     static const Description<S> description{
         "constant",
         "The same metric everywhere: by sizes or by a tensor.",
-        {field("sizes", &S::sizes, "one edge length, or one along each axis; empty when a tensor is given").unit(length).above(0).count(0, 3),
-         field("tensor", &S::tensor, "lower triangle by rows: xx, xy, yy (2D) or xx, xy, yy, xz, yz, zz; empty when sizes are given")
+        {field("sizes", &S::sizes, "one edge length, or one along each axis; empty when a tensor is given")
+             .unit(length)
+             .above(0)
+             .count(0, 3),
+         field("tensor", &S::tensor,
+               "lower triangle by rows: xx, xy, yy (2D) or xx, xy, yy, xz, yz, zz; empty when sizes are given")
              .unit("1 / length²")
              .count(0, 6)},
         [](const S& s) -> std::string {
@@ -74,7 +78,8 @@ const Description<Surrogate>& Described<Surrogate>::get() {
 }
 
 const Description<Straight>& Described<Straight>::get() {
-    static const Description<Straight> description{"straight", "The mesh's own flat facets: the boundary stays as it is.", {}, {}};
+    static const Description<Straight> description{
+        "straight", "The mesh's own flat facets: the boundary stays as it is.", {}, {}};
     return description;
 }
 
@@ -119,7 +124,10 @@ const Description<Torus>& Described<Torus>::get() {
         "A ring torus.",
         {field("centre", &S::centre, "its centre").unit(length).count(3, 3).required(),
          field("axis", &S::axis, "direction of its axis of rotation, of any length").count(3, 3).required(),
-         field("major_radius", &S::major_radius, "from the centre to the middle of the tube").unit(length).above(0).required(),
+         field("major_radius", &S::major_radius, "from the centre to the middle of the tube")
+             .unit(length)
+             .above(0)
+             .required(),
          field("minor_radius", &S::minor_radius, "radius of the tube").unit(length).above(0).required()},
         [](const S& s) -> std::string {
             if (!(s.minor_radius < s.major_radius)) return "minor_radius must be below major_radius";
@@ -129,9 +137,10 @@ const Description<Torus>& Described<Torus>::get() {
 }
 
 const Choice<Surface>& Described<Surface>::get() {
-    static const Choice<Surface> choice{"surface",
-                                        "the surface's equation",
-                                        {{"plane", "a plane"}, {"sphere", "a sphere"}, {"cylinder", "a cylinder"}, {"torus", "a torus"}}};
+    static const Choice<Surface> choice{
+        "surface",
+        "the surface's equation",
+        {{"plane", "a plane"}, {"sphere", "a sphere"}, {"cylinder", "a cylinder"}, {"torus", "a torus"}}};
     return choice;
 }
 
@@ -140,7 +149,9 @@ const Description<AnalyticSurface>& Described<AnalyticSurface>::get() {
     static const Description<S> description{
         "analytic",
         "An array of surfaces by their equations; boundary facets of other references stay as they are.",
-        {field("references", &S::references, "references of the boundary facets on this surface").count(1, 100000).required(),
+        {field("references", &S::references, "references of the boundary facets on this surface")
+             .count(1, 100000)
+             .required(),
          [] {
              auto surface = inlined(&S::surface);
              surface.is_required = true;
@@ -162,7 +173,9 @@ const Choice<Geometry>& Described<Geometry>::get() {
 Outcome<Analytic> Codec<Analytic>::read(const Json& json, const Place& place, const Limits&) {
     Limits some;
     some.least_count = 1;
-    return Items::read(json, place, some).map([](std::vector<AnalyticSurface> items) { return Analytic{std::move(items)}; });
+    return Items::read(json, place, some).map([](std::vector<AnalyticSurface> items) {
+        return Analytic{std::move(items)};
+    });
 }
 Json Codec<Analytic>::write(const Analytic& analytic) { return Items::write(analytic.surfaces); }
 Json Codec<Analytic>::schema(const Limits&) {

@@ -18,7 +18,8 @@ namespace camber::config {
 namespace {
 
 constexpr const char* validity_doc =
-    "an element is valid when the determinant of its Jacobian is everywhere at least this share of the straight element's";
+    "an element is valid when the determinant of its Jacobian is everywhere at least this share of the straight "
+    "element's";
 
 }  // namespace
 
@@ -45,13 +46,23 @@ const Description<Curve>& Described<Curve>::get() {
     using S = Curve;
     static const Description<S> description{
         "curve",
-        "Moves each edge's node: boundary nodes onto the geometry, volume nodes where the metric makes the edge shortest.",
-        {field("objective", &S::objective, "what a volume edge minimises in the metric: its energy (smooth, evenly spaced) or its length"),
-         field("field", &S::field, "metric along the edge: back, from the mesh's vertices all the way; edge, from the edge's own three values"),
+        "Moves each edge's node: boundary nodes onto the geometry, volume nodes where the metric makes the edge "
+        "shortest.",
+        {field("objective", &S::objective,
+               "what a volume edge minimises in the metric: its energy (smooth, evenly spaced) or its length"),
+         field("field", &S::field,
+               "metric along the edge: back, from the mesh's vertices all the way; edge, from the edge's own three "
+               "values"),
          field("quadrature_points", &S::quadrature_points, "Gauss points along an edge").at_least(2).at_most(12),
-         field("iterations", &S::iterations, "largest number of Newton steps an edge").at_least(0).at_most(1000),
-         field("max_tangential_shift", &S::max_tangential_shift, "how far a node may slide along its edge").unit("chord lengths").at_least(0).below(0.25),
-         field("max_offset", &S::max_offset, "how far a volume node may leave the middle of its chord").unit("lengths in the metric").above(0)},
+         field("iterations", &S::iterations, "largest number of quasi-Newton steps an edge").at_least(0).at_most(1000),
+         field("length_tolerance", &S::length_tolerance, "energy only: from its minimum the length is lowered while that promises more than this share; 0: never").at_least(0).at_most(1),
+         field("max_tangential_shift", &S::max_tangential_shift, "how far a node may slide along its edge")
+             .unit("chord lengths")
+             .at_least(0)
+             .below(0.25),
+         field("max_offset", &S::max_offset, "how far a volume node may leave the middle of its chord")
+             .unit("lengths in the metric")
+             .above(0)},
         {}};
     return description;
 }
@@ -70,11 +81,19 @@ const Description<Relax>& Described<Relax>::get() {
     using S = Relax;
     static const Description<S> description{
         "relax",
-        "Moves the nodes of elements that are not valid back towards the middles of their chords until all are: volume edges "
+        "Moves the nodes of elements that are not valid back towards the middles of their chords until all are: volume "
+        "edges "
         "first, surface edges last.",
-        {field("strategy", &S::strategy, "shell: edge by edge, each as little as its elements need; paper: each edge of an invalid element by theta"),
-         field("theta", &S::theta, "what a correction leaves of a node's offset").unit("of the offset").above(0).below(1),
-         field("max_corrections", &S::max_corrections, "corrections before a node goes to the middle of its chord").at_least(1).at_most(10000),
+        {field("strategy", &S::strategy,
+               "shell: edge by edge, each as little as its elements need; paper: each edge of an invalid element by "
+               "theta"),
+         field("theta", &S::theta, "what a correction leaves of a node's offset")
+             .unit("of the offset")
+             .above(0)
+             .below(1),
+         field("max_corrections", &S::max_corrections, "corrections before a node goes to the middle of its chord")
+             .at_least(1)
+             .at_most(10000),
          field("min_scaled_jacobian", &S::min_scaled_jacobian, validity_doc).at_least(0).below(1)},
         {}};
     return description;

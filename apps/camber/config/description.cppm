@@ -20,9 +20,9 @@ import :values;
 namespace camber::config {
 
 /// Each has its description in one of describe_*.cpp.
-#define CAMBER_DESCRIBED(...)                    \
-    template <>                                  \
-    struct Described<__VA_ARGS__> {              \
+#define CAMBER_DESCRIBED(...)                         \
+    template <>                                       \
+    struct Described<__VA_ARGS__> {                   \
         static const CAMBER_KIND<__VA_ARGS__>& get(); \
     };
 #define CAMBER_KIND Description
@@ -106,7 +106,8 @@ struct Codec<S> {
         if (!json.is_object()) return bad(place, "expected an object, got " + kind_of(json));
         const auto known = keys();
         for (const auto& [key, value] : json.items())
-            if (std::find(known.begin(), known.end(), key) == known.end() && !(place.pointer.empty() && key == "$schema"))
+            if (std::find(known.begin(), known.end(), key) == known.end() &&
+                !(place.pointer.empty() && key == "$schema"))
                 return bad(place.at(key), "unknown key", suggestion(key, known));
         S value{};
         for (const auto& field : description().fields)
@@ -147,7 +148,8 @@ struct Codec<S> {
         std::string found;
         for (const auto& key : field.keys) {
             if (!json.contains(key)) continue;
-            if (!found.empty()) return bad(place.at(key), "only one of \"" + found + "\" and \"" + key + "\" may be given");
+            if (!found.empty())
+                return bad(place.at(key), "only one of \"" + found + "\" and \"" + key + "\" may be given");
             found = key;
         }
         if (!found.empty()) return field.read(json, found, place, field.limits, value);
@@ -194,12 +196,14 @@ struct Codec<V> {
     }
     /// The alternative of this key; null stands for the bare key.
     static Outcome<V> read_key(const std::string& key, const Json& options, const Place& place, const Limits& limits) {
-        Outcome<V> result = bad(place, options.is_null() ? "unknown word \"" + key + "\"" : "unknown key", suggestion(key, keys()));
+        Outcome<V> result =
+            bad(place, options.is_null() ? "unknown word \"" + key + "\"" : "unknown key", suggestion(key, keys()));
         each_alternative<V>([&](auto index, auto sample) {
             using T = decltype(sample);
             if (key != choice().alternatives[index].key) return;
             if (options.is_null() && !may_be_bare<T>()) {
-                result = bad(place, "\"" + key + "\" needs its options: {\"" + key + "\": …}", "see: camber explain " + key);
+                result =
+                    bad(place, "\"" + key + "\" needs its options: {\"" + key + "\": …}", "see: camber explain " + key);
                 return;
             }
             auto value = Codec<T>::read(options.is_null() ? Json::object() : options, place, limits);
@@ -245,7 +249,8 @@ struct Codec<V> {
         std::string text;
         each_alternative<V>([&](auto index, auto sample) {
             const std::string& k = choice().alternatives[index].key;
-            text += (text.empty() ? "" : " or ") + (may_be_bare<decltype(sample)>() ? "\"" + k + "\"" : "{\"" + k + "\": …}");
+            text += (text.empty() ? "" : " or ") +
+                    (may_be_bare<decltype(sample)>() ? "\"" + k + "\"" : "{\"" + k + "\": …}");
         });
         return text;
     }
@@ -257,7 +262,8 @@ template <class S, class T>
     Field<S> f;
     f.keys = {name};
     f.doc = std::move(doc);
-    f.read = [member](const Json& object, const std::string& key, const Place& place, const Limits& limits, S& into) -> Outcome<Done> {
+    f.read = [member](const Json& object, const std::string& key, const Place& place, const Limits& limits,
+                      S& into) -> Outcome<Done> {
         auto value = Codec<T>::read(object[key], place.at(key), limits);
         if (!value) return fail(std::move(value.error()));
         into.*member = std::move(*value);
@@ -277,13 +283,16 @@ template <class S, OneOf V>
     f.keys = Codec<V>::keys();
     for (const auto& key : f.keys) f.name += (f.name.empty() ? "" : " | ") + key;
     f.doc = Described<V>::get().doc;
-    f.read = [member](const Json& object, const std::string& key, const Place& place, const Limits& limits, S& into) -> Outcome<Done> {
+    f.read = [member](const Json& object, const std::string& key, const Place& place, const Limits& limits,
+                      S& into) -> Outcome<Done> {
         auto value = Codec<V>::read_key(key, object[key], place.at(key), limits);
         if (!value) return fail(std::move(value.error()));
         into.*member = std::move(*value);
         return Done{};
     };
-    f.write = [member](const S& from, Json& object) { object[Codec<V>::key(from.*member)] = Codec<V>::options(from.*member); };
+    f.write = [member](const S& from, Json& object) {
+        object[Codec<V>::key(from.*member)] = Codec<V>::options(from.*member);
+    };
     f.schema = [](const std::string& key, const Limits& limits) { return Codec<V>::schema_of(key, limits); };
     f.type = [](const Limits&) { return std::string("object"); };
     return f;

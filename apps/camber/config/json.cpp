@@ -122,12 +122,12 @@ std::string kind_of(const Json& json) {
 Outcome<Json> parse_json(std::string_view text, std::string_view name) {
     DuplicateKeys duplicates;
     try {
-        Json json = Json::parse(text.begin(), text.end(), [&](int, nlohmann::detail::parse_event_t event, Json& parsed) {
-            duplicates.see(event, parsed);
-            return true;
-        });
-        if (duplicates.found())
-            return bad({std::string(name), *duplicates.found()}, "the key appears twice");
+        Json json =
+            Json::parse(text.begin(), text.end(), [&](int, nlohmann::detail::parse_event_t event, Json& parsed) {
+                duplicates.see(event, parsed);
+                return true;
+            });
+        if (duplicates.found()) return bad({std::string(name), *duplicates.found()}, "the key appears twice");
         return json;
     } catch (const nlohmann::json::parse_error& e) {
         return fail(ErrorKind::usage, reason(e.what()), std::string(name) + ": " + line_and_column(text, e.byte));
@@ -154,7 +154,8 @@ Outcome<Done> override_value(Json& json, std::string_view assignment) {
     for (std::size_t k = 0; k < path.size(); ++k) {
         at = step(*at, path[k], k + 1 == path.size());
         if (at == nullptr)
-            return fail(ErrorKind::usage, "the path leads nowhere: there is no \"" + path[k] + "\"", std::string(assignment));
+            return fail(ErrorKind::usage, "the path leads nowhere: there is no \"" + path[k] + "\"",
+                        std::string(assignment));
     }
     const std::string value(assignment.substr(equals + 1));
     auto parsed = Json::parse(value, nullptr, false);

@@ -62,7 +62,9 @@ Outcome<Metric> read_metric(std::string_view text, std::string_view name) {
     return read_part<Metric>(text, name);
 }
 
-Outcome<Geometry> read_geometry(std::string_view text, std::string_view name) { return read_part<Geometry>(text, name); }
+Outcome<Geometry> read_geometry(std::string_view text, std::string_view name) {
+    return read_part<Geometry>(text, name);
+}
 
 std::string write_pipeline(const Pipeline& pipeline) {
     return Codec<Pipeline>::write(pipeline).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -9,8 +9,8 @@ import :values;
 
 export namespace camber::config {
 
-/// The pipeline that a JSON text describes; `name` (the file's) goes into errors. `overrides` are `path=value`: a path of
-/// keys and positions from 0 with slashes (`stages/1/curve/objective`; a stage also by its verb,
+/// The pipeline that a JSON text describes; `name` (the file's) goes into errors. `overrides` are `path=value`: a path
+/// of keys and positions from 0 with slashes (`stages/1/curve/objective`; a stage also by its verb,
 /// `stages/curve/objective`), a value in JSON or a bare word.
 /// Errors (usage): syntax with line and column; duplicate and unknown keys, wrong types and values out of range with
 /// their JSON path.
@@ -34,8 +34,8 @@ export namespace camber::config {
 /// A topic's meaning and options: names, types, defaults, units. Error (usage): unknown topic, with the nearest.
 [[nodiscard]] Outcome<std::string> explain(std::string_view topic);
 
-/// The same pipeline with its relative input paths (mesh, metric file) put below the folder: a config finds its data beside it,
-/// wherever the program is started. Outputs stay relative to the working directory.
+/// The same pipeline with its relative input paths (mesh, metric file) put below the folder: a config finds its data
+/// beside it, wherever the program is started. Outputs stay relative to the working directory.
 [[nodiscard]] Pipeline with_inputs_below(Pipeline pipeline, std::string_view folder);
 
 }  // namespace camber::config

@@ -92,9 +92,10 @@ struct Curve {
     Objective objective = Objective::energy;
     FieldOfEdge field = FieldOfEdge::back;
     int quadrature_points = 4;
-    int iterations = 20;
+    int iterations = 30;
+    double length_tolerance = 1e-3;
     double max_tangential_shift = 0.2;
-    double max_offset = 1;
+    double max_offset = 4;
     friend bool operator==(const Curve&, const Curve&) = default;
 };
 struct Validate {

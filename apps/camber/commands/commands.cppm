@@ -1,0 +1,49 @@
+module;
+#include <optional>
+#include <string>
+#include <vector>
+/// The program's verbs. Each prints its result to standard output, messages to standard error, and returns the exit code:
+/// 0 done; 1 done, but the result misses what was asked; 2 bad usage or config; 3 bad input or output file; 4 internal;
+/// 130 interrupted.
+export module camber.commands;
+import camber.core;
+import camber.config;
+
+export namespace camber::app {
+
+struct RunArguments {
+    std::string config;
+    std::vector<std::string> settings;  ///< path=value
+    std::optional<int> threads;
+    bool print_config = false;
+};
+[[nodiscard]] int run_command(const RunArguments& arguments);
+
+struct CurveArguments {
+    std::string input, output, report;
+    std::string metric = "natural", geometry = "surrogate";
+    std::vector<std::string> settings;
+    std::optional<int> threads;
+    std::optional<double> min_scaled_jacobian;
+    bool print_config = false;
+};
+[[nodiscard]] int curve_command(const CurveArguments& arguments);
+
+struct CheckArguments {
+    std::string input;
+    double min_scaled_jacobian = 0;
+    int threads = 0;
+    bool json = false;
+};
+[[nodiscard]] int check_command(const CheckArguments& arguments);
+
+struct InfoArguments {
+    std::string input;
+    bool json = false;
+};
+[[nodiscard]] int info_command(const InfoArguments& arguments);
+
+[[nodiscard]] int explain_command(const std::string& topic);
+[[nodiscard]] int schema_command();
+
+}  // namespace camber::app

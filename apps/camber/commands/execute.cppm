@@ -1,0 +1,21 @@
+module;
+#include <functional>
+#include <string>
+export module camber.commands:execute;
+import camber.core;
+import camber.config;
+import camber.io;
+import camber.run;
+
+namespace camber::app {
+
+/// `camber: where: entity: what (remedy)` on standard error, and the exit code of the error's kind.
+int report_error(const Error& error);
+
+/// A file's mesh, by its content.
+Outcome<DecodedMesh> read_mesh(const std::string& path, const Execution& execution);
+
+/// The whole run of a config: reads or generates, runs the stages with clocks and progress, writes the outputs.
+Outcome<run::Run> execute(const config::Pipeline& pipeline);
+
+}  // namespace camber::app

@@ -1,0 +1,154 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <fmt/format.h>
+module camber.commands;
+import camber.core;
+import camber.app_shell;
+import camber.config;
+import camber.run;
+import :execute;
+
+namespace camber::app {
+
+namespace {
+
+/// "3, 17, 18 and 240 more".
+std::string listed(const std::vector<std::size_t>& elements) {
+    constexpr std::size_t shown = 10;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(shown, elements.size()); ++i)
+        text += (i > 0 ? ", " : "") + std::to_string(elements[i]);
+    if (elements.size() > shown) text += fmt::format(" and {} more", elements.size() - shown);
+    return text;
+}
+
+void print_run(const run::Run& run, const config::Output& output) {
+    for (const std::string& notice : run.report.notices) fmt::print(stderr, "camber: note: {}\n", notice);
+    fmt::print("{}", run::table(run.report));
+    if (!output.mesh.empty()) fmt::print("\n  wrote {}\n", output.mesh);
+    if (!output.report.empty()) fmt::print("  wrote {}\n", output.report);
+}
+
+int finish(const config::Pipeline& pipeline) {
+    auto run = execute(pipeline);
+    if (!run) return report_error(run.error());
+    print_run(*run, pipeline.output);
+    if (run->report.holds_what_was_asked()) return 0;
+    const run::Report& r = run->report;
+    fmt::print(stderr, "camber: {} elements are not certified valid above {:g}",
+               r.invalid_elements.size() + r.undecided_elements.size(), r.validity->bound);
+    if (!r.invalid_elements.empty()) fmt::print(stderr, "; invalid: {}", listed(r.invalid_elements));
+    if (!r.undecided_elements.empty()) fmt::print(stderr, "; undecided: {}", listed(r.undecided_elements));
+    fmt::print(stderr, "\n");
+    return 1;
+}
+
+Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments) {
+    // Settings are made on the default pipeline; the arguments of their own come after.
+    auto pipeline = config::read_pipeline(R"({"input": {"mesh": "-"}})", "command line", arguments.settings);
+    if (!pipeline) return pipeline;
+    pipeline->input = config::FilePath{arguments.input};
+    auto metric = config::read_metric(arguments.metric, "--metric");
+    if (!metric) return fail(metric.error());
+    pipeline->metric = std::move(*metric);
+    auto geometry = config::read_geometry(arguments.geometry, "--geometry");
+    if (!geometry) return fail(geometry.error());
+    pipeline->geometry = std::move(*geometry);
+    if (arguments.min_scaled_jacobian) {
+        for (config::Stage& stage : pipeline->stages) {
+            if (auto* validate = std::get_if<config::Validate>(&stage))
+                validate->min_scaled_jacobian = *arguments.min_scaled_jacobian;
+            if (auto* relax = std::get_if<config::Relax>(&stage)) relax->min_scaled_jacobian = *arguments.min_scaled_jacobian;
+        }
+    }
+    if (arguments.threads) pipeline->threads = *arguments.threads;
+    pipeline->output = {arguments.output, arguments.report};
+    return pipeline;
+}
+
+}  // namespace
+
+int run_command(const RunArguments& arguments) {
+    auto text = read_file(arguments.config);
+    if (!text) {
+        Error error = text.error();
+        error.kind = ErrorKind::usage;
+        return report_error(error);
+    }
+    auto pipeline = config::read_pipeline(as_text(*text), arguments.config, arguments.settings);
+    if (!pipeline) return report_error(pipeline.error());
+    if (arguments.threads) pipeline->threads = *arguments.threads;
+    if (arguments.print_config) {
+        fmt::print("{}", config::write_pipeline(*pipeline));
+        return 0;
+    }
+    return finish(config::with_inputs_below(*pipeline, std::filesystem::path(arguments.config).parent_path().string()));
+}
+
+int curve_command(const CurveArguments& arguments) {
+    auto pipeline = pipeline_of(arguments);
+    if (!pipeline) return report_error(pipeline.error());
+    if (arguments.print_config) {
+        fmt::print("{}", config::write_pipeline(*pipeline));
+        return 0;
+    }
+    return finish(*pipeline);
+}
+
+int check_command(const CheckArguments& arguments) {
+    auto decoded = read_mesh(arguments.input, Execution{.threads = arguments.threads});
+    if (!decoded) return report_error(decoded.error());
+    const bool linear = decoded->mesh.index() < 2;
+    config::Pipeline pipeline;
+    pipeline.threads = arguments.threads;
+    pipeline.stages.clear();
+    if (linear) pipeline.stages.emplace_back(config::Elevate{});
+    pipeline.stages.emplace_back(config::Validate{arguments.min_scaled_jacobian});
+    const run::Around plain = [&](std::string_view, const std::function<Outcome<Done>(const Execution&)>& body) {
+        return body(Execution{.threads = arguments.threads});
+    };
+    auto run = run::run_pipeline(pipeline, run::Inputs{std::move(*decoded), {}}, plain);
+    if (!run) return report_error(run.error());
+    run::Report& report = run->report;
+    if (linear) {
+        report.mesh.degree = 1;
+        report.mesh.nodes = report.mesh.vertices;
+    }
+    if (arguments.json) {
+        fmt::print("{}", run::check_json(report, arguments.input));
+    } else {
+        for (const std::string& notice : report.notices) fmt::print(stderr, "camber: note: {}\n", notice);
+        fmt::print("{}\n{}", arguments.input, run::table(report));
+        if (!report.invalid_elements.empty()) fmt::print("  invalid: {}\n", listed(report.invalid_elements));
+        if (!report.undecided_elements.empty()) fmt::print("  undecided: {}\n", listed(report.undecided_elements));
+    }
+    return report.holds_what_was_asked() ? 0 : 1;
+}
+
+int explain_command(const std::string& topic) {
+    if (topic.empty()) {
+        fmt::print("Topics: {}\n", fmt::join(config::topics(), ", "));
+        return 0;
+    }
+    auto text = config::explain(topic);
+    if (!text) return report_error(text.error());
+    fmt::print("{}", *text);
+    return 0;
+}
+
+int schema_command() {
+    fmt::print("{}", config::pipeline_schema());
+    return 0;
+}
+
+}  // namespace camber::app

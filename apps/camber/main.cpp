@@ -1,0 +1,121 @@
+// The program: arguments to verbs.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <optional>
+#include <string>
+#include <vector>
+import camber.commands;
+
+namespace {
+
+using namespace camber::app;
+
+constexpr const char* description =
+    "Camber: curved (P2) meshes from straight ones, driven by a metric and by the geometry; always valid.\n\n"
+    "  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its own metric\n"
+    "  camber run configs/spheres.json                   run a pipeline\n"
+    "  camber check wing-p2.meshb                        judge every element\n"
+    "  camber explain curve                              what a stage does, and its options\n";
+
+constexpr const char* exit_codes =
+    "Exit codes: 0 done; 1 done, but elements remain that are not certified valid; 2 bad usage or config;\n"
+    "3 bad input or output file; 4 internal error; 130 interrupted.";
+
+/// Subcommands store what is to be done; main does it.
+struct Verb {
+    RunArguments run;
+    CurveArguments curve;
+    CheckArguments check;
+    InfoArguments info;
+    std::string topic;
+};
+
+void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config) {
+    verb->add_option("--set", settings, "Override one option of the config: path=value, e.g. stages/curve/objective=length")
+        ->type_name("PATH=VALUE");
+    verb->add_option("--threads", threads, "Threads to use; 0: all. The result does not depend on it")
+        ->check(CLI::NonNegativeNumber);
+    verb->add_flag("--print-config", print_config, "Print the pipeline with every default, and stop");
+}
+
+void add_run(CLI::App& app, Verb& verb) {
+    CLI::App* run = app.add_subcommand("run", "Run a pipeline described in JSON");
+    run->add_option("config", verb.run.config, "The pipeline; paths of inputs are relative to its folder")->required();
+    add_settings(run, verb.run.settings, verb.run.threads, verb.run.print_config);
+}
+
+void add_curve(CLI::App& app, Verb& verb) {
+    CLI::App* curve = app.add_subcommand("curve", "Curve a straight mesh: elevate, curve, validate, relax, commit");
+    CurveArguments& a = verb.curve;
+    curve->add_option("input", a.input, "The mesh (.mesh, .meshb)")->required();
+    curve->add_option("-o,--output", a.output, "Where the curved mesh goes (.mesh, .meshb)")->required();
+    curve->add_option("--metric", a.metric, "natural, a file (.sol, .solb), or JSON such as '{\"constant\": {\"sizes\": [0.1]}}'")
+        ->capture_default_str();
+    curve->add_option("--geometry", a.geometry,
+                      "surrogate (from the mesh), straight, or JSON such as "
+                      "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}'")
+        ->capture_default_str();
+    curve->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
+                      "Every element's normalised Jacobian is to be at least this")
+        ->check(CLI::Range(0.0, 1.0));
+    curve->add_option("--report", a.report, "Also write the figures as JSON");
+    add_settings(curve, a.settings, a.threads, a.print_config);
+}
+
+void add_check(CLI::App& app, Verb& verb) {
+    CLI::App* check = app.add_subcommand("check", "Judge every element of a straight or quadratic mesh");
+    check->add_option("input", verb.check.input, "The mesh (.mesh, .meshb)")->required();
+    check->add_option("--min-scaled-jacobian", verb.check.min_scaled_jacobian,
+                      "What an element's normalised Jacobian must reach to be valid")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    check->add_option("--threads", verb.check.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
+    check->add_flag("--json", verb.check.json, "One JSON object instead of a table");
+}
+
+void add_others(CLI::App& app, Verb& verb) {
+    CLI::App* info = app.add_subcommand("info", "What a mesh file holds");
+    info->add_option("input", verb.info.input, "The mesh (.mesh, .meshb)")->required();
+    info->add_flag("--json", verb.info.json, "One JSON object instead of a table");
+    CLI::App* explain = app.add_subcommand("explain", "What a stage or a source does, and its options");
+    explain->add_option("topic", verb.topic, "Such as curve, relax, shell; none: list them");
+    app.add_subcommand("schema", "The JSON Schema of a pipeline, for editors");
+}
+
+int dispatch(const CLI::App& app, const Verb& verb) {
+    if (app.got_subcommand("run")) return run_command(verb.run);
+    if (app.got_subcommand("curve")) return curve_command(verb.curve);
+    if (app.got_subcommand("check")) return check_command(verb.check);
+    if (app.got_subcommand("info")) return info_command(verb.info);
+    if (app.got_subcommand("explain")) return explain_command(verb.topic);
+    return schema_command();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        CLI::App app{description, "camber"};
+        app.footer(exit_codes);
+        app.set_version_flag("--version", CAMBER_VERSION);
+        app.require_subcommand(1);
+        Verb verb;
+        add_run(app, verb);
+        add_curve(app, verb);
+        add_check(app, verb);
+        add_others(app, verb);
+        try {
+            app.parse(argc, argv);
+        } catch (const CLI::ParseError& error) {
+            return app.exit(error) == 0 ? 0 : 2;
+        }
+        return dispatch(app, verb);
+    } catch (const std::bad_alloc&) {
+        std::fputs("camber: not enough memory\n", stderr);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "camber: internal error: %s\n", error.what());
+    }
+    return 4;
+}

@@ -1,0 +1,145 @@
+module;
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
+module camber.run;
+import camber.core;
+import camber.bezier;
+import camber.cavity;
+import camber.config;
+import camber.io;
+import camber.shapes;
+import camber.surface;
+import camber.validity;
+import :report;
+import :stages;
+import :state;
+
+namespace camber::run {
+
+namespace {
+
+/// Where an error of a stage happened, unless the stage itself says it.
+Error at(Error error, const std::string& path) {
+    if (error.where.empty() && error.kind == ErrorKind::usage) error.where = path;
+    return error;
+}
+
+/// One run in D dimensions: applies stages under the shell's wrapper.
+template <int D>
+class Runner {
+  public:
+    Runner(const config::Pipeline& pipeline, State<D> state, std::optional<MetricFile> metric, const Around& around)
+        : pipeline_(pipeline), state_(std::move(state)), metric_(std::move(metric)), around_(around) {
+        const LinearMesh<D>& mesh = state_.linear;
+        report_.mesh = {D,
+                        state_.mesh ? 2 : 1,
+                        mesh.points.size(),
+                        mesh.points.size() + (state_.mesh ? state_.mesh->edges.size() : 0),
+                        mesh.elements.size(),
+                        mesh.facets.size(),
+                        mesh.edges.size()};
+    }
+
+    Outcome<Run> run() {
+        for (std::size_t i = 0; i < pipeline_.stages.size(); ++i) {
+            const std::string path = "/stages/" + std::to_string(i);
+            auto done = std::visit([&](const auto& stage) { return apply(stage); }, pipeline_.stages[i]);
+            if (!done) return fail(at(done.error(), path));
+        }
+        auto measured =
+            step("measure", [&](State<D> s, const Execution& e) { return measure_stage(std::move(s), report_, e); });
+        if (!measured) return fail(measured.error());
+        if (state_.mesh) return Run{AnyMesh(std::move(*state_.mesh)), std::move(report_)};
+        return Run{AnyMesh(std::move(state_.linear)), std::move(report_)};
+    }
+
+  private:
+    template <class F>
+    Outcome<Done> step(std::string_view name, F&& f) {
+        return around_(name, [&](const Execution& execution) -> Outcome<Done> {
+            auto next = f(std::move(state_), execution);
+            if (!next) return fail(next.error());
+            state_ = std::move(*next);
+            return Done{};
+        });
+    }
+
+    Outcome<Done> apply(const config::Elevate&) {
+        return step("elevate", [&](State<D> s, const Execution& e) { return elevate_stage(std::move(s), report_, e); });
+    }
+    Outcome<Done> apply(const config::Curve& options) {
+        auto surface = step("surface", [&](State<D> s, const Execution& e) {
+            return surface_stage(std::move(s), pipeline_.features, pipeline_.geometry, report_, e);
+        });
+        if (!surface) return fail(surface.error());
+        auto metric = step("metric", [&](State<D> s, const Execution& e) {
+            return metric_stage(std::move(s), pipeline_.metric, metric_, report_, e);
+        });
+        if (!metric) return fail(metric.error());
+        return step("curve",
+                    [&](State<D> s, const Execution& e) { return curve_stage(std::move(s), options, report_, e); });
+    }
+    Outcome<Done> apply(const config::Validate& options) {
+        return step("validate",
+                    [&](State<D> s, const Execution& e) { return validate_stage(std::move(s), options, report_, e); });
+    }
+    Outcome<Done> apply(const config::Relax& options) {
+        return step("relax",
+                    [&](State<D> s, const Execution& e) { return relax_stage(std::move(s), options, report_, e); });
+    }
+    Outcome<Done> apply(const config::Commit&) {
+        return step("commit", [&](State<D> s, const Execution& e) { return commit_stage(std::move(s), report_, e); });
+    }
+
+    const config::Pipeline& pipeline_;
+    State<D> state_;
+    std::optional<MetricFile> metric_;
+    const Around& around_;
+    Report report_;
+};
+
+template <int D>
+State<D> initial(LinearMesh<D> mesh) {
+    State<D> state;
+    state.linear = std::move(mesh);
+    return state;
+}
+template <int D>
+State<D> initial(QuadraticMesh<D> mesh) {
+    State<D> state;
+    state.linear = mesh.linear;
+    state.mesh = std::move(mesh);
+    return state;
+}
+
+}  // namespace
+
+Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
+    std::optional<MetricFile> metric;
+    if (inputs.metric) metric = MetricFile{std::get<config::FilePath>(pipeline.metric).path, std::move(*inputs.metric)};
+    auto run = std::visit(
+        [&]<class Mesh>(Mesh mesh) {
+            return Runner<Mesh::dimension>(pipeline, initial(std::move(mesh)), std::move(metric), around).run();
+        },
+        std::move(inputs.mesh.mesh));
+    if (!run) return run;
+    for (Notice& notice : inputs.mesh.notices) run->report.notices.push_back(std::move(notice.what));
+    return run;
+}
+
+Outcome<DecodedMesh> generate_shape(const config::Shape& shape) {
+    return std::visit(
+        [](const auto& options) -> Outcome<DecodedMesh> {
+            auto mesh = generate(options);
+            if (!mesh) return fail(mesh.error());
+            return DecodedMesh{AnyMesh(std::move(*mesh)), {}};
+        },
+        shape);
+}
+
+}  // namespace camber::run

@@ -1,0 +1,35 @@
+module;
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+export module camber.run:pipeline;
+import camber.core;
+import camber.config;
+import camber.io;
+import :report;
+import :stages;
+
+export namespace camber::run {
+
+/// What the shell hands to a run beside the config: files already read, and a wrapper around each stage with which it
+/// keeps clocks and shows progress. `around(name, body)` must call body once, with the Execution to use.
+struct Inputs {
+    DecodedMesh mesh;
+    std::optional<Solution> metric;  ///< of the metric file, when the config names one
+};
+using Around =
+    std::function<Outcome<Done>(std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body)>;
+
+struct Run {
+    AnyMesh mesh;  ///< committed, or the last state when nothing was
+    Report report;
+};
+
+/// The stages of a config, one after the other. Errors name the stage's JSON path.
+[[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around);
+
+/// The mesh of a config's shape.
+[[nodiscard]] Outcome<DecodedMesh> generate_shape(const config::Shape& shape);
+
+}  // namespace camber::run

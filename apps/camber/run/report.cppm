@@ -1,0 +1,91 @@
+module;
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+export module camber.run:report;
+import camber.core;
+
+/// What a run tells: plain numbers, printed as a table and written as report.json.
+export namespace camber::run {
+
+/// Of the volume edges on the true field, by a 12-point rule: gain L_straight/L − 1 (paper eq. 8) and curvature
+/// |P^l − M_11|/|P_20 − P_02|.
+struct EdgeReport {
+    double mean_gain = 0, largest_gain = 0;
+    double mean_curvature = 0, largest_curvature = 0;
+    std::size_t longer = 0;  ///< edges that are longer than their chords
+};
+
+struct MeshReport {
+    int dimension = 3, degree = 1;
+    std::size_t vertices = 0, nodes = 0, elements = 0, facets = 0, feature_edges = 0;
+};
+
+struct MetricReport {
+    std::string source;
+    double largest_anisotropy = 1;
+    std::size_t floored = 0;  ///< tensors of the file that rounding had made indefinite
+};
+
+struct BoundaryReport {
+    std::size_t surface_edges = 0, ridge_edges = 0, corners = 0, patches = 0;
+    std::optional<double> straight_distance, curved_distance;  ///< largest, to the geometry (model units)
+};
+
+struct CurveReport {
+    std::size_t edges = 0, volume_edges = 0, curved_edges = 0;
+    std::size_t polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;
+    EdgeReport before;  ///< correction
+    std::optional<EdgeReport> after;
+    double edges_per_second = 0;
+};
+
+struct ValidityReport {
+    double bound = 0;
+    std::size_t invalid = 0, undecided = 0, straight_inverted = 0;
+    double smallest = 1;    ///< min_scaled_jacobian
+    std::size_t worst = 0;  ///< its element, from 1; 0 when there is none
+};
+
+struct RelaxReport {
+    std::string strategy;
+    std::size_t corrected_elements = 0, relaxed_volume_edges = 0, relaxed_surface_edges = 0;
+};
+
+struct StageTime {
+    std::string stage;
+    double seconds = 0;
+    std::size_t peak_bytes = 0;
+};
+
+struct Report {
+    MeshReport mesh;
+    std::optional<MetricReport> metric;
+    std::optional<BoundaryReport> boundary;
+    std::optional<CurveReport> curve;
+    std::optional<ValidityReport> validity_before, validity;
+    std::optional<RelaxReport> relax;
+    bool committed = false;
+    /// Elements, from 1, that are not certified valid in the end (all of them).
+    std::vector<std::size_t> invalid_elements, undecided_elements;
+    std::vector<std::string> notices;
+    std::vector<StageTime> times;
+    int threads = 0;
+
+    [[nodiscard]] bool holds_what_was_asked() const {
+        return !validity || (validity->invalid == 0 && validity->undecided == 0);
+    }
+};
+
+/// Lines for a terminal, without colours.
+[[nodiscard]] std::string table(const Report& report);
+
+/// report.json: the same numbers, with units in the names.
+[[nodiscard]] std::string to_json(const Report& report);
+
+/// The object of `camber check --json`; `name` is the file's.
+[[nodiscard]] std::string check_json(const Report& report, const std::string& name);
+
+}  // namespace camber::run

@@ -1,0 +1,106 @@
+module;
+#include <string>
+
+#include <nlohmann/json.hpp>
+module camber.run;
+import camber.core;
+import :report;
+
+namespace camber::run {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json(const MeshReport& m) {
+    return {{"dimension", m.dimension}, {"degree", m.degree}, {"vertices", m.vertices},          {"nodes", m.nodes},
+            {"elements", m.elements},   {"facets", m.facets}, {"feature_edges", m.feature_edges}};
+}
+Json json(const MetricReport& m) {
+    return {{"source", m.source}, {"largest_anisotropy", m.largest_anisotropy}, {"floored_tensors", m.floored}};
+}
+Json json(const BoundaryReport& b) {
+    Json j{{"surface_edges", b.surface_edges},
+           {"ridge_edges", b.ridge_edges},
+           {"corners", b.corners},
+           {"patches", b.patches}};
+    if (b.straight_distance) j["largest_distance_straight"] = *b.straight_distance;
+    if (b.curved_distance) j["largest_distance"] = *b.curved_distance;
+    return j;
+}
+Json json(const EdgeReport& e) {
+    return {{"mean_gain", e.mean_gain},
+            {"largest_gain", e.largest_gain},
+            {"mean_curvature", e.mean_curvature},
+            {"largest_curvature", e.largest_curvature},
+            {"longer_edges", e.longer}};
+}
+Json json(const CurveReport& c) {
+    Json j{{"edges", c.edges},
+           {"volume_edges", c.volume_edges},
+           {"curved_edges", c.curved_edges},
+           {"polished", c.polished},
+           {"exhausted", c.exhausted},
+           {"shortened", c.shortened},
+           {"outside", c.outside},
+           {"lost", c.lost},
+           {"edges_per_second", c.edges_per_second},
+           {"before_correction", json(c.before)}};
+    if (c.after) j["after_correction"] = json(*c.after);
+    return j;
+}
+Json json(const ValidityReport& v) {
+    return {{"bound", v.bound},
+            {"invalid", v.invalid},
+            {"undecided", v.undecided},
+            {"straight_inverted", v.straight_inverted},
+            {"min_scaled_jacobian", v.smallest},
+            {"worst_element", v.worst}};
+}
+Json json(const RelaxReport& r) {
+    return {{"strategy", r.strategy},
+            {"corrected_elements", r.corrected_elements},
+            {"relaxed_volume_edges", r.relaxed_volume_edges},
+            {"relaxed_surface_edges", r.relaxed_surface_edges}};
+}
+
+}  // namespace
+
+std::string to_json(const Report& report) {
+    Json j{{"mesh", json(report.mesh)}};
+    if (report.metric) j["metric"] = json(*report.metric);
+    if (report.boundary) j["boundary"] = json(*report.boundary);
+    if (report.curve) j["curve"] = json(*report.curve);
+    if (report.validity_before) j["validity_before_correction"] = json(*report.validity_before);
+    if (report.relax) j["relax"] = json(*report.relax);
+    if (report.validity) j["validity"] = json(*report.validity);
+    j["invalid_elements"] = report.invalid_elements;
+    j["undecided_elements"] = report.undecided_elements;
+    j["committed"] = report.committed;
+    j["notices"] = report.notices;
+    j["threads"] = report.threads;
+    Json stages = Json::array();
+    for (const StageTime& t : report.times)
+        stages.push_back({{"stage", t.stage}, {"seconds", t.seconds}, {"peak_bytes", t.peak_bytes}});
+    j["stages"] = std::move(stages);
+    return j.dump(2) + "\n";
+}
+
+std::string check_json(const Report& report, const std::string& name) {
+    Json j{{"file", name}};
+    j.update(json(report.mesh));
+    if (report.validity) {
+        j["bound"] = report.validity->bound;
+        j["invalid"] = report.validity->invalid;
+        j["undecided"] = report.validity->undecided;
+        j["straight_inverted"] = report.validity->straight_inverted;
+        j["min_scaled_jacobian"] = report.validity->smallest;
+        j["worst_element"] = report.validity->worst;
+    }
+    j["invalid_elements"] = report.invalid_elements;
+    j["undecided_elements"] = report.undecided_elements;
+    j["notices"] = report.notices;
+    return j.dump(2) + "\n";
+}
+
+}  // namespace camber::run

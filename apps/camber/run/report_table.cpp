@@ -1,0 +1,115 @@
+module;
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include <fmt/format.h>
+module camber.run;
+import camber.core;
+import :report;
+
+namespace camber::run {
+
+namespace {
+
+/// 1234567 → 1 234 567.
+std::string grouped(std::size_t n) {
+    std::string digits = fmt::format("{}", n);
+    for (std::size_t at = digits.size(); at > 3; at -= 3) digits.insert(at - 3, " ");
+    return digits;
+}
+
+std::string row(std::string_view name, const std::string& value) { return fmt::format("  {:<34}{}\n", name, value); }
+std::string row(std::string_view name, std::size_t n) { return row(name, grouped(n)); }
+
+std::string before_after(double before, const double* after, std::string_view format) {
+    std::string text = fmt::format(fmt::runtime(format), before);
+    if (after != nullptr && *after != before) text += " -> " + fmt::format(fmt::runtime(format), *after);
+    return text;
+}
+
+std::string mesh_rows(const Report& report) {
+    const MeshReport& m = report.mesh;
+    std::string text = row("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
+                       row("vertices", m.vertices) + row(m.dimension == 2 ? "triangles" : "tetrahedra", m.elements) +
+                       row(m.dimension == 2 ? "boundary edges" : "boundary triangles", m.facets);
+    if (report.metric) {
+        text += row("metric", report.metric->source) +
+                row("largest anisotropy", fmt::format("{:.4g}", report.metric->largest_anisotropy));
+        if (report.metric->floored > 0) text += row("metrics raised from rounding", report.metric->floored);
+    }
+    return text;
+}
+
+std::string curve_rows(const CurveReport& c) {
+    const EdgeReport* after = c.after ? &*c.after : nullptr;
+    const auto pick = [&](double EdgeReport::* field) { return after == nullptr ? nullptr : &(after->*field); };
+    std::string text =
+        row("edges", c.edges) +
+        row("volume edges (curved)", fmt::format("{} ({})", grouped(c.volume_edges), grouped(c.curved_edges))) +
+        row("mean length gain", before_after(c.before.mean_gain, pick(&EdgeReport::mean_gain), "{:.5f}")) +
+        row("largest length gain", before_after(c.before.largest_gain, pick(&EdgeReport::largest_gain), "{:.4f}")) +
+        row("mean curvature", before_after(c.before.mean_curvature, pick(&EdgeReport::mean_curvature), "{:.4f}")) +
+        row("largest curvature",
+            before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}")) +
+        row("edges longer than straight", after == nullptr ? c.before.longer : after->longer) +
+        row("edges per second", grouped(static_cast<std::size_t>(c.edges_per_second)));
+    if (c.outside > 0) text += row("edges that leave the back mesh", c.outside);
+    if (c.lost > 0) text += row("edges with samples not located", c.lost);
+    return text;
+}
+
+std::string validity_rows(const Report& report) {
+    std::string text;
+    if (!report.validity) return text;
+    const ValidityReport& before = report.validity_before ? *report.validity_before : *report.validity;
+    const ValidityReport& v = *report.validity;
+    const bool changed = report.relax.has_value();
+    const auto counts = [&](std::size_t was, std::size_t is) {
+        return changed && was != is ? grouped(was) + " -> " + grouped(is) : grouped(is);
+    };
+    text +=
+        row("invalid elements", counts(before.invalid, v.invalid)) +
+        row("undecided elements", counts(before.undecided, v.undecided)) +
+        row("smallest normalised Jacobian", before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}"));
+    if (v.straight_inverted > 0) text += row("inverted or flat when straight", v.straight_inverted);
+    if (const auto& r = report.relax)
+        text += row("corrected elements", r->corrected_elements) +
+                row("relaxed volume edges", r->relaxed_volume_edges) +
+                row("relaxed surface edges", r->relaxed_surface_edges);
+    return text;
+}
+
+std::string boundary_rows(const BoundaryReport& b) {
+    std::string text = row("surface edges, ridges, corners", fmt::format("{}, {}, {}", grouped(b.surface_edges),
+                                                                         grouped(b.ridge_edges), grouped(b.corners)));
+    if (b.straight_distance && b.curved_distance)
+        text += row("largest distance to geometry", before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));
+    return text;
+}
+
+std::string time_rows(const Report& report) {
+    std::string text = fmt::format("\n  {:<12}{:>12}{:>14}\n", "stage", "seconds", "peak MiB");
+    double total = 0;
+    std::size_t peak = 0;
+    for (const StageTime& t : report.times) {
+        text += fmt::format("  {:<12}{:>12.3f}{:>14.1f}\n", t.stage, t.seconds,
+                            static_cast<double>(t.peak_bytes) / 1048576);
+        total += t.seconds;
+        peak = t.peak_bytes > peak ? t.peak_bytes : peak;
+    }
+    return text + fmt::format("  {:<12}{:>12.3f}{:>14.1f}\n", "all", total, static_cast<double>(peak) / 1048576);
+}
+
+}  // namespace
+
+std::string table(const Report& report) {
+    std::string text = mesh_rows(report);
+    if (report.boundary) text += boundary_rows(*report.boundary);
+    if (report.curve) text += curve_rows(*report.curve);
+    text += validity_rows(report);
+    if (!report.times.empty()) text += time_rows(report);
+    return text;
+}
+
+}  // namespace camber::run

@@ -1,0 +1,276 @@
+module;
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+module camber.run;
+import camber.core;
+import camber.bezier;
+import camber.cavity;
+import camber.config;
+import camber.metric;
+import camber.surface;
+import camber.validity;
+import :report;
+import :stages;
+import :state;
+
+namespace camber::run {
+
+namespace {
+
+Outcome<Done> need(bool there, const char* stage, const char* before) {
+    if (there) return Done{};
+    return fail(ErrorKind::usage, std::string("stage \"") + stage + "\" needs \"" + before + "\" before it");
+}
+
+template <int D>
+Proposal<D> own_proposal(const QuadraticMesh<D>& mesh, const Features<D>& features) {
+    Buffer<EdgeChange> changes(mesh.edges.size());
+    std::fill(changes.begin(), changes.end(), EdgeChange::straight);
+    return {mesh.mid_nodes, features.edge_kinds, std::move(changes)};
+}
+
+/// Gains and curvatures of the volume edges with the given lengths.
+template <int D>
+EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Column<double>& straight,
+                       const Column<double>& lengths) {
+    EdgeReport r;
+    std::size_t n = 0;
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+        if (proposal.kinds[e] != EdgeKind::volume) continue;
+        const auto& [a, b] = mesh.edges.vertices[e];
+        const double curved =
+            curvature(QuadraticEdge<D>{mesh.linear.points[a], proposal.mid_nodes[e], mesh.linear.points[b]});
+        const double gain = lengths[e] > 0 ? straight[e] / lengths[e] - 1 : 0;
+        r.mean_gain += gain;
+        r.largest_gain = std::max(r.largest_gain, gain);
+        r.mean_curvature += curved;
+        r.largest_curvature = std::max(r.largest_curvature, curved);
+        r.longer += gain < 0;
+        ++n;
+    }
+    if (n > 0) {
+        r.mean_gain /= static_cast<double>(n);
+        r.mean_curvature /= static_cast<double>(n);
+    }
+    return r;
+}
+
+template <int D>
+ValidityReport validity_report(const Validation<D>& v) {
+    return {
+        v.bound, v.invalid, v.undecided, v.straight_inverted, v.smallest, v.worst.valid() ? v.worst.index() + 1 : 0};
+}
+
+template <int D>
+void list_failures(const Validation<D>& v, Report& report) {
+    report.invalid_elements.clear();
+    report.undecided_elements.clear();
+    for (std::size_t e = 0; e < v.verdicts.size(); ++e) {
+        if (v.verdicts[e] == Verdict::invalid) report.invalid_elements.push_back(e + 1);
+        if (v.verdicts[e] == Verdict::undecided) report.undecided_elements.push_back(e + 1);
+    }
+}
+
+template <int D>
+void judged(State<D>& state, Validation<D> validation, Report& report) {
+    report.validity = validity_report(validation);
+    list_failures(validation, report);
+    state.validation = std::move(validation);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<State<D>> elevate_stage(State<D> state, Report& report, const Execution& execution) {
+    if (state.mesh)
+        return fail(ErrorKind::usage, "the mesh is quadratic already", {}, {}, "leave the stage \"elevate\" out");
+    auto mesh = elevate(state.linear, execution);
+    if (!mesh) return fail(mesh.error());
+    state.mesh = std::move(*mesh);
+    report.mesh.degree = 2;
+    report.mesh.nodes = state.linear.points.size() + state.mesh->edges.size();
+    return state;
+}
+
+template <int D>
+Outcome<State<D>> surface_stage(State<D> state, const config::Features& options, const config::Geometry& geometry,
+                                Report& report, const Execution& execution) {
+    if (auto ok = need(state.mesh.has_value(), "curve", "elevate"); !ok) return fail(ok.error());
+    FeatureOptions<D> feature_options;
+    feature_options.ridge_angle_degrees = options.ridge_angle;
+    auto features = find_features(state.linear, state.mesh->edges, feature_options, execution);
+    if (!features) return fail(features.error());
+    report.boundary = BoundaryReport{
+        features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}};
+    state.features = std::move(*features);
+    auto made = make_geometry(geometry, state, execution);
+    if (!made) return fail(made.error());
+    state.geometry = std::move(*made);
+    return state;
+}
+
+template <int D>
+Outcome<State<D>> metric_stage(State<D> state, const config::Metric& metric, const std::optional<MetricFile>& file,
+                               Report& report, const Execution& execution) {
+    auto around = balls(state.linear, execution);
+    if (!around) return fail(around.error());
+    report.metric = MetricReport{};
+    auto log_metrics = make_log_metrics(metric, file, state, report, execution);
+    if (!log_metrics) return fail(log_metrics.error());
+    auto largest = reduce_each(
+        execution, log_metrics->size(), 1.0,
+        [&](double& most, std::size_t v) { most = std::max(most, anisotropy((*log_metrics)[v])); },
+        [](double a, double b) { return std::max(a, b); });
+    if (!largest) return fail(largest.error());
+    report.metric->largest_anisotropy = *largest;
+    auto back = make_back_mesh(state.linear, *around, std::move(*log_metrics), execution);
+    if (!back) return fail(back.error());
+    state.back = std::move(*back);
+    return state;
+}
+
+template <int D>
+Outcome<State<D>> curve_stage(State<D> state, const config::Curve& options, Report& report,
+                              const Execution& execution) {
+    const QuadraticMesh<D>& mesh = *state.mesh;
+    auto around = shells(mesh.edges, execution);
+    if (!around) return fail(around.error());
+    state.shells = std::move(*around);
+    auto boundary = boundary_nodes(mesh, *state.features, *state.geometry, execution);
+    if (!boundary) return fail(boundary.error());
+
+    EdgeMinimiserOptions edge;
+    edge.objective =
+        options.objective == config::Objective::energy ? EdgeObjectiveKind::energy : EdgeObjectiveKind::length;
+    edge.field = options.field == config::FieldOfEdge::back ? EdgeFieldKind::back : EdgeFieldKind::edge;
+    edge.quadrature_points = options.quadrature_points;
+    edge.max_iterations = options.iterations;
+    edge.length_tolerance = options.length_tolerance;
+    edge.max_tangential_shift = options.max_tangential_shift;
+    edge.max_offset = options.max_offset;
+    const auto begin = std::chrono::steady_clock::now();
+    auto curved = curve(mesh, state.features->edge_kinds, Column<LagrangeNode<D>>(std::move(*boundary)), *state.shells,
+                        *state.back, edge, execution);
+    if (!curved) return fail(curved.error());
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+
+    const CurveStatistics& s = curved->statistics;
+    report.curve = CurveReport{mesh.edges.size(),
+                               s.volume_edges,
+                               s.curved_edges,
+                               s.polished,
+                               s.exhausted,
+                               s.shortened,
+                               s.outside,
+                               s.lost,
+                               {},
+                               {},
+                               static_cast<double>(s.volume_edges) / std::max(seconds.count(), 1e-9)};
+    report.curve->before = edge_report(mesh, curved->proposal, curved->straight_lengths, curved->lengths);
+    state.proposal = curved->proposal;
+    state.curved = std::move(*curved);
+    state.validation.reset();
+    return state;
+}
+
+template <int D>
+Outcome<State<D>> validate_stage(State<D> state, const config::Validate& options, Report& report,
+                                 const Execution& execution) {
+    if (auto ok = need(state.mesh.has_value(), "validate", "elevate"); !ok) return fail(ok.error());
+    auto validation = state.proposal ? validate(*state.mesh, *state.proposal, options.min_scaled_jacobian, execution)
+                                     : validate(*state.mesh, options.min_scaled_jacobian, execution);
+    if (!validation) return fail(validation.error());
+    if (!report.relax) report.validity_before = validity_report(*validation);
+    judged(state, std::move(*validation), report);
+    return state;
+}
+
+template <int D>
+Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Report& report,
+                              const Execution& execution) {
+    if (auto ok = need(state.proposal.has_value(), "relax", "curve"); !ok) return fail(ok.error());
+    if (!state.validation || state.validation->bound != options.min_scaled_jacobian) {
+        auto validated =
+            validate_stage(std::move(state), config::Validate{options.min_scaled_jacobian}, report, execution);
+        if (!validated) return fail(validated.error());
+        state = std::move(*validated);
+    }
+    RelaxOptions relax_options;
+    relax_options.strategy =
+        options.strategy == config::RelaxStrategy::shell ? RelaxStrategy::shell : RelaxStrategy::paper;
+    relax_options.theta = options.theta;
+    relax_options.max_corrections = options.max_corrections;
+    relax_options.min_scaled_jacobian = options.min_scaled_jacobian;
+    auto relaxed = relax(*state.mesh, *state.proposal, *state.validation, relax_options, execution);
+    if (!relaxed) return fail(relaxed.error());
+    report.relax =
+        RelaxReport{options.strategy == config::RelaxStrategy::shell ? "shell" : "paper", relaxed->corrected_elements,
+                    relaxed->relaxed_volume_edges, relaxed->relaxed_surface_edges};
+    state.proposal = std::move(relaxed->proposal);
+    judged(state, std::move(relaxed->validation), report);
+    return state;
+}
+
+template <int D>
+Outcome<State<D>> commit_stage(State<D> state, Report& report, const Execution& execution) {
+    if (auto ok = need(state.proposal.has_value(), "commit", "curve"); !ok) return fail(ok.error());
+    if (!state.validation) {
+        auto validated = validate_stage(std::move(state), config::Validate{}, report, execution);
+        if (!validated) return fail(validated.error());
+        state = std::move(*validated);
+    }
+    auto mesh = state.validation->all_valid() ? commit(*state.mesh, *state.proposal, *state.validation)
+                                              : commit_unvalidated(*state.mesh, *state.proposal);
+    if (!mesh) return fail(mesh.error());
+    state.mesh = std::move(*mesh);
+    report.committed = true;
+    return state;
+}
+
+template <int D>
+Outcome<State<D>> measure_stage(State<D> state, Report& report, const Execution& execution) {
+    if (state.curved && state.proposal && state.back) {
+        auto lengths = updated_lengths(*state.mesh, state.curved->proposal, state.curved->lengths, *state.proposal,
+                                       *state.shells, *state.back, execution);
+        if (!lengths) return fail(lengths.error());
+        report.curve->after = edge_report(*state.mesh, *state.proposal, state.curved->straight_lengths,
+                                          Column<double>(std::move(*lengths)));
+    }
+    if (state.features && state.geometry && state.proposal) {
+        const auto straight = elevate(state.linear, execution);
+        if (!straight) return fail(straight.error());
+        auto before =
+            boundary_distance(*state.mesh, straight->mid_nodes.view(), *state.features, *state.geometry, execution);
+        if (!before) return fail(before.error());
+        auto after = boundary_distance(*state.mesh, state.proposal->mid_nodes.view(), *state.features, *state.geometry,
+                                       execution);
+        if (!after) return fail(after.error());
+        report.boundary->straight_distance = before->largest;
+        report.boundary->curved_distance = after->largest;
+    }
+    return state;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<State<D>> elevate_stage<D>(State<D>, Report&, const Execution&);                                \
+    template Outcome<State<D>> surface_stage<D>(State<D>, const config::Features&, const config::Geometry&, Report&, \
+                                                const Execution&);                                                   \
+    template Outcome<State<D>> metric_stage<D>(State<D>, const config::Metric&, const std::optional<MetricFile>&,    \
+                                               Report&, const Execution&);                                           \
+    template Outcome<State<D>> curve_stage<D>(State<D>, const config::Curve&, Report&, const Execution&);            \
+    template Outcome<State<D>> validate_stage<D>(State<D>, const config::Validate&, Report&, const Execution&);      \
+    template Outcome<State<D>> relax_stage<D>(State<D>, const config::Relax&, Report&, const Execution&);            \
+    template Outcome<State<D>> commit_stage<D>(State<D>, Report&, const Execution&);                                 \
+    template Outcome<State<D>> measure_stage<D>(State<D>, Report&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber::run

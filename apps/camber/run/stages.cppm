@@ -1,0 +1,63 @@
+module;
+#include <cstdint>
+#include <optional>
+#include <string>
+export module camber.run:stages;
+import camber.core;
+import camber.config;
+import camber.io;
+import camber.metric;
+import camber.surface;
+import :report;
+import :state;
+
+namespace camber::run {
+
+/// A metric file's rows, read by the shell.
+struct MetricFile {
+    std::string name;
+    Solution solution;
+};
+
+/// Each stage: the next state, and what it found added to the report.
+template <int D>
+Outcome<State<D>> elevate_stage(State<D> state, Report& report, const Execution& execution);
+
+/// Features and geometry of the boundary.
+template <int D>
+Outcome<State<D>> surface_stage(State<D> state, const config::Features& features, const config::Geometry& geometry,
+                                Report& report, const Execution& execution);
+
+/// The back mesh: log-metrics at the vertices of the straight mesh.
+template <int D>
+Outcome<State<D>> metric_stage(State<D> state, const config::Metric& metric, const std::optional<MetricFile>& file,
+                               Report& report, const Execution& execution);
+
+template <int D>
+Outcome<State<D>> curve_stage(State<D> state, const config::Curve& options, Report& report, const Execution& execution);
+
+template <int D>
+Outcome<State<D>> validate_stage(State<D> state, const config::Validate& options, Report& report,
+                                 const Execution& execution);
+
+template <int D>
+Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Report& report, const Execution& execution);
+
+/// The proposal becomes the mesh's, valid or not: what is not is in the report, and the program's exit code.
+template <int D>
+Outcome<State<D>> commit_stage(State<D> state, Report& report, const Execution& execution);
+
+/// Gains after correction and distances of the boundary, for the report.
+template <int D>
+Outcome<State<D>> measure_stage(State<D> state, Report& report, const Execution& execution);
+
+/// A config's geometry as a value; the surrogate is built from the mesh. Error (usage): a vector of the wrong
+/// dimension, a surface that the dimension does not have.
+template <int D>
+Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const State<D>& state, const Execution& execution);
+
+template <int D>
+Outcome<Column<LogMetric<D>>> make_log_metrics(const config::Metric& metric, const std::optional<MetricFile>& file,
+                                               const State<D>& state, Report& report, const Execution& execution);
+
+}  // namespace camber::run

@@ -1,0 +1,28 @@
+module;
+#include <optional>
+#include <utility>
+export module camber.run:state;
+import camber.core;
+import camber.bezier;
+import camber.cavity;
+import camber.metric;
+import camber.surface;
+import camber.validity;
+
+namespace camber::run {
+
+/// What the stages have made so far. Each stage takes the state by value and returns the next one.
+template <int D>
+struct State {
+    LinearMesh<D> linear;
+    std::optional<QuadraticMesh<D>> mesh;  ///< from `elevate`, or read; `commit` gives it new nodes
+    std::optional<Incidence<ElementId>> shells;
+    std::optional<Features<D>> features;
+    std::optional<Geometry<D>> geometry;
+    std::optional<BackMesh<D>> back;
+    std::optional<Curved<D>> curved;
+    std::optional<Proposal<D>> proposal;      ///< not committed yet
+    std::optional<Validation<D>> validation;  ///< of the proposal, or of the mesh when there is none
+};
+
+}  // namespace camber::run

@@ -1,0 +1,188 @@
+module;
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <cstddef>
+#include <cstdlib>
+#include <filesystem>
+#include <new>
+#include <span>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+module camber.app_shell;
+import camber.core;
+
+namespace camber::app {
+
+namespace {
+
+class Descriptor {
+  public:
+    explicit Descriptor(int fd) : fd_(fd) {}
+    Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    Descriptor& operator=(Descriptor&& other) noexcept {
+        std::swap(fd_, other.fd_);
+        return *this;
+    }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    ~Descriptor() {
+        if (fd_ >= 0) ::close(fd_);
+    }
+    [[nodiscard]] int get() const { return fd_; }
+    [[nodiscard]] explicit operator bool() const { return fd_ >= 0; }
+    /// Some file systems tell only now that they could not write.
+    [[nodiscard]] bool close() { return ::close(std::exchange(fd_, -1)) == 0; }
+
+  private:
+    int fd_;
+};
+
+auto system_error(ErrorKind kind, const std::string& path, const char* verb, int error = errno) {
+    return fail(kind, std::string("cannot be ") + verb + ": " + std::generic_category().message(error), path);
+}
+
+constexpr std::size_t largest_transfer = std::size_t{1} << 30;
+
+bool write_all(int fd, std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+        const ssize_t n = ::write(fd, bytes.data(), std::min(bytes.size(), largest_transfer));
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) return false;
+        bytes = bytes.subspan(static_cast<std::size_t>(n));
+    }
+    return true;
+}
+
+/// What the path leads to after symbolic links, so that a link stays one.
+std::string target_of(const std::string& path) {
+    std::error_code ignored;
+    const auto resolved = std::filesystem::weakly_canonical(path, ignored);
+    return ignored ? path : resolved.string();
+}
+
+std::string folder_of(const std::string& path) {
+    const auto slash = path.rfind('/');
+    if (slash == std::string::npos) return ".";
+    return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+/// A file on its way to its name: without one where the system can (O_TMPFILE), else beside its target.
+class Draft {
+  public:
+    explicit Draft(std::string target)
+        : target_(std::move(target)), file_(::open(folder_of(target_).c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666)) {
+        if (file_ || (errno != EOPNOTSUPP && errno != EISDIR && errno != EINVAL)) return;
+        take_name([&](const char* name) {
+            file_ = Descriptor(::open(name, O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666));
+            return static_cast<bool>(file_);
+        });
+    }
+    Draft(const Draft&) = delete;
+    Draft& operator=(const Draft&) = delete;
+    ~Draft() {
+        if (!name_.empty()) ::unlink(name_.c_str());
+    }
+    [[nodiscard]] int fd() const { return file_.get(); }
+
+    /// Gives it the target's name, in one step.
+    [[nodiscard]] bool publish() {
+        struct stat old{};
+        if (::stat(target_.c_str(), &old) == 0 && ::fchmod(fd(), old.st_mode & 07777U) != 0) return false;
+        if (::fsync(fd()) != 0) return false;
+        const std::string self = "/proc/self/fd/" + std::to_string(fd());
+        if (name_.empty() && !take_name([&](const char* name) {
+                return ::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0;
+            }))
+            return false;
+        if (!file_.close() || ::rename(name_.c_str(), target_.c_str()) != 0) return false;
+        name_.clear();
+        if (const Descriptor folder(::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)); folder)
+            ::fsync(folder.get());  // the new name itself; the bytes are safe already
+        return true;
+    }
+
+  private:
+    template <class Make>
+    bool take_name(Make&& make) {
+        for (int k = 0; k < 1000; ++k) {
+            const std::string name = target_ + ".part" + std::to_string(::getpid()) + "." + std::to_string(k);
+            if (make(name.c_str())) return name_ = name, true;
+            if (errno != EEXIST) return false;
+        }
+        return false;
+    }
+
+    std::string target_, name_;
+    Descriptor file_;
+};
+
+bool is_special(const std::string& path) {
+    struct stat status{};
+    return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
+}
+
+}  // namespace
+
+Outcome<Buffer<std::byte>> read_file(const std::string& path) try {
+    const auto unreadable = [&](int error = errno) { return system_error(ErrorKind::input, path, "read", error); };
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!file) return unreadable();
+    struct stat status{};
+    if (::fstat(file.get(), &status) != 0) return unreadable();
+    if (S_ISDIR(status.st_mode)) return unreadable(EISDIR);
+    // One byte more than expected, to see the end; pipes tell no size and grow.
+    Buffer<std::byte> bytes(static_cast<std::size_t>(std::max<off_t>(status.st_size, 65535)) + 1);
+    std::size_t size = 0;
+    while (true) {
+        if (size == bytes.size()) bytes.resize(2 * size);
+        const ssize_t n = ::read(file.get(), bytes.data() + size, std::min(bytes.size() - size, largest_transfer));
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) return unreadable();
+        if (n == 0) break;
+        size += static_cast<std::size_t>(n);
+    }
+    bytes.resize(size);
+    return bytes;
+} catch (const std::bad_alloc&) {
+    return fail(ErrorKind::memory, "not enough memory to read the file", path);
+}
+
+Outcome<Done> write_file(const std::string& path, std::span<const std::span<const std::byte>> chunks) {
+    const auto unwritable = [&] { return system_error(ErrorKind::write, path, "written"); };
+    const auto write_chunks = [&](int fd) {
+        return std::all_of(chunks.begin(), chunks.end(), [&](const auto& chunk) { return write_all(fd, chunk); });
+    };
+    if (is_special(path)) {
+        Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+        if (!file || !write_chunks(file.get()) || !file.close()) return unwritable();
+        return Done{};
+    }
+    if (auto writable = check_writable(path); !writable) return writable;
+    Draft draft(target_of(path));
+    if (draft.fd() < 0 || !write_chunks(draft.fd()) || !draft.publish()) return unwritable();
+    return Done{};
+}
+
+Outcome<Done> check_writable(const std::string& path) {
+    if (is_special(path)) {
+        if (::access(path.c_str(), W_OK) != 0) return system_error(ErrorKind::write, path, "written");
+        return Done{};
+    }
+    const std::string target = target_of(path);
+    struct stat status{};
+    if (::stat(target.c_str(), &status) == 0) {
+        if (S_ISDIR(status.st_mode)) return system_error(ErrorKind::write, path, "written", EISDIR);
+        if (::access(target.c_str(), W_OK) != 0) return system_error(ErrorKind::write, path, "written");
+    }
+    if (::access(folder_of(target).c_str(), W_OK | X_OK) != 0) return system_error(ErrorKind::write, path, "written");
+    return Done{};
+}
+
+}  // namespace camber::app

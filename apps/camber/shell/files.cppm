@@ -1,0 +1,30 @@
+module;
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+export module camber.app_shell:files;
+import camber.core;
+
+export namespace camber::app {
+
+/// The whole file (or pipe). Errors: input, with the system's reason; memory.
+[[nodiscard]] Outcome<Buffer<std::byte>> read_file(const std::string& path);
+
+[[nodiscard]] inline std::string_view as_text(std::span<const std::byte> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+[[nodiscard]] inline std::span<const std::byte> as_bytes(std::string_view text) {
+    return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+/// Writes the chunks one after the other: all of them or nothing. The file appears (or replaces the old one, keeping
+/// its permissions) only when complete and on disk; until then it has no name, so that no death of the process leaves
+/// a part of it. Where the target is no plain file (a pipe, /dev/stdout) it is written to as it is.
+/// Errors: write, with the system's reason.
+[[nodiscard]] Outcome<Done> write_file(const std::string& path, std::span<const std::span<const std::byte>> chunks);
+
+/// Whether a file could be written there, asked before the work begins: its folder exists and takes files.
+[[nodiscard]] Outcome<Done> check_writable(const std::string& path);
+
+}  // namespace camber::app

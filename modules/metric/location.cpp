@@ -1,0 +1,189 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+module camber.metric;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+int lowest(const Barycentrics<D>& xi) {
+    return static_cast<int>(std::min_element(xi.begin(), xi.end()) - xi.begin());
+}
+
+/// The face to leave an element by: the one that x lies farthest behind (in barycentric coordinates). A walk that
+/// always does so can go round in circles; one that leaves by any face that hides x cannot do so for ever.
+template <int D>
+ElementId next_element(const BackMesh<D>& back, ElementId at, const Barycentrics<D>& xi, double tolerance,
+                       std::uint32_t dice) {
+    ElementId next;
+    double least = 0;
+    for (int k = 0; k <= D; ++k) {
+        const int i = static_cast<int>((static_cast<std::uint32_t>(k) + dice) % (D + 1));
+        // Behind a boundary face the other faces that hide x are tried: the mesh need not be convex.
+        if (!(xi[i] < -tolerance) || !back.neighbours[at][i].valid()) continue;
+        if (next.valid() && (dice > 0 || xi[i] >= least)) continue;
+        next = back.neighbours[at][i];
+        least = xi[i];
+    }
+    return next;
+}
+
+constexpr int short_walk = 64;
+constexpr int long_walk = 100000;
+
+/// Walks from element to element until no face hides x. When the walk leaves the mesh or takes too many steps, the best
+/// element seen is returned as lost.
+template <int D>
+Location<D> walk(const BackMesh<D>& back, const Vec<D>& x, ElementId start, int steps) {
+    Location<D> best{
+        .element = start.valid() ? start : ElementId(std::size_t{0}), .xi = {}, .placement = Placement::lost};
+    best.xi.fill(1.0 / (D + 1));
+    double best_lowest = -1e300;
+    ElementId at = start;
+    std::uint32_t noise = 1;
+    for (int step = 0; step < steps && at.valid(); ++step) {
+        const Frame<D> frame(back.mesh, at);
+        const Barycentrics<D> xi = frame.barycentrics(x);
+        const double hidden = xi[lowest<D>(xi)];
+        if (hidden >= -frame.tolerance()) return {at, xi, Placement::inside};
+        if (hidden > best_lowest) {
+            best_lowest = hidden;
+            best.element = at;
+            best.xi = xi;
+        }
+        noise = noise * 1664525U + 1013904223U;
+        at = next_element(back, at, xi, frame.tolerance(), step < short_walk ? 0U : 1U + (noise >> 24U));
+    }
+    return best;
+}
+
+/// The nearest point of a segment (D = 2) or triangle (D = 3), in its barycentric coordinates.
+inline std::array<double, 2> nearest_in_face(const std::array<Vec<2>, 2>& p, const Vec<2>& x) {
+    const Vec<2> e = p[1] - p[0];
+    const double t = std::clamp(dot(x - p[0], e) / norm_squared(e), 0.0, 1.0);
+    return {1 - t, t};
+}
+
+inline std::array<double, 3> nearest_in_face(const std::array<Vec<3>, 3>& p, const Vec<3>& x) {
+    const Vec<3> u = p[1] - p[0];
+    const Vec<3> v = p[2] - p[0];
+    const Vec<3> r = x - p[0];
+    // By the normal: in a needle the Gram determinant u² v² − (u·v)² would lose its digits twice over.
+    const Vec<3> n = cross(u, v);
+    const double b = dot(cross(r, v), n) / norm_squared(n);
+    const double c = dot(cross(u, r), n) / norm_squared(n);
+    if (b >= 0 && c >= 0 && b + c <= 1) return {1 - b - c, b, c};
+    std::array<double, 3> best{};
+    double best_distance = 1e300;
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3;
+        const Vec<3> e = p[j] - p[i];
+        const double t = std::clamp(dot(x - p[i], e) / norm_squared(e), 0.0, 1.0);
+        const double d = norm_squared(x - p[i] - t * e);
+        if (d >= best_distance) continue;
+        best_distance = d;
+        best = {};
+        best[i] = 1 - t;
+        best[j] = t;
+    }
+    return best;
+}
+
+template <int D>
+struct NearestOnBoundary {
+    ElementFace face;
+    std::array<double, D> xi{};
+};
+
+template <int D>
+NearestOnBoundary<D> nearest_on_boundary(const BackMesh<D>& back, const Vec<D>& x) {
+    const auto nearest = back.boundary_tree.nearest(x, [&](std::size_t f) {
+        const auto p = face_points<D>(back.mesh, back.boundary[f]);
+        const auto xi = nearest_in_face(p, x);
+        // From a corner of the face and not from the origin, which may be far away.
+        Vec<D> r = x - p[0];
+        for (int i = 1; i < D; ++i) r -= xi[i] * (p[i] - p[0]);
+        return norm_squared(r);
+    });
+    const ElementFace face = back.boundary[nearest.item];
+    return {face, nearest_in_face(face_points<D>(back.mesh, face), x)};
+}
+
+/// The element around the nearest boundary point (around the face, edge or vertex on which that lies) that x is seen
+/// through from there, or none: then x is outside. The face found does not tell alone: where the nearest point is on an
+/// edge or a vertex, several faces share it, and some may look the wrong way.
+template <int D>
+ElementId element_towards(const BackMesh<D>& back, const NearestOnBoundary<D>& nearest, const Vec<D>& x) {
+    const auto& corner = back.mesh.elements.vertices[nearest.face.element];
+    const auto local = face_opposite<D>(static_cast<int>(nearest.face.opposite));
+    std::array<VertexId, D> support;
+    int n = 0;
+    for (int i = 0; i < D; ++i)
+        if (nearest.xi[i] > 0) support[n++] = corner[local[i]];
+    const auto supports = [&](VertexId v) {
+        return std::find(support.begin(), support.begin() + n, v) != support.begin() + n;
+    };
+    std::vector<ElementId> star{nearest.face.element};
+    for (std::size_t k = 0; k < star.size(); ++k) {
+        const ElementId e = star[k];
+        const Frame<D> frame(back.mesh, e);
+        const Barycentrics<D> xi = frame.barycentrics(x);
+        bool faces = true;
+        for (int i = 0; i <= D; ++i) {
+            if (supports(back.mesh.elements.vertices[e][i])) continue;
+            faces = faces && xi[i] >= -frame.tolerance();
+            const ElementId next = back.neighbours[e][i];
+            if (next.valid() && std::find(star.begin(), star.end(), next) == star.end()) star.push_back(next);
+        }
+        if (faces) return e;
+    }
+    return {};
+}
+
+template <int D>
+Location<D> on_face(const NearestOnBoundary<D>& nearest) {
+    Location<D> location{.element = nearest.face.element, .xi = {}, .placement = Placement::outside};
+    const auto local = face_opposite<D>(static_cast<int>(nearest.face.opposite));
+    for (int i = 0; i < D; ++i) location.xi[local[i]] = nearest.xi[i];
+    return location;
+}
+
+template <int D>
+Location<D> clamped(Location<D> location) {
+    double sum = 0;
+    for (double& u : location.xi) sum += u = std::max(u, 0.0);
+    for (double& u : location.xi) u /= sum;
+    location.placement = Placement::outside;
+    return location;
+}
+
+}  // namespace
+
+template <int D>
+Location<D> locate(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
+    const Location<D> near = walk(back, p, hint, short_walk);
+    if (near.placement == Placement::inside || back.boundary.empty() || !is_finite(p)) return near;
+    const NearestOnBoundary<D> nearest = nearest_on_boundary(back, p);
+    // A ball around p that reaches to its nearest boundary point holds no boundary: seen from there nothing hides p.
+    const ElementId seen = element_towards(back, nearest, p);
+    if (!seen.valid()) return on_face<D>(nearest);
+    const Location<D> far = walk(back, p, seen, long_walk);
+    if (far.placement == Placement::inside) return far;
+    // Beyond the boundary by no more than rounding, which made it look inside.
+    if (far.xi[lowest<D>(far.xi)] > -1e-6) return clamped<D>(far);
+    Location<D> lost = on_face<D>(nearest);
+    lost.placement = Placement::lost;
+    return lost;
+}
+
+template Location<2> locate<2>(const BackMesh<2>&, const Vec<2>&, ElementId);
+template Location<3> locate<3>(const BackMesh<3>&, const Vec<3>&, ElementId);
+
+}  // namespace camber

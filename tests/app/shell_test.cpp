@@ -1,0 +1,156 @@
+#include <doctest/doctest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <iterator>
+#include <limits>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+import camber.core;
+import camber.app_shell;
+
+using namespace camber;
+using namespace camber::app;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder of its own for one case.
+struct Folder {
+    Folder() {
+        std::string name = (fs::temp_directory_path() / "camber-test-XXXXXX").string();
+        path = ::mkdtemp(name.data());
+    }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+    ~Folder() {
+        std::error_code ignored;
+        fs::remove_all(path, ignored);
+    }
+    [[nodiscard]] std::string operator/(const char* name) const { return (path / name).string(); }
+    [[nodiscard]] std::size_t files() const {
+        return static_cast<std::size_t>(std::distance(fs::directory_iterator(path), {}));
+    }
+    fs::path path;
+};
+
+Outcome<Done> write(const std::string& path, const std::vector<std::string>& texts) {
+    std::vector<std::span<const std::byte>> chunks;
+    for (const auto& text : texts) chunks.push_back(as_bytes(text));
+    return write_file(path, chunks);
+}
+
+std::string text_of(const std::string& path) {
+    const auto bytes = read_file(path);
+    return bytes ? std::string(as_text(*bytes)) : describe(bytes.error());
+}
+
+}  // namespace
+
+TEST_CASE("what is written is read, chunk after chunk, whatever its size") {
+    const Folder folder;
+    for (const std::size_t size : {0U, 1U, 65535U, 65536U, 65537U, 300000U}) {
+        std::string text(size, 'x');
+        for (std::size_t i = 0; i < size; ++i) text[i] = static_cast<char>(i * 2654435761U >> 24U);
+        REQUIRE(write(folder / "a", {text.substr(0, size / 3), "", text.substr(size / 3)}).has_value());
+        CHECK(text_of(folder / "a") == text);
+    }
+    CHECK(folder.files() == 1);
+}
+
+TEST_CASE("a bad path is one line with the system's reason") {
+    const Folder folder;
+    const std::string missing = folder / "missing";
+    CHECK(text_of(missing) == missing + ": cannot be read: No such file or directory");
+    CHECK(text_of(folder.path.string()) == folder.path.string() + ": cannot be read: Is a directory");
+    const std::string nowhere = folder / "no/such/place";
+    const auto failed = write(nowhere, {"x"});
+    REQUIRE_FALSE(failed.has_value());
+    CHECK(failed.error().kind == ErrorKind::write);
+    CHECK(describe(failed.error()) == nowhere + ": cannot be written: No such file or directory");
+    CHECK_FALSE(write(folder.path.string(), {"x"}).has_value());
+    CHECK_FALSE(check_writable(nowhere).has_value());
+    CHECK(check_writable(folder / "new").has_value());
+    CHECK(folder.files() == 0);
+}
+
+TEST_CASE("replacing keeps permissions and links") {
+    const Folder folder;
+    REQUIRE(write(folder / "real", {"old"}).has_value());
+    fs::permissions(folder / "real", fs::perms::owner_read | fs::perms::owner_write);
+    fs::create_symlink("real", folder / "link");
+    REQUIRE(write(folder / "link", {"new"}).has_value());
+    CHECK(fs::is_symlink(folder / "link"));
+    CHECK(text_of(folder / "real") == "new");
+    CHECK(fs::status(folder / "real").permissions() == (fs::perms::owner_read | fs::perms::owner_write));
+}
+
+TEST_CASE("a write that fails half-way leaves the old file and nothing else") {
+    const Folder folder;
+    REQUIRE(write(folder / "a", {"old"}).has_value());
+    const pid_t child = ::fork();
+    if (child == 0) {
+        (void)stop_on_signals();
+        const struct rlimit small{100000, 100000};
+        ::setrlimit(RLIMIT_FSIZE, &small);
+        const auto failed = write(folder / "a", {std::string(90000, 'x'), std::string(90000, 'y')});
+        ::_exit(!failed && failed.error().what == "cannot be written: File too large" ? 0 : 1);
+    }
+    int status = -1;
+    ::waitpid(child, &status, 0);
+    CHECK(status == 0);
+    CHECK(text_of(folder / "a") == "old");
+    CHECK(folder.files() == 1);
+}
+
+TEST_CASE("devices are written to as they are") {
+    CHECK(write("/dev/null", {"x"}).has_value());
+    CHECK(describe(write("/dev/full", {"x"}).error()) == "/dev/full: cannot be written: No space left on device");
+}
+
+TEST_CASE("the first signal asks to stop, the second ends the process") {
+    const pid_t child = ::fork();
+    if (child == 0) {
+        const std::stop_token stop = stop_on_signals();
+        if (stop.stop_requested()) ::_exit(1);
+        ::raise(SIGINT);
+        if (!stop.stop_requested()) ::_exit(2);
+        ::raise(SIGINT);
+        ::_exit(3);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    CHECK(WIFSIGNALED(status));
+    CHECK(WTERMSIG(status) == SIGINT);
+}
+
+TEST_CASE("a meter sees time and memory pass") {
+    const Meter meter;
+    const auto before = meter.read();
+    std::vector<char> held(64U << 20U, 1);
+    for (volatile char& c : held) c = 2;  // so that the compiler does not save the memory
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    const auto after = meter.read();
+    CHECK(after.seconds >= before.seconds + 0.02);
+    CHECK(after.peak_bytes >= held.size());
+}
+
+TEST_CASE("progress tells part and time left") {
+    CHECK(progress_line("curve", 50, 100, 10) == "curve      [###############               ]  50 %  10 s left");
+    CHECK(progress_line("curve", 0, 0, 10).find("  0 %") != std::string::npos);
+    CHECK(progress_line("curve", 7, 7, 10).find("100 %") != std::string::npos);
+}

@@ -1,0 +1,131 @@
+// P2 edges and simplices.
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "dice.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.bezier;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+template <int D>
+QuadraticEdge<D> random_edge(Dice& dice) {
+    return {dice.vector<D>(), {dice.vector<D>()}, dice.vector<D>()};
+}
+
+template <int D>
+void edge_laws() {
+    property("an edge is its Bernstein form; its derivative that of the form", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto edge = random_edge<D>(dice);
+        const Vec<D> p11 = control_point(edge.p20, edge.mid, edge.p02).point;
+        const double t = dice.uniform(0, 1);
+        const double s = 1 - t;
+        RC_ASSERT(norm(edge.point(t) - (s * s * edge.p20 + 2 * s * t * p11 + t * t * edge.p02)) < 1e-14);
+        RC_ASSERT(norm(edge.derivative(t) - 2 * (s * (p11 - edge.p20) + t * (edge.p02 - p11))) < 1e-14);
+        // Theory, section 3: the Lagrange form and its derivative.
+        const Vec<D> l = s * (1 - 2 * t) * edge.p20 + 4 * t * s * edge.mid.point + t * (2 * t - 1) * edge.p02;
+        const Vec<D> dl = (4 * t - 3) * edge.p20 + 4 * (1 - 2 * t) * edge.mid.point + (4 * t - 1) * edge.p02;
+        RC_ASSERT(norm(edge.point(t) - l) < 1e-14);
+        RC_ASSERT(norm(edge.derivative(t) - dl) < 2e-14);
+        const double h = 1e-4;  // central differences are exact for parabolas
+        RC_ASSERT(norm((edge.point(t + h) - edge.point(t - h)) / (2 * h) - edge.derivative(t)) < 1e-10);
+    });
+    property("an edge begins, passes its node and ends where it says", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto edge = random_edge<D>(dice);
+        RC_ASSERT(edge.point(0) == edge.p20);
+        RC_ASSERT(edge.point(1) == edge.p02);
+        RC_ASSERT(norm(edge.point(0.5) - edge.mid.point) < 1e-15);
+        RC_ASSERT(edge.chord() == edge.p02 - edge.p20);
+    });
+    property("control point and Lagrange node are inverse to one another", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto edge = random_edge<D>(dice);
+        const auto p11 = control_point(edge.p20, edge.mid, edge.p02);
+        RC_ASSERT(norm(lagrange_node(edge.p20, p11, edge.p02).point - edge.mid.point) < 1e-15);
+        const auto mid = lagrange_node(edge.p20, ControlPoint<D>{edge.mid.point}, edge.p02);
+        RC_ASSERT(norm(control_point(edge.p20, mid, edge.p02).point - edge.mid.point) < 1e-15);
+    });
+    property("a straight edge is straight, at constant speed, to the last bit of its offset", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto a = dice.vector<D>(-1e6, 1e6);
+        const auto b = a + dice.vector<D>();
+        const auto edge = QuadraticEdge<D>::straight(a, b);
+        RC_ASSERT(edge.offset() == Vec<D>{});
+        RC_ASSERT(curvature(edge) == 0);
+        RC_ASSERT(edge.derivative(dice.uniform(0, 1)) == b - a);
+        RC_ASSERT(control_point(a, edge.mid, b).point == edge.mid.point);
+    });
+}
+
+template <int K, int D>
+void simplex_laws() {
+    property("F and its derivatives: Bernstein form, differences, edges", [](std::uint64_t seed) {
+        Dice dice(seed);
+        QuadraticSimplex<K, D> s;
+        for (auto& p : s.control) p = dice.vector<D>();
+        const auto xi = dice.barycentric<K>();
+        Vec<D> expected;
+        for (const auto& alpha : multi_indices<2, K>) {
+            int i = -1, j = -1;
+            for (int k = 0; k <= K; ++k)
+                for (int m = 0; m < alpha[k]; ++m) (i < 0 ? i : j) = k;
+            expected += bernstein<K>(alpha, xi) * s.at(i, j);
+            RC_ASSERT(s.at(i, j) == s.at(j, i));
+        }
+        RC_ASSERT(norm(s.point(xi) - expected) < 1e-14);
+        const auto columns = s.derivatives(xi);
+        for (int a = 0; a < K; ++a) {
+            const double h = 1e-4;
+            auto forward = xi, backward = xi;
+            forward[a + 1] += h;
+            forward[0] -= h;
+            backward[a + 1] -= h;
+            backward[0] += h;
+            RC_ASSERT(norm((s.point(forward) - s.point(backward)) / (2 * h) - columns[a]) < 1e-10);
+        }
+        // Its edges are the P2 edges of its control points.
+        for (int e = 0; e < edges_per_simplex<K>; ++e) {
+            const auto [i, j] = local_edges<K>[e];
+            const auto mid = lagrange_node(s.control[i], ControlPoint<D>{s.control[K + 1 + e]}, s.control[j]);
+            const QuadraticEdge<D> edge{s.control[i], mid, s.control[j]};
+            Barycentric<K> at{};
+            const double t = dice.uniform(0, 1);
+            at[i] = 1 - t;
+            at[j] = t;
+            RC_ASSERT(norm(s.point(at) - edge.point(t)) < 1e-14);
+        }
+    });
+    property("a simplex with nodes at the middles maps linearly", [](std::uint64_t seed) {
+        Dice dice(seed);
+        QuadraticSimplex<K, D> s;
+        for (int i = 0; i <= K; ++i) s.control[i] = dice.vector<D>();
+        for (int e = 0; e < edges_per_simplex<K>; ++e) {
+            const auto [i, j] = local_edges<K>[e];
+            s.control[K + 1 + e] = midpoint(s.control[i], s.control[j]);
+        }
+        const auto xi = dice.barycentric<K>();
+        Vec<D> linear;
+        for (int i = 0; i <= K; ++i) linear += xi[i] * s.control[i];
+        RC_ASSERT(norm(s.point(xi) - linear) < 1e-14);
+        const auto columns = s.derivatives(xi);
+        for (int a = 0; a < K; ++a) RC_ASSERT(norm(columns[a] - (s.control[a + 1] - s.control[0])) < 1e-14);
+    });
+}
+
+}  // namespace
+
+TEST_CASE("P2 edges in the plane") { edge_laws<2>(); }
+TEST_CASE("P2 edges in space") { edge_laws<3>(); }
+TEST_CASE("P2 edges as simplices") { simplex_laws<1, 2>(); }
+TEST_CASE("P2 triangles in the plane") { simplex_laws<2, 2>(); }
+TEST_CASE("P2 triangles in space") { simplex_laws<2, 3>(); }
+TEST_CASE("P2 tetrahedra") { simplex_laws<3, 3>(); }

@@ -1,0 +1,85 @@
+// BoxTree against a look at every item.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "dice.hpp"
+#include "property.hpp"
+
+import camber.core;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+template <int D>
+void tree_laws() {
+    property("nearest: the least distance, ties to the lowest item", [](std::uint64_t seed) {
+        Dice dice(seed);
+        // Points of a coarse grid: many ties, many equal boxes.
+        std::vector<Vec<D>> points(1 + dice.below(200));
+        std::vector<Box<D>> boxes(points.size());
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            for (double& x : points[i].c) x = static_cast<double>(dice.below(6));
+            boxes[i].include(points[i]);
+        }
+        const BoxTree<D> tree(boxes);
+        RC_ASSERT(tree.size() == points.size());
+        for (int k = 0; k < 20; ++k) {
+            Vec<D> q = dice.vector<D>(-2, 8);
+            if (k % 2 == 0)
+                for (double& x : q.c) x = std::floor(x * 2) / 2;
+            const auto distance_squared = [&](std::size_t i) { return norm_squared(points[i] - q); };
+            std::size_t best = 0;
+            for (std::size_t i = 1; i < points.size(); ++i)
+                if (distance_squared(i) < distance_squared(best)) best = i;
+            const auto found = tree.nearest(q, distance_squared);
+            RC_ASSERT(found.item == best);
+            RC_ASSERT(found.distance_squared == distance_squared(best));
+            if (found.distance_squared > 0)
+                RC_ASSERT(tree.nearest(q, distance_squared, 0.99 * found.distance_squared).item ==
+                          std::numeric_limits<std::size_t>::max());
+        }
+    });
+    property("containing: exactly the boxes that hold the point", [](std::uint64_t seed) {
+        Dice dice(seed);
+        std::vector<Box<D>> boxes(1 + dice.below(100));
+        Box<D> all;
+        for (auto& box : boxes) {
+            const Vec<D> p = dice.vector<D>();
+            box.include(p);
+            box.include(p + 0.5 * dice.vector<D>());
+            all.include(box);
+        }
+        const BoxTree<D> tree(boxes);
+        RC_ASSERT(tree.bounds().low == all.low);
+        RC_ASSERT(tree.bounds().high == all.high);
+        for (int k = 0; k < 20; ++k) {
+            const Vec<D> q = dice.vector<D>();
+            std::vector<std::size_t> found;
+            tree.containing(q, [&](std::size_t i) { found.push_back(i); });
+            // The tree may look at items of a leaf whose own box does not hold the point.
+            std::sort(found.begin(), found.end());
+            RC_ASSERT(std::adjacent_find(found.begin(), found.end()) == found.end());
+            for (std::size_t i = 0; i < boxes.size(); ++i)
+                if (boxes[i].contains(q)) RC_ASSERT(std::binary_search(found.begin(), found.end(), i));
+        }
+    });
+}
+
+}  // namespace
+
+TEST_CASE("box tree of dimension 2") { tree_laws<2>(); }
+TEST_CASE("box tree of dimension 3") { tree_laws<3>(); }
+
+TEST_CASE("an empty box tree") {
+    const BoxTree<2> tree;
+    CHECK(tree.size() == 0);
+    const auto none = tree.nearest(Vec<2>{}, [](std::size_t) { return 0.0; });
+    CHECK(none.item == std::numeric_limits<std::size_t>::max());
+    tree.containing(Vec<2>{}, [](std::size_t) { FAIL("nothing is there"); });
+}

@@ -1,0 +1,73 @@
+// Columns: immutable, shared, taken without a copy when nobody else looks.
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "property.hpp"
+
+import camber.core;
+
+using namespace camber;
+using camber::testing::property;
+
+namespace {
+
+Buffer<int> buffer_of(const std::vector<int>& values) { return Buffer<int>(values.begin(), values.end()); }
+
+}  // namespace
+
+TEST_CASE("columns") {
+    property("hold their values, and equality is that of values", [](const std::vector<int>& values) {
+        const Column<int> a = buffer_of(values);
+        const Column<int> b = buffer_of(values);
+        RC_ASSERT(std::vector<int>(a.begin(), a.end()) == values);
+        RC_ASSERT(a.size() == values.size());
+        RC_ASSERT(a.view().size() == values.size());
+        RC_ASSERT(a == b);
+        auto longer = values;
+        longer.push_back(0);
+        RC_ASSERT(!(a == Column<int>(buffer_of(longer))));
+        if (!values.empty()) {
+            auto other = values;
+            other.back() = other.back() == 1 ? 2 : 1;
+            RC_ASSERT(!(a == Column<int>(buffer_of(other))));
+        }
+    });
+    property("take: moves what is unique, copies what is shared", [](std::vector<int> values) {
+        values.push_back(7);
+        Column<int> unique = buffer_of(values);
+        const int* place = unique.data();
+        Buffer<int> moved = take(std::move(unique));
+        RC_ASSERT(moved.data() == place);
+
+        Column<int> column = std::move(moved);
+        const Column<int> keeper = column;
+        Buffer<int> copied = take(std::move(column));
+        RC_ASSERT(copied.data() != keeper.data());
+        copied[0] += 1;
+        RC_ASSERT(std::vector<int>(keeper.begin(), keeper.end()) == values);
+
+        Column<int> again = std::move(copied);
+        RC_ASSERT(take(again).data() != again.data());  // an lvalue argument is a second holder
+    });
+}
+
+TEST_CASE("an empty column") {
+    const Column<double> none;
+    CHECK(none.empty());
+    CHECK(none.begin() == none.end());
+    CHECK(none == Column<double>(Buffer<double>{}));
+    CHECK(take(none).empty());
+}
+
+TEST_CASE("ids") {
+    CHECK(!VertexId{}.valid());
+    CHECK(VertexId(std::size_t{3}).index() == 3);
+    CHECK(VertexId(std::size_t{3}) < VertexId(std::size_t{4}));
+}
+
+TEST_CASE("errors are described in one line") {
+    CHECK(describe(Error{ErrorKind::input, "is flat", "wing.mesh", Entity{"tetrahedron", 12}, "remove it"}) ==
+          "wing.mesh: tetrahedron 12: is flat (remove it)");
+    CHECK(describe(Error{ErrorKind::internal, "broken", {}, {}, {}}) == "broken");
+}

@@ -1,0 +1,130 @@
+// The parallel loops: the same bytes for any number of threads, progress, and the wish to stop.
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <stop_token>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "property.hpp"
+
+import camber.core;
+
+using namespace camber;
+using camber::testing::property;
+
+namespace {
+
+constexpr int thread_counts[] = {1, 2, 7, 0};
+
+Execution with_threads(int threads) { return {.threads = threads}; }
+
+double wild(std::size_t i) {
+    return std::sin(static_cast<double>(i) * 12.9898) * std::pow(10.0, static_cast<double>(i % 17));
+}
+
+}  // namespace
+
+TEST_CASE("loops do not depend on the number of threads") {
+    property("each visits every item once; map_each and reduce_each give the same bits",
+             [](std::uint16_t n) {
+                 const std::size_t grain = 1 + n % 97U;
+                 std::vector<double> sums;
+                 std::vector<Buffer<double>> maps;
+                 for (const int threads : thread_counts) {
+                     std::vector<std::atomic<int>> visits(n);
+                     RC_ASSERT(each(with_threads(threads), n, [&](std::size_t i) { ++visits[i]; }, grain).has_value());
+                     for (const auto& v : visits) RC_ASSERT(v.load() == 1);
+                     maps.push_back(*map_each(with_threads(threads), n, wild, grain));
+                     sums.push_back(*reduce_each(
+                         with_threads(threads), n, 0.0, [](double& s, std::size_t i) { s += wild(i); },
+                         [](double a, double b) { return a + b; }, grain));
+                 }
+                 for (std::size_t k = 1; k < sums.size(); ++k) {
+                     RC_ASSERT(sums[k] == sums[0]);
+                     RC_ASSERT(maps[k] == maps[0]);
+                 }
+                 for (std::size_t i = 0; i < n; ++i) RC_ASSERT(maps[0][i] == wild(i));
+             },
+             {.count = 30, .max_size = 2000});
+}
+
+TEST_CASE("chunks are whole, in range and the same for any number of threads") {
+    for (const int threads : thread_counts) {
+        std::vector<std::atomic<int>> ends(1001);
+        CHECK(each_chunk(
+                  with_threads(threads), 1000,
+                  [&](std::size_t begin, std::size_t end) {
+                      if (begin % 64 == 0 && end - begin <= 64) ++ends[end];
+                  },
+                  64)
+                  .has_value());
+        for (std::size_t end = 64; end <= 1000; end += 64) CHECK(ends[end].load() == 1);
+        CHECK(ends[1000].load() == 1);
+    }
+}
+
+TEST_CASE("nothing to do") {
+    CHECK(each(with_threads(3), 0, [](std::size_t) {}).has_value());
+    CHECK(map_each(with_threads(3), 0, wild)->empty());
+    const auto join = [](int a, int b) { return a + b; };
+    CHECK(*reduce_each(with_threads(3), 0, 5, [](int&, std::size_t) {}, join) == 5);
+}
+
+TEST_CASE("a reduction joins its chunks in order") {
+    for (const int threads : thread_counts) {
+        const auto all = *reduce_each(
+            with_threads(threads), 1000, std::vector<std::size_t>{},
+            [](std::vector<std::size_t>& list, std::size_t i) { list.push_back(i); },
+            [](std::vector<std::size_t> a, const std::vector<std::size_t>& b) {
+                a.insert(a.end(), b.begin(), b.end());
+                return a;
+            },
+            7);
+        REQUIRE(all.size() == 1000);
+        for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i] == i);
+    }
+}
+
+TEST_CASE("the wish to stop ends a loop with ErrorKind::stopped") {
+    for (const int threads : thread_counts) {
+        std::stop_source source;
+        Execution execution{.threads = threads, .stop = source.get_token()};
+        std::atomic<std::size_t> visited{0};
+        const auto outcome = each(
+            execution, 1000000,
+            [&](std::size_t) {
+                if (++visited == 100) source.request_stop();
+            },
+            10);
+        REQUIRE(!outcome.has_value());
+        CHECK(outcome.error().kind == ErrorKind::stopped);
+        CHECK(visited.load() < 1000000);
+        CHECK(map_each(execution, 10, wild).error().kind == ErrorKind::stopped);
+        const auto sum = reduce_each(execution, 10, 0, [](int&, std::size_t) {}, [](int a, int b) { return a + b; });
+        CHECK(sum.error().kind == ErrorKind::stopped);
+    }
+}
+
+TEST_CASE("progress rises, comes from one thread at a time, and ends with everything done") {
+    for (const int threads : {1, 2, 7, 7, 7, 7}) {
+        std::vector<std::pair<std::size_t, std::size_t>> ticks;
+        std::atomic<int> inside{0};
+        bool alone = true;
+        Execution execution{.threads = threads, .progress = [&](std::size_t done, std::size_t total) {
+                                alone = alone && ++inside == 1;
+                                ticks.emplace_back(done, total);
+                                std::this_thread::sleep_for(std::chrono::microseconds(20));
+                                --inside;
+                            }};
+        std::atomic<double> sink{0};
+        REQUIRE(each(execution, 20000, [&](std::size_t i) { sink = wild(i); }, 3).has_value());
+        CHECK(alone);
+        REQUIRE(!ticks.empty());
+        for (std::size_t k = 1; k < ticks.size(); ++k) CHECK(ticks[k].first > ticks[k - 1].first);
+        CHECK(ticks.back() == std::pair<std::size_t, std::size_t>{20000, 20000});
+    }
+}

@@ -1,0 +1,125 @@
+// The natural metric of simplices and meshes.
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include "back.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.metric;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+template <int D>
+std::array<Vec<D>, D + 1> stretched_simplex(Dice& dice, const Vec<D>& stretch) {
+    const auto r = dice.rotation<D>();
+    std::array<Vec<D>, D + 1> p{};
+    const auto regular = regular_simplex<D>();
+    const auto turn = dice.rotation<D>();
+    const auto origin = dice.vector<D>();
+    for (int i = 0; i <= D; ++i) {
+        Vec<D> x = turn * ((i == 0 ? Vec<D>{} : regular.column[i - 1]) + 0.1 * dice.vector<D>());
+        for (int k = 0; k < D; ++k) x[k] *= stretch[k];
+        p[i] = r * x + origin;
+    }
+    return p;
+}
+
+template <int D>
+double largest_edge_error(const LogMetric<D>& l, const std::array<Vec<D>, D + 1>& p) {
+    const SpectralMetric<D> m(l);
+    double worst = 0;
+    for (int i = 0; i <= D; ++i)
+        for (int j = 0; j < i; ++j) worst = std::max(worst, std::abs(m.length_squared(p[i] - p[j]) - 1));
+    return worst;
+}
+
+/// The error that the rounding of coordinates leaves: that of a short side seen along a long one.
+template <int D>
+void unit_edges(const Vec<D>& stretch, double aspect) {
+    property("all edges have length 1, whatever the order of the vertices", [&](std::uint64_t seed) {
+        Dice dice(seed);
+        auto p = stretched_simplex<D>(dice, stretch);
+        const auto l = natural_log_metric<D>(p);
+        RC_ASSERT(largest_edge_error(l, p) < 1e-13 + 3e-14 * aspect);
+        const std::size_t i = dice.below(D + 1), j = dice.below(D + 1);
+        std::swap(p[i], p[j]);
+        RC_ASSERT(norm(natural_log_metric<D>(p).l - l.l) < 1e-12 + 3e-14 * aspect);
+    });
+}
+
+}  // namespace
+
+TEST_CASE("the regular simplex has edges of length 1") {
+    const auto r = regular_simplex<3>();
+    for (int i = 0; i < 3; ++i) {
+        CHECK(norm(r.column[i]) == doctest::Approx(1).epsilon(1e-15));
+        for (int j = 0; j < i; ++j) CHECK(norm(r.column[i] - r.column[j]) == doctest::Approx(1).epsilon(1e-15));
+    }
+}
+
+TEST_CASE("natural metrics of simplices, round, needles and pancakes") {
+    unit_edges<2>(Vec<2>{{1, 1}}, 1);
+    unit_edges<2>(Vec<2>{{1, 1e-6}}, 1e6);
+    unit_edges<3>(Vec<3>{{1, 1, 1}}, 1);
+    unit_edges<3>(Vec<3>{{1, 1, 1e-6}}, 1e6);
+    unit_edges<3>(Vec<3>{{1, 1e-6, 1e-6}}, 1e6);
+    unit_edges<3>(Vec<3>{{1, 1e-3, 1e-6}}, 1e6);
+}
+
+TEST_CASE("natural metrics at vertices: the volume-weighted log-Euclidean mean, for any number of threads") {
+    property("against a plain loop",
+             [](std::uint64_t seed) {
+                 const auto mesh = unit_box<3>(3, seed + 1);
+                 const auto around = *balls(mesh, alone);
+                 const auto logs = *natural_log_metrics(mesh, around, alone);
+                 for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+                     Sym<3> sum;
+                     double weight = 0;
+                     for (const ElementId e : around[v]) {
+                         const auto p = corners(mesh, e.index());
+                         sum += orientation(p) * natural_log_metric<3>(p).l;
+                         weight += orientation(p);
+                     }
+                     RC_ASSERT(norm(logs[v].l - (1 / weight) * sum) < 1e-12);
+                 }
+                 for (const int threads : {2, 7})
+                     RC_ASSERT(*natural_log_metrics(mesh, around, Execution{.threads = threads}) == logs);
+             },
+             {.count = 10});
+    property("an affine image of equilateral triangles has a constant one", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto shape = dice.matrix<2>();
+        RC_PRE(std::abs(det(shape)) > 0.01);
+        LatticeOptions<2> options{.cells = {5, 5}};
+        // Kuhn's triangles have their diagonal along (1, 1): the frame (1, 0), (−1/2, √3/2) makes it as long as the
+        // sides.
+        options.place = [&](const Vec<2>& x) { return shape * Vec<2>{{x[0] - 0.5 * x[1], std::sqrt(0.75) * x[1]}}; };
+        const auto mesh = lattice_mesh(options);
+        const auto logs = *natural_log_metrics(mesh, *balls(mesh, alone), alone);
+        for (const auto& l : logs) RC_ASSERT(norm(l.l - logs[0].l) < 1e-11);
+        RC_ASSERT(std::abs(SpectralMetric<2>(logs[0]).length_squared(shape.column[0]) - 1) < 1e-11);
+    });
+}
+
+TEST_CASE("a vertex without elements gets the identity, a flat element is refused by its number") {
+    auto mesh = unit_box<2>(2, 1);
+    auto points = take(mesh.points);
+    points.push_back({{5, 5}});
+    mesh.points = points;
+    CHECK(must(natural_log_metrics(mesh, must(balls(mesh, alone)), alone)).back().l == Sym<2>{});
+
+    for (const VertexId v : mesh.elements.vertices[2]) points[v.index()] = {{0.5, 0.5}};
+    mesh.points = points;
+    const auto logs = natural_log_metrics(mesh, must(balls(mesh, alone)), alone);
+    REQUIRE(!logs.has_value());
+    CHECK(logs.error().kind == ErrorKind::input);
+    REQUIRE(logs.error().entity.has_value());
+    CHECK(logs.error().entity->kind == "triangle");
+}

@@ -1,0 +1,122 @@
+// Metrics from files: rounded ones are floored and counted, worse ones are refused.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "dice.hpp"
+#include "meshes.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.metric;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+template <int D>
+void append(std::vector<double>& rows, const Sym<D>& m) {
+    rows.insert(rows.end(), m.c.begin(), m.c.end());
+}
+
+template <int D>
+Sym<D> rounded_to_float(Sym<D> m) {
+    for (double& x : m.c) x = static_cast<float>(x);
+    return m;
+}
+
+double largest_log(const LogMetric<3>& l) {
+    const auto values = eigen_system(l.l).values;
+    return *std::max_element(values.c.begin(), values.c.end());
+}
+
+}  // namespace
+
+TEST_CASE("sound tensors give their logs") {
+    property("log M of a file is log M",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 std::vector<double> rows;
+                 std::vector<LogMetric<3>> expected;
+                 for (int i = 0; i < 50; ++i) {
+                     expected.push_back({dice.symmetric<3>(3)});
+                     append(rows, exp(expected.back()).m);
+                 }
+                 const auto found = *log_metrics_of_tensors<3>(rows, TensorPrecision::eight_bytes, alone);
+                 RC_ASSERT(found.floored == 0U);
+                 for (std::size_t i = 0; i < expected.size(); ++i)
+                     RC_ASSERT(norm(found.log_metrics[i].l - expected[i].l) < 1e-10);
+             },
+             {.count = 20});
+}
+
+TEST_CASE("4-byte reals at anisotropy 10^6: rounding makes many indefinite, none is refused") {
+    Dice dice(7);
+    std::vector<double> rows;
+    std::size_t indefinite = 0;
+    for (int i = 0; i < 200; ++i) {
+        const Vec<3> values{{1e12, std::pow(10.0, dice.uniform(0, 12)), 1}};
+        const Sym<3> m = rounded_to_float(congruence(dice.rotation<3>(), Sym<3>::diagonal(values)));
+        const auto e = eigen_system(m).values;
+        indefinite += *std::min_element(e.c.begin(), e.c.end()) < 0;
+        append(rows, m);
+    }
+    CHECK(indefinite > 60);  // 107 of 200 in the theory's sample
+    CHECK(indefinite < 140);
+    const auto logs = must(log_metrics_of_tensors<3>(rows, TensorPrecision::four_bytes, alone));
+    CHECK(logs.floored >= indefinite);
+    CHECK(logs.floored <= 200);
+    for (const auto& l : logs.log_metrics) {
+        CHECK(std::isfinite(norm(l.l)));
+        CHECK(largest_log(l) == doctest::Approx(std::log(1e12)).epsilon(1e-5));
+        CHECK(anisotropy(l) < 1e6);
+    }
+}
+
+TEST_CASE("an axis-aligned layer of anisotropy 10^6 in 4-byte reals loses nothing") {
+    std::vector<double> rows;
+    append(rows, Sym<3>::diagonal(Vec<3>{{1, static_cast<float>(1e12), 4}}));
+    const auto logs = must(log_metrics_of_tensors<3>(rows, TensorPrecision::four_bytes, alone));
+    CHECK(logs.floored == 0);
+    CHECK(logs.log_metrics[0].l(0, 0) == doctest::Approx(0).epsilon(1e-12));
+    CHECK(logs.log_metrics[0].l(2, 2) == doctest::Approx(std::log(4)));
+    CHECK(anisotropy(logs.log_metrics[0]) == doctest::Approx(1e6).epsilon(1e-6));
+}
+
+TEST_CASE("what is no metric is refused by its number") {
+    const auto refused = [](const Sym<2>& bad, TensorPrecision precision) {
+        std::vector<double> rows;
+        append(rows, Sym<2>::identity());
+        append(rows, bad);
+        append(rows, Sym<2>::identity());
+        const auto logs = log_metrics_of_tensors<2>(rows, precision, alone);
+        REQUIRE(!logs.has_value());
+        CHECK(logs.error().kind == ErrorKind::input);
+        REQUIRE(logs.error().entity.has_value());
+        CHECK(logs.error().entity->kind == "metric at vertex");
+        CHECK(logs.error().entity->number == 2);
+    };
+    for (const auto precision : {TensorPrecision::four_bytes, TensorPrecision::eight_bytes}) {
+        refused(Sym<2>::diagonal(Vec<2>{{1, -1e-3}}), precision);
+        refused(Sym<2>::diagonal(Vec<2>{{-1, -1}}), precision);
+        refused(Sym<2>{}, precision);
+        refused(Sym<2>{{1, 2, 1}}, precision);
+        refused(Sym<2>{{1, std::numeric_limits<double>::quiet_NaN(), 1}}, precision);
+        refused(Sym<2>{{std::numeric_limits<double>::infinity(), 0, 1}}, precision);
+    }
+}
+
+TEST_CASE("a tensor that rounding flattened is floored, in either precision") {
+    std::vector<double> rows;
+    append(rows, Sym<2>{{1, 1, 1}});
+    for (const auto precision : {TensorPrecision::four_bytes, TensorPrecision::eight_bytes}) {
+        const auto logs = must(log_metrics_of_tensors<2>(rows, precision, alone));
+        CHECK(logs.floored == 1);
+        CHECK(std::isfinite(norm(logs.log_metrics[0].l)));
+    }
+    CHECK(must(log_metrics_of_tensors<2>({}, TensorPrecision::eight_bytes, alone)).log_metrics.empty());
+}

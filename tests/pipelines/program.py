@@ -1,0 +1,30 @@
+"""Runs the program in a folder of its own, for the tests of this directory."""
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+CAMBER = sys.argv[1] if len(sys.argv) > 1 else "build/bin/camber"
+ROOT = Path(__file__).resolve().parents[2]
+CONFIGS = ROOT / "configs"
+sys.path.insert(0, str(ROOT / "tests" / "oracle"))
+
+
+class Folder(tempfile.TemporaryDirectory):
+    """A working directory that goes when the test ends."""
+
+    @property
+    def path(self):
+        return Path(self.name)
+
+    def camber(self, *arguments, **options):
+        return subprocess.run([CAMBER, *map(str, arguments)], cwd=self.name, capture_output=True, text=True,
+                              timeout=600, **options)
+
+    def files(self):
+        return sorted(str(p.relative_to(self.name)) for p in self.path.rglob("*") if p.is_file())
+
+
+def report_of(path):
+    return json.loads(Path(path).read_text())

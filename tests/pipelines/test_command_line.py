@@ -1,0 +1,175 @@
+"""The program's face: verbs, messages, exit codes, and that nothing is written when something fails.
+
+    python3 tests/pipelines/test_command_line.py build/bin/camber [unittest arguments]
+"""
+import json
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+from program import CAMBER, CONFIGS, Folder
+
+CUBE = """MeshVersionFormatted 2
+Dimension 3
+Vertices 5
+0 0 0 0
+1 0 0 0
+0 1 0 0
+0 0 1 0
+1 1 1 0
+Tetrahedra 2
+1 2 3 4 1
+2 3 4 5 2
+Triangles 6
+1 3 2 1
+1 2 4 1
+1 4 3 1
+2 3 5 2
+3 4 5 2
+2 5 4 2
+End
+"""
+
+
+class CommandLine(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+        self.write("two.mesh", CUBE)
+
+    def write(self, name, text):
+        (self.folder.path / name).write_text(text)
+
+    def camber(self, *arguments):
+        return self.folder.camber(*arguments)
+
+    def fails(self, code, message, *arguments):
+        """One line on standard error that holds `message`, nothing on standard output, no new file."""
+        before = self.folder.files()
+        done = self.camber(*arguments)
+        self.assertEqual(done.returncode, code, done.stderr + done.stdout)
+        self.assertIn(message, done.stderr)
+        self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+        self.assertEqual(done.stdout, "")
+        self.assertEqual(self.folder.files(), before)
+
+    def test_help_names_every_verb(self):
+        text = self.camber("--help").stdout
+        for verb in ("run", "curve", "check", "info", "explain", "schema"):
+            self.assertIn(verb, text)
+            self.assertEqual(self.camber(verb, "--help").returncode, 0)
+        self.assertIn("Exit codes", text)
+        self.assertRegex(self.camber("--version").stdout, r"^\d+\.\d+\.\d+\n$")
+
+    def test_curve_check_info(self):
+        done = self.camber("curve", "two.mesh", "-o", "out.meshb", "--report", "report.json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("mean length gain", done.stdout)
+        self.assertEqual(self.folder.files(), ["out.meshb", "report.json", "two.mesh"])
+        checked = json.loads(self.camber("check", "out.meshb", "--json").stdout)
+        self.assertEqual((checked["dimension"], checked["degree"], checked["elements"], checked["invalid"],
+                          checked["undecided"]), (3, 2, 2, 0, 0))
+        self.assertEqual((checked["vertices"], checked["nodes"]), (5, 14))
+        self.assertEqual(checked["invalid_elements"], [])
+        self.assertGreater(checked["min_scaled_jacobian"], 0.5)
+        self.assertIn("tetrahedra", self.camber("info", "out.meshb").stdout)
+        self.assertEqual(json.loads(self.camber("info", "out.meshb", "--json").stdout)["mid_nodes"], 9)
+
+    def test_check_of_straight_meshes(self):
+        checked = json.loads(self.camber("check", "two.mesh", "--json").stdout)
+        self.assertEqual((checked["degree"], checked["nodes"], checked["min_scaled_jacobian"]), (1, 5, 1.0))
+        self.write("inverted.mesh", CUBE.replace("1 2 3 4 1", "1 3 2 4 1"))
+        done = self.camber("check", "inverted.mesh", "--json")
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(json.loads(done.stdout)["invalid_elements"], [1])
+
+    def test_print_config_runs_as_it_is(self):
+        text = self.camber("curve", "two.mesh", "-o", "out.mesh", "--set", "stages/curve/objective=length",
+                           "--print-config").stdout
+        config = json.loads(text)
+        self.assertEqual(config["stages"][1]["curve"]["objective"], "length")
+        self.write("printed.json", text)
+        self.assertEqual(self.camber("run", "printed.json").returncode, 0)
+        self.assertIn("out.mesh", self.folder.files())
+
+    def test_schema_is_json(self):
+        self.assertIn("properties", json.loads(self.camber("schema").stdout))
+
+    def test_explain(self):
+        self.assertIn("objective", self.camber("explain", "curve").stdout)
+        self.fails(2, "curve", "explain", "curv")
+
+    def test_wrong_configs(self):
+        config = {"input": {"mesh": "two.mesh"}, "output": {"mesh": "out.mesh"}}
+        self.write("unknown.json", json.dumps(config | {"metrik": "natural"}))
+        self.fails(2, "/metrik: unknown key (did you mean \"metric\"?)", "run", "unknown.json")
+        self.write("type.json", json.dumps(config | {"threads": "two"}))
+        self.fails(2, "/threads", "run", "type.json")
+        self.write("syntax.json", "{\n\"input\": }")
+        self.fails(2, "line 2", "run", "syntax.json")
+        self.fails(2, "absent.json", "run", "absent.json")
+        self.write("order.json", json.dumps(config | {"stages": ["elevate", "relax"]}))
+        self.fails(2, "/stages/1: stage \"relax\" needs \"curve\" before it", "run", "order.json")
+
+    def test_wrong_usage(self):
+        for arguments in (("curve",), ("curve", "two.mesh"), ("fly",), ("run",), ("check", "two.mesh", "--jsn"),
+                          ("curve", "two.mesh", "-o", "out.mesh", "--threads", "-3")):
+            done = self.camber(*arguments)
+            self.assertEqual(done.returncode, 2, arguments)
+            self.assertNotEqual(done.stderr, "")
+        self.fails(2, "use .mesh or .meshb", "curve", "two.mesh", "-o", "out.vtk")
+
+    def test_bad_files(self):
+        self.fails(3, "absent.mesh", "check", "absent.mesh")
+        self.write("range.mesh", CUBE.replace("2 3 4 5 2", "2 3 4 6 2"))
+        self.fails(3, "tetrahedron 2", "check", "range.mesh")
+        self.write("cut.mesh", CUBE[:180])
+        self.fails(3, "cut.mesh", "curve", "cut.mesh", "-o", "out.mesh")
+        self.write("hexes.mesh", CUBE.replace("End", "Hexahedra 1\n1 2 3 4 5 1 2 3 0\nEnd"))
+        self.fails(3, "exahedra", "check", "hexes.mesh")
+        self.fails(3, "two.mesh/nowhere: the folder cannot be made", "curve", "two.mesh", "-o", "two.mesh/nowhere/deep.mesh")
+
+    def test_bad_metrics(self):
+        header = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices {}\n1 3\n{}\nEnd\n"
+        self.write("few.sol", header.format(2, "1 0 1 0 0 1\n" * 2))
+        self.fails(3, "few.sol: has 2 rows, the mesh 5 vertices", "curve", "two.mesh", "-o", "o.mesh", "--metric",
+                   "few.sol")
+        self.write("negative.sol", header.format(5, "1 0 1 0 0 1\n" * 4 + "1 0 -1 0 0 1"))
+        self.fails(3, "negative.sol: metric at vertex 5: is not positive definite", "curve", "two.mesh", "-o", "o.mesh",
+                   "--metric", "negative.sol")
+
+    def test_metric_sources(self):
+        for metric in ('{"constant": {"sizes": [0.5]}}', '{"constant": {"sizes": [0.5, 1, 2]}}',
+                       '{"constant": {"tensor": [1, 0, 1, 0, 0, 4]}}'):
+            done = self.camber("curve", "two.mesh", "-o", "o.mesh", "--metric", metric, "--report", "r.json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertLess(abs(json.loads((self.folder.path / "r.json").read_text())
+                                ["curve"]["before_correction"]["largest_gain"]), 1e-12)
+
+    def test_analytic_geometry(self):
+        sphere = '{"analytic": [{"references": [1, 2], "sphere": {"centre": [0.5, 0.5, 0.5], "radius": 0.8660254037844386}}]}'
+        done = self.camber("curve", "two.mesh", "-o", "o.mesh", "--geometry", sphere, "--report", "r.json")
+        self.assertIn(done.returncode, (0, 1), done.stderr)
+        boundary = json.loads((self.folder.path / "r.json").read_text())["boundary"]
+        self.assertLess(boundary["largest_distance"], boundary["largest_distance_straight"])
+
+    def test_inverted_input_ends_with_1_and_names_the_element(self):
+        self.write("inverted.mesh", CUBE.replace("1 2 3 4 1", "1 3 2 4 1"))
+        done = self.camber("curve", "inverted.mesh", "-o", "out.mesh", "--geometry", "straight")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("invalid: 1", done.stderr)
+
+    def test_interrupted_run_leaves_nothing(self):
+        run = subprocess.Popen([CAMBER, "run", CONFIGS / "spheres-fine.json", "--threads", "1"], cwd=self.folder.name,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        time.sleep(0.5)
+        run.send_signal(signal.SIGINT)
+        _, error = run.communicate(timeout=60)
+        self.assertEqual(run.returncode, 130, error)
+        self.assertEqual([f for f in self.folder.files() if f.startswith("out/")], [])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])

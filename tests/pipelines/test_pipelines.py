@@ -1,0 +1,103 @@
+"""The configs of the project, run as a user runs them: figures against golden ones, meshes against the oracle, the same
+bytes for any number of threads.
+
+    python3 tests/pipelines/test_pipelines.py build/bin/camber [unittest arguments]
+
+A golden file that is missing fails. After a change that is meant to alter figures, look at the new report and write the
+new figures into golden.json by hand.
+"""
+import json
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+from program import CONFIGS, ROOT, Folder, report_of
+
+GOLDEN = json.loads((Path(__file__).parent / "golden.json").read_text())
+# Relative tolerances: counts are exact but for those that a last bit may tip.
+TOLERANCE = {"mean_gain": 0.01, "largest_gain": 0.02, "mean_curvature": 0.01, "largest_distance": 0.05,
+             "corrected_elements": 0.2, "relaxed_volume_edges": 0.2, "relaxed_surface_edges": 0.5}
+
+
+def figures(report):
+    """The figures that golden.json keeps."""
+    before, relax = report["curve"]["before_correction"], report["relax"]
+    return {"vertices": report["mesh"]["vertices"], "elements": report["mesh"]["elements"],
+            "edges": report["curve"]["edges"], "mean_gain": before["mean_gain"],
+            "largest_gain": before["largest_gain"], "mean_curvature": before["mean_curvature"],
+            "corrected_elements": relax["corrected_elements"],
+            "relaxed_volume_edges": relax["relaxed_volume_edges"],
+            "relaxed_surface_edges": relax["relaxed_surface_edges"],
+            "largest_distance": report["boundary"]["largest_distance"]}
+
+
+class Configs(unittest.TestCase):
+    def run_config(self, folder, name, *arguments):
+        done = folder.camber("run", CONFIGS / f"{name}.json", *arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return report_of(folder.path / "out" / f"{name}.report.json")
+
+    def check_golden(self, name, report):
+        self.assertIn(name, GOLDEN, f"golden.json has no {name}: {json.dumps(figures(report))}")
+        for key, value in figures(report).items():
+            expected = GOLDEN[name][key]
+            slack = TOLERANCE.get(key, 0) * abs(expected) + (2 if key in TOLERANCE and isinstance(expected, int) else 0)
+            self.assertAlmostEqual(value, expected, delta=slack, msg=f"{name}: {key}")
+
+    def check_promises(self, name, report):
+        after = report["curve"]["after_correction"]
+        self.assertEqual(report["validity"]["invalid"] + report["validity"]["undecided"], 0, name)
+        self.assertGreater(report["validity"]["min_scaled_jacobian"], 0)
+        self.assertTrue(report["committed"])
+        self.assertEqual(report["curve"]["before_correction"]["longer_edges"], 0)
+        self.assertEqual(report["curve"]["lost"], 0)
+        self.assertGreaterEqual(after["mean_gain"], 0.9 * report["curve"]["before_correction"]["mean_gain"])
+
+    def check_oracle(self, mesh, *arguments):
+        done = subprocess.run([sys.executable, ROOT / "tests" / "oracle" / "check_p2.py", mesh, *arguments],
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def run_and_check(self, name, mesh, *oracle_arguments):
+        folder = Folder()
+        with folder:
+            report = self.run_config(folder, name)
+            self.check_promises(name, report)
+            self.check_oracle(folder.path / "out" / mesh, *oracle_arguments)
+            self.check_golden(name, report)
+
+    def test_spheres(self):
+        self.run_and_check("spheres", "spheres.meshb", "--sphere", "1,5", "--sphere", "2,1")
+
+    def test_spheres_fine(self):
+        self.run_and_check("spheres-fine", "spheres-fine.meshb", "--sphere", "1,5", "--sphere", "2,1")
+
+    def test_layers(self):
+        self.run_and_check("layers", "layers.meshb", "--sphere", "1,5", "--sphere", "2,1")
+
+    def test_annulus_2d(self):
+        self.run_and_check("annulus-2d", "annulus-2d.mesh", "--sphere", "1,3", "--sphere", "2,1")
+
+    def test_bump_2d(self):
+        self.run_and_check("bump-2d", "bump-2d.mesh", "--planes")
+
+    def test_every_config_is_tested(self):
+        names = {p.stem for p in CONFIGS.glob("*.json")} - {"schema"}
+        self.assertEqual(names, set(GOLDEN))
+
+    def test_bytes_do_not_depend_on_threads(self):
+        for name in ("layers", "annulus-2d"):
+            bytes_of = []
+            for threads in (1, 2, 5):
+                folder = Folder()
+                with folder:
+                    self.run_config(folder, name, "--threads", str(threads))
+                    mesh, = (folder.path / "out").glob("*.mesh*")
+                    bytes_of.append(mesh.read_bytes())
+            self.assertEqual(bytes_of[0], bytes_of[1])
+            self.assertEqual(bytes_of[0], bytes_of[2])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])

@@ -1,0 +1,122 @@
+// Small meshes for tests: lattices of cells cut to simplices, with any cells left out, vertices moved and numbered at
+// random.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <numeric>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include <doctest/doctest.h>
+
+import camber.core;
+
+namespace camber::testing {
+
+template <int D>
+using Cell = std::array<int, D>;
+
+template <int D>
+struct LatticeOptions {
+    std::array<int, D> cells{};
+    std::function<bool(const Cell<D>&)> keep = [](const Cell<D>&) { return true; };
+    std::function<Vec<D>(const Vec<D>&)> place = [](const Vec<D>& p) { return p; };  ///< of lattice coordinates
+    double jitter = 0;       ///< of inner and boundary vertices alike, in cells
+    std::uint64_t seed = 0;  ///< of jitter and numbering; 0: numbered in the order of the lattice
+};
+
+inline double orientation(const std::array<Vec<2>, 3>& p) { return det(p[1] - p[0], p[2] - p[0]); }
+inline double orientation(const std::array<Vec<3>, 4>& p) { return det(p[1] - p[0], p[2] - p[0], p[3] - p[0]); }
+
+template <int D>
+std::array<Vec<D>, D + 1> corners(const LinearMesh<D>& mesh, std::size_t e) {
+    std::array<Vec<D>, D + 1> p;
+    for (int i = 0; i <= D; ++i) p[i] = mesh.points[mesh.elements.vertices[e][i]];
+    return p;
+}
+
+/// The mesh of simplices and points, without references; elements turned to positive orientation.
+template <int D>
+LinearMesh<D> mesh_of(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements) {
+    LinearMesh<D> mesh;
+    mesh.point_references = Buffer<Reference>(points.size(), 0);
+    mesh.elements.references = Buffer<Reference>(elements.size(), 1);
+    for (auto& s : elements) {
+        std::array<Vec<D>, D + 1> p;
+        for (int i = 0; i <= D; ++i) p[i] = points[s[i].index()];
+        if (orientation(p) < 0) std::swap(s[0], s[1]);
+    }
+    mesh.points = std::move(points);
+    mesh.elements.vertices = std::move(elements);
+    return mesh;
+}
+
+/// Kuhn's cut: a cell is the union of the D! simplices along the monotone paths between two opposite corners.
+template <int D>
+LinearMesh<D> lattice_mesh(const LatticeOptions<D>& o) {
+    std::mt19937_64 engine(o.seed);
+    std::array<std::size_t, D> stride{};
+    std::size_t total = 1;
+    for (int i = 0; i < D; ++i) {
+        stride[i] = total;
+        total *= static_cast<std::size_t>(o.cells[i]) + 1;
+    }
+    std::vector<std::array<std::size_t, D + 1>> paths;
+    const auto each_cell = [&](auto&& visit) {
+        Cell<D> c{};
+        for (;;) {
+            if (o.keep(c)) visit(c);
+            int i = 0;
+            while (i < D && ++c[i] == o.cells[i]) c[i++] = 0;
+            if (i == D) return;
+        }
+    };
+    each_cell([&](const Cell<D>& c) {
+        std::array<int, D> axes{};
+        std::iota(axes.begin(), axes.end(), 0);
+        do {
+            std::array<std::size_t, D + 1> path{};
+            for (int i = 0; i < D; ++i) path[0] += static_cast<std::size_t>(c[i]) * stride[i];
+            for (int i = 0; i < D; ++i) path[i + 1] = path[i] + stride[axes[i]];
+            paths.push_back(path);
+        } while (std::next_permutation(axes.begin(), axes.end()));
+    });
+    std::vector<std::size_t> used;
+    for (const auto& path : paths) used.insert(used.end(), path.begin(), path.end());
+    std::sort(used.begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    if (o.seed != 0) {
+        std::shuffle(used.begin(), used.end(), engine);
+        std::shuffle(paths.begin(), paths.end(), engine);
+    }
+    std::vector<VertexId> number(total);
+    Buffer<Vec<D>> points(used.size());
+    std::uniform_real_distribution<double> move(-o.jitter, o.jitter);
+    for (std::size_t v = 0; v < used.size(); ++v) {
+        number[used[v]] = VertexId(v);
+        Vec<D> p;
+        for (int i = 0; i < D; ++i)
+            p[i] = static_cast<double>(used[v] / stride[i] % (static_cast<std::size_t>(o.cells[i]) + 1)) + move(engine);
+        points[v] = o.place(p);
+    }
+    Buffer<SimplexVertices<D>> elements(paths.size());
+    for (std::size_t e = 0; e < paths.size(); ++e)
+        for (int i = 0; i <= D; ++i) elements[e][i] = number[paths[e][i]];
+    return mesh_of<D>(std::move(points), std::move(elements));
+}
+
+/// The value of an outcome that must be there.
+template <class T>
+T must(Outcome<T> outcome) {
+    REQUIRE_MESSAGE(outcome.has_value(), describe(outcome.has_value() ? Error{} : outcome.error()));
+    return std::move(*outcome);
+}
+
+inline const Execution alone{.threads = 1};
+
+}  // namespace camber::testing

@@ -1,0 +1,101 @@
+// The surrogate's error falls at its theoretical order on surfaces that are known, on irregular meshes, with normals from the mesh alone.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstddef>
+
+#include "meshes.hpp"
+
+using namespace surface_tests;
+
+namespace {
+
+// Means over two meshes each.
+struct Orders {
+    double edges, surrogate, quadratic;
+    Errors coarse, fine;
+};
+
+template <class Make>
+Orders orders(Make&& make, const AnalyticSurface<3>& surface, std::size_t coarse, std::size_t fine) {
+    const auto measured = [&](std::size_t n) {
+        Errors worst;
+        for (const unsigned seed : {1U, 2U}) {
+            const auto b = build(make(n, seed).mesh());
+            const auto e = errors(b, off_surface(surface));
+            worst.edges = std::fmax(worst.edges, e.edges);
+            worst.surrogate = std::fmax(worst.surrogate, e.surrogate);
+            worst.quadratic = std::fmax(worst.quadratic, e.quadratic);
+            worst.straight = std::fmax(worst.straight, e.straight);
+        }
+        return worst;
+    };
+    Orders o;
+    o.coarse = measured(coarse);
+    o.fine = measured(fine);
+    const double size = std::log(static_cast<double>(fine) / static_cast<double>(coarse));
+    o.edges = std::log(o.coarse.edges / o.fine.edges) / size;
+    o.surrogate = std::log(o.coarse.surrogate / o.fine.surrogate) / size;
+    o.quadratic = std::log(o.coarse.quadratic / o.fine.quadratic) / size;
+    MESSAGE("orders: mid nodes " << o.edges << ", P3 " << o.surrogate << ", P2 " << o.quadratic << "; fine: straight/P2 "
+                                 << o.fine.straight / o.fine.quadratic);
+    return o;
+}
+
+}  // namespace
+
+TEST_CASE("torus: order 4 of the mid nodes and of the whole cubic surface, 3 of the P2 surface") {
+    const auto o = orders([](std::size_t n, unsigned seed) { return torus(n, 1, 0.4, seed); }, Torus{{}, {{0, 0, 1}}, 1, 0.4},
+                          24, 60);
+    CHECK(o.edges > 3.5);
+    CHECK(o.surrogate > 3.5);
+    CHECK(o.quadratic > 2.5);
+    CHECK(o.fine.straight > 60 * o.fine.quadratic);
+}
+
+TEST_CASE("sphere") {
+    const auto o = orders([](std::size_t n, unsigned seed) { return sphere(n, 1, seed); }, Sphere<3>{{}, 1}, 8, 16);
+    CHECK(o.edges > 3.7);
+    CHECK(o.surrogate > 3.7);
+    CHECK(o.quadratic > 3.0);
+    CHECK(o.fine.straight > 300 * o.fine.quadratic);
+}
+
+TEST_CASE("cylinder with open rims") {
+    const auto o = orders([](std::size_t n, unsigned seed) { return tube(2 * n, n, 1, seed); },
+                          Cylinder{{}, {{0, 0, 1}}, 1}, 20, 44);
+    CHECK(o.edges > 3.5);
+    CHECK(o.surrogate > 3.5);
+    CHECK(o.fine.straight > 100 * o.fine.quadratic);
+}
+
+TEST_CASE("triangles 100 times longer than wide on a cylinder, along the axis and around it") {
+    SUBCASE("along") {
+        const auto b = build(tube(240, 4, 1).mesh());
+        const auto e = errors(b, off_surface(Cylinder{{}, {{0, 0, 1}}, 1}));
+        CHECK(e.straight > 100 * e.quadratic);
+        CHECK(e.straight > 100 * e.surrogate);
+    }
+    SUBCASE("around") {
+        // Sagitta h²/8 well below the width, else the flat triangles themselves do not follow the surface.
+        auto soup = grid_mesh({.n = 30, .m = 60, .grading = 0}, [](double u, double v) {
+            const double a = 0.3 * u;
+            return Vec<3>{{std::cos(a), std::sin(a), 0.006 * v}};
+        });
+        const auto b = build(soup.mesh());
+        CHECK(b.features.patch_count == 1);
+        const auto e = errors(b, off_surface(Cylinder{{}, {{0, 0, 1}}, 1}));
+        CHECK(e.straight > 20 * e.quadratic);
+        CHECK(e.straight > 20 * e.surrogate);
+    }
+}
+
+TEST_CASE("the curved triangles are as near to the surrogate as to the surface") {
+    const auto b = build(sphere(12, 1).mesh());
+    const auto e = errors(b, off_surface(Sphere<3>{{}, 1}));
+    const auto d = distance_of(b);
+    CHECK(d.largest < e.quadratic + e.surrogate + 1e-15);
+    CHECK(d.mean <= d.largest);
+    CHECK(d.mean > 0);
+    CHECK(d.worst.valid());
+}

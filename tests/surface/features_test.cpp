@@ -1,0 +1,167 @@
+// What is found to be a ridge, a corner, a patch and a curve.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "meshes.hpp"
+
+using namespace surface_tests;
+
+namespace {
+
+template <int D>
+Features<D> features_of(const LinearMesh<D>& mesh, const FeatureOptions<D>& options = {}) {
+    const Execution execution{.threads = 1};
+    const auto edges = unique_edges(mesh, execution).value();
+    return find_features(mesh, edges, options, execution).value();
+}
+
+template <int D>
+std::size_t count(const Features<D>& features, VertexKind kind) {
+    return static_cast<std::size_t>(std::count(features.vertex_kinds.begin(), features.vertex_kinds.end(), kind));
+}
+
+Soup<3> regular_solid(const std::vector<Vec<3>>& points, double edge) {
+    Soup<3> soup;
+    soup.points = points;
+    const auto near = [&](std::size_t i, std::size_t j) { return distance(points[i], points[j]) < 1.01 * edge; };
+    for (std::size_t i = 0; i < points.size(); ++i)
+        for (std::size_t j = i + 1; j < points.size(); ++j)
+            for (std::size_t k = j + 1; k < points.size(); ++k)
+                if (near(i, j) && near(j, k) && near(i, k)) soup.facets.push_back({i, j, k});
+    return soup;
+}
+
+}  // namespace
+
+TEST_CASE("a cube has six faces, twelve curves, eight corners") {
+    const auto f = features_of(cube(4).mesh());
+    CHECK(f.patch_count == 6);
+    CHECK(f.curve_count == 12);
+    CHECK(f.corners == 8);
+    CHECK(f.ridge_edges == 12 * 4);
+    CHECK(count(f, VertexKind::ridge) == 12 * 3);
+    CHECK(count(f, VertexKind::surface) == 6 * 9);
+}
+
+TEST_CASE("the orientation of the triangles does not matter") {
+    auto soup = cube(3);
+    for (std::size_t i = 0; i < soup.facets.size(); i += 3) std::swap(soup.facets[i][0], soup.facets[i][1]);
+    const auto f = features_of(soup.mesh());
+    CHECK(f.patch_count == 6);
+    CHECK(f.ridge_edges == 36);
+}
+
+TEST_CASE("a half cylinder has four faces and six curves") {
+    const auto f = features_of(half_cylinder(16, 6).mesh());
+    CHECK(f.patch_count == 4);
+    CHECK(f.curve_count == 6);
+    CHECK(f.corners == 4);
+}
+
+TEST_CASE("a closed smooth surface has no features") {
+    const auto f = features_of(torus(24, 1, 0.4).mesh());
+    CHECK(f.patch_count == 1);
+    CHECK(f.ridge_edges == 0);
+    CHECK(f.corners == 0);
+    CHECK(count(f, VertexKind::surface) == f.vertex_kinds.size());
+}
+
+TEST_CASE("references, listed edges and open rims are ridges whatever the angle") {
+    auto soup = grid_mesh({.n = 4, .m = 4}, [](double u, double v) { return Vec<3>{{u, v, 0}}; });
+    const auto plain = features_of(soup.mesh());
+    CHECK(plain.patch_count == 1);
+    CHECK(plain.ridge_edges == 16);
+    CHECK(plain.corners == 4);  // of the rim, by its own turns
+
+    for (std::size_t i = 0; i < 16; ++i) soup.references[i] = 2;
+    const auto coloured = features_of(soup.mesh());
+    CHECK(coloured.patch_count == 2);
+    CHECK(coloured.ridge_edges == 20);
+    CHECK(coloured.corners == 6);  // the seam branches off the rim twice
+
+    auto mesh = grid_mesh({.n = 4, .m = 4}, [](double u, double v) { return Vec<3>{{u, v, 0}}; }).mesh();
+    const auto& t = mesh.facets.vertices[15];
+    const auto inner = [&](VertexId v) { return plain.vertex_kinds[v] == VertexKind::surface; };
+    for (std::size_t i = 0; i < 3; ++i)
+        if (inner(t[i]) && inner(t[(i + 1) % 3])) {
+            mesh.edges.vertices = Buffer<SimplexVertices<1>>{{t[i], t[(i + 1) % 3]}};
+            mesh.edges.references = Buffer<Reference>{7};
+            const auto listed = features_of(mesh);
+            CHECK(listed.ridge_edges == 17);
+            CHECK(listed.patch_count == 1);  // the two sides meet around its ends
+            CHECK(listed.corners == 6);
+            break;
+        }
+}
+
+TEST_CASE("three facets on an edge make it a ridge") {
+    Soup<3> soup;
+    soup.points = {{{0, 0, 0}}, {{1, 0, 0}}, {{0.5, 1, 0}}, {{0.5, -1, 0}}, {{0.5, 0, 1}}};
+    soup.facets = {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}};
+    const auto f = features_of(soup.mesh());
+    CHECK(f.surface_edges == 0);
+    CHECK(f.patch_count == 3);
+}
+
+TEST_CASE("facets too large for their surface are not faces; faces that turn sharply are") {
+    const double g = (1 + std::sqrt(5.0)) / 2;
+    std::vector<Vec<3>> icosahedron;
+    for (const double a : {-1.0, 1.0})
+        for (const double b : {-g, g}) {
+            icosahedron.push_back({{0, a, b}});
+            icosahedron.push_back({{a, b, 0}});
+            icosahedron.push_back({{b, 0, a}});
+        }
+    const auto round = features_of(regular_solid(icosahedron, 2).mesh());  // turns by 41.8°
+    CHECK(round.ridge_edges == 0);
+    const auto sharp = features_of(
+        regular_solid({{{1, 0, 0}}, {{-1, 0, 0}}, {{0, 1, 0}}, {{0, -1, 0}}, {{0, 0, 1}}, {{0, 0, -1}}}, std::sqrt(2.0))
+            .mesh());  // 70.5°
+    CHECK(sharp.ridge_edges == 12);
+    CHECK(sharp.patch_count == 8);
+}
+
+TEST_CASE("corners of the file break curves") {
+    auto mesh = tube(24, 4, 1).mesh();
+    CHECK(features_of(mesh).curve_count == 2);
+    CHECK(features_of(mesh).corners == 0);
+    mesh.corners = Buffer<VertexId>{VertexId(std::size_t{0}), VertexId(std::size_t{12})};
+    const auto f = features_of(mesh);
+    CHECK(f.curve_count == 3);
+    CHECK(f.corners == 2);
+}
+
+TEST_CASE("2D: corners by angle, by reference, by the file, by branching") {
+    std::vector<Vec<2>> square;
+    for (int side = 0; side < 4; ++side)
+        for (int i = 0; i < 4; ++i) {
+            const double s = i / 4.0;
+            square.push_back(side == 0 ? Vec<2>{{s, 0}} : side == 1 ? Vec<2>{{1, s}} : side == 2 ? Vec<2>{{1 - s, 1}} : Vec<2>{{0, 1 - s}});
+        }
+    auto soup = polygon(square);
+    const auto f = features_of(soup.mesh());
+    CHECK(f.surface_edges == 16);
+    CHECK(f.ridge_edges == 0);
+    CHECK(f.corners == 4);
+    CHECK(f.patch_count == 4);
+    CHECK(f.curve_count == 4);
+
+    soup.references.assign(16, 1);
+    soup.references[0] = soup.references[1] = 2;
+    CHECK(features_of(soup.mesh()).corners == 5);
+
+    auto listed = polygon(square).mesh();
+    listed.corners = Buffer<VertexId>{VertexId(std::size_t{2})};
+    CHECK(features_of(listed).corners == 5);
+
+    auto branching = polygon(square);
+    branching.points.push_back({{0.5, 0.5}});
+    branching.facets.push_back({2, 16});
+    CHECK(features_of(branching.mesh()).corners == 6);  // the branching, and the loose end
+}

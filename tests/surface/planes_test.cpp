@@ -1,0 +1,116 @@
+// Planes stay planes, to the last bit along an axis; ridges keep their sides apart.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstddef>
+
+#include "meshes.hpp"
+
+using namespace surface_tests;
+
+namespace {
+
+// The largest |n·(node − point)| of the mid nodes of a patch's facets.
+double off_patch(const Built<3>& b, std::uint32_t patch, const Vec<3>& point, const Vec<3>& normal) {
+    double worst = 0;
+    for (std::size_t f = 0; f < b.mesh.linear.facets.size(); ++f)
+        if (b.features.patches[f] == patch)
+            for (const EdgeId e : b.mesh.edges.of_facets[f])
+                worst = std::fmax(worst, std::fabs(dot(b.nodes[e.index()].point - point, normal)));
+    return worst;
+}
+
+}  // namespace
+
+TEST_CASE("a cube stays a cube: every node is its chord's middle") {
+    const auto b = build(cube(5).mesh());
+    for (std::size_t e = 0; e < b.nodes.size(); ++e) REQUIRE(b.nodes[e] == b.mesh.mid_nodes[e]);
+    CHECK(distance_of(b).largest == 0);
+    const auto turned = build(transformed_soup(cube(5), rotated).mesh());
+    for (std::size_t e = 0; e < turned.nodes.size(); ++e) REQUIRE(turned.nodes[e] == turned.mesh.mid_nodes[e]);
+    CHECK(distance_of(turned).largest == 0);
+}
+
+TEST_CASE("half cylinder: the planes are exact, the arcs lie in them and on the cylinder") {
+    const auto b = build(half_cylinder(20, 8).mesh());
+    std::size_t planes = 0;
+    for (std::uint32_t patch = 0; patch < b.features.patch_count; ++patch) {
+        const auto& flat = b.surrogate.flats[patch];
+        if (!flat.is_flat()) continue;
+        ++planes;
+        CHECK(flat.axis >= 0);
+        CHECK(off_patch(b, patch, flat.point, flat.normal) == 0);
+    }
+    CHECK(planes == 3);
+    double ridge = 0, wall = 0;
+    for (std::size_t e = 0; e < b.nodes.size(); ++e) {
+        const auto& [low, high] = b.mesh.edges.vertices[e];
+        const auto radius = [](const Vec<3>& p) { return std::hypot(p[0], p[1]); };
+        const Vec<3> p = b.nodes[e].point, a = b.mesh.linear.points[low], c = b.mesh.linear.points[high];
+        if (std::fabs(radius(a) - 1) > 1e-9 || std::fabs(radius(c) - 1) > 1e-9) continue;
+        if (a[1] == 0 && c[1] == 0) {
+            CHECK(p == midpoint(a, c));  // the straight ridges of the plane y = 0
+            continue;
+        }
+        double& worst = b.features.edge_kinds[e] == EdgeKind::ridge ? ridge : wall;
+        worst = std::fmax(worst, std::fabs(radius(p) - 1));
+    }
+    CHECK(ridge < 1e-14);  // a circle is reproduced
+    CHECK(wall < 1e-4);    // straight: 3e-3
+}
+
+TEST_CASE("half cylinder in any position: the planes hold to rounding") {
+    const auto b = build(transformed_soup(half_cylinder(20, 8), [](const Vec<3>& p) { return 3.0 * rotated(p); }).mesh());
+    std::size_t planes = 0;
+    for (std::uint32_t patch = 0; patch < b.features.patch_count; ++patch) {
+        const auto& flat = b.surrogate.flats[patch];
+        if (!flat.is_flat()) continue;
+        ++planes;
+        CHECK(off_patch(b, patch, flat.point, flat.normal) < 1e-14);
+    }
+    CHECK(planes == 3);
+}
+
+TEST_CASE("a plane that goes over into a cylinder without a ridge stays straight away from it") {
+    // A sheet: flat for x < 0, then bent about the y axis.
+    const auto sheet = [](double u, double v) {
+        const double s = 2 * u - 1;
+        return s <= 0 ? Vec<3>{{s, v, 0}} : Vec<3>{{std::sin(s), v, std::cos(s) - 1}};
+    };
+    const auto b = build(grid_mesh({.n = 24, .m = 12, .grading = 0}, sheet).mesh());
+    CHECK(b.features.patch_count == 1);
+    for (std::size_t e = 0; e < b.nodes.size(); ++e) {
+        const auto& [low, high] = b.mesh.edges.vertices[e];
+        if (b.mesh.linear.points[low][0] < -0.35 && b.mesh.linear.points[high][0] < -0.35)
+            CHECK(b.nodes[e].point[2] == 0);
+    }
+}
+
+TEST_CASE("required entities keep the chord's middle") {
+    auto mesh = torus(16, 1, 0.4).mesh();
+    mesh.facets.required = Buffer<std::uint32_t>{3};
+    const auto b = build(mesh);
+    for (const EdgeId e : b.mesh.edges.of_facets[3]) CHECK(b.nodes[e.index()] == b.mesh.mid_nodes[e]);
+    CHECK(b.nodes[b.mesh.edges.of_facets[40][0].index()] != b.mesh.mid_nodes[b.mesh.edges.of_facets[40][0]]);
+}
+
+TEST_CASE("a wedge of two curved sides: the ridge is shared, the normals are not") {
+    // Two cylinders of radius 1 that meet along a circle-free line x = 0, each bent its own way.
+    const auto side = [](double sign) {
+        return [sign](double u, double v) {
+            const double a = 0.9 * u;
+            return Vec<3>{{sign * (1 - std::cos(a)), v, std::sin(a)}};
+        };
+    };
+    const Grid grid{.n = 10, .m = 8, .grading = 0};
+    const auto b = build(welded({grid_mesh(grid, side(1), 1), grid_mesh(grid, side(-1), 2)}).mesh());
+    CHECK(b.features.patch_count == 2);
+    double worst = 0;
+    for (std::size_t f = 0; f < b.mesh.linear.facets.size(); ++f)
+        for (const EdgeId e : b.mesh.edges.of_facets[f]) {
+            const Vec<3> p = b.nodes[e.index()].point;
+            const double sign = b.mesh.linear.facets.references[f] == 1 ? 1 : -1;
+            if (std::fabs(p[0]) > 1e-12) worst = std::fmax(worst, std::fabs(std::hypot(sign - p[0], p[2]) - 1));
+        }
+    CHECK(worst < 3e-5);  // straight: 1e-3
+}

@@ -1,0 +1,136 @@
+// Closest points: never worse than brute force, whatever the start.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <rapidcheck.h>
+
+#include "meshes.hpp"
+#include "property.hpp"
+
+using namespace surface_tests;
+
+namespace {
+
+double coordinate(double low, double high) { return low + (high - low) * *rc::gen::inRange(0, 100001) / 100000.0; }
+
+Vec<3> point_in(double low, double high) { return {{coordinate(low, high), coordinate(low, high), coordinate(low, high)}}; }
+
+double sampled_distance(const CubicSimplex<2, 3>& facet, const Vec<3>& p) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& alpha : multi_indices<12, 2>)
+        least = std::fmin(least, distance(p, point_at(facet, {alpha[0] / 12.0, alpha[1] / 12.0, alpha[2] / 12.0})));
+    return least;
+}
+
+}  // namespace
+
+TEST_CASE("on one cubic triangle") {
+    camber::testing::property("no sample is nearer than the foot, and the foot is where it says", [] {
+        CubicSimplex<2, 3> facet;
+        for (std::size_t n = 0; n < 10; ++n) {
+            const auto& alpha = multi_indices<3, 2>[n];
+            facet.control[n] = Vec<3>{{alpha[1] / 3.0, alpha[2] / 3.0, 0}} + 0.12 * point_in(-1, 1);
+        }
+        const Vec<3> p = point_in(-1, 2);
+        const auto foot = closest_on(facet, p);
+        RC_ASSERT(std::sqrt(foot.distance_squared) <= sampled_distance(facet, p) + 1e-3);
+        RC_ASSERT(distance(foot.point, point_at(facet, foot.xi)) < 1e-13);
+        RC_ASSERT(std::fabs(distance(foot.point, p) - std::sqrt(foot.distance_squared)) < 1e-13);
+        for (const double x : foot.xi) RC_ASSERT(x >= 0 && x <= 1);
+    }, {.count = 500});
+    camber::testing::property("never farther than the start", [] {
+        CubicSimplex<2, 3> facet;  // anything at all, folded ones too
+        for (auto& c : facet.control) c = point_in(-1, 1);
+        const Vec<3> p = point_in(-2, 2);
+        const double u = coordinate(0, 1), v = coordinate(0, 1 - u);
+        const Barycentric<2> start{1 - u - v, u, v};
+        const auto foot = closest_from(facet, p, start);
+        RC_ASSERT(foot.distance_squared <= norm_squared(point_at(facet, start) - p) * (1 + 1e-14));
+    }, {.count = 500});
+}
+
+TEST_CASE("derivatives of a cubic are those of finite differences") {
+    camber::testing::property("first and second", [] {
+        CubicSimplex<2, 3> facet;
+        for (auto& c : facet.control) c = point_in(-1, 1);
+        const double h = 1e-4;
+        const auto at = [&](double u, double v) { return expand(facet, Barycentric<2>{1 - u - v, u, v}); };
+        const auto x = at(0.3, 0.2);
+        RC_ASSERT(distance(x.first[0], (at(0.3 + h, 0.2).point - at(0.3 - h, 0.2).point) / (2 * h)) < 1e-6);
+        RC_ASSERT(distance(x.first[1], (at(0.3, 0.2 + h).point - at(0.3, 0.2 - h).point) / (2 * h)) < 1e-6);
+        RC_ASSERT(distance(x.second[0][0], (at(0.3 + h, 0.2).first[0] - at(0.3 - h, 0.2).first[0]) / (2 * h)) < 1e-5);
+        RC_ASSERT(distance(x.second[0][1], (at(0.3, 0.2 + h).first[0] - at(0.3, 0.2 - h).first[0]) / (2 * h)) < 1e-5);
+        RC_ASSERT(distance(x.second[1][1], (at(0.3, 0.2 + h).first[1] - at(0.3, 0.2 - h).first[1]) / (2 * h)) < 1e-5);
+    });
+}
+
+TEST_CASE("on a whole surrogate") {
+    const auto b = build(torus(14, 1, 0.4).mesh());
+    const Geometry<3> geometry = b.surrogate;
+    camber::testing::property("the search beats every sample of every facet", [&] {
+        const Vec<3> p = point_in(-1.6, 1.6);
+        const auto found = project<3>(geometry, {}, p);
+        double least = std::numeric_limits<double>::infinity();
+        for (const auto& facet : b.surrogate.facets) least = std::fmin(least, sampled_distance(facet, p));
+        RC_ASSERT(found.distance <= least + 1e-12);
+        RC_ASSERT(std::fabs(distance(found.point, p) - found.distance) < 1e-12);
+    }, {.count = 60});
+    camber::testing::property("near the surface the walk from a facet nearby finds what the search finds", [&] {
+        const double a = coordinate(0, 2 * pi), c = coordinate(0, 2 * pi), r = 1 + 0.41 * std::cos(c);
+        const Vec<3> p{{r * std::cos(a), r * std::sin(a), 0.41 * std::sin(c)}};
+        const auto found = project<3>(geometry, {}, p);
+        for (const FacetId next : b.surrogate.neighbours[found.facet]) {
+            RC_ASSERT(next.valid());
+            const auto walked = project<3>(geometry, {.facet = next}, p);
+            RC_ASSERT(std::fabs(walked.distance - found.distance) < 1e-9);
+        }
+        RC_ASSERT(std::fabs(dot(found.normal, p - found.point)) > (1 - 1e-3) * found.distance);
+    }, {.count = 200});
+    camber::testing::property("a walk never ends farther than its first facet", [&] {
+        const Vec<3> p = point_in(-2, 2);
+        const FacetId start(static_cast<std::size_t>(*rc::gen::inRange<std::size_t>(0, b.surrogate.facets.size())));
+        const auto walked = closest_near(b.surrogate, start, p);
+        RC_ASSERT(std::sqrt(walked.distance_squared) <= sampled_distance(b.surrogate.facets[start], p) + 1e-3);
+    }, {.count = 200});
+}
+
+TEST_CASE("open rims clamp, references restrict") {
+    auto soup = welded({grid_mesh({.n = 6, .m = 6, .grading = 0}, [](double u, double v) { return Vec<3>{{u, v, 0}}; }, 1),
+                        grid_mesh({.n = 6, .m = 6, .grading = 0}, [](double u, double v) { return Vec<3>{{u, v, 1}}; }, 2)});
+    const Geometry<3> geometry = build(soup.mesh()).surrogate;
+    const auto rim = project<3>(geometry, {.reference = 1}, Vec<3>{{1.5, 0.5, 0.9}});
+    CHECK(distance(rim.point, Vec<3>{{1, 0.5, 0}}) < 1e-12);
+    const auto nearest = project<3>(geometry, {}, Vec<3>{{0.3, 0.3, 0.9}});
+    CHECK(distance(nearest.point, Vec<3>{{0.3, 0.3, 1}}) < 1e-12);
+    const auto none = project<3>(geometry, {.reference = 9}, Vec<3>{{0.3, 0.3, 0.9}});
+    CHECK(none.point == Vec<3>{{0.3, 0.3, 0.9}});
+    CHECK_FALSE(none.facet.valid());
+}
+
+TEST_CASE("ridge curves") {
+    const auto b = build(half_cylinder(20, 8).mesh());
+    const auto foot = closest_on_ridges(b.surrogate, Vec<3>{{0.9, 0.9, 1.1}});
+    CHECK(distance(foot.point, Vec<3>{{std::sqrt(0.5), std::sqrt(0.5), 1}}) < 1e-6);
+    CHECK(closest_on_ridges(build(torus(12, 1, 0.5).mesh()).surrogate, Vec<3>{}).row > 0);
+}
+
+TEST_CASE("another mesh of the same boundary is put onto the surrogate") {
+    const auto fine = build(half_cylinder(32, 12).mesh());
+    const Geometry<3> geometry = fine.surrogate;
+    const Execution execution{.threads = 1};
+    const auto coarse = build(half_cylinder(16, 5, 7).mesh());
+    const auto nodes = boundary_nodes(coarse.mesh, coarse.features, geometry, execution).value();
+    double worst = 0;
+    for (std::size_t e = 0; e < nodes.size(); ++e) {
+        const Vec<3> p = nodes[e].point;
+        const double to_wall = std::fabs(std::hypot(p[0], p[1]) - 1);
+        const double to_plane = std::fmin(std::fabs(p[1]), std::fmin(std::fabs(p[2]), std::fabs(p[2] - 1)));
+        worst = std::fmax(worst, std::fmin(to_wall, to_plane));
+    }
+    CHECK(worst < 2e-5);
+    const auto d = boundary_distance<3>(coarse.mesh, nodes, coarse.features, geometry, execution).value();
+    CHECK(d.largest < 1e-3);
+}
