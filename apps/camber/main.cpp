@@ -1,11 +1,11 @@
 // The program: arguments to verbs.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <new>
 #include <optional>
 #include <string>
 #include <vector>
+#include <CLI/CLI.hpp>
 import camber.commands;
 
 namespace {
@@ -33,7 +33,8 @@ struct Verb {
 };
 
 void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config) {
-    verb->add_option("--set", settings, "Override one option of the config: path=value, e.g. stages/curve/objective=length")
+    verb->add_option("--set", settings,
+                     "Override one option of the config: path=value, e.g. stages/curve/objective=length")
         ->type_name("PATH=VALUE");
     verb->add_option("--threads", threads, "Threads to use; 0: all. The result does not depend on it")
         ->check(CLI::NonNegativeNumber);
@@ -51,14 +52,18 @@ void add_curve(CLI::App& app, Verb& verb) {
     CurveArguments& a = verb.curve;
     curve->add_option("input", a.input, "The mesh (.mesh, .meshb)")->required();
     curve->add_option("-o,--output", a.output, "Where the curved mesh goes (.mesh, .meshb)")->required();
-    curve->add_option("--metric", a.metric, "natural, a file (.sol, .solb), or JSON such as '{\"constant\": {\"sizes\": [0.1]}}'")
+    curve
+        ->add_option("--metric", a.metric,
+                     "natural, a file (.sol, .solb), or JSON such as '{\"constant\": {\"sizes\": [0.1]}}'")
         ->capture_default_str();
-    curve->add_option("--geometry", a.geometry,
-                      "surrogate (from the mesh), straight, or JSON such as "
-                      "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}'")
+    curve
+        ->add_option("--geometry", a.geometry,
+                     "surrogate (from the mesh), straight, or JSON such as "
+                     "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}'")
         ->capture_default_str();
-    curve->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
-                      "Every element's normalised Jacobian is to be at least this")
+    curve
+        ->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
+                     "Every element's normalised Jacobian is to be at least this")
         ->check(CLI::Range(0.0, 1.0));
     curve->add_option("--report", a.report, "Also write the figures as JSON");
     add_settings(curve, a.settings, a.threads, a.print_config);
@@ -67,8 +72,9 @@ void add_curve(CLI::App& app, Verb& verb) {
 void add_check(CLI::App& app, Verb& verb) {
     CLI::App* check = app.add_subcommand("check", "Judge every element of a straight or quadratic mesh");
     check->add_option("input", verb.check.input, "The mesh (.mesh, .meshb)")->required();
-    check->add_option("--min-scaled-jacobian", verb.check.min_scaled_jacobian,
-                      "What an element's normalised Jacobian must reach to be valid")
+    check
+        ->add_option("--min-scaled-jacobian", verb.check.min_scaled_jacobian,
+                     "What an element's normalised Jacobian must reach to be valid")
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str();
     check->add_option("--threads", verb.check.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);

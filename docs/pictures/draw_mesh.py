@@ -2,6 +2,9 @@
 
     python3 docs/pictures/draw_mesh.py MESH OUT.svg [--view X,Y,Z] [--cut X,Y,Z[,OFFSET]] [--zoom X,Y,Z,RADIUS]
 
+PNG from it: any SVG renderer, for example rsvg-convert -w 760. layers.png here is out/layers.meshb of configs/layers.json,
+with --view=1,0.35,0.3 --cut=1,0,0 --zoom=0,0,0,1.9.
+
 2D: all triangles. 3D: the tetrahedra whose centre lies behind the cut plane (normal X,Y,Z), as seen along --view; their
 outer faces are split finely for shading and sorted back to front. --zoom shows a window around a point only.
 """
@@ -15,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests" / "oracle")
 import gmf  # noqa: E402
 
 SIZE = 900
-SPLIT = 6
+SPLIT = 3
 # Canonical nodes of a P2 triangle: v0 v1 v2 e01 e12 e20; of a tetrahedron: v0..v3 e01 e12 e20 e03 e13 e23.
 TET_FACES = [(1, 2, 3, 5, 9, 8), (0, 3, 2, 7, 9, 6), (0, 1, 3, 4, 8, 7), (0, 2, 1, 6, 5, 4)]
 

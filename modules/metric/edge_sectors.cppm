@@ -93,7 +93,8 @@ Vec<D> best_sector_start(const BackMesh<D>& back, const EdgeObjective<D>& object
         for (Vec<D>& wall : walls) wall = frame.gradient(wall);
         // The model's decrease at the projection y of −g onto the cone is |y|²/2.
         const Vec<D> y = nearest_in_sector<D>(-frame.gradient(g), walls);
-        if (norm_squared(y) > norm_squared(best)) best = y;
+        // On the wall between two sectors both find the same point, but for its last bits.
+        if (norm_squared(y) > norm_squared(best) || (norm_squared(y) == norm_squared(best) && y.c > best.c)) best = y;
     }
     return best;
 }

@@ -3,7 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
+#include <limits>
 #include <vector>
 module camber.metric;
 import camber.core;
@@ -17,49 +17,61 @@ int lowest(const Barycentrics<D>& xi) {
     return static_cast<int>(std::min_element(xi.begin(), xi.end()) - xi.begin());
 }
 
-/// The face to leave an element by: the one that x lies farthest behind (in barycentric coordinates). A walk that
-/// always does so can go round in circles; one that leaves by any face that hides x cannot do so for ever.
-template <int D>
-ElementId next_element(const BackMesh<D>& back, ElementId at, const Barycentrics<D>& xi, double tolerance,
-                       std::uint32_t dice) {
-    ElementId next;
-    double least = 0;
-    for (int k = 0; k <= D; ++k) {
-        const int i = static_cast<int>((static_cast<std::uint32_t>(k) + dice) % (D + 1));
-        // Behind a boundary face the other faces that hide x are tried: the mesh need not be convex.
-        if (!(xi[i] < -tolerance) || !back.neighbours[at][i].valid()) continue;
-        if (next.valid() && (dice > 0 || xi[i] >= least)) continue;
-        next = back.neighbours[at][i];
-        least = xi[i];
-    }
-    return next;
-}
-
 constexpr int short_walk = 64;
 constexpr int long_walk = 100000;
 
-/// Walks from element to element until no face hides x. When the walk leaves the mesh or takes too many steps, the best
-/// element seen is returned as lost.
+/// Walks across the face that x lies farthest behind (in barycentric coordinates) until no face hides x. When that
+/// leads out of the mesh, or round in circles, it is lost.
 template <int D>
-Location<D> walk(const BackMesh<D>& back, const Vec<D>& x, ElementId start, int steps) {
-    Location<D> best{
+Location<D> walk(const BackMesh<D>& back, const Vec<D>& x, ElementId start) {
+    Location<D> seen{
         .element = start.valid() ? start : ElementId(std::size_t{0}), .xi = {}, .placement = Placement::lost};
-    best.xi.fill(1.0 / (D + 1));
-    double best_lowest = -1e300;
+    seen.xi.fill(1.0 / (D + 1));
     ElementId at = start;
-    std::uint32_t noise = 1;
-    for (int step = 0; step < steps && at.valid(); ++step) {
+    for (int step = 0; step < short_walk && at.valid(); ++step) {
         const Frame<D> frame(back.mesh, at);
         const Barycentrics<D> xi = frame.barycentrics(x);
-        const double hidden = xi[lowest<D>(xi)];
-        if (hidden >= -frame.tolerance()) return {at, xi, Placement::inside};
-        if (hidden > best_lowest) {
-            best_lowest = hidden;
+        if (xi[lowest<D>(xi)] >= -frame.tolerance()) return {at, xi, Placement::inside};
+        // Behind a boundary face the other faces that hide x are tried: the mesh need not be convex.
+        ElementId next;
+        double least = 0;
+        for (int i = 0; i <= D; ++i) {
+            if (!(xi[i] < -frame.tolerance()) || !back.neighbours[at][i].valid() || xi[i] >= least) continue;
+            next = back.neighbours[at][i];
+            least = xi[i];
+        }
+        at = next;
+    }
+    return seen;
+}
+
+/// Walks along the segment from `from`, a point of `start`, to x. Where the segment lies in the mesh that arrives, but
+/// for rounding: then the element that x is least outside of is returned as lost.
+template <int D>
+Location<D> walk_along(const BackMesh<D>& back, const Vec<D>& from, const Vec<D>& x, ElementId start) {
+    Location<D> best{.element = start, .xi = {}, .placement = Placement::lost};
+    double best_lowest = -std::numeric_limits<double>::infinity();
+    ElementId at = start;
+    for (int step = 0; step < long_walk && at.valid(); ++step) {
+        const Frame<D> frame(back.mesh, at);
+        const Barycentrics<D> xi = frame.barycentrics(x);
+        if (xi[lowest<D>(xi)] >= -frame.tolerance()) return {at, xi, Placement::inside};
+        if (xi[lowest<D>(xi)] > best_lowest) {
+            best_lowest = xi[lowest<D>(xi)];
             best.element = at;
             best.xi = xi;
         }
-        noise = noise * 1664525U + 1013904223U;
-        at = next_element(back, at, xi, frame.tolerance(), step < short_walk ? 0U : 1U + (noise >> 24U));
+        const Barycentrics<D> xi_from = frame.barycentrics(from);
+        ElementId next;
+        double first = std::numeric_limits<double>::infinity();
+        for (int i = 0; i <= D; ++i) {
+            if (!(xi[i] < -frame.tolerance())) continue;
+            const double t = xi_from[i] / (xi_from[i] - xi[i]);  // where the segment crosses the face
+            if (t >= first) continue;
+            first = t;
+            next = back.neighbours[at][i];
+        }
+        at = next;
     }
     return best;
 }
@@ -100,6 +112,7 @@ template <int D>
 struct NearestOnBoundary {
     ElementFace face;
     std::array<double, D> xi{};
+    Vec<D> point;
 };
 
 template <int D>
@@ -113,7 +126,10 @@ NearestOnBoundary<D> nearest_on_boundary(const BackMesh<D>& back, const Vec<D>& 
         return norm_squared(r);
     });
     const ElementFace face = back.boundary[nearest.item];
-    return {face, nearest_in_face(face_points<D>(back.mesh, face), x)};
+    const auto p = face_points<D>(back.mesh, face);
+    NearestOnBoundary<D> found{face, nearest_in_face(p, x), p[0]};
+    for (int i = 1; i < D; ++i) found.point += found.xi[i] * (p[i] - p[0]);
+    return found;
 }
 
 /// The element around the nearest boundary point (around the face, edge or vertex on which that lies) that x is seen
@@ -168,13 +184,13 @@ Location<D> clamped(Location<D> location) {
 
 template <int D>
 Location<D> locate(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
-    const Location<D> near = walk(back, p, hint, short_walk);
+    const Location<D> near = walk(back, p, hint);
     if (near.placement == Placement::inside || back.boundary.empty() || !is_finite(p)) return near;
     const NearestOnBoundary<D> nearest = nearest_on_boundary(back, p);
     // A ball around p that reaches to its nearest boundary point holds no boundary: seen from there nothing hides p.
     const ElementId seen = element_towards(back, nearest, p);
     if (!seen.valid()) return on_face<D>(nearest);
-    const Location<D> far = walk(back, p, seen, long_walk);
+    const Location<D> far = walk_along(back, nearest.point, p, seen);
     if (far.placement == Placement::inside) return far;
     // Beyond the boundary by no more than rounding, which made it look inside.
     if (far.xi[lowest<D>(far.xi)] > -1e-6) return clamped<D>(far);

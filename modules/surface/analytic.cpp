@@ -82,7 +82,8 @@ Tangents tangents_at(const AnalyticSurface<3>& a, const AnalyticSurface<3>& b, c
     return {closest_point(a, x), closest_point(b, x)};
 }
 
-/// The point of both tangent planes that is nearest to p: p + α n_a + β n_b. Nothing where the planes are nearly parallel.
+/// The point of both tangent planes that is nearest to p: p + α n_a + β n_b. Nothing where the planes are nearly
+/// parallel.
 std::optional<Vec<3>> nearest_on_both(const Tangents& t, const Vec<3>& p) {
     constexpr double least_sine_squared = 0.003;
     const double c = dot(t.a.normal, t.b.normal);

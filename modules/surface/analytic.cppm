@@ -35,8 +35,8 @@ struct Torus {
 };
 
 template <int D>
-using AnalyticSurface = std::conditional_t<D == 2, std::variant<Plane<2>, Sphere<2>>,
-                                           std::variant<Plane<D>, Sphere<D>, Cylinder, Torus>>;
+using AnalyticSurface =
+    std::conditional_t<D == 2, std::variant<Plane<2>, Sphere<2>>, std::variant<Plane<D>, Sphere<D>, Cylinder, Torus>>;
 
 /// The surface of each facet reference; the first pair of a reference counts.
 template <int D>

@@ -10,17 +10,15 @@ export namespace camber {
 
 /// New mid nodes of all edges: those of boundary edges on the geometry, those of volume edges as they are.
 ///
-/// Surrogate: the middle of the edge's own curve where the surrogate was made from this mesh, else the chord's middle projected
-/// (ridges: onto the ridge curves). Analytic: the chord's middle projected onto the surface of the edge's facets, or onto the
-/// curve where two surfaces meet; a facet without a surface counts as a part of its own plane beside a curved one.
-/// Straight: chord middles. Edges of flat patches, ridges between two planes, and edges that are required or belong to
-/// required facets keep the chord's middle to the last bit: required entities must not change.
+/// Surrogate: the middle of the edge's own curve where the surrogate was made from this mesh, else the chord's middle
+/// projected (ridges: onto the ridge curves). Analytic: the chord's middle projected onto the surface of the edge's
+/// facets, or onto the curve where two surfaces meet; a facet without a surface counts as a part of its own plane
+/// beside a curved one. Straight: chord middles. Edges of flat patches, ridges between two planes, and edges that are
+/// required or belong to required facets keep the chord's middle to the last bit: required entities must not change.
 /// Errors: `features` is not of this mesh (ErrorKind::internal), stopped.
 template <int D>
-[[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh,
-                                                              const Features<D>& features,
-                                                              const Geometry<D>& geometry,
-                                                              const Execution& execution);
+[[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, const Features<D>& features,
+                                                              const Geometry<D>& geometry, const Execution& execution);
 
 /// How far the curved boundary is from the geometry, in model units. `mean` is weighted by the straight facets' areas.
 struct BoundaryDistance {
@@ -28,9 +26,9 @@ struct BoundaryDistance {
     FacetId worst = {};
 };
 
-/// Each curved facet is sampled on the lattice of tenths (66 points; 11 in 2D) and projected. Facets that lie in a flat patch of the
-/// surrogate count 0 within that plane's tolerance. Without a surface (straight geometry, or a reference that has none) the
-/// distance is that to the facet's own plane. Errors: as boundary_nodes.
+/// Each curved facet is sampled on the lattice of tenths (66 points; 11 in 2D) and projected. Facets that lie in a flat
+/// patch of the surrogate count 0 within that plane's tolerance. Without a surface (straight geometry, or a reference
+/// that has none) the distance is that to the facet's own plane. Errors: as boundary_nodes.
 template <int D>
 [[nodiscard]] Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh,
                                                           std::span<const LagrangeNode<D>> mid_nodes,

@@ -28,8 +28,10 @@ struct CurvedFacet {
 template <int D>
 double straight_area(const CurvedFacet<D>& facet) {
     const auto& c = facet.shape.control;
-    if constexpr (D == 2) return distance(c[0], c[1]);
-    else return 0.5 * norm(cross(c[1] - c[0], c[2] - c[0]));
+    if constexpr (D == 2)
+        return distance(c[0], c[1]);
+    else
+        return 0.5 * norm(cross(c[1] - c[0], c[2] - c[0]));
 }
 
 /// Distances to the line or plane through the facet's vertices.
@@ -37,14 +39,19 @@ template <int D>
 auto to_own_plane(const CurvedFacet<D>& facet) {
     const auto& c = facet.shape.control;
     Vec<D> normal;
-    if constexpr (D == 2) normal = normalised(Vec<2>{{c[1][1] - c[0][1], c[0][0] - c[1][0]}});
-    else normal = normalised(cross(c[1] - c[0], c[2] - c[0]));
-    return [normal, from = c[0]](const Vec<D>& p, const Barycentric<D - 1>&) { return std::fabs(dot(p - from, normal)); };
+    if constexpr (D == 2)
+        normal = normalised(Vec<2>{{c[1][1] - c[0][1], c[0][0] - c[1][0]}});
+    else
+        normal = normalised(cross(c[1] - c[0], c[2] - c[0]));
+    return
+        [normal, from = c[0]](const Vec<D>& p, const Barycentric<D - 1>&) { return std::fabs(dot(p - from, normal)); };
 }
 
 template <int D>
 auto to_surface(const AnalyticSurface<D>& surface) {
-    return [&surface](const Vec<D>& p, const Barycentric<D - 1>&) { return distance(p, closest_point<D>(surface, p).point); };
+    return [&surface](const Vec<D>& p, const Barycentric<D - 1>&) {
+        return distance(p, closest_point<D>(surface, p).point);
+    };
 }
 
 template <int D>
@@ -133,8 +140,8 @@ Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh, std::s
     const auto accumulate = [&](Total& total, std::size_t f) {
         const FacetId id(f);
         const CurvedFacet<D> facet{id, mesh.linear.facets.references[id],
-                                   bezier_form<D - 1, D>(mesh.linear.points, mid_nodes,
-                                                         mesh.linear.facets.vertices[id], mesh.edges.of_facets[id])};
+                                   bezier_form<D - 1, D>(mesh.linear.points, mid_nodes, mesh.linear.facets.vertices[id],
+                                                         mesh.edges.of_facets[id])};
         const Samples s = std::visit([&](const auto& g) { return distances(g, facet); }, geometry);
         const double area = straight_area(facet);
         if (s.largest > total.largest || !total.worst.valid()) {

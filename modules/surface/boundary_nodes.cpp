@@ -51,8 +51,7 @@ Vec<D> node_on(const Surrogate<D>& surrogate, const LinearMesh<D>& mesh, const B
     }
     if (edge.facets.empty()) return middle;
     const Reference reference = mesh.facets.references[edge.facets[0]];
-    const auto foot =
-        closest_among(surrogate, middle, [&](FacetId f) { return surrogate.references[f] == reference; });
+    const auto foot = closest_among(surrogate, middle, [&](FacetId f) { return surrogate.references[f] == reference; });
     if (!foot.facet.valid()) return middle;
     const auto& flat = surrogate.flats[surrogate.patches[foot.facet]];
     return flat.is_flat() ? flat.snapped(middle) : foot.point;

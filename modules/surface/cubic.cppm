@@ -13,7 +13,9 @@ template <int K, int D>
 struct CubicSimplex {
     std::array<Vec<D>, node_count<3, K>> control{};
 
-    [[nodiscard]] constexpr const Vec<D>& at(const MultiIndex<K>& alpha) const { return control[position<3, K>(alpha)]; }
+    [[nodiscard]] constexpr const Vec<D>& at(const MultiIndex<K>& alpha) const {
+        return control[position<3, K>(alpha)];
+    }
     [[nodiscard]] constexpr Vec<D>& at(const MultiIndex<K>& alpha) { return control[position<3, K>(alpha)]; }
     friend bool operator==(const CubicSimplex&, const CubicSimplex&) = default;
 };

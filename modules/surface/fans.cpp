@@ -116,14 +116,16 @@ Outcome<Fans> find_fans(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, cons
             offsets.push_back(static_cast<std::uint32_t>(items.size()));
         }
     auto signs = patch_signs(mesh, *neighbours);
-    return Fans{std::move(of_facets), {std::move(offsets), std::move(items)}, std::move(vertices),
-                std::move(*neighbours), std::move(signs)};
+    return Fans{std::move(of_facets),
+                {std::move(offsets), std::move(items)},
+                std::move(vertices),
+                std::move(*neighbours),
+                std::move(signs)};
 }
 
 Vec<3> area_vector(const LinearMesh<3>& mesh, const Fans& fans, FacetId f) {
     const auto& [a, b, c] = mesh.facets.vertices[f];
-    return static_cast<double>(fans.signs[f]) *
-           cross(mesh.points[b] - mesh.points[a], mesh.points[c] - mesh.points[a]);
+    return static_cast<double>(fans.signs[f]) * cross(mesh.points[b] - mesh.points[a], mesh.points[c] - mesh.points[a]);
 }
 
 std::vector<std::uint32_t> rings(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan, const Vec<3>& normal,

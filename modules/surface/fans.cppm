@@ -10,8 +10,9 @@ import :features;
 
 namespace camber {
 
-/// The smooth sides of each vertex: a fan is a set of facets around one vertex that are connected across edges which are
-/// not ridges. A vertex inside a patch has one, a vertex of a ridge one a side, even where both sides are one patch.
+/// The smooth sides of each vertex: a fan is a set of facets around one vertex that are connected across edges which
+/// are not ridges. A vertex inside a patch has one, a vertex of a ridge one a side, even where both sides are one
+/// patch.
 struct Fans {
     Column<std::array<std::uint32_t, 3>> of_facets;  ///< the fan of each corner of each facet
     Incidence<FacetId> facets;                       ///< of each fan
@@ -25,14 +26,14 @@ struct Fans {
 [[nodiscard]] Outcome<Fans> find_fans(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
                                       const Incidence<FacetId>& shells, const Execution& execution);
 
-/// The fans near a fan on the same smooth side, nearest rings first, without the fan itself: `least_rings`, and more until
-/// `enough` are found or `most_rings` walked. Facets that turn away from `normal` are not entered.
+/// The fans near a fan on the same smooth side, nearest rings first, without the fan itself: `least_rings`, and more
+/// until `enough` are found or `most_rings` walked. Facets that turn away from `normal` are not entered.
 struct RingOptions {
     std::size_t enough = 18, most = 80;
     int least_rings = 2, most_rings = 4;
 };
 [[nodiscard]] std::vector<std::uint32_t> rings(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan,
-                                          const Vec<3>& normal, const RingOptions& options);
+                                               const Vec<3>& normal, const RingOptions& options);
 
 /// Twice the facet's area times its unit normal, turned to the patch's side.
 [[nodiscard]] Vec<3> area_vector(const LinearMesh<3>& mesh, const Fans& fans, FacetId f);

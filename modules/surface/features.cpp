@@ -91,10 +91,25 @@ Break break_at(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& edge, s
     return turns(d0, -d1, limits.mild) ? Break::mild : Break::smooth;
 }
 
-/// Whether all three edges of a facet turn mildly: it is too large for the surface that it lies on, not a face of its own.
+/// Whether all three edges of a facet turn mildly: it is too large for the surface that it lies on, not a face of its
+/// own.
 bool is_coarse(const EdgeSet<3>& edges, const Buffer<Break>& breaks, FacetId f) {
     const auto& of = edges.of_facets[f];
     return std::all_of(of.begin(), of.end(), [&](EdgeId e) { return breaks[e.index()] == Break::mild; });
+}
+
+/// A mild edge that no other ridge meets at either end is no curve: it is a fold between thin triangles.
+void drop_lone_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Buffer<Break>& breaks,
+                     Buffer<EdgeKind>& kinds) {
+    std::vector<std::uint8_t> ridges(mesh.points.size(), 0);
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        if (kinds[e] == EdgeKind::ridge)
+            for (const VertexId v : edges.vertices[e]) ridges[v.index()] = ridges[v.index()] == 0 ? 1 : 2;
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+        const auto& [a, b] = edges.vertices[e];
+        if (kinds[e] == EdgeKind::ridge && breaks[e] == Break::mild && ridges[a.index()] == 1 && ridges[b.index()] == 1)
+            kinds[e] = EdgeKind::surface;
+    }
 }
 
 Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
@@ -106,7 +121,7 @@ Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<3>& mesh, const EdgeS
     // A listed edge inside the volume, away from every facet, bounds nothing: it stays free.
     for (const EdgeId e : edges.of_edges)
         if (!shells[e].empty()) (*breaks)[e.index()] = Break::sharp;
-    return map_each(execution, edges.size(), [&](std::size_t e) {
+    auto kinds = map_each(execution, edges.size(), [&](std::size_t e) {
         switch ((*breaks)[e]) {
             case Break::none: return EdgeKind::volume;
             case Break::smooth: return EdgeKind::surface;
@@ -116,6 +131,8 @@ Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<3>& mesh, const EdgeS
         const bool coarse = is_coarse(edges, *breaks, shells[e][0]) || is_coarse(edges, *breaks, shells[e][1]);
         return coarse ? EdgeKind::surface : EdgeKind::ridge;
     });
+    if (kinds) drop_lone_edges(mesh, edges, *breaks, *kinds);
+    return kinds;
 }
 
 Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<2>&, const EdgeSet<2>& edges,
@@ -239,8 +256,8 @@ bool belongs(const LinearMesh<D>& mesh, const EdgeSet<D>& edges) {
 }  // namespace
 
 template <int D>
-Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                   const FeatureOptions<D>& options, const Execution& execution) {
+Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const FeatureOptions<D>& options,
+                                   const Execution& execution) {
     if (!belongs(mesh, edges)) return fail(ErrorKind::internal, "the edge set is not of this mesh");
     const auto shells = facet_shells(edges, execution);
     if (!shells) return fail(shells.error());
@@ -259,9 +276,12 @@ Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     auto [patches, patch_count] = find_patches(mesh, edges, *shells, *edge_kinds, curves);
 
     Features<D> features;
-    features.surface_edges = static_cast<std::size_t>(std::count(edge_kinds->begin(), edge_kinds->end(), EdgeKind::surface));
-    features.ridge_edges = static_cast<std::size_t>(std::count(edge_kinds->begin(), edge_kinds->end(), EdgeKind::ridge));
-    features.corners = static_cast<std::size_t>(std::count(vertex_kinds.begin(), vertex_kinds.end(), VertexKind::corner));
+    features.surface_edges =
+        static_cast<std::size_t>(std::count(edge_kinds->begin(), edge_kinds->end(), EdgeKind::surface));
+    features.ridge_edges =
+        static_cast<std::size_t>(std::count(edge_kinds->begin(), edge_kinds->end(), EdgeKind::ridge));
+    features.corners =
+        static_cast<std::size_t>(std::count(vertex_kinds.begin(), vertex_kinds.end(), VertexKind::corner));
     features.patch_count = patch_count;
     features.curve_count = curve_count;
     features.edge_kinds = std::move(*edge_kinds);

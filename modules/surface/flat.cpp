@@ -74,8 +74,7 @@ Outcome<Buffer<FlatPatch<D>>> flat_patches(const LinearMesh<D>& mesh, const Feat
     std::vector<std::vector<Vec<D>>> points(features.patch_count);
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
         for (const VertexId v : mesh.facets.vertices[f]) points[features.patches[f]].push_back(mesh.points[v]);
-    return map_each(
-        execution, points.size(), [&](std::size_t p) { return plane_of<D>(points[p]); }, 1);
+    return map_each(execution, points.size(), [&](std::size_t p) { return plane_of<D>(points[p]); }, 1);
 }
 
 template FlatPatch<2> plane_of(std::span<const Vec<2>>);

@@ -31,7 +31,8 @@ SurfacePoint<D> project_onto(const Surrogate<D>& surrogate, const SurfaceHint& h
     const auto foot = hint.facet.index() < surrogate.facets.size() ? closest_near(surrogate, hint.facet, p)
                                                                    : closest_among(surrogate, p, admitted);
     if (!foot.facet.valid()) return {.point = p, .normal = {}};
-    return {foot.point, normal_at<D>(surrogate.facets[foot.facet], foot.xi), std::sqrt(foot.distance_squared), foot.facet};
+    return {foot.point, normal_at<D>(surrogate.facets[foot.facet], foot.xi), std::sqrt(foot.distance_squared),
+            foot.facet};
 }
 
 }  // namespace

@@ -18,7 +18,8 @@ template <int D>
 using Geometry = std::variant<StraightGeometry, Surrogate<D>, AnalyticGeometry<D>>;
 
 /// Where to look for the closest point. A surrogate starts at its facet `facet` and walks (local, fast), or without one
-/// searches all its facets, those of `reference` alone if that is given. An analytic geometry takes the surface of `reference`.
+/// searches all its facets, those of `reference` alone if that is given. An analytic geometry takes the surface of
+/// `reference`.
 struct SurfaceHint {
     FacetId facet = {};
     std::optional<Reference> reference = {};

@@ -1,5 +1,4 @@
 module;
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,6 +6,7 @@ module;
 #include <optional>
 #include <span>
 #include <vector>
+#include <Eigen/Dense>
 module camber.surface;
 import camber.core;
 
@@ -33,8 +33,8 @@ constexpr auto exponents = [] {
     return out;
 }();
 
-/// Directions of a height field: x and y along the principal axes of the points' shadows on the plane, z along its normal;
-/// and the points' root mean squares along x and y.
+/// Directions of a height field: x and y along the principal axes of the points' shadows on the plane, z along its
+/// normal; and the points' root mean squares along x and y.
 struct PlaneFrame {
     Mat<3> axes;
     std::array<double, 2> scale{};

@@ -11,10 +11,11 @@ struct FittedNormal {
     int degree = 0;
 };
 
-/// A jet: the height over the plane of `normal` as a polynomial that vanishes at `origin`, by least squares, weighted towards the near
-/// points. Quartic from 18 points on, else cubic from 12, else quadratic from 5, each only where the points determine it
-/// (column-pivoted QR of scaled columns; axes and scales are the points' own principal ones, so that thin stencils work as
-/// well as round ones). Fitted twice, the second time over the tangent plane found. Error of the normal O(h^degree).
+/// A jet: the height over the plane of `normal` as a polynomial that vanishes at `origin`, by least squares, weighted
+/// towards the near points. Quartic from 18 points on, else cubic from 12, else quadratic from 5, each only where the
+/// points determine it (column-pivoted QR of scaled columns; axes and scales are the points' own principal ones, so
+/// that thin stencils work as well as round ones). Fitted twice, the second time over the tangent plane found. Error of
+/// the normal O(h^degree).
 [[nodiscard]] FittedNormal fitted_normal(const Vec<3>& origin, const Vec<3>& normal, std::span<const Vec<3>> points);
 
 /// A point of a surface with its unit normal.

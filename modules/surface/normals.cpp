@@ -126,8 +126,7 @@ Outcome<Buffer<Vec<3>>> fan_normals(const LinearMesh<3>& mesh, const EdgeSet<3>&
                                     const CurveTangents<3>& tangents, double most_degrees, const Execution& execution) {
     const double least_cosine = most_degrees > 0 ? std::cos(most_degrees * std::numbers::pi / 180) : 2;
     const Fitter fit{mesh, edges, features, fans, flats, tangents, normals_by_vertex(mesh.notes), least_cosine};
-    return map_each(
-        execution, fans.size(), [&](std::size_t i) { return fit(static_cast<std::uint32_t>(i)); }, 64);
+    return map_each(execution, fans.size(), [&](std::size_t i) { return fit(static_cast<std::uint32_t>(i)); }, 64);
 }
 
 }  // namespace camber

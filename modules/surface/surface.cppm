@@ -1,5 +1,6 @@
 /// The boundary's shape: features, the P3 surrogate made from the mesh alone, analytic surfaces, projection, and the
-/// nodes of boundary edges. The partitions fans, tangents, heights and normals export nothing: they serve the surrogate.
+/// nodes of boundary edges. The partitions fans, tangents, heights and normals export nothing: they serve the
+/// surrogate.
 export module camber.surface;
 export import :features;
 export import :cubic;

@@ -157,7 +157,8 @@ CubicSimplex<2, 3> cubic_triangle(const Parts& parts, std::span<const EdgeId> ed
     for (std::size_t k = 0; k < 3; ++k) {
         const auto [i, j] = local_edges<2>[k];
         const EdgeId e = parts.edges.of_facets[f][k];
-        const auto row = static_cast<std::size_t>(std::lower_bound(edge_ids.begin(), edge_ids.end(), e) - edge_ids.begin());
+        const auto row =
+            static_cast<std::size_t>(std::lower_bound(edge_ids.begin(), edge_ids.end(), e) - edge_ids.begin());
         const auto inner = inner_points(curves[row], parts.edges.vertices[e], facet[static_cast<std::size_t>(i)]);
         MultiIndex<2> alpha{};
         alpha[static_cast<std::size_t>(i)] = 2;
@@ -231,8 +232,7 @@ Outcome<Surrogate<3>> build(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, 
     auto rows = boundary_edges(features);
     auto curves = map_each(execution, rows.size(), [&](std::size_t row) {
         const EdgeId e = rows[row];
-        SurrogateEdge<3> edge =
-            features.edge_kinds[e] == EdgeKind::ridge ? ridge_edge(parts, e) : inner_edge(parts, e);
+        SurrogateEdge<3> edge = features.edge_kinds[e] == EdgeKind::ridge ? ridge_edge(parts, e) : inner_edge(parts, e);
         edge.curve_number = features.curves[e];
         return edge;
     });
@@ -257,7 +257,9 @@ Buffer<std::array<FacetId, 2>> next_along(const LinearMesh<2>& mesh, const Featu
         for (std::size_t i = 0; i < 2; ++i) {
             const VertexId v = mesh.facets.vertices[f][1 - i];
             const auto& at = around[v.index()];
-            next[f][i] = features.vertex_kinds[v] == VertexKind::corner ? FacetId{} : at[0].index() == f ? at[1] : at[0];
+            next[f][i] = features.vertex_kinds[v] == VertexKind::corner ? FacetId{}
+                         : at[0].index() == f                           ? at[1]
+                                                                        : at[0];
         }
     return next;
 }
@@ -281,7 +283,8 @@ Outcome<Surrogate<2>> build(const LinearMesh<2>& mesh, const EdgeSet<2>& edges, 
         const EdgeId e = edges.of_facets[f][0];
         const auto row = static_cast<std::size_t>(std::lower_bound(rows.begin(), rows.end(), e) - rows.begin());
         CubicSimplex<1, 2> facet = (*curves)[row].curve;
-        if (edges.vertices[e][0] != mesh.facets.vertices[f][0]) std::reverse(facet.control.begin(), facet.control.end());
+        if (edges.vertices[e][0] != mesh.facets.vertices[f][0])
+            std::reverse(facet.control.begin(), facet.control.end());
         return facet;
     });
     if (!facets) return fail(facets.error());

@@ -12,8 +12,8 @@ import :flat;
 export namespace camber {
 
 struct SurrogateOptions {
-    /// Normals and tangents in the file (GMF NormalAtVertices, TangentAtVertices) are taken where they agree with the mesh's
-    /// own within this angle (degrees); 0 ignores them.
+    /// Normals and tangents in the file (GMF NormalAtVertices, TangentAtVertices) are taken where they agree with the
+    /// mesh's own within this angle (degrees); 0 ignores them.
     double file_directions_degrees = 30;
 };
 
@@ -26,32 +26,33 @@ struct SurrogateEdge {
     friend bool operator==(const SurrogateEdge&, const SurrogateEdge&) = default;
 };
 
-/// A smooth (G1 at vertices) piecewise cubic surface through a mesh's boundary, made from the mesh alone (paper §3.1): a
-/// value of its own that outlives changes of the mesh. Triangles in 3D, curves in 2D. Facets and edges of patches that
-/// are parts of planes stay in those planes.
+/// A smooth (G1 at vertices) piecewise cubic surface through a mesh's boundary, made from the mesh alone (paper §3.1):
+/// a value of its own that outlives changes of the mesh. Triangles in 3D, curves in 2D. Facets and edges of patches
+/// that are parts of planes stay in those planes.
 template <int D>
 struct Surrogate {
     static constexpr int K = D - 1;
 
     Column<CubicSimplex<K, D>> facets;
-    Column<Reference> references;                 ///< one a facet
-    Column<std::uint32_t> patches;                ///< one a facet
-    Column<FlatPatch<D>> flats;                   ///< one a patch
-    Column<SimplexVertices<K>> vertices;          ///< one a facet
-    Column<std::array<FacetId, D>> neighbours;    ///< across the smooth edge (2D: vertex) opposite each corner, if any
-    Column<EdgeId> edges;                         ///< rising: the mesh's edges that are on its boundary
-    Column<SurrogateEdge<D>> edge_curves;         ///< one a row of `edges`
-    BoxTree<D> tree;                              ///< over the facets' control points
-    BoxTree<D> curve_tree;                        ///< over the control points of `ridge_rows` (3D)
-    Column<std::uint32_t> ridge_rows;             ///< rows of `edges` that are ridges
+    Column<Reference> references;               ///< one a facet
+    Column<std::uint32_t> patches;              ///< one a facet
+    Column<FlatPatch<D>> flats;                 ///< one a patch
+    Column<SimplexVertices<K>> vertices;        ///< one a facet
+    Column<std::array<FacetId, D>> neighbours;  ///< across the smooth edge (2D: vertex) opposite each corner, if any
+    Column<EdgeId> edges;                       ///< rising: the mesh's edges that are on its boundary
+    Column<SurrogateEdge<D>> edge_curves;       ///< one a row of `edges`
+    BoxTree<D> tree;                            ///< over the facets' control points
+    BoxTree<D> curve_tree;                      ///< over the control points of `ridge_rows` (3D)
+    Column<std::uint32_t> ridge_rows;           ///< rows of `edges` that are ridges
 
     /// The row of an edge in `edges`, or edges.size().
     [[nodiscard]] std::size_t row(EdgeId e) const;
 };
 
-/// Edge control points lie in the tangent planes of the vertices (ridges: on the tangents of their curves), with the handles of a
-/// circle; both facets of an edge share them. The middle point of a triangle is fitted to the vertices and normals of
-/// the facets around it, so that the centroid errs no more than the edges do, O(h⁴). Errors: `edges` or `features` is not of this mesh (ErrorKind::internal), stopped.
+/// Edge control points lie in the tangent planes of the vertices (ridges: on the tangents of their curves), with the
+/// handles of a circle; both facets of an edge share them. The middle point of a triangle is fitted to the vertices and
+/// normals of the facets around it, so that the centroid errs no more than the edges do, O(h⁴). Errors: `edges` or
+/// `features` is not of this mesh (ErrorKind::internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                     const Features<D>& features, const SurrogateOptions& options,
@@ -66,8 +67,9 @@ struct SurrogateFoot {
     double distance_squared = 0;
 };
 
-/// From a facet: the closest point on it, then across smooth edges for as long as the distance falls; where it stops, the facets
-/// next to it are searched too, since the surface has slight creases at its edges. Local: never farther than the facet is.
+/// From a facet: the closest point on it, then across smooth edges for as long as the distance falls; where it stops,
+/// the facets next to it are searched too, since the surface has slight creases at its edges. Local: never farther than
+/// the facet is.
 template <int D>
 [[nodiscard]] SurrogateFoot<D> closest_near(const Surrogate<D>& surrogate, FacetId start, const Vec<D>& p);
 /// From a place on the facet, without that last search: for points very near the surface, in great numbers.

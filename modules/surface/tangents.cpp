@@ -60,8 +60,8 @@ Chains<D> make_chains(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const 
     return chains;
 }
 
-/// A neighbour d = (x, y) along and across the tangent, as u = |d|²/x and the slope y/x. Where the curve's tangent is off by δ,
-/// y/x = δ + κ/2 u + O(u²); on a circle y = κ/2 |d|², so nothing follows κ/2 u and the fit is exact.
+/// A neighbour d = (x, y) along and across the tangent, as u = |d|²/x and the slope y/x. Where the curve's tangent is
+/// off by δ, y/x = δ + κ/2 u + O(u²); on a circle y = κ/2 |d|², so nothing follows κ/2 u and the fit is exact.
 template <int D>
 struct Height {
     double u = 0;
@@ -87,7 +87,8 @@ std::vector<Height<D>> heights_over(const Vec<D>& tangent, std::span<const Vec<D
 /// Two a side, or more of one where the other is short; never the same vertex from both sides.
 template <int D>
 std::vector<Height<D>> chosen(const std::vector<Height<D>>& ahead, const std::vector<Height<D>>& behind) {
-    const std::size_t few_ahead = std::min<std::size_t>(ahead.size(), 2), few_behind = std::min<std::size_t>(behind.size(), 2);
+    const std::size_t few_ahead = std::min<std::size_t>(ahead.size(), 2),
+                      few_behind = std::min<std::size_t>(behind.size(), 2);
     const std::size_t from_ahead = std::min(ahead.size(), most_neighbours - few_behind);
     const std::size_t from_behind = std::min(behind.size(), most_neighbours - std::max(few_ahead, from_ahead));
     std::vector<Height<D>> out(ahead.begin(), ahead.begin() + static_cast<std::ptrdiff_t>(from_ahead));
@@ -213,8 +214,8 @@ std::size_t CurveTangents<D>::row(EdgeId e) const {
 }
 
 template <int D>
-Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
-                                         double most_degrees, const Execution& execution) {
+Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                         const Features<D>& features, double most_degrees, const Execution& execution) {
     Buffer<EdgeId> curve_edges;
     for (std::size_t e = 0; e < edges.size(); ++e)
         if (features.curves[e] != no_feature) curve_edges.push_back(EdgeId(e));

@@ -79,7 +79,8 @@ class CommandLine(unittest.TestCase):
 
     def test_check_of_straight_meshes(self):
         checked = json.loads(self.camber("check", "two.mesh", "--json").stdout)
-        self.assertEqual((checked["degree"], checked["nodes"], checked["min_scaled_jacobian"]), (1, 5, 1.0))
+        self.assertEqual((checked["degree"], checked["nodes"]), (1, 5))
+        self.assertAlmostEqual(checked["min_scaled_jacobian"], 1, places=6)
         self.write("inverted.mesh", CUBE.replace("1 2 3 4 1", "1 3 2 4 1"))
         done = self.camber("check", "inverted.mesh", "--json")
         self.assertEqual(done.returncode, 1)

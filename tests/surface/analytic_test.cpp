@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <rapidcheck.h>
 #include <vector>
+#include <rapidcheck.h>
 
 #include "meshes.hpp"
 #include "property.hpp"
@@ -16,7 +16,9 @@ using namespace surface_tests;
 namespace {
 
 double coordinate(double low, double high) { return low + (high - low) * *rc::gen::inRange(0, 100001) / 100000.0; }
-Vec<3> point_in(double low, double high) { return {{coordinate(low, high), coordinate(low, high), coordinate(low, high)}}; }
+Vec<3> point_in(double low, double high) {
+    return {{coordinate(low, high), coordinate(low, high), coordinate(low, high)}};
+}
 
 const Execution one_thread{.threads = 1};
 
@@ -24,44 +26,53 @@ const Execution one_thread{.threads = 1};
 
 TEST_CASE("closest points") {
     const std::vector<AnalyticSurface<3>> surfaces{
-        Plane<3>{{{0.1, 0.2, 0.3}}, {{1, 2, -1}}}, Sphere<3>{{{0.1, 0, 0}}, 1.3}, Cylinder{{{0, 0.2, 0}}, {{1, 1, 3}}, 0.8},
-        Torus{{{0, 0, 0.1}}, {{0.2, 0.1, 1}}, 1.2, 0.3}};
-    camber::testing::property("a foot is its own foot, and the normal leads to it", [&] {
-        const auto& surface = *rc::gen::elementOf(surfaces);
-        const Vec<3> p = point_in(-3, 3);
-        const auto foot = closest_point<3>(surface, p);
-        RC_ASSERT(distance(closest_point<3>(surface, foot.point).point, foot.point) < 1e-13);
-        RC_ASSERT(std::fabs(norm(foot.normal) - 1) < 1e-14);
-        RC_ASSERT(norm(cross(p - foot.point, foot.normal)) < 1e-12);
-    }, {.count = 400});
-    camber::testing::property("no point of the surface is nearer", [&] {
-        const auto& surface = *rc::gen::elementOf(surfaces);
-        const Vec<3> p = point_in(-3, 3);
-        const auto other = closest_point<3>(surface, point_in(-3, 3));
-        RC_ASSERT(distance(closest_point<3>(surface, p).point, p) <= distance(other.point, p) + 1e-13);
-    }, {.count = 400});
+        Plane<3>{{{0.1, 0.2, 0.3}}, {{1, 2, -1}}}, Sphere<3>{{{0.1, 0, 0}}, 1.3},
+        Cylinder{{{0, 0.2, 0}}, {{1, 1, 3}}, 0.8}, Torus{{{0, 0, 0.1}}, {{0.2, 0.1, 1}}, 1.2, 0.3}};
+    camber::testing::property("a foot is its own foot, and the normal leads to it",
+                              [&] {
+                                  const auto& surface = *rc::gen::elementOf(surfaces);
+                                  const Vec<3> p = point_in(-3, 3);
+                                  const auto foot = closest_point<3>(surface, p);
+                                  RC_ASSERT(distance(closest_point<3>(surface, foot.point).point, foot.point) < 1e-13);
+                                  RC_ASSERT(std::fabs(norm(foot.normal) - 1) < 1e-14);
+                                  RC_ASSERT(norm(cross(p - foot.point, foot.normal)) < 1e-12);
+                              },
+                              {.count = 400});
+    camber::testing::property(
+        "no point of the surface is nearer",
+        [&] {
+            const auto& surface = *rc::gen::elementOf(surfaces);
+            const Vec<3> p = point_in(-3, 3);
+            const auto other = closest_point<3>(surface, point_in(-3, 3));
+            RC_ASSERT(distance(closest_point<3>(surface, p).point, p) <= distance(other.point, p) + 1e-13);
+        },
+        {.count = 400});
 }
 
 TEST_CASE("planes along an axis are exact; centres and axes have some foot") {
     const auto foot = closest_point<3>(Plane<3>{{{0, 0, 0.1}}, {{0, 0, -2}}}, Vec<3>{{0.3, 0.7, 12.34}});
     CHECK(foot.point == Vec<3>{{0.3, 0.7, 0.1}});
-    for (const AnalyticSurface<3>& surface : {AnalyticSurface<3>(Sphere<3>{{}, 2}), AnalyticSurface<3>(Cylinder{{}, {{0, 1, 0}}, 2})})
+    for (const AnalyticSurface<3>& surface :
+         {AnalyticSurface<3>(Sphere<3>{{}, 2}), AnalyticSurface<3>(Cylinder{{}, {{0, 1, 0}}, 2})})
         CHECK(distance(closest_point<3>(surface, Vec<3>{}).point, Vec<3>{}) == doctest::Approx(2));
 }
 
 TEST_CASE("where two surfaces meet") {
-    camber::testing::property("on both, and nothing on the curve near by is nearer", [] {
-        const AnalyticSurface<3> sphere_surface = Sphere<3>{{}, 1};
-        const Vec<3> through{{0, 0, coordinate(-0.7, 0.7)}};
-        const AnalyticSurface<3> plane = Plane<3>{through, {{0, 0, 1}}};
-        const Vec<3> p = 1.1 * normalised(point_in(0.1, 1)) + 0.05 * point_in(-1, 1);
-        const auto met = closest_on_intersection(sphere_surface, plane, p);
-        RC_ASSERT(met.has_value());
-        const double radius = std::sqrt(1 - through[2] * through[2]);
-        const double along = std::hypot(p[0], p[1]);
-        RC_ASSERT((*met)[2] == through[2]);
-        RC_ASSERT(distance(*met, Vec<3>{{radius * p[0] / along, radius * p[1] / along, through[2]}}) < 1e-9);
-    }, {.count = 200});
+    camber::testing::property(
+        "on both, and nothing on the curve near by is nearer",
+        [] {
+            const AnalyticSurface<3> sphere_surface = Sphere<3>{{}, 1};
+            const Vec<3> through{{0, 0, coordinate(-0.7, 0.7)}};
+            const AnalyticSurface<3> plane = Plane<3>{through, {{0, 0, 1}}};
+            const Vec<3> p = 1.1 * normalised(point_in(0.1, 1)) + 0.05 * point_in(-1, 1);
+            const auto met = closest_on_intersection(sphere_surface, plane, p);
+            RC_ASSERT(met.has_value());
+            const double radius = std::sqrt(1 - through[2] * through[2]);
+            const double along = std::hypot(p[0], p[1]);
+            RC_ASSERT((*met)[2] == through[2]);
+            RC_ASSERT(distance(*met, Vec<3>{{radius * p[0] / along, radius * p[1] / along, through[2]}}) < 1e-9);
+        },
+        {.count = 200});
     const AnalyticSurface<3> upright = Cylinder{{}, {{0, 0, 1}}, 1}, lying = Cylinder{{}, {{1, 0, 0}}, 0.6};
     const auto met = closest_on_intersection(upright, lying, Vec<3>{{0.9, 0.4, 0.5}});
     REQUIRE(met.has_value());
@@ -75,7 +86,8 @@ TEST_CASE("boundary nodes of a half cylinder with a reference a face") {
     auto mesh = half_cylinder(12, 5).mesh();
     auto linear = build(mesh);
     Buffer<Reference> references(mesh.facets.size());
-    for (std::size_t f = 0; f < references.size(); ++f) references[f] = static_cast<Reference>(linear.features.patches[f]) + 1;
+    for (std::size_t f = 0; f < references.size(); ++f)
+        references[f] = static_cast<Reference>(linear.features.patches[f]) + 1;
     mesh.facets.references = std::move(references);
     const auto b = build(mesh);
     AnalyticGeometry<3> geometry;
@@ -109,7 +121,10 @@ TEST_CASE("straight geometry keeps the chords") {
     const auto b = build(torus(10, 1, 0.4).mesh());
     const auto nodes = boundary_nodes(b.mesh, b.features, Geometry<3>(StraightGeometry{}), one_thread).value();
     for (std::size_t e = 0; e < nodes.size(); ++e) CHECK(nodes[e] == b.mesh.mid_nodes[e]);
-    CHECK(boundary_distance<3>(b.mesh, nodes, b.features, Geometry<3>(StraightGeometry{}), one_thread).value().largest < 1e-15);
-    CHECK(boundary_distance<3>(b.mesh, b.nodes, b.features, Geometry<3>(StraightGeometry{}), one_thread).value().largest > 1e-2);
+    CHECK(boundary_distance<3>(b.mesh, nodes, b.features, Geometry<3>(StraightGeometry{}), one_thread).value().largest <
+          1e-15);
+    CHECK(
+        boundary_distance<3>(b.mesh, b.nodes, b.features, Geometry<3>(StraightGeometry{}), one_thread).value().largest >
+        1e-2);
     CHECK(project<3>(Geometry<3>(StraightGeometry{}), {}, Vec<3>{{1, 2, 3}}).point == Vec<3>{{1, 2, 3}});
 }

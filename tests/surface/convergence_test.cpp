@@ -1,4 +1,5 @@
-// The surrogate's error falls at its theoretical order on surfaces that are known, on irregular meshes, with normals from the mesh alone.
+// The surrogate's error falls at its theoretical order on surfaces that are known, on irregular meshes, with normals
+// from the mesh alone.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -37,16 +38,16 @@ Orders orders(Make&& make, const AnalyticSurface<3>& surface, std::size_t coarse
     o.edges = std::log(o.coarse.edges / o.fine.edges) / size;
     o.surrogate = std::log(o.coarse.surrogate / o.fine.surrogate) / size;
     o.quadratic = std::log(o.coarse.quadratic / o.fine.quadratic) / size;
-    MESSAGE("orders: mid nodes " << o.edges << ", P3 " << o.surrogate << ", P2 " << o.quadratic << "; fine: straight/P2 "
-                                 << o.fine.straight / o.fine.quadratic);
+    MESSAGE("orders: mid nodes " << o.edges << ", P3 " << o.surrogate << ", P2 " << o.quadratic
+                                 << "; fine: straight/P2 " << o.fine.straight / o.fine.quadratic);
     return o;
 }
 
 }  // namespace
 
 TEST_CASE("torus: order 4 of the mid nodes and of the whole cubic surface, 3 of the P2 surface") {
-    const auto o = orders([](std::size_t n, unsigned seed) { return torus(n, 1, 0.4, seed); }, Torus{{}, {{0, 0, 1}}, 1, 0.4},
-                          24, 60);
+    const auto o = orders([](std::size_t n, unsigned seed) { return torus(n, 1, 0.4, seed); },
+                          Torus{{}, {{0, 0, 1}}, 1, 0.4}, 24, 60);
     CHECK(o.edges > 3.5);
     CHECK(o.surrogate > 3.5);
     CHECK(o.quadratic > 2.5);

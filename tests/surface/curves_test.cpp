@@ -84,7 +84,8 @@ TEST_CASE("an ellipse with corners: order 4") {
             nodes[level] = std::fmax(nodes[level], node_error(built, b));
             curves[level] = std::fmax(curves[level], curve_error(built, b));
         }
-    MESSAGE("orders: mid nodes " << std::log2(nodes[0] / nodes[1]) / 2 << ", cubic " << std::log2(curves[0] / curves[1]) / 2);
+    MESSAGE("orders: mid nodes " << std::log2(nodes[0] / nodes[1]) / 2 << ", cubic "
+                                 << std::log2(curves[0] / curves[1]) / 2);
     CHECK(std::log2(nodes[0] / nodes[1]) / 2 > 3.6);
     CHECK(std::log2(curves[0] / curves[1]) / 2 > 3.6);
 }

@@ -3,8 +3,8 @@
 
 #include <cmath>
 #include <cstddef>
-#include <rapidcheck.h>
 #include <vector>
+#include <rapidcheck.h>
 
 #include "meshes.hpp"
 #include "property.hpp"
@@ -67,7 +67,9 @@ TEST_CASE("a triangle alone, fans, an isolated edge") {
 }
 
 TEST_CASE("points that coincide, triangles without area, facets twice") {
-    Soup<3> flat{{{{0, 0, 0}}, {{1, 0, 0}}, {{2, 0, 0}}, {{1, 1, 0}}, {{1, 1, 0}}}, {{0, 1, 2}, {0, 1, 3}, {1, 2, 4}, {1, 3, 4}}, {}};
+    Soup<3> flat{{{{0, 0, 0}}, {{1, 0, 0}}, {{2, 0, 0}}, {{1, 1, 0}}, {{1, 1, 0}}},
+                 {{0, 1, 2}, {0, 1, 3}, {1, 2, 4}, {1, 3, 4}},
+                 {}};
     CHECK(sound(build(flat.mesh())));
     auto twice = sphere(3, 1);
     twice.facets.push_back(twice.facets[0]);
@@ -83,7 +85,8 @@ TEST_CASE("a ribbon with one side") {
     for (std::size_t i = 0; i < n; ++i) {
         const double a = 2 * pi * static_cast<double>(i) / n;
         for (const double s : {-0.3, 0.3})
-            soup.points.push_back({{(1 + s * std::cos(a / 2)) * std::cos(a), (1 + s * std::cos(a / 2)) * std::sin(a), s * std::sin(a / 2)}});
+            soup.points.push_back({{(1 + s * std::cos(a / 2)) * std::cos(a), (1 + s * std::cos(a / 2)) * std::sin(a),
+                                    s * std::sin(a / 2)}});
     }
     for (std::size_t i = 0; i < n; ++i) {
         const std::size_t a = 2 * i, b = 2 * i + 1;
@@ -95,19 +98,23 @@ TEST_CASE("a ribbon with one side") {
 }
 
 TEST_CASE("anything at all") {
-    camber::testing::property("random triangles on random points", [] {
-        const auto points = static_cast<std::size_t>(*rc::gen::inRange(3, 12));
-        Soup<3> soup;
-        for (std::size_t i = 0; i < points; ++i)
-            soup.points.push_back({{*rc::gen::inRange(-3, 4) / 3.0, *rc::gen::inRange(-3, 4) / 3.0, *rc::gen::inRange(-3, 4) / 3.0}});
-        const auto facets = *rc::gen::inRange(1, 20);
-        for (int f = 0; f < facets; ++f) {
-            const auto a = *rc::gen::inRange<std::size_t>(0, points), b = *rc::gen::inRange<std::size_t>(0, points),
-                       c = *rc::gen::inRange<std::size_t>(0, points);
-            if (a != b && b != c && a != c) soup.facets.push_back({a, b, c});
-        }
-        RC_ASSERT(sound(build(soup.mesh())));
-    }, {.count = 200});
+    camber::testing::property(
+        "random triangles on random points",
+        [] {
+            const auto points = static_cast<std::size_t>(*rc::gen::inRange(3, 12));
+            Soup<3> soup;
+            for (std::size_t i = 0; i < points; ++i)
+                soup.points.push_back(
+                    {{*rc::gen::inRange(-3, 4) / 3.0, *rc::gen::inRange(-3, 4) / 3.0, *rc::gen::inRange(-3, 4) / 3.0}});
+            const auto facets = *rc::gen::inRange(1, 20);
+            for (int f = 0; f < facets; ++f) {
+                const auto a = *rc::gen::inRange<std::size_t>(0, points), b = *rc::gen::inRange<std::size_t>(0, points),
+                           c = *rc::gen::inRange<std::size_t>(0, points);
+                if (a != b && b != c && a != c) soup.facets.push_back({a, b, c});
+            }
+            RC_ASSERT(sound(build(soup.mesh())));
+        },
+        {.count = 200});
 }
 
 TEST_CASE("values of other meshes are refused") {

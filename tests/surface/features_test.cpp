@@ -127,6 +127,28 @@ TEST_CASE("facets too large for their surface are not faces; faces that turn sha
     CHECK(sharp.patch_count == 8);
 }
 
+TEST_CASE("a lone fold is a ridge only if it is sharp") {
+    // A hipped roof over a stadium: one ridge of length 1 between two half cones, all sides equally steep.
+    const auto roof = [](double degrees) {
+        Soup<3> soup;
+        soup.points = {{{0, 0, std::tan(degrees * pi / 180)}}, {{1, 0, std::tan(degrees * pi / 180)}}};
+        for (const std::size_t end : {0, 1})
+            for (std::size_t k = 0; k <= 4; ++k) {
+                const double a = pi / 2 + (end == 0 ? pi : -pi) * static_cast<double>(k) / 4;
+                soup.points.push_back({{static_cast<double>(end) + std::cos(a), std::sin(a), 0}});
+                if (k > 0) soup.facets.push_back({end, 1 + 5 * end + k, 2 + 5 * end + k});
+            }
+        for (const std::size_t side : {2, 6}) {
+            soup.facets.push_back({0, 1, side + 5});
+            soup.facets.push_back({0, side + 5, side});
+        }
+        return features_of(soup.mesh());
+    };
+    const std::size_t rim = 10;
+    CHECK(roof(23).ridge_edges == rim);  // turns by 46°
+    CHECK(roof(33).ridge_edges == rim + 1);
+}
+
 TEST_CASE("corners of the file break curves") {
     auto mesh = tube(24, 4, 1).mesh();
     CHECK(features_of(mesh).curve_count == 2);
@@ -142,7 +164,10 @@ TEST_CASE("2D: corners by angle, by reference, by the file, by branching") {
     for (int side = 0; side < 4; ++side)
         for (int i = 0; i < 4; ++i) {
             const double s = i / 4.0;
-            square.push_back(side == 0 ? Vec<2>{{s, 0}} : side == 1 ? Vec<2>{{1, s}} : side == 2 ? Vec<2>{{1 - s, 1}} : Vec<2>{{0, 1 - s}});
+            square.push_back(side == 0   ? Vec<2>{{s, 0}}
+                             : side == 1 ? Vec<2>{{1, s}}
+                             : side == 2 ? Vec<2>{{1 - s, 1}}
+                                         : Vec<2>{{0, 1 - s}});
         }
     auto soup = polygon(square);
     const auto f = features_of(soup.mesh());

@@ -30,7 +30,8 @@ TEST_CASE("exact normals put the nodes of a sphere on it, whichever side they po
     const auto off = off_surface(Sphere<3>{{}, 1});
     const auto alone = errors(build(mesh), off);
     for (const double sign : {1.0, -3.0}) {
-        std::tie(mesh.notes.normals, mesh.notes.normal_at_vertices) = table(mesh, [&](const Vec<3>& p) { return sign * p; });
+        std::tie(mesh.notes.normals, mesh.notes.normal_at_vertices) =
+            table(mesh, [&](const Vec<3>& p) { return sign * p; });
         const auto given = errors(build(mesh), off);
         CHECK(given.edges < 1e-14);
         CHECK(given.edges < alone.edges);

@@ -20,7 +20,8 @@ double difference(const Built<3>& a, const Built<3>& b, Image&& image) {
         worst = std::fmax(worst, distance(image(a.nodes[e].point), b.nodes[e].point));
     for (std::size_t f = 0; f < a.surrogate.facets.size(); ++f)
         for (std::size_t c = 0; c < 10; ++c)
-            worst = std::fmax(worst, distance(image(a.surrogate.facets[f].control[c]), b.surrogate.facets[f].control[c]));
+            worst =
+                std::fmax(worst, distance(image(a.surrogate.facets[f].control[c]), b.surrogate.facets[f].control[c]));
     return worst;
 }
 
@@ -65,7 +66,8 @@ TEST_CASE("the same bytes for any number of threads") {
     CHECK(one.surrogate.facets == four.surrogate.facets);
     CHECK(one.surrogate.edge_curves == four.surrogate.edge_curves);
     const auto distance_with = [&](int threads) {
-        return boundary_distance<3>(one.mesh, one.nodes, one.features, Geometry<3>(one.surrogate), {.threads = threads}).value();
+        return boundary_distance<3>(one.mesh, one.nodes, one.features, Geometry<3>(one.surrogate), {.threads = threads})
+            .value();
     };
     CHECK(distance_with(1).largest == distance_with(4).largest);
     CHECK(distance_with(1).mean == distance_with(4).mean);

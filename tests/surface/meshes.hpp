@@ -63,8 +63,8 @@ enum class Closing { open, closed };
 struct Grid {
     std::size_t n = 8, m = 8;  // cells in u and in v
     Closing u = Closing::open, v = Closing::open;
-    double jitter = 0.25;      // of a cell
-    double grading = 0.3;      // sizes vary by 1 ± this
+    double jitter = 0.25;  // of a cell
+    double grading = 0.3;  // sizes vary by 1 ± this
     unsigned seed = 1;
 };
 
@@ -79,8 +79,8 @@ inline Soup<3> grid_mesh(const Grid& grid, const Map& map, Reference reference =
     const std::size_t rows = grid.v == Closing::open ? grid.m + 1 : grid.m;
     const auto place = [&](double i, double n, Closing closing) {
         const double t = i / n;
-        return t + grid.grading * (closing == Closing::open ? std::sin(pi * t) * t * (1 - t)
-                                                            : std::sin(2 * pi * t) / (2 * pi));
+        return t + grid.grading *
+                       (closing == Closing::open ? std::sin(pi * t) * t * (1 - t) : std::sin(2 * pi * t) / (2 * pi));
     };
     for (std::size_t j = 0; j < rows; ++j)
         for (std::size_t i = 0; i < columns; ++i) {
@@ -88,8 +88,10 @@ inline Soup<3> grid_mesh(const Grid& grid, const Map& map, Reference reference =
             const bool v_rim = grid.v == Closing::open && (j == 0 || j == grid.m);
             const double du = random(-grid.jitter, grid.jitter), dv = random(-grid.jitter, grid.jitter);
             const bool fixed = (u_rim && grid.v == Closing::open) || (v_rim && grid.u == Closing::open);
-            const double u = place(static_cast<double>(i) + (u_rim || fixed ? 0 : du), static_cast<double>(grid.n), grid.u);
-            const double v = place(static_cast<double>(j) + (v_rim || fixed ? 0 : dv), static_cast<double>(grid.m), grid.v);
+            const double u =
+                place(static_cast<double>(i) + (u_rim || fixed ? 0 : du), static_cast<double>(grid.n), grid.u);
+            const double v =
+                place(static_cast<double>(j) + (v_rim || fixed ? 0 : dv), static_cast<double>(grid.m), grid.v);
             soup.points.push_back(map(u, v));
         }
     const auto at = [&](std::size_t i, std::size_t j) { return (j % rows) * columns + i % columns; };
@@ -142,7 +144,8 @@ inline Soup<3> torus(std::size_t n, double major, double minor, unsigned seed = 
 // The wall of a cylinder of height 1 about the z axis, open at both ends.
 inline Soup<3> tube(std::size_t n, std::size_t m, double radius, unsigned seed = 1, double angle = 2 * pi) {
     const bool full = angle > 6.28;
-    const Grid grid{.n = n, .m = m, .u = full ? Closing::closed : Closing::open, .grading = full ? 0.3 : 0, .seed = seed};
+    const Grid grid{
+        .n = n, .m = m, .u = full ? Closing::closed : Closing::open, .grading = full ? 0.3 : 0, .seed = seed};
     return grid_mesh(grid, [=](double u, double v) {
         return Vec<3>{{radius * std::cos(angle * u), radius * std::sin(angle * u), v}};
     });
@@ -256,7 +259,8 @@ struct Built {
 };
 
 template <int D>
-Built<D> build(const LinearMesh<D>& mesh, const SurrogateOptions& options = {}, const Execution& execution = {.threads = 1}) {
+Built<D> build(const LinearMesh<D>& mesh, const SurrogateOptions& options = {},
+               const Execution& execution = {.threads = 1}) {
     Built<D> b;
     b.mesh = elevate<D>(mesh, execution).value();
     b.features = find_features(mesh, b.mesh.edges, FeatureOptions<D>{}, execution).value();
@@ -284,7 +288,8 @@ inline Errors errors(const Built<3>& b, const Off& off) {
     const auto& linear = b.mesh.linear;
     for (std::size_t f = 0; f < linear.facets.size(); ++f) {
         for (const EdgeId id : b.mesh.edges.of_facets[f]) e.edges = std::fmax(e.edges, off(b.nodes[id.index()].point));
-        const auto curved = bezier_form<2, 3>(linear.points, b.nodes, linear.facets.vertices[f], b.mesh.edges.of_facets[f]);
+        const auto curved =
+            bezier_form<2, 3>(linear.points, b.nodes, linear.facets.vertices[f], b.mesh.edges.of_facets[f]);
         const auto straight = facet_of(b.mesh, FacetId(f));
         for (const auto& alpha : multi_indices<9, 2>) {
             const Barycentric<2> xi{alpha[0] / 9.0, alpha[1] / 9.0, alpha[2] / 9.0};

@@ -60,7 +60,8 @@ TEST_CASE("half cylinder: the planes are exact, the arcs lie in them and on the 
 }
 
 TEST_CASE("half cylinder in any position: the planes hold to rounding") {
-    const auto b = build(transformed_soup(half_cylinder(20, 8), [](const Vec<3>& p) { return 3.0 * rotated(p); }).mesh());
+    const auto b =
+        build(transformed_soup(half_cylinder(20, 8), [](const Vec<3>& p) { return 3.0 * rotated(p); }).mesh());
     std::size_t planes = 0;
     for (std::uint32_t patch = 0; patch < b.features.patch_count; ++patch) {
         const auto& flat = b.surrogate.flats[patch];

@@ -68,7 +68,8 @@ Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments) {
         for (config::Stage& stage : pipeline->stages) {
             if (auto* validate = std::get_if<config::Validate>(&stage))
                 validate->min_scaled_jacobian = *arguments.min_scaled_jacobian;
-            if (auto* relax = std::get_if<config::Relax>(&stage)) relax->min_scaled_jacobian = *arguments.min_scaled_jacobian;
+            if (auto* relax = std::get_if<config::Relax>(&stage))
+                relax->min_scaled_jacobian = *arguments.min_scaled_jacobian;
         }
     }
     if (arguments.threads) pipeline->threads = *arguments.threads;
