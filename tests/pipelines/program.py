@@ -5,7 +5,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-CAMBER = sys.argv[1] if len(sys.argv) > 1 else "build/bin/camber"
+CAMBER = str(Path(sys.argv[1] if len(sys.argv) > 1 else "build/bin/camber").resolve())
 ROOT = Path(__file__).resolve().parents[2]
 CONFIGS = ROOT / "configs"
 sys.path.insert(0, str(ROOT / "tests" / "oracle"))
