@@ -55,7 +55,10 @@ const Description<Curve>& Described<Curve>::get() {
                "values"),
          field("quadrature_points", &S::quadrature_points, "Gauss points along an edge").at_least(2).at_most(12),
          field("iterations", &S::iterations, "largest number of quasi-Newton steps an edge").at_least(0).at_most(1000),
-         field("length_tolerance", &S::length_tolerance, "energy only: from its minimum the length is lowered while that promises more than this share; 0: never").at_least(0).at_most(1),
+         field("length_tolerance", &S::length_tolerance,
+               "energy only: from its minimum the length is lowered while that promises more than this share; 0: never")
+             .at_least(0)
+             .at_most(1),
          field("max_tangential_shift", &S::max_tangential_shift, "how far a node may slide along its edge")
              .unit("chord lengths")
              .at_least(0)
