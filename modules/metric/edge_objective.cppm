@@ -31,10 +31,10 @@ struct ObjectiveSample {
 /// One edge's objective as a function of its mid node.
 template <int D>
 struct EdgeObjective {
-    const BackMesh<D>* back;
-    const Quadrature* rule;
-    EdgeObjectiveKind kind;
-    EdgeFieldKind field;
+    const BackMesh<D>* back = nullptr;
+    const Quadrature* rule = nullptr;
+    EdgeObjectiveKind kind = EdgeObjectiveKind::energy;
+    EdgeFieldKind field = EdgeFieldKind::back;
     Vec<D> p20, p02;
     LogMetric<D> l20, l02;  ///< at the ends; used by EdgeFieldKind::edge only
     ElementId hint;

@@ -91,6 +91,10 @@ void field_laws() {
                          const auto ahead = sample_with_gradient(back, x + step, sample.location.element);
                          const auto behind = sample_with_gradient(back, x - step, sample.location.element);
                          if (ahead.location.element != behind.location.element) continue;  // a kink between them
+                         // Beyond the boundary there are kinks too where the nearest point passes from a face to an
+                         // edge.
+                         const Sym<D> bend = ahead.log_metric.l + behind.log_metric.l - 2.0 * sample.log_metric.l;
+                         if (norm(bend) > 1e-9) continue;
                          ++checked;
                          const Sym<D> difference = (ahead.log_metric.l - behind.log_metric.l) * (1 / (2 * h));
                          RC_ASSERT(norm(difference - sample.gradient[i]) < 1e-5 * (1 + norm(difference)));

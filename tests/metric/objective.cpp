@@ -34,13 +34,6 @@ Mat<D> exp_by_series(const Sym<D>& l) {
 }
 
 template <int D>
-double depth_in_unit_box(const Vec<D>& x) {
-    double depth = 1;
-    for (const double c : x.c) depth = std::fmin(depth, std::fmin(c, 1 - c));
-    return depth;
-}
-
-template <int D>
 void objective_laws() {
     for (const auto kind : {EdgeObjectiveKind::energy, EdgeObjectiveKind::length})
         for (const auto field : {EdgeFieldKind::back, EdgeFieldKind::edge}) {
@@ -79,11 +72,10 @@ void objective_laws() {
                          const auto affine = AffineField<D>::random(dice);
                          const auto back = back_of(unit_box<D>(2, seed + 1), affine);
                          const auto rule = gauss_legendre(5);
-                         const Vec<D> a = random_point(back.mesh, dice), b = random_point(back.mesh, dice);
-                         const Vec<D> node = random_point(back.mesh, dice);
+                         // So far inside that the parabola stays inside.
+                         const Vec<D> a = dice.vector<D>(0.35, 0.65), b = dice.vector<D>(0.35, 0.65);
+                         const Vec<D> node = dice.vector<D>(0.35, 0.65);
                          const QuadraticEdge<D> edge{a, {node}, b};
-                         for (std::size_t q = 0; q < rule.size(); ++q)
-                             RC_PRE(depth_in_unit_box(edge.point(rule.t[q])) > 0.15);
                          double expected = 0;
                          for (std::size_t q = 0; q < rule.size(); ++q) {
                              const double t = rule.t[q];
@@ -99,7 +91,7 @@ void objective_laws() {
                              edge_objective(back, rule, kind, field, a, b, ElementId(std::size_t{1}));
                          RC_ASSERT(std::abs(objective.value(node) - expected) < 1e-11 * expected);
                      },
-                     {.count = 50, .max_size = 100, .max_discarded = 100});
+                     {.count = 50});
         }
     property("energy is at least length squared, by the same rule", [](std::uint64_t seed) {
         Dice dice(seed);

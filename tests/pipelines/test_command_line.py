@@ -95,8 +95,10 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(self.camber("run", "printed.json").returncode, 0)
         self.assertIn("out.mesh", self.folder.files())
 
-    def test_schema_is_json(self):
-        self.assertIn("properties", json.loads(self.camber("schema").stdout))
+    def test_schema_beside_the_configs_is_the_program_s(self):
+        text = self.camber("schema").stdout
+        self.assertIn("properties", json.loads(text))
+        self.assertEqual((CONFIGS / "schema.json").read_text(), text, "camber schema > configs/schema.json")
 
     def test_explain(self):
         self.assertIn("objective", self.camber("explain", "curve").stdout)

@@ -28,11 +28,13 @@ Outcome<Done> need(bool there, const char* stage, const char* before) {
     return fail(ErrorKind::usage, std::string("stage \"") + stage + "\" needs \"" + before + "\" before it");
 }
 
+/// The mid nodes of the straight mesh.
 template <int D>
-Proposal<D> own_proposal(const QuadraticMesh<D>& mesh, const Features<D>& features) {
-    Buffer<EdgeChange> changes(mesh.edges.size());
-    std::fill(changes.begin(), changes.end(), EdgeChange::straight);
-    return {mesh.mid_nodes, features.edge_kinds, std::move(changes)};
+Outcome<Buffer<LagrangeNode<D>>> chord_middles(const QuadraticMesh<D>& mesh, const Execution& execution) {
+    return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        return LagrangeNode<D>{midpoint(mesh.linear.points[a], mesh.linear.points[b])};
+    });
 }
 
 /// Gains and curvatures of the volume edges with the given lengths.
@@ -243,10 +245,10 @@ Outcome<State<D>> measure_stage(State<D> state, Report& report, const Execution&
                                           Column<double>(std::move(*lengths)));
     }
     if (state.features && state.geometry && state.proposal) {
-        const auto straight = elevate(state.linear, execution);
-        if (!straight) return fail(straight.error());
-        auto before =
-            boundary_distance(*state.mesh, straight->mid_nodes.view(), *state.features, *state.geometry, execution);
+        auto chords = chord_middles(*state.mesh, execution);
+        if (!chords) return fail(chords.error());
+        const Column<LagrangeNode<D>> straight(std::move(*chords));
+        auto before = boundary_distance(*state.mesh, straight.view(), *state.features, *state.geometry, execution);
         if (!before) return fail(before.error());
         auto after = boundary_distance(*state.mesh, state.proposal->mid_nodes.view(), *state.features, *state.geometry,
                                        execution);
