@@ -16,12 +16,26 @@ struct Iterate {
     Vec<D> y;
     double value = 0;
     Vec<D> gradient;  ///< in the frame
+    Sym<D> hessian;   ///< the model, in the frame
 };
 
 template <int D>
 Iterate<D> evaluated(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, const Vec<D>& y) {
     const ObjectiveSample<D> sample = objective.evaluate(frame.node(y));
-    return {y, sample.value, frame.gradient(sample.gradient)};
+    return {y, sample.value, frame.gradient(sample.gradient), congruence(transposed(frame.s), sample.hessian)};
+}
+
+/// H⁻¹ of a well-conditioned symmetric matrix, as those of the unit frame are; the identity where it is not.
+template <int D>
+Sym<D> inverse_of(const Sym<D>& h) {
+    Mat<D> m;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) m(i, j) = h(i, j);
+    const Mat<D> r = inverse(m);
+    Sym<D> out;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j <= i; ++j) out(i, j) = 0.5 * (r(i, j) + r(j, i));
+    return out;
 }
 
 /// The BFGS update of an inverse Hessian by a step s and a change of gradient d; skipped where curvature is not
@@ -81,7 +95,7 @@ void polish(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, Iterat
 template <int D>
 EdgeSearch descend(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, int max_iterations, double tolerance,
                    Iterate<D>& at) {
-    Sym<D> inverse_hessian = Sym<D>::identity();
+    Sym<D> inverse_hessian = inverse_of(at.hessian);
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
         Vec<D> direction = -(inverse_hessian * at.gradient);
         const double promise = -dot(at.gradient, direction);

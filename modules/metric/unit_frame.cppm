@@ -37,10 +37,11 @@ struct UnitFrame {
         for (int k = 0; k < D; ++k) length += metric_weight[k] * y[k] * y[k];
         length = std::sqrt(length);
         if (length > max_offset) y *= max_offset / length;
-        const double shift = dot(s * y, chord) / norm_squared(chord);
+        // The shift a·y is linear: the nearest y of the slab |a·y| ≤ max_shift is nearer to 0 too, so both bounds hold.
+        const Vec<D> a = transposed_times(s, chord) / norm_squared(chord);
+        const double shift = dot(a, y);
         if (std::abs(shift) <= max_shift) return y;
-        const Vec<D> excess = (shift - std::copysign(max_shift, shift)) * chord;
-        return y - coordinates(origin + excess);
+        return y - (shift - std::copysign(max_shift, shift)) / norm_squared(a) * a;
     }
 };
 
