@@ -91,6 +91,7 @@ void skip_block(File& file, std::string_view name) {
 
 std::vector<Notice> notices_of(const File& file) {
     std::vector<Notice> notices;
+    notices.reserve(file.skipped.size());
     for (const Skipped& skipped : file.skipped)
         notices.push_back({skipped.blocks == 1 ? "the block of keyword " + skipped.name + " was skipped"
                                                : std::to_string(skipped.blocks) + " blocks of keyword " + skipped.name +

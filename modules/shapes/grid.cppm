@@ -44,13 +44,13 @@ template <class T>
 
 /// +1 where the simplex is positively oriented, 0 where it is flat. At most 6 · 2^69.
 [[nodiscard]] inline int orientation(const std::array<const GridPoint<2>*, 3>& s) {
-    std::array<GridPoint<2>, 2> d;
+    std::array<GridPoint<2>, 2> d{};
     for (int r = 0; r < 2; ++r)
         for (int i = 0; i < 2; ++i) d[r][i] = (*s[r + 1])[i] - (*s[0])[i];
     return sign(Int128{d[0][0]} * d[1][1] - Int128{d[0][1]} * d[1][0]);
 }
 [[nodiscard]] inline int orientation(const std::array<const GridPoint<3>*, 4>& s) {
-    std::array<std::array<Int128, 3>, 3> d;
+    std::array<std::array<Int128, 3>, 3> d{};
     for (int r = 0; r < 3; ++r)
         for (int i = 0; i < 3; ++i) d[r][i] = (*s[r + 1])[i] - (*s[0])[i];
     return sign(determinant3(d));
@@ -58,7 +58,7 @@ template <class T>
 
 /// +1 where p is inside the circle of a positively oriented triangle, 0 on it.
 [[nodiscard]] inline int in_sphere(const std::array<const GridPoint<2>*, 3>& s, const GridPoint<2>& p) {
-    std::array<std::array<Int128, 3>, 3> m;
+    std::array<std::array<Int128, 3>, 3> m{};
     for (int r = 0; r < 3; ++r) {
         const std::int64_t x = (*s[r])[0] - p[0], y = (*s[r])[1] - p[1];
         m[r] = {x, y, Int128{x} * x + Int128{y} * y};
@@ -77,7 +77,7 @@ template <class T>
 /// +1 where p is inside the sphere of a positively oriented tetrahedron, 0 on it. In doubles where their error cannot
 /// change the sign, else exactly (at most 24 · 2^(69 + 47.6) < 2^122).
 [[nodiscard]] inline int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p) {
-    std::array<std::array<double, 3>, 4> d;
+    std::array<std::array<double, 3>, 4> d{};
     std::array<double, 4> squares{};
     std::array<double, 3> largest{};
     double largest_square = 0;
@@ -92,7 +92,7 @@ template <class T>
     // 24 products of 4 factors, each with fewer than 16 roundings of 2^−53.
     const double error = 24 * 0x1p-49 * largest[0] * largest[1] * largest[2] * largest_square;
     if (const double value = lifted(d, squares); std::fabs(value) > error) return value > 0 ? 1 : -1;
-    std::array<std::array<Int128, 3>, 4> exact;
+    std::array<std::array<Int128, 3>, 4> exact{};
     std::array<Int128, 4> exact_squares{};
     for (int r = 0; r < 4; ++r)
         for (int i = 0; i < 3; ++i) {

@@ -123,7 +123,7 @@ Buffer<Vec<3>> spread_points<3>(std::size_t n, const Noise& noise) {
 
 template <>
 UnitSphere<2> icosphere<2>(int n) {
-    UnitSphere<2> sphere{circle(static_cast<std::size_t>(5 * n), 0), {}};
+    UnitSphere<2> sphere{circle(5 * static_cast<std::size_t>(n), 0), {}};
     const std::size_t count = sphere.points.size();
     // Clockwise, so that (the edge, the way outwards) is a positive frame, as for triangles in 3D.
     for (std::size_t i = 0; i < count; ++i) sphere.facets.push_back({VertexId((i + 1) % count), VertexId(i)});

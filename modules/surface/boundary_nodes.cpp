@@ -21,7 +21,7 @@ namespace {
 template <int D>
 struct BoundaryEdge {
     EdgeId id;
-    EdgeKind kind;
+    EdgeKind kind = EdgeKind::volume;
     Vec<D> a, b;
     std::span<const FacetId> facets;
 

@@ -128,6 +128,7 @@ std::vector<PointAndNormal> samples_around(const Parts& parts, FacetId f) {
         for (const FacetId g : parts.fans.facets[fan])
             for (const std::uint32_t other : parts.fans.of_facets[g]) add(other);
     std::vector<PointAndNormal> samples;
+    samples.reserve(fans.size());
     const double side = parts.fans.signs[f];
     for (const std::uint32_t fan : fans)
         samples.push_back({parts.mesh.points[parts.fans.vertices[fan]], side * parts.normals[fan]});

@@ -31,11 +31,11 @@ double scale_of(const BoundedJacobian<D>& j) {
 template <int D>
 struct Swept {
     ElementId element;
-    bool valid;
+    bool valid = false;
     BoundedJacobian<D> at_0, at_1;
-    double scale;
-    double least_at_1;    ///< smallest scaled coefficient at θ = 1
-    double least_needed;  ///< scaled coefficients above it make the element valid, rounding included
+    double scale = 1;
+    double least_at_1 = 0;    ///< smallest scaled coefficient at θ = 1
+    double least_needed = 0;  ///< scaled coefficients above it make the element valid, rounding included
 };
 
 template <int D>

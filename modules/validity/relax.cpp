@@ -102,6 +102,7 @@ Outcome<Done> relax_plainly(Repair<D>& repair, std::vector<ElementId> queue, con
 template <int D>
 Outcome<Done> put_all_back(Repair<D>& repair, const Execution& execution) {
     std::vector<EdgeId> moved;
+    moved.reserve(repair.originals.size());
     for (const auto& [edge, node] : repair.originals) moved.push_back(edge);
     std::ranges::sort(moved, {}, [&](EdgeId e) { return std::pair(repair.kinds[e] == EdgeKind::volume, e); });
     for (int round = 0; round < put_back_rounds; ++round) {

@@ -86,6 +86,8 @@ class Draft {
     }
     Draft(const Draft&) = delete;
     Draft& operator=(const Draft&) = delete;
+    Draft(Draft&&) = delete;
+    Draft& operator=(Draft&&) = delete;
     ~Draft() {
         if (!name_.empty()) ::unlink(name_.c_str());
     }

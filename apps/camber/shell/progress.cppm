@@ -14,6 +14,8 @@ class Progress {
     Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
+    Progress(Progress&&) = delete;
+    Progress& operator=(Progress&&) = delete;
     ~Progress();
 
     void begin(std::string stage);
