@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <span>
 #include <string>
 #include <utility>
 module camber.cavity;
@@ -28,7 +29,26 @@ Outcome<QuadraticMesh<D>> commit_unvalidated(QuadraticMesh<D> mesh, const Propos
     return mesh;
 }
 
+template <int D>
+Outcome<Curving<D>> commit(Curving<D> curving, std::span<const Patch<D>> patches) {
+    for (const Patch<D>& patch : patches)
+        for (const PatchNode<D>& node : patch.nodes)
+            if (!node.edge.valid() || node.edge.index() >= curving.mesh.edges.size())
+                return fail(ErrorKind::internal, "a patch has an edge that the mesh does not have");
+    auto nodes = take(std::move(curving.mesh.mid_nodes));
+    auto changes = take(std::move(curving.changes));
+    for (const Patch<D>& patch : patches)
+        for (const PatchNode<D>& node : patch.nodes) {
+            nodes[node.edge.index()] = node.node;
+            changes[node.edge.index()] = node.change;
+        }
+    curving.mesh.mid_nodes = std::move(nodes);
+    curving.changes = std::move(changes);
+    return curving;
+}
+
 #define CAMBER_INSTANTIATE(D)                                                                                 \
+    template Outcome<Curving<D>> commit<D>(Curving<D>, std::span<const Patch<D>>);                            \
     template Outcome<QuadraticMesh<D>> commit<D>(QuadraticMesh<D>, const Proposal<D>&, const Validation<D>&); \
     template Outcome<QuadraticMesh<D>> commit_unvalidated<D>(QuadraticMesh<D>, const Proposal<D>&);
 

@@ -1,6 +1,10 @@
+module;
+#include <span>
 export module camber.cavity:commit;
 import camber.core;
 import camber.validity;
+import :patch;
+import :reinsert;
 
 export namespace camber {
 
@@ -13,5 +17,11 @@ template <int D>
 /// The same without asking for validity, for those who want to see a broken mesh, or repair it elsewhere.
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> commit_unvalidated(QuadraticMesh<D> mesh, const Proposal<D>& proposal);
+
+/// The same verb for cavities: the patches' nodes become the mesh's; the cost is that of the patches. Their cavities
+/// must not overlap, or one would undo what the other was planned against (see `independent_vertices`). Errors
+/// (internal): a patch with an edge that the mesh does not have.
+template <int D>
+[[nodiscard]] Outcome<Curving<D>> commit(Curving<D> curving, std::span<const Patch<D>> patches);
 
 }  // namespace camber

@@ -1,7 +1,7 @@
 module;
 #include <array>
 #include <cstddef>
-#include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 module camber.cavity;
@@ -14,18 +14,6 @@ namespace camber {
 namespace {
 
 template <int D>
-struct CurvedEdge {
-    LagrangeNode<D> node;
-    EdgeChange change = EdgeChange::straight;
-    double straight_length = 0, length = 0;
-};
-
-/// Flags of one edge's search, summed up into CurveStatistics.
-struct SearchFlags {
-    std::uint8_t volume = 0, curved = 0, polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;
-};
-
-template <int D>
 Outcome<Done> check_columns(const QuadraticMesh<D>& mesh, std::size_t kinds, std::size_t nodes) {
     if (kinds == mesh.edges.size() && nodes == mesh.edges.size()) return Done{};
     return fail(ErrorKind::internal, "curve needs a kind and a boundary node for each of the " +
@@ -34,16 +22,9 @@ Outcome<Done> check_columns(const QuadraticMesh<D>& mesh, std::size_t kinds, std
 }
 
 template <int D>
-CurvedEdge<D> boundary_edge(const QuadraticMesh<D>& mesh, std::size_t e, const LagrangeNode<D>& node) {
-    const auto& [a, b] = mesh.edges.vertices[e];
-    const bool moved = node.point != midpoint(mesh.linear.points[a], mesh.linear.points[b]);
-    return {.node = node, .change = moved ? EdgeChange::projected : EdgeChange::straight};
-}
-
-template <int D>
-CurveStatistics summed(const Buffer<SearchFlags>& flags) {
+CurveStatistics summed(std::span<const EdgeTarget<D>> targets) {
     CurveStatistics s;
-    for (const SearchFlags& f : flags) {
+    for (const auto& [node, change, f, straight, length] : targets) {
         s.volume_edges += f.volume;
         s.curved_edges += f.curved;
         s.polished += f.polished;
@@ -55,23 +36,23 @@ CurveStatistics summed(const Buffer<SearchFlags>& flags) {
     return s;
 }
 
-template <int D>
-Curved<D> in_columns(const Buffer<CurvedEdge<D>>& edges, const Column<EdgeKind>& kinds,
-                     const Buffer<SearchFlags>& flags) {
-    Buffer<LagrangeNode<D>> nodes(edges.size());
-    Buffer<EdgeChange> changes(edges.size());
-    Buffer<double> straight(edges.size());
-    Buffer<double> lengths(edges.size());
-    for (std::size_t e = 0; e < edges.size(); ++e) {
-        nodes[e] = edges[e].node;
-        changes[e] = edges[e].change;
-        straight[e] = edges[e].straight_length;
-        lengths[e] = edges[e].length;
-    }
-    return {{std::move(nodes), kinds, std::move(changes)}, std::move(straight), std::move(lengths), summed<D>(flags)};
-}
-
 }  // namespace
+
+template <int D>
+Curved<D> in_columns(std::span<const EdgeTarget<D>> targets, const Column<EdgeKind>& kinds) {
+    const std::size_t n = targets.size();
+    Buffer<LagrangeNode<D>> nodes(n);
+    Buffer<EdgeChange> changes(n);
+    Buffer<double> straight(n);
+    Buffer<double> lengths(n);
+    for (std::size_t e = 0; e < n; ++e) {
+        nodes[e] = targets[e].node;
+        changes[e] = targets[e].change;
+        straight[e] = targets[e].straight_length;
+        lengths[e] = targets[e].length;
+    }
+    return {{std::move(nodes), kinds, std::move(changes)}, std::move(straight), std::move(lengths), summed<D>(targets)};
+}
 
 template <int D>
 Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
@@ -79,37 +60,29 @@ Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& k
                          const BackMesh<D>& back, const EdgeMinimiserOptions& options, const Execution& execution) {
     if (auto fits = check_columns(mesh, kinds.size(), boundary_nodes.size()); !fits) return fail(fits.error());
     const EdgeRules rules = edge_rules(options);
-    Buffer<SearchFlags> flags(mesh.edges.size());
-    auto edges = map_each(
+    auto targets = map_each(
         execution, mesh.edges.size(),
-        [&](std::size_t e) -> CurvedEdge<D> {
-            flags[e] = {};
-            // An edge that no element holds (of a surface-only part) has no field to follow.
-            if (kinds[e] != EdgeKind::volume || shells[e].empty()) return boundary_edge(mesh, e, boundary_nodes[e]);
-            const auto& [a, b] = mesh.edges.vertices[e];
-            const EdgeMinimum<D> m = minimise_back_edge(back, a, b, shells[e], rules, options);
-            const bool moved = m.node.point != midpoint(mesh.linear.points[a], mesh.linear.points[b]);
-            flags[e] = {
-                1,         moved, m.search == EdgeSearch::polished, m.search == EdgeSearch::exhausted, m.shortened,
-                m.outside, m.lost};
-            return {m.node, moved ? EdgeChange::optimised : EdgeChange::straight, m.straight_length, m.length};
+        [&](std::size_t e) {
+            if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), boundary_nodes[e]);
+            return volume_target(mesh, EdgeId(e), shells[e], back, rules, options);
         },
         64);
-    if (!edges) return fail(edges.error());
-    return in_columns(*edges, kinds, flags);
+    if (!targets) return fail(targets.error());
+    return in_columns<D>(*targets, kinds);
 }
 
 template <int D>
 Outcome<Curved<D>> curve_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                   const Column<LagrangeNode<D>>& boundary_nodes, const Execution& execution) {
     if (auto fits = check_columns(mesh, kinds.size(), boundary_nodes.size()); !fits) return fail(fits.error());
-    auto edges = map_each(execution, mesh.edges.size(), [&](std::size_t e) {
-        return boundary_edge(mesh, e, kinds[e] == EdgeKind::volume ? mesh.mid_nodes[e] : boundary_nodes[e]);
+    auto targets = map_each(execution, mesh.edges.size(), [&](std::size_t e) {
+        const bool volume = kinds[e] == EdgeKind::volume;
+        auto target = boundary_target(mesh, EdgeId(e), volume ? mesh.mid_nodes[e] : boundary_nodes[e]);
+        target.flags.volume = volume;
+        return target;
     });
-    if (!edges) return fail(edges.error());
-    Buffer<SearchFlags> flags(mesh.edges.size());
-    for (std::size_t e = 0; e < flags.size(); ++e) flags[e] = {.volume = kinds[e] == EdgeKind::volume};
-    return in_columns(*edges, kinds, flags);
+    if (!targets) return fail(targets.error());
+    return in_columns<D>(*targets, kinds);
 }
 
 template <int D>
@@ -128,6 +101,7 @@ Outcome<Buffer<double>> updated_lengths(const QuadraticMesh<D>& mesh, const Prop
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                \
+    template Curved<D> in_columns<D>(std::span<const EdgeTarget<D>>, const Column<EdgeKind>&);               \
     template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                   \
                                          const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,        \
                                          const BackMesh<D>&, const EdgeMinimiserOptions&, const Execution&); \

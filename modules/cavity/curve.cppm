@@ -1,8 +1,10 @@
 module;
 #include <cstddef>
+#include <span>
 export module camber.cavity:curve;
 import camber.core;
 import camber.metric;
+import :edge_target;
 
 export namespace camber {
 
@@ -25,6 +27,10 @@ struct Curved {
     Column<double> lengths;           ///< of the proposal's edges, likewise
     CurveStatistics statistics;
 };
+
+/// The targets of all edges as a proposal. They are one a edge.
+template <int D>
+[[nodiscard]] Curved<D> in_columns(std::span<const EdgeTarget<D>> targets, const Column<EdgeKind>& kinds);
 
 /// The second verb on a whole mesh: volume edges become as short as their one node allows in the field `back`, whose
 /// mesh must be the straight form of `mesh`; boundary edges take `boundary_nodes` (see camber.surface), which has one

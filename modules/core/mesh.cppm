@@ -141,9 +141,13 @@ struct QuadraticMesh {
     friend bool operator==(const QuadraticMesh&, const QuadraticMesh&) = default;
 };
 
-/// Where an edge lies: its node is free in the volume, on a smooth piece of the boundary, or on a curve where the
-/// boundary (or an interface) breaks.
-enum class EdgeKind : std::uint8_t { volume, surface, ridge };
+/// Where an edge lies, and so how its node may move.
+enum class EdgeKind : std::uint8_t {
+    volume,   ///< free in the volume
+    surface,  ///< on a smooth piece of the boundary or of an interface
+    ridge,    ///< on a curve where the boundary or an interface breaks
+    fixed,    ///< not to be moved: on the boundary of a cavity, shared with elements outside
+};
 
 /// What became of an edge's node on the way from the straight mesh to the committed one.
 enum class EdgeChange : std::uint8_t {

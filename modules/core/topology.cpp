@@ -158,6 +158,11 @@ Outcome<Incidence<FacetId>> facet_balls(const LinearMesh<D>& mesh, const Executi
 }
 
 template <int D>
+Outcome<Incidence<EdgeId>> feature_edge_balls(const LinearMesh<D>& mesh, const Execution& execution) {
+    return inverted<EdgeId>(mesh.edges.vertices, mesh.points.size(), execution);
+}
+
+template <int D>
 Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                   const Execution& execution) {
     auto links = map_each(execution, mesh.elements.size(), [&](std::size_t e) {
@@ -192,7 +197,7 @@ Outcome<EdgeSet<D>> unique_edges(const LinearMesh<D>& mesh, const Execution& exe
     if (!elements) return fail(elements.error());
     auto facets = facet_balls(mesh, execution);
     if (!facets) return fail(facets.error());
-    auto features = inverted<EdgeId>(mesh.edges.vertices, mesh.points.size(), execution);
+    auto features = feature_edge_balls(mesh, execution);
     if (!features) return fail(features.error());
     const Around<D> around{std::move(*elements), std::move(*facets), std::move(*features)};
 
@@ -248,15 +253,16 @@ EdgeId find_edge(const EdgeSet<D>& edges, VertexId a, VertexId b) {
     return EdgeId(static_cast<std::size_t>(it - edges.vertices.begin()));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                        \
-    template Outcome<Incidence<ElementId>> balls<D>(const LinearMesh<D>&, const Execution&);         \
-    template Outcome<Incidence<FacetId>> facet_balls<D>(const LinearMesh<D>&, const Execution&);     \
-    template Outcome<Neighbours<D>> neighbours<D>(const LinearMesh<D>&, const Incidence<ElementId>&, \
-                                                  const Execution&);                                 \
-    template Buffer<ElementFace> boundary_faces<D>(const Neighbours<D>&);                            \
-    template Outcome<EdgeSet<D>> unique_edges<D>(const LinearMesh<D>&, const Execution&);            \
-    template Outcome<Incidence<ElementId>> shells<D>(const EdgeSet<D>&, const Execution&);           \
-    template Outcome<Incidence<FacetId>> facet_shells<D>(const EdgeSet<D>&, const Execution&);       \
+#define CAMBER_INSTANTIATE(D)                                                                          \
+    template Outcome<Incidence<ElementId>> balls<D>(const LinearMesh<D>&, const Execution&);           \
+    template Outcome<Incidence<FacetId>> facet_balls<D>(const LinearMesh<D>&, const Execution&);       \
+    template Outcome<Incidence<EdgeId>> feature_edge_balls<D>(const LinearMesh<D>&, const Execution&); \
+    template Outcome<Neighbours<D>> neighbours<D>(const LinearMesh<D>&, const Incidence<ElementId>&,   \
+                                                  const Execution&);                                   \
+    template Buffer<ElementFace> boundary_faces<D>(const Neighbours<D>&);                              \
+    template Outcome<EdgeSet<D>> unique_edges<D>(const LinearMesh<D>&, const Execution&);              \
+    template Outcome<Incidence<ElementId>> shells<D>(const EdgeSet<D>&, const Execution&);             \
+    template Outcome<Incidence<FacetId>> facet_shells<D>(const EdgeSet<D>&, const Execution&);         \
     template EdgeId find_edge<D>(const EdgeSet<D>&, VertexId, VertexId);
 
 CAMBER_INSTANTIATE(2)

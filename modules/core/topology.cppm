@@ -51,6 +51,10 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Incidence<FacetId>> facet_balls(const LinearMesh<D>& mesh, const Execution& execution);
 
+/// Feature edges around each vertex, by their index in LinearMesh::edges.
+template <int D>
+[[nodiscard]] Outcome<Incidence<EdgeId>> feature_edge_balls(const LinearMesh<D>& mesh, const Execution& execution);
+
 template <int D>
 [[nodiscard]] Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                 const Execution& execution);

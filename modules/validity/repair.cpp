@@ -26,6 +26,7 @@ double Repair<D>::length(EdgeId edge) const {
 }
 
 bool contains(EdgeGroup group, EdgeKind kind) {
+    if (kind == EdgeKind::fixed) return false;
     return group == EdgeGroup::all || (group == EdgeGroup::volume) == (kind == EdgeKind::volume);
 }
 

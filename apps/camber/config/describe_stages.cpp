@@ -107,6 +107,26 @@ const Description<Commit>& Described<Commit>::get() {
     return description;
 }
 
+const Description<Reinsert>& Described<Reinsert>::get() {
+    using S = Reinsert;
+    static const Description<S> description{
+        "reinsert",
+        "The global algorithm of the P2 cavity operator: every vertex is reinserted, its ball as the cavity, which "
+        "curves, "
+        "validates, relaxes and commits its edges. No element that is valid stops being so at any time. In place of "
+        "curve, "
+        "validate, relax and commit.",
+        {field("curve", &S::curve, "how a cavity's edges find their nodes: the options of the stage curve"),
+         field("relax", &S::relax,
+               "what a cavity does about elements that are not valid: the options of the stage relax"),
+         field("max_turns", &S::max_turns,
+               "turns over the vertices; after the first only those with nodes that neighbours kept from their places")
+             .at_least(1)
+             .at_most(1000)},
+        {}};
+    return description;
+}
+
 const Choice<Stage>& Described<Stage>::get() {
     static const Choice<Stage> choice{"stages",
                                       "One step of the pipeline.",
@@ -114,7 +134,8 @@ const Choice<Stage>& Described<Stage>::get() {
                                        {"curve", "plan where nodes go"},
                                        {"validate", "judge every element"},
                                        {"relax", "mend what is not valid"},
-                                       {"commit", "make the plan the mesh"}}};
+                                       {"commit", "make the plan the mesh"},
+                                       {"reinsert", "curve cavity by cavity"}}};
     return choice;
 }
 

@@ -112,7 +112,13 @@ struct Relax {
 struct Commit {
     friend bool operator==(const Commit&, const Commit&) = default;
 };
-using Stage = std::variant<Elevate, Curve, Validate, Relax, Commit>;
+struct Reinsert {
+    Curve curve;
+    Relax relax;
+    int max_turns = 20;
+    friend bool operator==(const Reinsert&, const Reinsert&) = default;
+};
+using Stage = std::variant<Elevate, Curve, Validate, Relax, Commit, Reinsert>;
 
 // ---------------------------------------------------------------- the whole
 

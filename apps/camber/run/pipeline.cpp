@@ -72,15 +72,18 @@ class Runner {
     Outcome<Done> apply(const config::Elevate&) {
         return step("elevate", [&](State<D> s, const Execution& e) { return elevate_stage(std::move(s), report_, e); });
     }
-    Outcome<Done> apply(const config::Curve& options) {
+    /// What curving needs of the boundary and of the metric.
+    Outcome<Done> prepare_curving() {
         auto surface = step("surface", [&](State<D> s, const Execution& e) {
             return surface_stage(std::move(s), pipeline_.features, pipeline_.geometry, report_, e);
         });
-        if (!surface) return fail(surface.error());
-        auto metric = step("metric", [&](State<D> s, const Execution& e) {
+        if (!surface) return surface;
+        return step("metric", [&](State<D> s, const Execution& e) {
             return metric_stage(std::move(s), pipeline_.metric, metric_, report_, e);
         });
-        if (!metric) return fail(metric.error());
+    }
+    Outcome<Done> apply(const config::Curve& options) {
+        if (auto prepared = prepare_curving(); !prepared) return prepared;
         return step("curve",
                     [&](State<D> s, const Execution& e) { return curve_stage(std::move(s), options, report_, e); });
     }
@@ -94,6 +97,12 @@ class Runner {
     }
     Outcome<Done> apply(const config::Commit&) {
         return step("commit", [&](State<D> s, const Execution& e) { return commit_stage(std::move(s), report_, e); });
+    }
+
+    Outcome<Done> apply(const config::Reinsert& options) {
+        if (auto prepared = prepare_curving(); !prepared) return prepared;
+        return step("reinsert",
+                    [&](State<D> s, const Execution& e) { return reinsert_stage(std::move(s), options, report_, e); });
     }
 
     const config::Pipeline& pipeline_;

@@ -54,6 +54,11 @@ struct RelaxReport {
     std::size_t corrected_elements = 0, relaxed_volume_edges = 0, relaxed_surface_edges = 0;
 };
 
+struct ReinsertReport {
+    std::size_t turns = 0, rounds = 0, patches = 0;
+    std::size_t rejected_not_valid = 0, rejected_no_gain = 0;
+};
+
 struct StageTime {
     std::string stage;
     double seconds = 0;
@@ -67,6 +72,7 @@ struct Report {
     std::optional<CurveReport> curve;
     std::optional<ValidityReport> validity_before, validity;
     std::optional<RelaxReport> relax;
+    std::optional<ReinsertReport> reinsert;
     bool committed = false;
     /// Elements, from 1, that are not certified valid in the end (all of them).
     std::vector<std::size_t> invalid_elements, undecided_elements;

@@ -63,6 +63,13 @@ Json json(const RelaxReport& r) {
             {"relaxed_volume_edges", r.relaxed_volume_edges},
             {"relaxed_surface_edges", r.relaxed_surface_edges}};
 }
+Json json(const ReinsertReport& r) {
+    return {{"turns", r.turns},
+            {"rounds", r.rounds},
+            {"patches", r.patches},
+            {"rejected_not_valid", r.rejected_not_valid},
+            {"rejected_no_gain", r.rejected_no_gain}};
+}
 
 }  // namespace
 
@@ -73,6 +80,7 @@ std::string to_json(const Report& report) {
     if (report.curve) j["curve"] = json(*report.curve);
     if (report.validity_before) j["validity_before_correction"] = json(*report.validity_before);
     if (report.relax) j["relax"] = json(*report.relax);
+    if (report.reinsert) j["reinsert"] = json(*report.reinsert);
     if (report.validity) j["validity"] = json(*report.validity);
     j["invalid_elements"] = report.invalid_elements;
     j["undecided_elements"] = report.undecided_elements;

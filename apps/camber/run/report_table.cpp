@@ -77,6 +77,8 @@ std::string validity_rows(const Report& report) {
         text += row("corrected elements", r->corrected_elements) +
                 row("relaxed volume edges", r->relaxed_volume_edges) +
                 row("relaxed surface edges", r->relaxed_surface_edges);
+    if (const auto& r = report.reinsert)
+        text += row("cavities committed (turns)", fmt::format("{} ({})", grouped(r->patches), r->turns));
     return text;
 }
 

@@ -63,10 +63,66 @@ EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
     return r;
 }
 
+EdgeMinimiserOptions edge_options(const config::Curve& options) {
+    EdgeMinimiserOptions edge;
+    edge.objective =
+        options.objective == config::Objective::energy ? EdgeObjectiveKind::energy : EdgeObjectiveKind::length;
+    edge.field = options.field == config::FieldOfEdge::back ? EdgeFieldKind::back : EdgeFieldKind::edge;
+    edge.quadrature_points = options.quadrature_points;
+    edge.max_iterations = options.iterations;
+    edge.length_tolerance = options.length_tolerance;
+    edge.max_tangential_shift = options.max_tangential_shift;
+    edge.max_offset = options.max_offset;
+    return edge;
+}
+
+RelaxOptions relax_options(const config::Relax& options) {
+    RelaxOptions relax;
+    relax.strategy = options.strategy == config::RelaxStrategy::shell ? RelaxStrategy::shell : RelaxStrategy::paper;
+    relax.theta = options.theta;
+    relax.max_corrections = options.max_corrections;
+    relax.min_scaled_jacobian = options.min_scaled_jacobian;
+    return relax;
+}
+
+const char* strategy_name(const config::Relax& options) {
+    return options.strategy == config::RelaxStrategy::shell ? "shell" : "paper";
+}
+
+template <int D>
+CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved, double seconds) {
+    const CurveStatistics& s = curved.statistics;
+    return {mesh.edges.size(),
+            s.volume_edges,
+            s.curved_edges,
+            s.polished,
+            s.exhausted,
+            s.shortened,
+            s.outside,
+            s.lost,
+            edge_report(mesh, curved.proposal, curved.straight_lengths, curved.lengths),
+            {},
+            static_cast<double>(s.volume_edges) / std::max(seconds, 1e-9)};
+}
+
 template <int D>
 ValidityReport validity_report(const Validation<D>& v) {
     return {
         v.bound, v.invalid, v.undecided, v.straight_inverted, v.smallest, v.worst.valid() ? v.worst.index() + 1 : 0};
+}
+
+/// What the cavities' relaxations came to, in the figures of a relaxation of the whole.
+template <int D>
+RelaxReport relax_report(const Validation<D>& wanted, const Validation<D>& now, const Reinserted<D>& done,
+                         const char* strategy) {
+    RelaxReport r{strategy, 0, 0, 0};
+    for (std::size_t e = 0; e < now.verdicts.size(); ++e)
+        r.corrected_elements += wanted.verdicts[e] != Verdict::valid && now.verdicts[e] == Verdict::valid;
+    for (std::size_t e = 0; e < done.proposal.mid_nodes.size(); ++e) {
+        if (done.proposal.mid_nodes[e] == done.wanted.proposal.mid_nodes[e]) continue;
+        ++(done.proposal.kinds[e] == EdgeKind::volume ? r.relaxed_volume_edges : r.relaxed_surface_edges);
+    }
+    return r;
 }
 
 template <int D>
@@ -147,34 +203,13 @@ Outcome<State<D>> curve_stage(State<D> state, const config::Curve& options, Repo
     auto boundary = boundary_nodes(mesh, *state.features, *state.geometry, execution);
     if (!boundary) return fail(boundary.error());
 
-    EdgeMinimiserOptions edge;
-    edge.objective =
-        options.objective == config::Objective::energy ? EdgeObjectiveKind::energy : EdgeObjectiveKind::length;
-    edge.field = options.field == config::FieldOfEdge::back ? EdgeFieldKind::back : EdgeFieldKind::edge;
-    edge.quadrature_points = options.quadrature_points;
-    edge.max_iterations = options.iterations;
-    edge.length_tolerance = options.length_tolerance;
-    edge.max_tangential_shift = options.max_tangential_shift;
-    edge.max_offset = options.max_offset;
     const auto begin = std::chrono::steady_clock::now();
     auto curved = curve(mesh, state.features->edge_kinds, Column<LagrangeNode<D>>(std::move(*boundary)), *state.shells,
-                        *state.back, edge, execution);
+                        *state.back, edge_options(options), execution);
     if (!curved) return fail(curved.error());
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
 
-    const CurveStatistics& s = curved->statistics;
-    report.curve = CurveReport{mesh.edges.size(),
-                               s.volume_edges,
-                               s.curved_edges,
-                               s.polished,
-                               s.exhausted,
-                               s.shortened,
-                               s.outside,
-                               s.lost,
-                               {},
-                               {},
-                               static_cast<double>(s.volume_edges) / std::max(seconds.count(), 1e-9)};
-    report.curve->before = edge_report(mesh, curved->proposal, curved->straight_lengths, curved->lengths);
+    report.curve = curve_report(mesh, *curved, seconds.count());
     state.proposal = curved->proposal;
     state.curved = std::move(*curved);
     state.validation.reset();
@@ -203,17 +238,10 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
         if (!validated) return fail(validated.error());
         state = std::move(*validated);
     }
-    RelaxOptions relax_options;
-    relax_options.strategy =
-        options.strategy == config::RelaxStrategy::shell ? RelaxStrategy::shell : RelaxStrategy::paper;
-    relax_options.theta = options.theta;
-    relax_options.max_corrections = options.max_corrections;
-    relax_options.min_scaled_jacobian = options.min_scaled_jacobian;
-    auto relaxed = relax(*state.mesh, *state.proposal, *state.validation, relax_options, execution);
+    auto relaxed = relax(*state.mesh, *state.proposal, *state.validation, relax_options(options), execution);
     if (!relaxed) return fail(relaxed.error());
-    report.relax =
-        RelaxReport{options.strategy == config::RelaxStrategy::shell ? "shell" : "paper", relaxed->corrected_elements,
-                    relaxed->relaxed_volume_edges, relaxed->relaxed_surface_edges};
+    report.relax = RelaxReport{strategy_name(options), relaxed->corrected_elements, relaxed->relaxed_volume_edges,
+                               relaxed->relaxed_surface_edges};
     state.proposal = std::move(relaxed->proposal);
     judged(state, std::move(relaxed->validation), report);
     return state;
@@ -232,6 +260,39 @@ Outcome<State<D>> commit_stage(State<D> state, Report& report, const Execution& 
     if (!mesh) return fail(mesh.error());
     state.mesh = std::move(*mesh);
     report.committed = true;
+    return state;
+}
+
+template <int D>
+Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options, Report& report,
+                                 const Execution& execution) {
+    auto around = shells(state.mesh->edges, execution);
+    if (!around) return fail(around.error());
+    state.shells = std::move(*around);
+    auto boundary = boundary_nodes(*state.mesh, *state.features, *state.geometry, execution);
+    if (!boundary) return fail(boundary.error());
+    const ReinsertAllOptions all{{edge_options(options.curve), relax_options(options.relax)}, options.max_turns};
+    const auto begin = std::chrono::steady_clock::now();
+    auto done = reinsert_all(*state.mesh, state.features->edge_kinds, Column<LagrangeNode<D>>(std::move(*boundary)),
+                             *state.back, all, execution);
+    if (!done) return fail(done.error());
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+    const double bound = options.relax.min_scaled_jacobian;
+    auto wanted = validate(*state.mesh, done->wanted.proposal, bound, execution);
+    if (!wanted) return fail(wanted.error());
+    auto validation = validate(done->mesh, bound, execution);
+    if (!validation) return fail(validation.error());
+
+    report.curve = curve_report(*state.mesh, done->wanted, seconds.count());
+    report.validity_before = validity_report(*wanted);
+    report.relax = relax_report(*wanted, *validation, *done, strategy_name(options.relax));
+    const ReinsertStatistics& s = done->statistics;
+    report.reinsert = ReinsertReport{s.turns, s.rounds, s.patches, s.not_valid, s.no_gain};
+    judged(state, std::move(*validation), report);
+    report.committed = true;
+    state.mesh = std::move(done->mesh);
+    state.proposal = std::move(done->proposal);
+    state.curved = std::move(done->wanted);
     return state;
 }
 
@@ -269,6 +330,7 @@ Outcome<State<D>> measure_stage(State<D> state, Report& report, const Execution&
     template Outcome<State<D>> validate_stage<D>(State<D>, const config::Validate&, Report&, const Execution&);      \
     template Outcome<State<D>> relax_stage<D>(State<D>, const config::Relax&, Report&, const Execution&);            \
     template Outcome<State<D>> commit_stage<D>(State<D>, Report&, const Execution&);                                 \
+    template Outcome<State<D>> reinsert_stage<D>(State<D>, const config::Reinsert&, Report&, const Execution&);      \
     template Outcome<State<D>> measure_stage<D>(State<D>, Report&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -47,6 +47,11 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
 template <int D>
 Outcome<State<D>> commit_stage(State<D> state, Report& report, const Execution& execution);
 
+/// The global algorithm of the cavity operator, in place of curve, validate, relax and commit.
+template <int D>
+Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options, Report& report,
+                                 const Execution& execution);
+
 /// Gains after correction and distances of the boundary, for the report.
 template <int D>
 Outcome<State<D>> measure_stage(State<D> state, Report& report, const Execution& execution);

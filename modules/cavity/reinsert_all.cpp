@@ -1,0 +1,222 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.cavity;
+import camber.core;
+import camber.metric;
+
+namespace camber {
+
+namespace {
+
+/// A node nearer to its target than this share of its offset is there.
+constexpr double close_enough = 1e-2;
+
+/// The walk over a mesh's vertices.
+template <int D>
+struct Walk {
+    Curving<D> curving;
+    const CavityTopology<D>& topology;
+    const BackMesh<D>& back;
+    const ReinsertAllOptions& options;
+    EdgeRules rules;
+    ReinsertStatistics statistics;
+    std::vector<std::uint8_t> changed;  ///< vertices in a ball that was patched since their last turn
+    std::size_t done = 0;               ///< vertices reinserted in this turn
+};
+
+template <int D>
+Curving<D> nothing_known(QuadraticMesh<D> mesh, const Column<EdgeKind>& kinds,
+                         const Column<LagrangeNode<D>>& boundary_nodes) {
+    const std::size_t n = mesh.edges.size();
+    return {std::move(mesh),          kinds,
+            boundary_nodes,           Buffer<EdgeChange>(n, EdgeChange::straight),
+            Buffer<EdgeTarget<D>>(n), Buffer<std::uint8_t>(n, 0)};
+}
+
+template <int D>
+Curving<D> with_targets(Curving<D> curving, const std::vector<Reinsertion<D>>& round) {
+    auto targets = take(std::move(curving.targets));
+    auto known = take(std::move(curving.known));
+    for (const auto& reinsertion : round)
+        for (const auto& [edge, target] : reinsertion.found) {
+            targets[edge.index()] = target;
+            known[edge.index()] = 1;
+        }
+    curving.targets = std::move(targets);
+    curving.known = std::move(known);
+    return curving;
+}
+
+void count(ReinsertStatistics& statistics, const Rejection& rejection) {
+    if (rejection.reason == RejectionReason::not_valid) ++statistics.not_valid;
+    if (rejection.reason == RejectionReason::no_gain) ++statistics.no_gain;
+}
+
+/// Plans the cavities of these vertices, which do not overlap, against the mesh as it is, and commits what comes of it.
+template <int D>
+Outcome<Done> round(Walk<D>& walk, std::span<const VertexId> vertices, const Execution& execution) {
+    auto planned = map_each(
+        execution, vertices.size(),
+        [&](std::size_t i) {
+            return reinsert(walk.curving, walk.topology, walk.back, vertices[i], walk.rules, walk.options.cavity);
+        },
+        16);
+    if (!planned) return fail(planned.error());
+    std::vector<Reinsertion<D>> results;
+    std::vector<Patch<D>> patches;
+    results.reserve(planned->size());
+    patches.reserve(planned->size());
+    for (auto& outcome : *planned) {
+        if (!outcome) return fail(outcome.error());
+        results.push_back(std::move(*outcome));
+    }
+    walk.curving = with_targets(std::move(walk.curving), results);
+    for (auto& [vertex, result, found] : results) {
+        walk.changed[vertex.index()] = 0;
+        if (const auto* rejection = std::get_if<Rejection>(&result)) {
+            count(walk.statistics, *rejection);
+            continue;
+        }
+        patches.push_back(std::move(std::get<Patch<D>>(result)));
+        for (const auto& v : patches.back().elements)
+            for (const VertexId w : v)
+                if (w != vertex) walk.changed[w.index()] = 1;
+    }
+    walk.statistics.patches += patches.size();
+    ++walk.statistics.rounds;
+    auto committed = commit<D>(std::move(walk.curving), patches);
+    if (!committed) return fail(committed.error());
+    walk.curving = std::move(*committed);
+    return Done{};
+}
+
+/// Reinserts all of these vertices, round by round.
+template <int D>
+Outcome<Done> reinsert_each(Walk<D>& walk, std::vector<VertexId> pending, std::size_t total,
+                            const Execution& execution) {
+    std::vector<std::uint8_t> is_pending(walk.curving.mesh.linear.points.size(), 0);
+    for (const VertexId v : pending) is_pending[v.index()] = 1;
+    while (!pending.empty()) {
+        auto chosen = independent_vertices<D>(walk.curving.mesh.linear, walk.topology.balls, pending, is_pending,
+                                              Execution{execution.threads, execution.stop, {}});
+        if (!chosen) return fail(chosen.error());
+        Execution ticking = execution;
+        if (execution.progress)
+            ticking.progress = [&](std::size_t done, std::size_t) { execution.progress(walk.done + done, total); };
+        if (auto ok = round<D>(walk, *chosen, ticking); !ok) return ok;
+        walk.done += chosen->size();
+        for (const VertexId v : *chosen) is_pending[v.index()] = 0;
+        std::erase_if(pending, [&](VertexId v) { return is_pending[v.index()] == 0; });
+    }
+    return Done{};
+}
+
+/// 1 for vertices on the boundary: at an end of an edge that is not of the volume.
+template <int D>
+std::vector<std::uint8_t> on_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds) {
+    std::vector<std::uint8_t> marks(mesh.linear.points.size(), 0);
+    for (std::size_t e = 0; e < kinds.size(); ++e)
+        if (kinds[e] != EdgeKind::volume)
+            for (const VertexId v : mesh.edges.vertices[e]) marks[v.index()] = 1;
+    return marks;
+}
+
+/// 1 for vertices with an edge whose node is short of its target.
+template <int D>
+std::vector<std::uint8_t> short_of_target(const Curving<D>& c) {
+    std::vector<std::uint8_t> marks(c.mesh.linear.points.size(), 0);
+    for (std::size_t e = 0; e < c.mesh.edges.size(); ++e)
+        if (c.known[e] != 0 && misfit(c.mesh, EdgeId(e), c.mesh.mid_nodes[e], c.targets[e].node) > close_enough)
+            for (const VertexId v : c.mesh.edges.vertices[e]) marks[v.index()] = 1;
+    return marks;
+}
+
+/// One turn over the vertices that `wanted` marks: volume, then boundary. 0 when there were none.
+template <int D>
+Outcome<std::size_t> turn(Walk<D>& walk, const std::vector<std::uint8_t>& boundary,
+                          const std::vector<std::uint8_t>& wanted, const Execution& execution) {
+    const auto total = static_cast<std::size_t>(std::count(wanted.begin(), wanted.end(), 1));
+    walk.done = 0;
+    for (const int side : {0, 1}) {
+        std::vector<VertexId> vertices;
+        vertices.reserve(total);
+        for (std::size_t v = 0; v < wanted.size(); ++v)
+            if (wanted[v] != 0 && boundary[v] == side) vertices.emplace_back(v);
+        if (auto ok = reinsert_each(walk, std::move(vertices), total, execution); !ok) return fail(ok.error());
+    }
+    return total;
+}
+
+/// Edges that no cavity holds (of facets without elements) go straight to the geometry: no element is in the way.
+template <int D>
+Curving<D> with_bare_edges(Curving<D> c, const Incidence<ElementId>& shells) {
+    std::vector<Reinsertion<D>> bare(1);
+    Patch<D> patch;
+    for (std::size_t e = 0; e < c.mesh.edges.size(); ++e) {
+        if (!shells[e].empty()) continue;
+        const EdgeId edge(e);
+        const auto target = boundary_target(
+            c.mesh, edge, c.kinds[e] == EdgeKind::volume ? c.mesh.mid_nodes[edge] : c.boundary_nodes[edge]);
+        bare[0].found.push_back({edge, target});
+        patch.nodes.push_back({c.mesh.edges.vertices[edge], edge, target.node, target.change});
+    }
+    c = with_targets(std::move(c), bare);
+    return std::move(*commit<D>(std::move(c), std::span(&patch, 1)));
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind>& kinds,
+                                    const Column<LagrangeNode<D>>& boundary_nodes, const BackMesh<D>& back,
+                                    const ReinsertAllOptions& options, const Execution& execution) {
+    const std::size_t n = mesh.edges.size();
+    if (kinds.size() != n || boundary_nodes.size() != n)
+        return fail(ErrorKind::internal, "reinsert_all needs a kind and a boundary node for each of the " +
+                                             std::to_string(n) + " edges, not " + std::to_string(kinds.size()) +
+                                             " and " + std::to_string(boundary_nodes.size()));
+    const auto topology = cavity_topology(mesh, execution);
+    if (!topology) return fail(topology.error());
+    const std::size_t vertices = mesh.linear.points.size();
+    const auto boundary = on_boundary(mesh, kinds);
+    Walk<D> walk{with_bare_edges(nothing_known(std::move(mesh), kinds, boundary_nodes), topology->shells),
+                 *topology,
+                 back,
+                 options,
+                 edge_rules(options.cavity.edge),
+                 {},
+                 std::vector<std::uint8_t>(vertices, 1),
+                 0};
+    std::vector<std::uint8_t> wanted(vertices, 1);
+    for (int t = 0; t < options.max_turns; ++t) {
+        const auto reinserted = turn(walk, boundary, wanted, execution);
+        if (!reinserted) return fail(reinserted.error());
+        if (*reinserted == 0) break;
+        ++walk.statistics.turns;
+        wanted = short_of_target(walk.curving);
+        for (std::size_t v = 0; v < vertices; ++v) wanted[v] = wanted[v] != 0 && walk.changed[v] != 0;
+    }
+    Curving<D>& c = walk.curving;
+    return Reinserted<D>{in_columns<D>(c.targets.view(), kinds),
+                         {c.mesh.mid_nodes, kinds, c.changes},
+                         std::move(c.mesh),
+                         walk.statistics};
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                           \
+    template Outcome<Reinserted<D>> reinsert_all<D>(QuadraticMesh<D>, const Column<EdgeKind>&,          \
+                                                    const Column<LagrangeNode<D>>&, const BackMesh<D>&, \
+                                                    const ReinsertAllOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber
