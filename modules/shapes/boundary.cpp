@@ -33,13 +33,17 @@ Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& mesh, const Facet
     if (!adjacent) return fail(adjacent.error());
     Buffer<SimplexVertices<D - 1>> vertices;
     Buffer<Reference> references;
-    for (const auto& [element, opposite] : boundary_faces<D>(*adjacent)) {
-        SimplexVertices<D - 1> facet;
-        const auto local = face_opposite<D>(static_cast<int>(opposite));
-        for (int i = 0; i < D; ++i) facet[i] = mesh.elements.vertices[element][local[i]];
-        vertices.push_back(facet);
-        references.push_back(facet_reference(facet));
-    }
+    const auto& material = mesh.elements.references;
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e)
+        for (int opposite = 0; opposite <= D; ++opposite) {
+            const ElementId other = (*adjacent)[e][opposite];
+            if (other.valid() && material[other] <= material[e]) continue;  // inside, or seen from the other side
+            SimplexVertices<D - 1> facet;
+            const auto local = face_opposite<D>(opposite);
+            for (int i = 0; i < D; ++i) facet[i] = mesh.elements.vertices[e][local[i]];
+            vertices.push_back(facet);
+            references.push_back(facet_reference(facet));
+        }
     return Simplices<D - 1>{std::move(vertices), std::move(references), {}};
 }
 
@@ -90,13 +94,12 @@ void add_ridges(LinearMesh<3>& mesh) {
 
 template <int D>
 Outcome<LinearMesh<D>> bounded_mesh(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements,
-                                    const FacetReference<D>& facet_reference) {
+                                    Buffer<Reference> materials, const FacetReference<D>& facet_reference) {
     LinearMesh<D> mesh;
     const std::size_t count = points.size();
-    Buffer<Reference> element_references(elements.size(), Reference{1});
     mesh.points = std::move(points);
     mesh.point_references = Buffer<Reference>(count, Reference{0});
-    mesh.elements = {std::move(elements), std::move(element_references), {}};
+    mesh.elements = {std::move(elements), std::move(materials), {}};
     if (auto checked = check_volumes(mesh); !checked) return fail(checked.error());
     auto facets = boundary_facets<D>(mesh, facet_reference);
     if (!facets) return fail(facets.error());
@@ -111,7 +114,9 @@ Outcome<LinearMesh<D>> bounded_mesh(Buffer<Vec<D>> points, Buffer<SimplexVertice
     return mesh;
 }
 
-template Outcome<LinearMesh<2>> bounded_mesh<2>(Buffer<Vec<2>>, Buffer<SimplexVertices<2>>, const FacetReference<2>&);
-template Outcome<LinearMesh<3>> bounded_mesh<3>(Buffer<Vec<3>>, Buffer<SimplexVertices<3>>, const FacetReference<3>&);
+template Outcome<LinearMesh<2>> bounded_mesh<2>(Buffer<Vec<2>>, Buffer<SimplexVertices<2>>, Buffer<Reference>,
+                                                const FacetReference<2>&);
+template Outcome<LinearMesh<3>> bounded_mesh<3>(Buffer<Vec<3>>, Buffer<SimplexVertices<3>>, Buffer<Reference>,
+                                                const FacetReference<3>&);
 
 }  // namespace camber

@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -75,8 +76,15 @@ Outcome<LinearMesh<2>> generate(const BumpOptions& options) {
         if (lattice.place(v)[1] == 0) lattice.points[v][1] = floor_height(options, lattice.points[v][0]);
     auto points = std::move(lattice.points);
     auto elements = std::move(lattice.elements);
-    return bounded_mesh<2>(std::move(points), std::move(elements),
-                           [&](const SimplexVertices<1>& facet) { return lattice.side(facet); });
+    Buffer<Reference> materials(elements.size(), Reference{1});
+    for (std::size_t e = 0; e < elements.size(); ++e)
+        if (std::ranges::all_of(elements[e], [&](VertexId v) { return lattice.place(v.index())[1] <= layers; }))
+            materials[e] = options.floor_layer.material;
+    return bounded_mesh<2>(std::move(points), std::move(elements), std::move(materials),
+                           [&](const SimplexVertices<1>& facet) {
+                               const Reference side = lattice.side(facet);
+                               return side != 0 ? side : options.floor_layer.interface;
+                           });
 }
 
 }  // namespace camber

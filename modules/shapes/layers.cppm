@@ -11,6 +11,8 @@ struct BoundaryLayer {
     int count = 0;               ///< layers; 0 for none
     double first_height = 0.02;  ///< height of the layer at the wall (model units)
     double growth = 1.25;        ///< each layer's height over that of the one nearer to the wall
+    Reference material = 1;      ///< of the layers' elements; what is not layers has 1
+    Reference interface = 9;     ///< of the facets between the layers and what is above, if that is another material
 
     friend bool operator==(const BoundaryLayer&, const BoundaryLayer&) = default;
 };

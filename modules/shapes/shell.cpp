@@ -47,7 +47,9 @@ void add_layers(ShellCore<D>& core, std::span<const SimplexVertices<D - 1>> face
             next[v.index()] = VertexId(core.points.size());
             core.points.push_back(radii[k] * normalised(core.points[v.index()]));
             core.sides.push_back(side);
-            core.sides[last[v.index()].index()] = ShellSide::between;
+            core.sides[last[v.index()].index()] = k > 0                      ? ShellSide::between
+                                                  : side == ShellSide::inner ? ShellSide::above_inner_layer
+                                                                             : ShellSide::above_outer_layer;
         }
         const bool inwards = side == ShellSide::inner;
         extrude<D>(facets, inwards ? next : last, inwards ? last : next, noise.stream(k), core.elements);
@@ -55,8 +57,9 @@ void add_layers(ShellCore<D>& core, std::span<const SimplexVertices<D - 1>> face
     }
 }
 
+/// Adds the layers; the materials of all elements.
 template <int D>
-void add_layers(ShellCore<D>& core, const ShellOptions<D>& o, const Noise& noise) {
+Buffer<Reference> add_layers(ShellCore<D>& core, const ShellOptions<D>& o, const Noise& noise) {
     std::vector<double> inner, outer;
     for (const double d : layer_distances(o.inner_layer)) inner.push_back(o.inner_radius + d);
     for (const double d : layer_distances(o.outer_layer)) outer.push_back(o.outer_radius - d);
@@ -69,8 +72,22 @@ void add_layers(ShellCore<D>& core, const ShellOptions<D>& o, const Noise& noise
     };
     to_wall(inner, o.inner_radius);
     to_wall(outer, o.outer_radius);
+    Buffer<Reference> materials(core.elements.size(), Reference{1});
     add_layers<D>(core, core.inner, inner, ShellSide::inner, noise.stream(1));
+    materials.resize(core.elements.size(), o.inner_layer.material);
     add_layers<D>(core, core.outer, outer, ShellSide::outer, noise.stream(2));
+    materials.resize(core.elements.size(), o.outer_layer.material);
+    return materials;
+}
+
+template <int D>
+Reference reference_on(ShellSide side, const ShellOptions<D>& o) {
+    switch (side) {
+        case ShellSide::inner: return o.inner_reference;
+        case ShellSide::above_inner_layer: return o.inner_layer.interface;
+        case ShellSide::above_outer_layer: return o.outer_layer.interface;
+        default: return o.outer_reference;
+    }
 }
 
 }  // namespace
@@ -88,13 +105,12 @@ Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options) {
     else
         core = unstructured_core<D>(sizes, noise);
     if (!core) return fail(core.error());
-    add_layers(*core, options, noise.stream(400));
+    Buffer<Reference> materials = add_layers(*core, options, noise.stream(400));
     for (Vec<D>& p : core->points) p += options.centre;
     const Buffer<ShellSide> sides = std::move(core->sides);
     return bounded_mesh<D>(
-        std::move(core->points), std::move(core->elements), [&](const SimplexVertices<D - 1>& facet) {
-            return sides[facet[0].index()] == ShellSide::inner ? options.inner_reference : options.outer_reference;
-        });
+        std::move(core->points), std::move(core->elements), std::move(materials),
+        [&](const SimplexVertices<D - 1>& facet) { return reference_on(sides[facet[0].index()], options); });
 }
 
 template Outcome<LinearMesh<2>> generate<2>(const ShellOptions<2>&);

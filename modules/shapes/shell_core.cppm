@@ -6,8 +6,8 @@ import :random;
 
 export namespace camber {
 
-/// Which boundary of the shell a vertex lies on.
-enum class ShellSide : std::uint8_t { between, inner, outer };
+/// Which boundary of the shell, or which top of layers, a vertex lies on.
+enum class ShellSide : std::uint8_t { between, inner, outer, above_inner_layer, above_outer_layer };
 
 /// The shell without its layers, about the origin.
 template <int D>

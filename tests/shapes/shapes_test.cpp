@@ -1,5 +1,7 @@
 #include "mesh_laws.hpp"
 
+#include <algorithm>
+#include <map>
 #include <set>
 
 #include "property.hpp"
@@ -124,6 +126,31 @@ TEST_CASE("a channel is sound and its floor is the bump") {
                 if (mesh->facets.references[f] == 4) CHECK(p[1] == options.height);
             }
     }
+}
+
+TEST_CASE("layers of another material: its elements are theirs, and facets lie between") {
+    ShellOptions<3> shell{.inner_size = 0.8, .outer_size = 2};
+    shell.inner_layer = {.count = 2, .first_height = 0.1, .growth = 1.5, .material = 2, .interface = 7};
+    shell.outer_layer = {.count = 1, .first_height = 0.2, .growth = 1, .material = 3, .interface = 8};
+    const auto mesh = generate(shell);
+    REQUIRE(mesh.has_value());
+    check_on_sphere(*mesh, 7, {}, 1 + thickness(shell.inner_layer));
+    check_on_sphere(*mesh, 8, {}, 5 - thickness(shell.outer_layer));
+    std::map<Reference, std::size_t> facets, elements;
+    for (const Reference r : mesh->facets.references) ++facets[r];
+    for (const Reference r : mesh->elements.references) ++elements[r];
+    CHECK(facets[7] == facets[2]);
+    CHECK(facets[8] == facets[1]);
+    CHECK(elements[2] == 2 * 3 * facets[2]);
+    CHECK(elements[3] == 3 * facets[1]);
+
+    BumpOptions bump;
+    bump.floor_layer.count = 3;
+    bump.floor_layer.material = 5;
+    const auto channel = generate(bump);
+    REQUIRE(channel.has_value());
+    CHECK(std::ranges::count(channel->facets.references, bump.floor_layer.interface) == bump.cells[0]);
+    CHECK(std::ranges::count(channel->elements.references, 5) == 2 * 3 * bump.cells[0]);
 }
 
 TEST_CASE("the same options give the same mesh, another seed another one") {

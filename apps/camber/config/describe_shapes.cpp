@@ -84,7 +84,10 @@ const Description<BoundaryLayer>& Described<BoundaryLayer>::get() {
         "Thin layers along a wall, prisms cut to simplices.",
         {field("count", &S::count, "number of layers; 0 for none").at_least(0).at_most(1000),
          field("first_height", &S::first_height, "height of the layer at the wall").unit(length).above(0),
-         field("growth", &S::growth, "height of a layer over that of the one nearer to the wall").above(0)},
+         field("growth", &S::growth, "height of a layer over that of the one nearer to the wall").above(0),
+         field("material", &S::material, "reference of the layers' elements; that of the others is 1"),
+         field("interface", &S::interface,
+               "reference of the facets between the layers and the others, where their materials differ")},
         {}};
     return description;
 }
