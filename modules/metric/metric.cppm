@@ -3,13 +3,17 @@
 export module camber.metric;
 export import :eigen;
 export import :spd;
+export import :matrix_derivatives;
 export import :natural;
 export import :tensors;
 export import :quadrature;
 import :element_frame;
 export import :back_mesh;
+export import :high_order;
 export import :edge_length;
 export import :edge_objective;
 import :unit_frame;
 import :edge_sectors;
 export import :edge_minimiser;
+import :edge_search;
+export import :edge_barycentric;
