@@ -17,3 +17,7 @@ import :edge_sectors;
 export import :edge_minimiser;
 import :edge_search;
 export import :edge_barycentric;
+export import :intersection;
+export import :operations;
+export import :gradation;
+export import :surface_metric;
