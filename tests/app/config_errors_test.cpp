@@ -51,7 +51,8 @@ TEST_CASE("wrong types are refused with what was expected") {
     CHECK(error_with(R"("output": {"mesh": 3})") == "config.json: /output/mesh: expected a string, got 3");
     CHECK(error_with(R"("metric": {"file": 3})") == "config.json: /metric/file: expected a file's path, got 3");
     CHECK(error_with(R"("metric": {"natural": {}, "file": "a"})") ==
-          "config.json: /metric: expected an object with one key, got 2 keys (known: natural, file, constant)");
+          "config.json: /metric: expected an object with one key, got 2 keys (known: natural, file, constant, surface, "
+          "field, expression)");
     CHECK(
         error_with(R"("metric": "constant")").starts_with("config.json: /metric: give either \"sizes\" or \"tensor\""));
     CHECK(error_with(R"("metric": "file")").starts_with("config.json: /metric: \"file\" needs its options"));

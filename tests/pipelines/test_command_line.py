@@ -151,6 +151,56 @@ class CommandLine(unittest.TestCase):
             self.assertLess(abs(json.loads((self.folder.path / "r.json").read_text())
                                 ["curve"]["before_correction"]["largest_gain"]), 1e-12)
 
+    def metric_report(self, metric, *operations):
+        done = self.camber("curve", "two.mesh", "-o", "o.mesh", "--geometry", "straight", "--metric", json.dumps(metric),
+                           "--set", "metric_operations=" + json.dumps(list(operations)), "--report", "r.json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads((self.folder.path / "r.json").read_text())["metric"]
+
+    def test_made_metrics(self):
+        volume = 0.5  # of the two tetrahedra: 1/6 + 1/3
+        constant = self.metric_report({"constant": {"sizes": [0.5]}})
+        self.assertAlmostEqual(constant["complexity"], 8 * volume, places=9)
+        for metric in ({"expression": {"size": "0.25 + 1/4"}}, {"expression": {"sizes": ["0.5", "1/2", "0.5 + 0*z"]}},
+                       {"expression": {"tensor": ["4", "0", "2^2", "0", "0", "4"]}}):
+            self.assertAlmostEqual(self.metric_report(metric)["complexity"], 8 * volume, places=9)
+        for name in ("linear", "polar-1", "polar-2", "rotating", "spherical-shock"):
+            options = {"spherical-shock": {"centre": [0, 0, 0]}, "linear": {"position": 0}}.get(name, {})
+            self.assertGreater(self.metric_report({"field": {name: options}})["largest_anisotropy"], 1, name)
+        thin = self.metric_report({"surface": {"tangent_size": 1, "normal_size": 0.1}})
+        self.assertGreater(thin["complexity"], 1)  # every vertex is a corner: thin in two directions or three
+
+    def test_metric_operations(self):
+        constant = {"constant": {"sizes": [0.5]}}
+        self.assertAlmostEqual(self.metric_report(constant, {"complexity": {"target": 123}})["complexity"], 123, places=6)
+        thin = {"constant": {"sizes": [0.01, 1, 1]}}
+        self.assertAlmostEqual(self.metric_report(thin)["largest_anisotropy"], 100, places=6)
+        self.assertAlmostEqual(self.metric_report(thin, {"bound": {"max_anisotropy": 5}})["largest_anisotropy"], 5,
+                               places=6)
+        crossed = self.metric_report(thin, {"intersect": {"constant": {"sizes": [1, 0.01, 1]}}})
+        self.assertAlmostEqual(crossed["complexity"], 0.5 * 1e4, delta=1e-4)
+        self.assertEqual(crossed["source"], "constant and constant")
+        graded = self.metric_report({"expression": {"size": "x + y + z < 0.1 ? 0.01 : 10"}}, {"gradation": {"ratio": 1.2}})
+        self.assertEqual(graded["gradations"], [{"sweeps": 2, "changed_vertices": 4, "converged": True}])
+
+    def test_an_intersection_with_a_file(self):
+        self.write("sizes.sol", "MeshVersionFormatted 2\nDimension 3\nSolAtVertices 5\n1 1\n" + "0.25\n" * 5 + "End\n")
+        both = self.metric_report({"constant": {"sizes": [0.5]}}, {"intersect": {"file": "sizes.sol"}})
+        self.assertAlmostEqual(both["complexity"], 64 * 0.5, places=6)
+        self.assertEqual(both["source"], "constant and sizes.sol")
+        self.fails(3, "absent.sol", "curve", "two.mesh", "-o", "no.mesh", "--set",
+                   'metric_operations=[{"intersect": {"file": "absent.sol"}}]')
+
+    def test_wrong_made_metrics(self):
+        for message, metric in (('the expression "0.1*q" cannot be read at position 5, at "q"', {"size": "0.1*q"}),
+                                ('vertex 2: the expression "0.5 - x" is -0.5 at (1, 0, 0)', {"size": "0.5 - x"}),
+                                ("expected 3 expressions of sizes, got 2", {"sizes": ["1", "2"]})):
+            self.fails(2, message, "curve", "two.mesh", "-o", "no.mesh", "--metric", json.dumps({"expression": metric}))
+        self.fails(2, "/metric: the shock's point has 2 coordinates, the mesh 3", "curve", "two.mesh", "-o", "no.mesh",
+                   "--metric", '{"field": {"planar-shock": {"point": [0, 0], "normal": [1, 0]}}}')
+        self.fails(2, "/metric_operations/0/intersect/constant/sizes: expected 1 or 3 sizes", "curve", "two.mesh", "-o",
+                   "no.mesh", "--set", 'metric_operations=[{"intersect": {"constant": {"sizes": [1, 2]}}}]')
+
     def test_analytic_geometry(self):
         sphere = '{"analytic": [{"references": [1, 2], "sphere": {"centre": [0.5, 0.5, 0.5], "radius": 0.8660254037844386}}]}'
         done = self.camber("curve", "two.mesh", "-o", "o.mesh", "--geometry", sphere, "--report", "r.json")

@@ -73,6 +73,17 @@ class Configs(unittest.TestCase):
     def test_spheres_fine(self):
         self.run_and_check("spheres-fine", "spheres-fine.meshb", "--sphere", "1,5", "--sphere", "2,1")
 
+    def test_spheres_surface_metric(self):
+        """The paper's §4.1: thin along the walls' normals, carried inwards by gradation."""
+        self.run_and_check("spheres-surface-metric", "spheres-surface-metric.meshb", "--sphere", "1,5", "--sphere", "2,1")
+        folder = Folder()
+        with folder:
+            metric = self.run_config(folder, "spheres-surface-metric")["metric"]
+        self.assertLessEqual(metric["largest_anisotropy"], 10.001)
+        gradation, = metric["gradations"]
+        self.assertTrue(gradation["converged"])
+        self.assertGreater(gradation["sweeps"], 1)
+
     def test_layers(self):
         self.run_and_check("layers", "layers.meshb", "--sphere", "1,5", "--sphere", "2,1")
 
@@ -87,7 +98,7 @@ class Configs(unittest.TestCase):
         self.assertEqual(names, set(GOLDEN))
 
     def test_bytes_do_not_depend_on_threads(self):
-        for name in ("layers", "annulus-2d"):
+        for name in ("layers", "annulus-2d", "spheres-surface-metric"):
             bytes_of = []
             for threads in (1, 2, 5):
                 folder = Folder()

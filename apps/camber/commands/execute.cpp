@@ -62,6 +62,14 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
         if (!solution) return fail(solution.error());
         inputs.metric = std::move(*solution);
     }
+    for (const config::MetricOperation& operation : pipeline.metric_operations) {
+        const auto* intersect = std::get_if<config::Intersect>(&operation);
+        const auto* operand = intersect != nullptr ? std::get_if<config::FilePath>(&intersect->metric) : nullptr;
+        if (operand == nullptr) continue;
+        auto solution = read_solution(operand->path, execution);
+        if (!solution) return fail(solution.error());
+        inputs.operands.push_back({operand->path, std::move(*solution)});
+    }
     return inputs;
 }
 

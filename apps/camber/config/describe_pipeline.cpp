@@ -55,6 +55,8 @@ const Description<Pipeline>& Described<Pipeline>::get() {
         "paths to the working directory.",
         {field("input", &S::input, "where the mesh comes from").required(),
          field("metric", &S::metric, "the field of sizes and directions that edges follow"),
+         field("metric_operations", &S::metric_operations, "what is done to the metric first, in this order")
+             .count(0, 1000),
          field("geometry", &S::geometry, "the shape that boundary nodes are put onto"),
          field("features", &S::features, "ridges of the boundary"),
          field("stages", &S::stages, "what is done, in this order").count(0, 1000),

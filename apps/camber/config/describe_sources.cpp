@@ -67,7 +67,10 @@ const Choice<Metric>& Described<Metric>::get() {
                                        "The field of sizes and directions that edges follow.",
                                        {{"natural", "the mesh's own"},
                                         {"file", "symmetric tensors at the vertices, from a .sol or .solb file"},
-                                        {"constant", "the same everywhere"}}};
+                                        {"constant", "the same everywhere"},
+                                        {"surface", "thin along the boundary's normals, isotropic in the volume"},
+                                        {"field", "an analytic field, by name"},
+                                        {"expression", "sizes or tensors as expressions of x, y, z"}}};
     return choice;
 }
 

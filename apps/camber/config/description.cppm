@@ -12,6 +12,7 @@ module;
 #include <nlohmann/json.hpp>
 module camber.config:description;
 import camber.core;
+import camber.fields;
 import camber.shapes;
 import :codec;
 import :json;
@@ -34,6 +35,16 @@ CAMBER_DESCRIBED(BoxOptions<2>)
 CAMBER_DESCRIBED(BumpOptions)
 CAMBER_DESCRIBED(NaturalMetric)
 CAMBER_DESCRIBED(ConstantMetric)
+CAMBER_DESCRIBED(SurfaceMetric)
+CAMBER_DESCRIBED(LinearField)
+CAMBER_DESCRIBED(PolarOneField)
+CAMBER_DESCRIBED(PolarTwoField)
+CAMBER_DESCRIBED(PlanarShock)
+CAMBER_DESCRIBED(SphericalShock)
+CAMBER_DESCRIBED(RotatingField)
+CAMBER_DESCRIBED(Gradation)
+CAMBER_DESCRIBED(Bound)
+CAMBER_DESCRIBED(Complexity)
 CAMBER_DESCRIBED(Surrogate)
 CAMBER_DESCRIBED(Straight)
 CAMBER_DESCRIBED(Plane)
@@ -55,6 +66,9 @@ CAMBER_DESCRIBED(Pipeline)
 CAMBER_DESCRIBED(Shape)
 CAMBER_DESCRIBED(Input)
 CAMBER_DESCRIBED(Metric)
+CAMBER_DESCRIBED(FieldMetric)
+CAMBER_DESCRIBED(MetricExpression)
+CAMBER_DESCRIBED(MetricOperation)
 CAMBER_DESCRIBED(Surface)
 CAMBER_DESCRIBED(Geometry)
 CAMBER_DESCRIBED(Stage)
@@ -76,6 +90,42 @@ struct Described<FieldOfEdge> {
 template <>
 struct Described<RelaxStrategy> {
     static const Words& get();
+};
+
+template <>
+struct Described<GradationSpace> {
+    static const Words& get();
+};
+
+/// An expression alone: a string, or an array of strings.
+template <>
+struct Codec<SizeExpression> {
+    static Outcome<SizeExpression> read(const Json& json, const Place& place, const Limits&);
+    static Json write(const SizeExpression& e) { return e.size; }
+    static Json schema(const Limits&);
+    static std::string type(const Limits&);
+};
+template <>
+struct Codec<SizesExpression> {
+    static Outcome<SizesExpression> read(const Json& json, const Place& place, const Limits&);
+    static Json write(const SizesExpression& e) { return e.sizes; }
+    static Json schema(const Limits&);
+    static std::string type(const Limits&);
+};
+template <>
+struct Codec<TensorExpression> {
+    static Outcome<TensorExpression> read(const Json& json, const Place& place, const Limits&);
+    static Json write(const TensorExpression& e) { return e.tensor; }
+    static Json schema(const Limits&);
+    static std::string type(const Limits&);
+};
+/// A metric in a metric's place.
+template <>
+struct Codec<Intersect> {
+    static Outcome<Intersect> read(const Json& json, const Place& place, const Limits&);
+    static Json write(const Intersect& intersect);
+    static Json schema(const Limits&);
+    static std::string type(const Limits&);
 };
 
 template <>

@@ -12,6 +12,7 @@ module;
 #include <nlohmann/json.hpp>
 module camber.config;
 import camber.core;
+import camber.fields;
 import camber.shapes;
 import :codec;
 import :description;
@@ -80,6 +81,9 @@ std::string pipeline_schema() {
 Pipeline with_inputs_below(Pipeline pipeline, std::string_view folder) {
     if (auto* file = std::get_if<FilePath>(&pipeline.input)) put_below(*file, folder);
     if (auto* file = std::get_if<FilePath>(&pipeline.metric)) put_below(*file, folder);
+    for (MetricOperation& operation : pipeline.metric_operations)
+        if (auto* intersect = std::get_if<Intersect>(&operation))
+            if (auto* file = std::get_if<FilePath>(&intersect->metric)) put_below(*file, folder);
     return pipeline;
 }
 

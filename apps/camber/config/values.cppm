@@ -6,6 +6,7 @@ module;
 #include <vector>
 export module camber.config:values;
 import camber.core;
+import camber.fields;
 import camber.shapes;
 
 /// What a config says, as plain values. Each struct's fields are described (unit, range, meaning) in describe_*.cpp.
@@ -33,7 +34,46 @@ struct ConstantMetric {
     std::vector<double> tensor;  ///< or D (D + 1)/2 entries, lower triangle by rows
     friend bool operator==(const ConstantMetric&, const ConstantMetric&) = default;
 };
-using Metric = std::variant<NaturalMetric, FilePath, ConstantMetric>;
+struct SurfaceMetric {
+    double tangent_size = 1, normal_size = 0.1;
+    double volume_size = 0;  ///< 0: as tangent_size
+    friend bool operator==(const SurfaceMetric&, const SurfaceMetric&) = default;
+};
+struct PlanarShock {
+    std::vector<double> point, normal;
+    double least_size = 0.01, size = 0.1, width = 0.1;
+    friend bool operator==(const PlanarShock&, const PlanarShock&) = default;
+};
+struct SphericalShock {
+    std::vector<double> centre;
+    double radius = 0.5, least_size = 0.01, size = 0.1, width = 0.1;
+    friend bool operator==(const SphericalShock&, const SphericalShock&) = default;
+};
+using FieldMetric = std::variant<LinearField, PolarOneField, PolarTwoField, PlanarShock, SphericalShock, RotatingField>;
+using Metric = std::variant<NaturalMetric, FilePath, ConstantMetric, SurfaceMetric, FieldMetric, MetricExpression>;
+
+/// What is done to the metric, in this order, before edges follow it.
+struct Intersect {
+    Metric metric;
+    friend bool operator==(const Intersect&, const Intersect&) = default;
+};
+enum class GradationSpace : std::uint8_t { metric, physical, mixed };
+struct Gradation {
+    double ratio = 1.5;
+    GradationSpace space = GradationSpace::mixed;
+    double physical_share = 0.125;
+    int max_sweeps = 1000;
+    friend bool operator==(const Gradation&, const Gradation&) = default;
+};
+struct Bound {
+    double min_size = 0, max_size = 0, max_anisotropy = 0;  ///< 0: none
+    friend bool operator==(const Bound&, const Bound&) = default;
+};
+struct Complexity {
+    double target = 10000;
+    friend bool operator==(const Complexity&, const Complexity&) = default;
+};
+using MetricOperation = std::variant<Intersect, Gradation, Bound, Complexity>;
 
 // ---------------------------------------------------------------- the geometry
 
@@ -130,6 +170,7 @@ struct Output {
 struct Pipeline {
     Input input = FilePath{};
     Metric metric;
+    std::vector<MetricOperation> metric_operations;
     Geometry geometry;
     Features features;
     std::vector<Stage> stages{Elevate{}, Curve{}, Validate{}, Relax{}, Commit{}};

@@ -6,6 +6,7 @@ module;
 #include <type_traits>
 #include <utility>
 #include <variant>
+#include <vector>
 module camber.run;
 import camber.core;
 import camber.bezier;
@@ -33,8 +34,13 @@ Error at(Error error, const std::string& path) {
 template <int D>
 class Runner {
   public:
-    Runner(const config::Pipeline& pipeline, State<D> state, std::optional<MetricFile> metric, const Around& around)
-        : pipeline_(pipeline), state_(std::move(state)), metric_(std::move(metric)), around_(around) {
+    Runner(const config::Pipeline& pipeline, State<D> state, std::optional<MetricFile> metric,
+           std::vector<MetricFile> operands, const Around& around)
+        : pipeline_(pipeline),
+          state_(std::move(state)),
+          metric_(std::move(metric)),
+          operands_(std::move(operands)),
+          around_(around) {
         const LinearMesh<D>& mesh = state_.linear;
         report_.mesh = {D,
                         state_.mesh ? 2 : 1,
@@ -79,7 +85,8 @@ class Runner {
         });
         if (!surface) return surface;
         return step("metric", [&](State<D> s, const Execution& e) {
-            return metric_stage(std::move(s), pipeline_.metric, metric_, report_, e);
+            return metric_stage(std::move(s), pipeline_.metric, metric_, pipeline_.metric_operations, operands_,
+                                report_, e);
         });
     }
     Outcome<Done> apply(const config::Curve& options) {
@@ -108,6 +115,7 @@ class Runner {
     const config::Pipeline& pipeline_;
     State<D> state_;
     std::optional<MetricFile> metric_;
+    std::vector<MetricFile> operands_;
     const Around& around_;
     Report report_;
 };
@@ -133,7 +141,9 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     if (inputs.metric) metric = MetricFile{std::get<config::FilePath>(pipeline.metric).path, std::move(*inputs.metric)};
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
-            return Runner<Mesh::dimension>(pipeline, initial(std::move(mesh)), std::move(metric), around).run();
+            return Runner<Mesh::dimension>(pipeline, initial(std::move(mesh)), std::move(metric),
+                                           std::move(inputs.operands), around)
+                .run();
         },
         std::move(inputs.mesh.mesh));
     if (!run) return run;

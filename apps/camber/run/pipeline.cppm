@@ -3,6 +3,7 @@ module;
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 export module camber.run:pipeline;
 import camber.core;
 import camber.config;
@@ -16,7 +17,8 @@ export namespace camber::run {
 /// keeps clocks and shows progress. `around(name, body)` must call body once, with the Execution to use.
 struct Inputs {
     DecodedMesh mesh;
-    std::optional<Solution> metric;  ///< of the metric file, when the config names one
+    std::optional<Solution> metric;         ///< of the metric file, when the config names one
+    std::vector<MetricFile> operands = {};  ///< metric files that the operations intersect with
 };
 using Around =
     std::function<Outcome<Done>(std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body)>;

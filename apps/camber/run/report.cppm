@@ -23,10 +23,18 @@ struct MeshReport {
     std::size_t vertices = 0, nodes = 0, elements = 0, facets = 0, feature_edges = 0;
 };
 
+struct GradationReport {
+    int sweeps = 0;
+    std::size_t changed = 0;  ///< vertices whose metric it made smaller
+    bool converged = true;    ///< false: out of sweeps
+};
+
 struct MetricReport {
     std::string source;
     double largest_anisotropy = 1;
-    std::size_t floored = 0;  ///< tensors of the file that rounding had made indefinite
+    double complexity = 0;                    ///< ∫ sqrt(det M), after the operations
+    std::vector<GradationReport> gradations;  ///< one a gradation, in the config's order
+    std::size_t floored = 0;                  ///< tensors of the file that rounding had made indefinite
 };
 
 struct BoundaryReport {

@@ -17,7 +17,13 @@ Json json(const MeshReport& m) {
             {"elements", m.elements},   {"facets", m.facets}, {"feature_edges", m.feature_edges}};
 }
 Json json(const MetricReport& m) {
-    return {{"source", m.source}, {"largest_anisotropy", m.largest_anisotropy}, {"floored_tensors", m.floored}};
+    Json j{{"source", m.source},
+           {"largest_anisotropy", m.largest_anisotropy},
+           {"complexity", m.complexity},
+           {"floored_tensors", m.floored}};
+    for (const GradationReport& g : m.gradations)
+        j["gradations"].push_back({{"sweeps", g.sweeps}, {"changed_vertices", g.changed}, {"converged", g.converged}});
+    return j;
 }
 Json json(const BoundaryReport& b) {
     Json j{{"surface_edges", b.surface_edges},

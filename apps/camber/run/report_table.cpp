@@ -35,7 +35,10 @@ std::string mesh_rows(const Report& report) {
                        row(m.dimension == 2 ? "boundary edges" : "boundary triangles", m.facets);
     if (report.metric) {
         text += row("metric", report.metric->source) +
-                row("largest anisotropy", fmt::format("{:.4g}", report.metric->largest_anisotropy));
+                row("largest anisotropy", fmt::format("{:.4g}", report.metric->largest_anisotropy)) +
+                row("complexity", fmt::format("{:.6g}", report.metric->complexity));
+        for (const GradationReport& g : report.metric->gradations)
+            text += row("gradation: sweeps, vertices", fmt::format("{}, {}", g.sweeps, grouped(g.changed)));
         if (report.metric->floored > 0) text += row("metrics raised from rounding", report.metric->floored);
     }
     return text;

@@ -11,6 +11,7 @@ module camber.run;
 import camber.core;
 import camber.bezier;
 import camber.config;
+import camber.fields;
 import camber.io;
 import camber.metric;
 import camber.surface;
@@ -184,6 +185,18 @@ Outcome<Column<LogMetric<D>>> make_log_metrics(const config::Metric& metric, con
         Buffer<LogMetric<D>> logs(state.linear.points.size());
         std::fill(logs.begin(), logs.end(), *value);
         return Column<LogMetric<D>>(std::move(logs));
+    }
+    if (const auto* surface = std::get_if<config::SurfaceMetric>(&metric)) {
+        report.metric->source = "surface";
+        return make_surface_metric(*surface, state, execution);
+    }
+    if (const auto* field = std::get_if<config::FieldMetric>(&metric)) {
+        report.metric->source = "field";
+        return make_field_metric(*field, state.linear, execution);
+    }
+    if (const auto* expression = std::get_if<MetricExpression>(&metric)) {
+        report.metric->source = "expression";
+        return log_metrics_of<D>(*expression, state.linear.points.view(), execution);
     }
     if (!file) return fail(ErrorKind::internal, "the metric file was not read");
     report.metric->source = file->name;

@@ -5,6 +5,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 module camber.run;
@@ -175,12 +176,22 @@ Outcome<State<D>> surface_stage(State<D> state, const config::Features& options,
 
 template <int D>
 Outcome<State<D>> metric_stage(State<D> state, const config::Metric& metric, const std::optional<MetricFile>& file,
-                               Report& report, const Execution& execution) {
+                               std::span<const config::MetricOperation> operations,
+                               std::span<const MetricFile> operands, Report& report, const Execution& execution) {
     auto around = balls(state.linear, execution);
     if (!around) return fail(around.error());
     report.metric = MetricReport{};
     auto log_metrics = make_log_metrics(metric, file, state, report, execution);
+    if (!log_metrics) {
+        Error error = log_metrics.error();
+        if (error.kind == ErrorKind::usage && error.where.empty()) error.where = "/metric";
+        return fail(std::move(error));
+    }
+    log_metrics = operated(std::move(*log_metrics), operations, operands, state, report, execution);
     if (!log_metrics) return fail(log_metrics.error());
+    auto volume = complexity(state.linear, *log_metrics, execution);
+    if (!volume) return fail(volume.error());
+    report.metric->complexity = *volume;
     auto largest = reduce_each(
         execution, log_metrics->size(), 1.0,
         [&](double& most, std::size_t v) { most = std::max(most, anisotropy((*log_metrics)[v])); },
@@ -320,17 +331,18 @@ Outcome<State<D>> measure_stage(State<D> state, Report& report, const Execution&
     return state;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template Outcome<State<D>> elevate_stage<D>(State<D>, Report&, const Execution&);                                \
-    template Outcome<State<D>> surface_stage<D>(State<D>, const config::Features&, const config::Geometry&, Report&, \
-                                                const Execution&);                                                   \
-    template Outcome<State<D>> metric_stage<D>(State<D>, const config::Metric&, const std::optional<MetricFile>&,    \
-                                               Report&, const Execution&);                                           \
-    template Outcome<State<D>> curve_stage<D>(State<D>, const config::Curve&, Report&, const Execution&);            \
-    template Outcome<State<D>> validate_stage<D>(State<D>, const config::Validate&, Report&, const Execution&);      \
-    template Outcome<State<D>> relax_stage<D>(State<D>, const config::Relax&, Report&, const Execution&);            \
-    template Outcome<State<D>> commit_stage<D>(State<D>, Report&, const Execution&);                                 \
-    template Outcome<State<D>> reinsert_stage<D>(State<D>, const config::Reinsert&, Report&, const Execution&);      \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Outcome<State<D>> elevate_stage<D>(State<D>, Report&, const Execution&);                                 \
+    template Outcome<State<D>> surface_stage<D>(State<D>, const config::Features&, const config::Geometry&, Report&,  \
+                                                const Execution&);                                                    \
+    template Outcome<State<D>> metric_stage<D>(State<D>, const config::Metric&, const std::optional<MetricFile>&,     \
+                                               std::span<const config::MetricOperation>, std::span<const MetricFile>, \
+                                               Report&, const Execution&);                                            \
+    template Outcome<State<D>> curve_stage<D>(State<D>, const config::Curve&, Report&, const Execution&);             \
+    template Outcome<State<D>> validate_stage<D>(State<D>, const config::Validate&, Report&, const Execution&);       \
+    template Outcome<State<D>> relax_stage<D>(State<D>, const config::Relax&, Report&, const Execution&);             \
+    template Outcome<State<D>> commit_stage<D>(State<D>, Report&, const Execution&);                                  \
+    template Outcome<State<D>> reinsert_stage<D>(State<D>, const config::Reinsert&, Report&, const Execution&);       \
     template Outcome<State<D>> measure_stage<D>(State<D>, Report&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -1,6 +1,7 @@
 module;
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 export module camber.run:stages;
 import camber.core;
@@ -28,10 +29,12 @@ template <int D>
 Outcome<State<D>> surface_stage(State<D> state, const config::Features& features, const config::Geometry& geometry,
                                 Report& report, const Execution& execution);
 
-/// The back mesh: log-metrics at the vertices of the straight mesh.
+/// The back mesh: log-metrics at the vertices of the straight mesh, after the operations. `operands`: the files that
+/// the operations intersect with, by name. Errors name the operation's JSON path.
 template <int D>
 Outcome<State<D>> metric_stage(State<D> state, const config::Metric& metric, const std::optional<MetricFile>& file,
-                               Report& report, const Execution& execution);
+                               std::span<const config::MetricOperation> operations,
+                               std::span<const MetricFile> operands, Report& report, const Execution& execution);
 
 template <int D>
 Outcome<State<D>> curve_stage(State<D> state, const config::Curve& options, Report& report, const Execution& execution);
@@ -64,5 +67,20 @@ Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const State
 template <int D>
 Outcome<Column<LogMetric<D>>> make_log_metrics(const config::Metric& metric, const std::optional<MetricFile>& file,
                                                const State<D>& state, Report& report, const Execution& execution);
+
+/// The metrics that are made, not read: of the boundary's normals (after the surface stage), of an analytic field, of
+/// expressions. Errors (usage): what is of another dimension, values that are no sizes.
+template <int D>
+Outcome<Column<LogMetric<D>>> make_surface_metric(const config::SurfaceMetric& metric, const State<D>& state,
+                                                  const Execution& execution);
+template <int D>
+Outcome<Column<LogMetric<D>>> make_field_metric(const config::FieldMetric& metric, const LinearMesh<D>& mesh,
+                                                const Execution& execution);
+
+/// A config's operations on a field, one after the other; figures go into the report's metric.
+template <int D>
+Outcome<Column<LogMetric<D>>> operated(Column<LogMetric<D>> field, std::span<const config::MetricOperation> operations,
+                                       std::span<const MetricFile> operands, const State<D>& state, Report& report,
+                                       const Execution& execution);
 
 }  // namespace camber::run

@@ -1,0 +1,220 @@
+module;
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.run;
+import camber.core;
+import camber.bezier;
+import camber.config;
+import camber.fields;
+import camber.metric;
+import camber.surface;
+import :report;
+import :stages;
+import :state;
+
+namespace camber::run {
+
+namespace {
+
+template <int D>
+Outcome<Vec<D>> vec(const std::vector<double>& numbers, const char* what) {
+    if (numbers.size() != D)
+        return fail(ErrorKind::usage, std::string(what) + " has " + std::to_string(numbers.size()) +
+                                          " coordinates, the mesh " + std::to_string(D));
+    Vec<D> v;
+    for (std::size_t i = 0; i < D; ++i) v[i] = numbers[i];
+    return v;
+}
+
+/// A field as the config has it, with vectors of the mesh's dimension.
+template <int D, class Field>
+Outcome<AnalyticField<D>> of_dimension(const Field& field) {
+    return AnalyticField<D>(field);
+}
+template <int D>
+Outcome<AnalyticField<D>> of_dimension(const config::PlanarShock& s) {
+    auto point = vec<D>(s.point, "the shock's point");
+    if (!point) return fail(point.error());
+    auto normal = vec<D>(s.normal, "the shock's normal");
+    if (!normal) return fail(normal.error());
+    return AnalyticField<D>(PlanarShock<D>{*point, *normal, s.least_size, s.size, s.width});
+}
+template <int D>
+Outcome<AnalyticField<D>> of_dimension(const config::SphericalShock& s) {
+    auto centre = vec<D>(s.centre, "the shock's centre");
+    if (!centre) return fail(centre.error());
+    return AnalyticField<D>(SphericalShock<D>{*centre, s.radius, s.least_size, s.size, s.width});
+}
+
+/// The surrogate of the geometry stage, or one made for its normals.
+template <int D>
+Outcome<Surrogate<D>> surrogate_of(const State<D>& state, const Execution& execution) {
+    if (const auto* there = std::get_if<Surrogate<D>>(&*state.geometry)) return *there;
+    return build_surrogate(state.linear, state.mesh->edges, *state.features, SurrogateOptions{}, execution);
+}
+
+/// The unit normal at each corner of each facet: of the analytic surface that the facet lies on, else the surrogate's.
+template <int D>
+Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const State<D>& state, const Execution& execution) {
+    const auto surrogate = surrogate_of(state, execution);
+    if (!surrogate) return fail(surrogate.error());
+    const bool analytic = std::holds_alternative<AnalyticGeometry<D>>(*state.geometry);
+    const auto& facets = state.linear.facets;
+    return map_each(execution, facets.size(), [&](std::size_t f) {
+        std::array<Vec<D>, D> out;
+        for (std::size_t i = 0; i < D; ++i) {
+            if (analytic)
+                out[i] = project(*state.geometry, SurfaceHint{.reference = facets.references[f]},
+                                 state.linear.points[facets.vertices[f][i]])
+                             .normal;
+            if (norm_squared(out[i]) > 0) continue;
+            Barycentric<D - 1> corner{};
+            corner[i] = 1;
+            out[i] = normal_at<D>(surrogate->facets[f], corner);
+        }
+        return out;
+    });
+}
+
+/// The normals at each vertex, one a smooth side: those of its facets, without repetition.
+template <int D>
+Outcome<VertexNormals<D>> boundary_normals(const State<D>& state, const Execution& execution) {
+    const auto normals = corner_normals(state, execution);
+    if (!normals) return fail(normals.error());
+    const auto around = facet_balls(state.linear, execution);
+    if (!around) return fail(around.error());
+    constexpr double same = 1 - 1e-8;  // cosine: facets of one side agree to rounding
+    Buffer<std::uint32_t> offsets{0};
+    Buffer<Vec<D>> items;
+    offsets.reserve(state.linear.points.size() + 1);
+    for (std::size_t v = 0; v < state.linear.points.size(); ++v) {
+        const std::size_t begin = items.size();
+        for (const FacetId f : (*around)[v])
+            for (std::size_t i = 0; i < D; ++i) {
+                if (state.linear.facets.vertices[f][i].index() != v) continue;
+                const Vec<D>& n = (*normals)[f.index()][i];
+                bool known = !(norm_squared(n) > 0);
+                for (std::size_t k = begin; k < items.size(); ++k) known = known || std::abs(dot(items[k], n)) > same;
+                if (!known) items.push_back(n);
+            }
+        offsets.push_back(static_cast<std::uint32_t>(items.size()));
+    }
+    return VertexNormals<D>{Column<std::uint32_t>(std::move(offsets)), Column<Vec<D>>(std::move(items))};
+}
+
+/// The state of a field that operations are applied to.
+template <int D>
+struct Operated {
+    Column<LogMetric<D>> field;
+    std::span<const MetricFile> operands;
+    const State<D>& state;
+    Report& report;
+    const Execution& execution;
+
+    Outcome<Column<LogMetric<D>>> operator()(const config::Intersect& intersect) {
+        std::optional<MetricFile> file;
+        if (const auto* path = std::get_if<config::FilePath>(&intersect.metric))
+            for (const MetricFile& operand : operands)
+                if (operand.name == path->path) file = operand;
+        Report of_operand;
+        of_operand.metric = MetricReport{};
+        auto other = make_log_metrics(intersect.metric, file, state, of_operand, execution);
+        if (!other) return other;
+        report.metric->source += " and " + of_operand.metric->source;
+        report.metric->floored += of_operand.metric->floored;
+        return intersection(field, *other, execution);
+    }
+    Outcome<Column<LogMetric<D>>> operator()(const config::Gradation& gradation) {
+        GradationOptions options;
+        options.space = gradation.space == config::GradationSpace::metric     ? GradationSpace::metric
+                        : gradation.space == config::GradationSpace::physical ? GradationSpace::physical
+                                                                              : GradationSpace::mixed;
+        options.ratio = gradation.ratio;
+        options.physical_share = gradation.physical_share;
+        options.max_sweeps = gradation.max_sweeps;
+        auto out = graded(state.linear, state.mesh->edges, field, options, execution);
+        if (!out) return fail(out.error());
+        report.metric->gradations.push_back({out->sweeps, out->changed, out->converged});
+        if (!out->converged)
+            report.notices.push_back("the gradation ended after " + std::to_string(out->sweeps) +
+                                     " sweeps: somewhere sizes still grow faster than asked");
+        return std::move(out->log_metrics);
+    }
+    Outcome<Column<LogMetric<D>>> operator()(const config::Bound& bound) {
+        constexpr double none = std::numeric_limits<double>::infinity();
+        return bounded(field,
+                       MetricBounds{.min_size = bound.min_size,
+                                    .max_size = bound.max_size > 0 ? bound.max_size : none,
+                                    .max_anisotropy = bound.max_anisotropy > 0 ? bound.max_anisotropy : none},
+                       execution);
+    }
+    Outcome<Column<LogMetric<D>>> operator()(const config::Complexity& wanted) {
+        return scaled_to_complexity(state.linear, field, wanted.target, execution);
+    }
+};
+
+}  // namespace
+
+template <int D>
+Outcome<Column<LogMetric<D>>> make_surface_metric(const config::SurfaceMetric& metric, const State<D>& state,
+                                                  const Execution& execution) {
+    if (!state.geometry || !state.features || !state.mesh)
+        return fail(ErrorKind::internal, "the surface metric needs the surface stage before it");
+    const auto normals = boundary_normals(state, execution);
+    if (!normals) return fail(normals.error());
+    SurfaceMetricOptions options{metric.tangent_size, metric.normal_size, {}};
+    if (metric.volume_size > 0) options.volume_size = metric.volume_size;
+    return surface_log_metrics<D>(*normals, options, execution);
+}
+
+template <int D>
+Outcome<Column<LogMetric<D>>> make_field_metric(const config::FieldMetric& metric, const LinearMesh<D>& mesh,
+                                                const Execution& execution) {
+    auto field = std::visit([](const auto& f) { return of_dimension<D>(f); }, metric);
+    if (!field) return fail(field.error());
+    return log_metrics_of<D>(*field, mesh.points.view(), execution);
+}
+
+template <int D>
+Outcome<Column<LogMetric<D>>> operated(Column<LogMetric<D>> field, std::span<const config::MetricOperation> operations,
+                                       std::span<const MetricFile> operands, const State<D>& state, Report& report,
+                                       const Execution& execution) {
+    Operated<D> run{std::move(field), operands, state, report, execution};
+    for (std::size_t i = 0; i < operations.size(); ++i) {
+        auto next = std::visit(run, operations[i]);
+        if (!next) {
+            Error error = next.error();
+            const std::string path = "/metric_operations/" + std::to_string(i);
+            if (error.kind == ErrorKind::usage && error.where.empty()) error.where = path;
+            if (error.where.starts_with("/metric/"))
+                error.where = path + "/intersect/" + error.where.substr(std::string("/metric/").size());
+            return fail(std::move(error));
+        }
+        run.field = std::move(*next);
+    }
+    return std::move(run.field);
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<Column<LogMetric<D>>> make_surface_metric<D>(const config::SurfaceMetric&, const State<D>&,       \
+                                                                  const Execution&);                                   \
+    template Outcome<Column<LogMetric<D>>> make_field_metric<D>(const config::FieldMetric&, const LinearMesh<D>&,      \
+                                                                const Execution&);                                     \
+    template Outcome<Column<LogMetric<D>>> operated<D>(Column<LogMetric<D>>, std::span<const config::MetricOperation>, \
+                                                       std::span<const MetricFile>, const State<D>&, Report&,          \
+                                                       const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber::run

@@ -1,0 +1,75 @@
+module;
+#include <span>
+#include <variant>
+export module camber.fields:analytic;
+import camber.core;
+import camber.metric;
+
+/// Analytic metric fields: pure functions of position, with sizes in model units. Those of the Unstructured Grid
+/// Adaptation Working Group (UGAWG: github.com/UGAWG/adapt-benchmarks) have its values as defaults; in 2D the last axis
+/// plays the part of z in `linear`, and the polar ones lose z.
+export namespace camber {
+
+/// UGAWG `linear`: thin across the plane z = position. h_x = h_y = size, h_z = least_size + 2 (size − least_size)
+/// |z − position|.
+struct LinearField {
+    double least_size = 0.001, size = 0.1, position = 0.5;
+    double scale = 1;  ///< all sizes times this
+    friend bool operator==(const LinearField&, const LinearField&) = default;
+};
+
+/// UGAWG `polar-1`: a curved layer on the cylinder of this radius about the z axis. h_t = h_z = size,
+/// h_r = least_size + 2 (size − least_size) |r − radius|.
+struct PolarOneField {
+    double least_size = 0.001, size = 0.1, radius = 0.5;
+    double scale = 1;  ///< all sizes times this
+    friend bool operator==(const PolarOneField&, const PolarOneField&) = default;
+};
+
+/// UGAWG `polar-2`: as polar-1, with shorter edges along the circle near the layer: h_t = size d + tangential_size
+/// (1 − d), d = min(|r − radius|/layer_width, 1). Curvature then asks for no more than h_t.
+struct PolarTwoField {
+    double least_size = 0.001, tangential_size = 0.025, size = 0.1, radius = 0.5, layer_width = 0.1;
+    double scale = 1;  ///< all sizes times this
+    friend bool operator==(const PolarTwoField&, const PolarTwoField&) = default;
+};
+
+/// Thin across a plane, where a solution tanh(s/width) of the distance s jumps: log of the size along the normal goes
+/// from log size to log least_size with the solution's slope 1 − tanh²(s/width); `size` along the plane.
+template <int D>
+struct PlanarShock {
+    Vec<D> point{}, normal{};  ///< of the plane; the normal of any length
+    double least_size = 0.01, size = 0.1, width = 0.1;
+    friend bool operator==(const PlanarShock&, const PlanarShock&) = default;
+};
+
+/// The same across a sphere (2D: a circle): s = |x − centre| − radius.
+template <int D>
+struct SphericalShock {
+    Vec<D> centre{};
+    double radius = 0.5;
+    double least_size = 0.01, size = 0.1, width = 0.1;
+    friend bool operator==(const SphericalShock&, const SphericalShock&) = default;
+};
+
+/// Constant sizes whose axes turn with x: least_size along (cos a, sin a, 0), size across it, a = 2π x/period. The
+/// metric's derivative commutes with it nowhere, which is the case that a wrong D exp gets wrong.
+struct RotatingField {
+    double least_size = 0.01, size = 0.1, period = 1;
+    friend bool operator==(const RotatingField&, const RotatingField&) = default;
+};
+
+template <int D>
+using AnalyticField =
+    std::variant<LinearField, PolarOneField, PolarTwoField, PlanarShock<D>, SphericalShock<D>, RotatingField>;
+
+/// log M at x. On the axis of a polar field, or at a shock's centre, where no direction is the radius, that of x is.
+template <int D>
+[[nodiscard]] LogMetric<D> evaluate(const AnalyticField<D>& field, const Vec<D>& x);
+
+/// log M at points. Errors (usage): a size, width, period or scale that is not positive, a zero normal; stopped.
+template <int D>
+[[nodiscard]] Outcome<Column<LogMetric<D>>> log_metrics_of(const AnalyticField<D>& field,
+                                                           std::span<const Vec<D>> points, const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,62 @@
+module;
+#include <cstddef>
+#include <cstdint>
+export module camber.metric:gradation;
+import camber.core;
+import :eigen;
+import :spd;
+
+export namespace camber {
+
+/// How a vertex's metric spreads over the space around it (Alauzet, "Size gradation control of anisotropic meshes",
+/// 2010).
+enum class GradationSpace : std::uint8_t {
+    metric,    ///< all sizes grow alike with the distance in the metric: it keeps its anisotropy
+    physical,  ///< each size grows with the distance in space: it tends to isotropy
+    mixed,     ///< the geometric mean of both, by `physical_share`
+};
+
+struct GradationOptions {
+    GradationSpace space = GradationSpace::mixed;
+    /// Largest ratio of the sizes of adjacent edges, β > 1: sizes grow by log β a unit length.
+    double ratio = 1.5;
+    double physical_share = 0.125;  ///< of the mixed space: 0 is metric, 1 physical
+    int max_sweeps = 1000;
+    /// Ends when no size shrinks by more than this share in a sweep.
+    double tolerance = 1e-6;
+};
+
+/// The metric that p spans at q, with axes of M_p and sizes
+///     metric    h_i (1 + l_p log β),   l_p = sqrt(pqᵀ M_p pq)
+///     physical  h_i + |pq| log β
+///     mixed     h_i (1 + |pq|/h_i log β)^s (1 + l_p log β)^{1−s}.
+template <int D>
+[[nodiscard]] EigenSystem<D> spanned_metric(const EigenSystem<D>& at_p, const Vec<D>& pq,
+                                            const GradationOptions& options);
+
+template <int D>
+struct Graded {
+    Column<LogMetric<D>> log_metrics;
+    int sweeps = 0;           ///< with a change, not counting the last one, which found none
+    bool converged = false;   ///< false when max_sweeps ended it
+    std::size_t changed = 0;  ///< vertices whose metric is not the given one
+};
+
+/// Makes sizes grow no faster than the ratio along any edge: the metric at each vertex is intersected with those that
+/// its neighbours span there, sweep after sweep, until none changes. A sweep reads only the last one's values
+/// (Jacobi), and a vertex takes its neighbours in the order of their ids, so the result depends neither on threads nor
+/// on an order of edges. Sizes never grow. Errors (usage): a ratio that is not above 1, a share outside 0 to 1, columns
+/// that are not of this mesh; stopped.
+template <int D>
+[[nodiscard]] Outcome<Graded<D>> graded(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                        const Column<LogMetric<D>>& field, const GradationOptions& options,
+                                        const Execution& execution);
+
+/// How far the growth law is broken: the largest share, as a logarithm, by which a size at one end of an edge exceeds
+/// what the other end spans there. At most 0 where the law holds.
+template <int D>
+[[nodiscard]] Outcome<double> gradation_excess(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                               const Column<LogMetric<D>>& field, const GradationOptions& options,
+                                               const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,147 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+module camber.metric;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+Outcome<Column<LogMetric<D>>> as_column(Outcome<Buffer<LogMetric<D>>> buffer) {
+    if (!buffer) return fail(std::move(buffer.error()));
+    return Column<LogMetric<D>>(std::move(*buffer));
+}
+
+/// exp[x_0, …, x_n], the divided difference: n! times it is the mean of exp over the simplex of the values. Values that
+/// are apart by the recurrence, which is stable there; near ones by the series
+/// e^m Σ_k h_k(x − m)/(k + n)!, with m their mean and h_k the complete homogeneous symmetric polynomials.
+template <std::size_t M>
+double exp_divided(std::array<double, M> x) {
+    std::sort(x.begin(), x.end());
+    if constexpr (M > 1) {
+        if (const double spread = x[M - 1] - x[0]; spread > 1) {
+            std::array<double, M - 1> low{};
+            std::array<double, M - 1> high{};
+            std::copy(x.begin(), x.end() - 1, low.begin());
+            std::copy(x.begin() + 1, x.end(), high.begin());
+            return (exp_divided(high) - exp_divided(low)) / spread;
+        }
+    }
+    double mean = 0;
+    for (const double v : x) mean += v / static_cast<double>(M);
+    // h_k of the first j values, for rising j: h_k(j) = h_k(j − 1) + x_j h_{k−1}(j).
+    constexpr std::size_t terms = 18;
+    std::array<double, terms> h{};
+    h[0] = 1;
+    for (const double v : x)
+        for (std::size_t k = 1; k < terms; ++k) h[k] += (v - mean) * h[k - 1];
+    double factorial = 1;
+    for (std::size_t i = 2; i < M; ++i) factorial *= static_cast<double>(i);
+    double sum = 0;
+    for (std::size_t k = 0; k < terms; ++k) {
+        sum += h[k] / factorial;
+        factorial *= static_cast<double>(k + M);
+    }
+    return std::exp(mean) * sum;
+}
+
+template <int D>
+double element_complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field, std::size_t e) {
+    const auto& v = mesh.elements.vertices[e];
+    std::array<double, D + 1> f{};
+    Mat<D> sides;
+    for (int i = 0; i <= D; ++i) f[i] = 0.5 * trace(field[v[i]].l);
+    for (int i = 0; i < D; ++i) sides.column[i] = mesh.points[v[i + 1]] - mesh.points[v[0]];
+    return std::abs(det(sides)) * exp_divided(f);  // |det| = D! |K|
+}
+
+std::string check(const MetricBounds& b) {
+    if (!(b.min_size >= 0)) return "min_size must not be negative";
+    if (!(b.max_size > 0) || b.max_size < b.min_size) return "max_size must be positive and at least min_size";
+    if (!(b.max_anisotropy >= 1)) return "max_anisotropy must be at least 1";
+    return {};
+}
+
+}  // namespace
+
+template <int D>
+LogMetric<D> bounded(const LogMetric<D>& log_metric, const MetricBounds& bounds) {
+    EigenSystem<D> e = eigen_system(log_metric.l);
+    const double least = -2 * std::log(bounds.max_size);
+    const double most = -2 * std::log(bounds.min_size);
+    double top = e.values[0];
+    bool changed = false;
+    for (double& x : e.values.c) {
+        const double clamped = std::clamp(x, least, most);
+        changed = changed || clamped != x;
+        x = clamped;
+        top = std::max(top, x);
+    }
+    top = *std::max_element(e.values.c.begin(), e.values.c.end());
+    for (double& x : e.values.c) {
+        const double raised = std::max(x, top - 2 * std::log(bounds.max_anisotropy));
+        changed = changed || raised != x;
+        x = raised;
+    }
+    return changed ? LogMetric<D>{composed(e)} : log_metric;
+}
+
+template <int D>
+Outcome<Column<LogMetric<D>>> bounded(const Column<LogMetric<D>>& field, const MetricBounds& bounds,
+                                      const Execution& execution) {
+    if (std::string wrong = check(bounds); !wrong.empty()) return fail(ErrorKind::usage, std::move(wrong));
+    return as_column<D>(map_each(execution, field.size(), [&](std::size_t v) { return bounded(field[v], bounds); }));
+}
+
+template <int D>
+Outcome<Column<LogMetric<D>>> intersection(const Column<LogMetric<D>>& a, const Column<LogMetric<D>>& b,
+                                           const Execution& execution) {
+    if (a.size() != b.size()) return fail(ErrorKind::usage, "the metrics are of two meshes");
+    return as_column<D>(map_each(execution, a.size(), [&](std::size_t v) { return intersection(a[v], b[v]); }));
+}
+
+template <int D>
+Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field, const Execution& execution) {
+    if (field.size() != mesh.points.size()) return fail(ErrorKind::usage, "the metric is of another mesh");
+    return reduce_each(
+        execution, mesh.elements.size(), 0.0,
+        [&](double& sum, std::size_t e) { sum += element_complexity(mesh, field, e); },
+        [](double x, double y) { return x + y; });
+}
+
+template <int D>
+Outcome<Column<LogMetric<D>>> scaled_to_complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field,
+                                                   double target, const Execution& execution) {
+    if (!(target > 0) || !std::isfinite(target))
+        return fail(ErrorKind::usage, "the target complexity must be positive and finite");
+    const auto now = complexity(mesh, field, execution);
+    if (!now) return fail(now.error());
+    if (!(*now > 0) || !std::isfinite(*now))
+        return fail(ErrorKind::usage, "the metric's complexity is " + std::to_string(*now) + ": it cannot be scaled",
+                    {}, {}, "bound its sizes first");
+    const Sym<D> shift = 2.0 / D * std::log(target / *now) * Sym<D>::identity();
+    return as_column<D>(
+        map_each(execution, field.size(), [&](std::size_t v) { return LogMetric<D>{field[v].l + shift}; }));
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template LogMetric<D> bounded<D>(const LogMetric<D>&, const MetricBounds&);                                       \
+    template Outcome<Column<LogMetric<D>>> bounded<D>(const Column<LogMetric<D>>&, const MetricBounds&,               \
+                                                      const Execution&);                                              \
+    template Outcome<Column<LogMetric<D>>> intersection<D>(const Column<LogMetric<D>>&, const Column<LogMetric<D>>&,  \
+                                                           const Execution&);                                         \
+    template Outcome<double> complexity<D>(const LinearMesh<D>&, const Column<LogMetric<D>>&, const Execution&);      \
+    template Outcome<Column<LogMetric<D>>> scaled_to_complexity<D>(const LinearMesh<D>&, const Column<LogMetric<D>>&, \
+                                                                   double, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,56 @@
+module;
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+module camber.metric;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+/// log M = λ_t I + (λ_n − λ_t) n nᵀ with λ = −2 log h.
+template <int D>
+LogMetric<D> thin_along(const Vec<D>& normal, double tangent_size, double normal_size) {
+    const double tangential = -2 * std::log(tangent_size);
+    const double difference = -2 * std::log(normal_size) - tangential;
+    LogMetric<D> out{tangential * Sym<D>::identity()};
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j <= i; ++j) out.l(i, j) += difference * normal[i] * normal[j];
+    return out;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Column<LogMetric<D>>> surface_log_metrics(const VertexNormals<D>& normals, const SurfaceMetricOptions& options,
+                                                  const Execution& execution) {
+    const double volume_size = options.volume_size.value_or(options.tangent_size);
+    for (const auto& [name, size] :
+         {std::pair("tangent_size", options.tangent_size), std::pair("normal_size", options.normal_size),
+          std::pair("volume_size", volume_size)})
+        if (!(size > 0) || !std::isfinite(size))
+            return fail(ErrorKind::usage, std::string("the surface metric's ") + name + " must be positive");
+    auto logs = map_each(execution, normals.size(), [&](std::size_t v) {
+        LogMetric<D> out{-2 * std::log(volume_size) * Sym<D>::identity()};
+        bool on_boundary = false;
+        for (const Vec<D>& given : normals[v]) {
+            const double length = norm(given);
+            if (!(length > 0)) continue;
+            const LogMetric<D> side = thin_along(given / length, options.tangent_size, options.normal_size);
+            out = on_boundary ? intersection(out, side) : side;
+            on_boundary = true;
+        }
+        return out;
+    });
+    if (!logs) return fail(logs.error());
+    return Column<LogMetric<D>>(std::move(*logs));
+}
+
+template Outcome<Column<LogMetric<2>>> surface_log_metrics<2>(const VertexNormals<2>&, const SurfaceMetricOptions&,
+                                                              const Execution&);
+template Outcome<Column<LogMetric<3>>> surface_log_metrics<3>(const VertexNormals<3>&, const SurfaceMetricOptions&,
+                                                              const Execution&);
+
+}  // namespace camber

@@ -1,0 +1,138 @@
+// Gradation: the growth law on every edge, never a larger size, and what is known of isotropic fields.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "back.hpp"
+#include "dice.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.metric;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+template <int D>
+Column<LogMetric<D>> random_field(const LinearMesh<D>& mesh, Dice& dice) {
+    Buffer<LogMetric<D>> logs(mesh.points.size());
+    for (auto& m : logs) {
+        Vec<D> sizes;
+        for (double& h : sizes.c) h = std::pow(10.0, dice.uniform(-2.5, 0.5));
+        m = log_metric_of_sizes(sizes, dice.rotation<D>());
+    }
+    return logs;
+}
+
+template <int D>
+void laws(GradationSpace space) {
+    property("the growth law holds, no size grows, again changes nothing, threads do not matter",
+             [=](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto mesh = unit_box<D>(3, seed + 1);
+                 const auto edges = must(unique_edges(mesh, alone));
+                 const auto field = random_field(mesh, dice);
+                 const GradationOptions options{.space = space, .ratio = dice.uniform(1.1, 3)};
+                 const auto out = must(graded(mesh, edges, field, options, alone));
+                 RC_ASSERT(out.converged);
+                 RC_ASSERT(must(gradation_excess(mesh, edges, field, options, alone)) > 0.1);
+                 RC_ASSERT(must(gradation_excess(mesh, edges, out.log_metrics, options, alone)) <= 1e-5);
+                 for (std::size_t v = 0; v < field.size(); ++v)
+                     RC_ASSERT(size_excess(out.log_metrics[v], field[v]) <= 1e-10);
+                 const auto again = must(graded(mesh, edges, out.log_metrics, options, alone));
+                 for (std::size_t v = 0; v < field.size(); ++v)
+                     RC_ASSERT(norm(again.log_metrics[v].l - out.log_metrics[v].l) <= 1e-4);
+                 RC_ASSERT(again.sweeps <= 2);
+                 const auto threaded = must(graded(mesh, edges, field, options, Execution{.threads = 3}));
+                 RC_ASSERT(threaded.log_metrics == out.log_metrics);
+             },
+             {.count = 12});
+}
+
+/// The size that isotropic gradation leaves at each vertex: min over paths of h(p) + log β · their length, which is
+/// Dijkstra's problem; solved here by relaxing until nothing changes.
+template <int D>
+std::vector<double> shortest_paths(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, std::vector<double> h,
+                                   double growth) {
+    for (bool any = true; any;) {
+        any = false;
+        for (const auto& [a, b] : edges.vertices) {
+            const double step = growth * distance(mesh.points[a], mesh.points[b]);
+            for (const auto& [p, q] : {std::array{a, b}, std::array{b, a}})
+                if (h[p.index()] + step < h[q.index()] * (1 - 1e-14)) {
+                    h[q.index()] = h[p.index()] + step;
+                    any = true;
+                }
+        }
+    }
+    return h;
+}
+
+template <int D>
+void isotropic(GradationSpace space) {
+    Dice dice(3);
+    const auto mesh = unit_box<D>(6, 2);
+    const auto edges = must(unique_edges(mesh, alone));
+    std::vector<double> sizes(mesh.points.size(), 10);
+    sizes[0] = 0.01;
+    sizes[mesh.points.size() / 2] = 0.03;
+    Buffer<LogMetric<D>> logs(sizes.size());
+    for (std::size_t v = 0; v < sizes.size(); ++v) logs[v] = {-2 * std::log(sizes[v]) * Sym<D>::identity()};
+    const GradationOptions options{.space = space, .ratio = 1.4, .tolerance = 1e-12};
+    const auto out = must(graded(mesh, edges, Column<LogMetric<D>>(std::move(logs)), options, alone));
+    const auto expected = shortest_paths(mesh, edges, sizes, std::log(1.4));
+    for (std::size_t v = 0; v < sizes.size(); ++v)
+        for (const double x : eigen_system(out.log_metrics[v].l).values.c)
+            CHECK(std::exp(-x / 2) == doctest::Approx(expected[v]).epsilon(1e-9));
+    CHECK(out.sweeps > 2);
+}
+
+}  // namespace
+
+TEST_CASE("gradation's laws, 2D") {
+    for (const auto space : {GradationSpace::metric, GradationSpace::physical, GradationSpace::mixed}) laws<2>(space);
+}
+TEST_CASE("gradation's laws, 3D") {
+    for (const auto space : {GradationSpace::metric, GradationSpace::physical, GradationSpace::mixed}) laws<3>(space);
+}
+TEST_CASE("isotropic gradation: h(x) = min h(p) + log β · distance along edges, in all spaces") {
+    for (const auto space : {GradationSpace::metric, GradationSpace::physical, GradationSpace::mixed}) {
+        isotropic<2>(space);
+        isotropic<3>(space);
+    }
+}
+
+TEST_CASE("golden: spanned metrics of sizes 0.01 and 1 at distance 2 along the long axis, β = e") {
+    const auto metric = log_metric_of_sizes(Vec<2>{{1, 0.01}});
+    const EigenSystem<2> at{.values = {{0, -2 * std::log(0.01)}}, .vectors = Mat<2>::identity()};
+    const auto sizes = [&](GradationSpace space) {
+        const auto e = spanned_metric<2>(at, Vec<2>{{2, 0}}, {.space = space, .ratio = std::exp(1.0)});
+        return std::array{std::exp(-e.values[0] / 2), std::exp(-e.values[1] / 2)};
+    };
+    CHECK(anisotropy(metric) == doctest::Approx(100));
+    CHECK(sizes(GradationSpace::metric)[0] == doctest::Approx(3));
+    CHECK(sizes(GradationSpace::metric)[1] == doctest::Approx(0.03));
+    CHECK(sizes(GradationSpace::physical)[0] == doctest::Approx(3));
+    CHECK(sizes(GradationSpace::physical)[1] == doctest::Approx(2.01));
+    CHECK(sizes(GradationSpace::mixed)[1] == doctest::Approx(0.01 * std::pow(201, 0.125) * std::pow(3, 0.875)));
+}
+
+TEST_CASE("gradation refuses what makes no sense, and says when it ran out of sweeps") {
+    const auto mesh = unit_box<2>(3, 4);
+    const auto edges = must(unique_edges(mesh, alone));
+    Dice dice(1);
+    const auto field = random_field(mesh, dice);
+    for (const double ratio : {1.0, 0.5, -1.0, std::nan("")})
+        CHECK(graded(mesh, edges, field, {.ratio = ratio}, alone).error().kind == ErrorKind::usage);
+    CHECK(graded(mesh, edges, field, {.physical_share = 2}, alone).error().kind == ErrorKind::usage);
+    CHECK(graded(mesh, edges, Column<LogMetric<2>>{}, {}, alone).error().kind == ErrorKind::usage);
+    const auto short_of = must(graded(mesh, edges, field, {.max_sweeps = 1}, alone));
+    CHECK_FALSE(short_of.converged);
+    CHECK(short_of.sweeps == 1);
+}

@@ -1,0 +1,188 @@
+// Operations on metric fields: intersection, bounds, complexity.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <utility>
+
+#include "back.hpp"
+#include "dice.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.metric;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+/// Sizes over `decades` powers of ten along random axes.
+template <int D>
+LogMetric<D> random_metric(Dice& dice, double decades) {
+    Vec<D> sizes;
+    for (double& h : sizes.c) h = std::pow(10.0, dice.uniform(-decades, 0));
+    return log_metric_of_sizes(sizes, dice.rotation<D>());
+}
+
+template <int D>
+void intersection_laws(double decades) {
+    const double aspect = std::pow(10.0, decades);
+    property("contains both, is no larger than needed, idempotent, commutative", [=](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto a = random_metric<D>(dice, decades);
+        const auto b = random_metric<D>(dice, decades);
+        const auto both = intersection(a, b);
+        const SpectralMetric<D> of_a(a), of_b(b), of_both(both);
+        const double rounding = 1e-13 + 1e-15 * aspect;
+        // In every direction, those of the axes among them, as much as each asks for.
+        for (int k = 0; k < 4 * D; ++k) {
+            const Vec<D> v = k < D       ? of_a.vectors.column[k]
+                             : k < 2 * D ? of_b.vectors.column[k - D]
+                                         : dice.direction<D>();
+            const double asked = std::max(of_a.length_squared(v), of_b.length_squared(v));
+            RC_ASSERT(of_both.length_squared(v) >= asked * (1 - rounding));
+        }
+        RC_ASSERT(size_excess(both, a) <= rounding);
+        RC_ASSERT(size_excess(both, b) <= rounding);
+        // Touches: along each axis of the reduction one of the two is met exactly. In 2D that is det's bound.
+        RC_ASSERT(trace(both.l) <= trace(a.l) + D * 2 * std::max(0.0, size_excess(a, b)) + rounding);
+        RC_ASSERT(intersection(a, a) == a);
+        RC_ASSERT(norm(intersection(both, a).l - both.l) <= 10 * rounding);
+        RC_ASSERT(norm(intersection(b, a).l - both.l) <= 10 * rounding);
+    });
+    property("where one asks for more everywhere, it is the result to the last bit", [=](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto a = random_metric<D>(dice, decades);
+        const LogMetric<D> finer{a.l + dice.uniform(0.1, 3) * Sym<D>::identity()};
+        RC_ASSERT(norm(intersection(a, finer).l - finer.l) <= 1e-13 * norm(finer.l));
+        RC_ASSERT(norm(intersection(finer, a).l - finer.l) <= 1e-13 * norm(finer.l));
+    });
+    property("along shared axes: the smaller of the sizes", [=](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto axes = dice.rotation<D>();
+        Vec<D> one, other, least;
+        for (int i = 0; i < D; ++i) {
+            one[i] = std::pow(10.0, dice.uniform(-decades, 0));
+            other[i] = std::pow(10.0, dice.uniform(-decades, 0));
+            least[i] = std::min(one[i], other[i]);
+        }
+        const auto found = intersection(log_metric_of_sizes(one, axes), log_metric_of_sizes(other, axes));
+        RC_ASSERT(norm(found.l - log_metric_of_sizes(least, axes).l) <= 1e-12 + 1e-14 * aspect);
+    });
+    property("congruence: the intersection in other coordinates is the intersection", [=](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto a = random_metric<D>(dice, 2);
+        const auto b = random_metric<D>(dice, 2);
+        const auto r = dice.rotation<D>();
+        const double shift = dice.uniform(-3, 3);
+        const auto moved = [&](const LogMetric<D>& m) {
+            return LogMetric<D>{congruence(r, m.l) + shift * Sym<D>::identity()};
+        };
+        RC_ASSERT(norm(intersection(moved(a), moved(b)).l - moved(intersection(a, b)).l) <= 1e-10);
+    });
+}
+
+template <int D>
+void bound_laws() {
+    property("bounds hold, and only they change", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto m = random_metric<D>(dice, 4);
+        MetricBounds bounds{.min_size = std::pow(10.0, dice.uniform(-4, -2)),
+                            .max_size = std::pow(10.0, dice.uniform(-2, 0)),
+                            .max_anisotropy = std::pow(10.0, dice.uniform(0, 2))};
+        const auto out = bounded(m, bounds);
+        for (const double x : eigen_system(out.l).values.c) {
+            RC_ASSERT(std::exp(-x / 2) >= bounds.min_size * (1 - 1e-12));
+            RC_ASSERT(std::exp(-x / 2) <= bounds.max_size * (1 + 1e-12));
+        }
+        RC_ASSERT(anisotropy(out) <= bounds.max_anisotropy * (1 + 1e-12));
+        RC_ASSERT(norm(bounded(out, bounds).l - out.l) <= 1e-12 * norm(out.l));
+        RC_ASSERT(bounded(m, MetricBounds{}) == m);
+        // Without a least size nothing grows.
+        bounds.min_size = 0;
+        RC_ASSERT(size_excess(bounded(m, bounds), m) <= 1e-10);
+    });
+}
+
+/// ∫ exp(½ tr log M) by Gauss points in collapsed coordinates: n points an axis, exact to degree 2n − D.
+template <int D>
+double complexity_by_quadrature(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field, int n) {
+    const auto rule = gauss_legendre(n);
+    double sum = 0;
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+        const auto p = corners(mesh, e);
+        const double volume = std::abs(orientation(p));
+        std::array<double, D + 1> f{};
+        for (int i = 0; i <= D; ++i) f[i] = 0.5 * trace(field[mesh.elements.vertices[e][i]].l);
+        const auto points = [&](auto&& self, int axis, double weight, double rest, double value) -> void {
+            if (axis == D) {
+                sum += volume * weight * std::exp(value + rest * f[D]);
+                return;
+            }
+            for (std::size_t q = 0; q < rule.size(); ++q)
+                self(self, axis + 1, weight * rule.w[q] * std::pow(1 - rule.t[q], D - 1 - axis), rest * (1 - rule.t[q]),
+                     value + rest * rule.t[q] * f[axis]);
+        };
+        points(points, 0, 1, 1, 0);
+    }
+    return sum;
+}
+
+template <int D>
+void complexity_laws() {
+    property("complexity: a Gauss rule's, and scaling to a target",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto mesh = unit_box<D>(2, seed + 1);
+                 const double size = dice.below(2) == 0 ? 0.3 : 6;
+                 Buffer<LogMetric<D>> logs(mesh.points.size());
+                 for (auto& m : logs) m.l = dice.symmetric<D>(size);
+                 const Column<LogMetric<D>> field(std::move(logs));
+                 const double c = must(complexity(mesh, field, alone));
+                 RC_ASSERT(std::abs(c / complexity_by_quadrature(mesh, field, 14) - 1) < 1e-11);
+                 const auto scaled = must(scaled_to_complexity(mesh, field, 1234.5, alone));
+                 RC_ASSERT(std::abs(must(complexity(mesh, scaled, alone)) / 1234.5 - 1) < 1e-12);
+                 RC_ASSERT(must(complexity(mesh, field, Execution{.threads = 3})) == c);
+             },
+             {.count = 30});
+}
+
+}  // namespace
+
+TEST_CASE("intersection, 2D") {
+    for (const double decades : {0.5, 3.0, 6.0}) intersection_laws<2>(decades);
+}
+TEST_CASE("intersection, 3D") {
+    for (const double decades : {0.5, 3.0, 6.0}) intersection_laws<3>(decades);
+}
+TEST_CASE("bounds") {
+    bound_laws<2>();
+    bound_laws<3>();
+}
+TEST_CASE("complexity") {
+    complexity_laws<2>();
+    complexity_laws<3>();
+}
+
+TEST_CASE("golden: two thin plates at right angles make a needle; the unit metric's complexity is the volume") {
+    const auto a = log_metric_of_sizes(Vec<3>{{1e-6, 1, 1}});
+    const auto b = log_metric_of_sizes(Vec<3>{{1, 1e-6, 1}});
+    CHECK(norm(intersection(a, b).l - log_metric_of_sizes(Vec<3>{{1e-6, 1e-6, 1}}).l) < 1e-12);
+    const auto mesh = unit_box<3>(3, 4, 0);
+    CHECK(must(complexity(mesh, Column<LogMetric<3>>(Buffer<LogMetric<3>>(mesh.points.size(), LogMetric<3>{})),
+                          alone)) == doctest::Approx(1).epsilon(1e-12));
+}
+
+TEST_CASE("operations refuse what makes no sense") {
+    const auto mesh = unit_box<2>(2, 4);
+    const Column<LogMetric<2>> field(Buffer<LogMetric<2>>(mesh.points.size(), LogMetric<2>{}));
+    const Column<LogMetric<2>> other(Buffer<LogMetric<2>>(3, LogMetric<2>{}));
+    CHECK(intersection(field, other, alone).error().kind == ErrorKind::usage);
+    CHECK(complexity(mesh, other, alone).error().kind == ErrorKind::usage);
+    CHECK(scaled_to_complexity(mesh, field, 0, alone).error().kind == ErrorKind::usage);
+    CHECK(bounded(field, MetricBounds{.min_size = 2, .max_size = 1}, alone).error().kind == ErrorKind::usage);
+    CHECK(bounded(field, MetricBounds{.max_anisotropy = 0.5}, alone).error().kind == ErrorKind::usage);
+}
