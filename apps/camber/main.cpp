@@ -4,7 +4,6 @@
 #include <new>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <vector>
 #include <CLI/CLI.hpp>
 import camber.commands;
@@ -123,8 +122,6 @@ int main(int argc, char** argv) {
         return dispatch(app, verb);
     } catch (const std::bad_alloc&) {
         std::fputs("camber: not enough memory (give it more memory, or a smaller mesh)\n", stderr);
-    } catch (const std::system_error&) {
-        std::fputs("camber: the system gives no more threads (use fewer: --threads 1)\n", stderr);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "camber: internal error: %s\n", error.what());
     }

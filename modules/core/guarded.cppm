@@ -1,7 +1,7 @@
 module;
 #include <new>
 #include <stdexcept>
-#include <system_error>
+#include <string>
 export module camber.core:guarded;
 import :outcome;
 
@@ -18,8 +18,9 @@ template <class F>
         return fail(ErrorKind::memory, "not enough memory", {}, {}, remedy);
     } catch (const std::length_error&) {
         return fail(ErrorKind::memory, "not enough memory", {}, {}, remedy);
-    } catch (const std::system_error&) {
-        return fail(ErrorKind::memory, "the system gives no more threads", {}, {}, "use fewer: --threads 1");
+    } catch (const std::runtime_error& error) {  // std::system_error, and what the thread library throws instead
+        return fail(ErrorKind::memory, std::string("the system refuses: ") + error.what(), {}, {},
+                    "use fewer threads: --threads 1");
     }
 }
 

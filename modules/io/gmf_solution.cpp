@@ -74,7 +74,7 @@ Outcome<DecodedSolution> decode_gmf_solution(std::span<const std::byte> bytes, s
         const auto file = gmf::open_file(bytes, name, execution);
         if (!file) return fail(file.error());
         const gmf::Block* const block = file->find(gmf::Keyword::sol_at_vertices);
-        if (!block) return gmf::fail_at(*file, 0, "the file has no SolAtVertices");
+        if (!block) return gmf::fail_at(*file, 0, "the file has no SolAtVertices", "give a solution (.sol, .solb)");
         auto solution = gmf::read_solution(*file, *block, execution);
         if (!solution) return fail(std::move(solution.error()));
         return DecodedSolution{std::move(*solution), gmf::notices_of(*file)};

@@ -136,7 +136,8 @@ std::string sentence(const Soundness& soundness, Defect defect) {
 
 std::optional<Error> refusal(const Soundness& soundness) {
     if (soundness.empty)
-        return Error{ErrorKind::input, "the mesh is empty: it has neither elements nor facets", {}, {}, {}};
+        return Error{ErrorKind::input, "the mesh is empty: it has neither elements nor facets", {}, {},
+                     "there is nothing to curve"};
     for (std::size_t i = 0; i < defect_count; ++i) {
         const Finding& found = soundness.findings[i];
         if (found.count == 0 || wordings[i].gravity != Gravity::fatal) continue;

@@ -86,6 +86,17 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertEqual(json.loads(done.stdout)["invalid_elements"], [1])
 
+    def test_check_and_info_of_an_empty_mesh_say_so(self):
+        self.write("empty.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n0\nEnd\n")
+        done = self.camber("check", "empty.mesh")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("the mesh is empty", done.stdout)
+        self.assertTrue(json.loads(self.camber("check", "empty.mesh", "--json").stdout)["soundness"]["empty"])
+        done = self.camber("info", "empty.mesh")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, "empty +true")
+        self.assertFalse(json.loads(self.camber("info", "two.mesh", "--json").stdout)["empty"])
+
     def test_print_config_runs_as_it_is(self):
         text = self.camber("curve", "two.mesh", "-o", "out.mesh", "--set", "stages/curve/objective=length",
                            "--print-config").stdout
@@ -166,7 +177,7 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(self.camber("check", "out.mesh").returncode, 0)
 
     def test_inverted_input_ends_with_1_and_names_the_element(self):
-        self.write("inverted.mesh", CUBE.replace("0 0 1 0\n", "0.6 0.6 0.6 0\n", 1))
+        self.write("inverted.mesh", CUBE.replace("1 1 1 0", "0.2 0.2 0.2 0"))
         done = self.camber("curve", "inverted.mesh", "-o", "out.mesh", "--geometry", "straight")
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("invalid: 2", done.stderr)

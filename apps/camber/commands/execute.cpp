@@ -91,7 +91,7 @@ Outcome<Done> check_memory(const AnyMesh& mesh) {
     if (needed <= limit.bytes) return Done{};
     return fail(
         ErrorKind::memory,
-        "the run needs about " + in_gib(needed) + " of memory, and " + limit.source + " gives " + in_gib(limit.bytes),
+        "the run needs about " + readable(needed) + " of memory, and " + limit.source + " gives " + readable(limit.bytes),
         {}, {}, "give it more, or a smaller mesh");
 }
 
@@ -100,7 +100,9 @@ Outcome<Done> make_folder_of(const std::string& path) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     std::error_code error;
     if (!folder.empty()) std::filesystem::create_directories(folder, error);
-    if (error) return fail(ErrorKind::write, "the folder cannot be made: " + error.message(), folder.string());
+    if (error)
+        return fail(ErrorKind::write, "the folder cannot be made: " + error.message(), folder.string(), {},
+                    "take another place");
     return Done{};
 }
 

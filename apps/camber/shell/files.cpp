@@ -49,8 +49,25 @@ class Descriptor {
     int fd_;
 };
 
+/// What the user can do about it.
+const char* remedy_of(int error) {
+    switch (error) {
+        case ENOENT: return "check the path";
+        case EACCES:
+        case EPERM:
+        case EROFS: return "ask for the permission, or take another place";
+        case EISDIR: return "name a file";
+        case ENOTDIR: return "take another place";
+        case ENOSPC:
+        case EDQUOT: return "make room, or take another place";
+        case EFBIG: return "raise the limit (ulimit -f)";
+        default: return "";
+    }
+}
+
 auto system_error(ErrorKind kind, const std::string& path, const char* verb, int error = errno) {
-    return fail(kind, std::string("cannot be ") + verb + ": " + std::generic_category().message(error), path);
+    return fail(kind, std::string("cannot be ") + verb + ": " + std::generic_category().message(error), path, {},
+                remedy_of(error));
 }
 
 /// The wish to stop is looked for between two of these.

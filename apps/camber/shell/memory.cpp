@@ -72,9 +72,10 @@ MemoryLimit memory_limit() {
     return least;
 }
 
-std::string in_gib(std::size_t bytes) {
-    const double gib = static_cast<double>(bytes) / 1073741824.0;
-    return gib < 0.1 ? fmt::format("{:.3f} GiB", gib) : fmt::format("{:.1f} GiB", gib);
+std::string readable(std::size_t bytes) {
+    constexpr double mebi = 1024 * 1024;
+    const double mib = static_cast<double>(bytes) / mebi;
+    return mib < 1024 ? fmt::format("{:.1f} MiB", mib) : fmt::format("{:.1f} GiB", mib / 1024);
 }
 
 }  // namespace camber::app

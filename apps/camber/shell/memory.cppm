@@ -20,7 +20,7 @@ struct MemoryLimit {
 /// the root of the hierarchy; none is the largest number.
 [[nodiscard]] std::size_t cgroup_limit(const std::string& root, const std::string& group, const std::string& name);
 
-/// "3.2 GiB".
-[[nodiscard]] std::string in_gib(std::size_t bytes);
+/// "3.2 GiB", "17.0 MiB".
+[[nodiscard]] std::string readable(std::size_t bytes);
 
 }  // namespace camber::app
