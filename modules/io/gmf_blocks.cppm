@@ -12,6 +12,8 @@ import :gmf_row;
 
 namespace camber::gmf {
 
+using camber::guarded;
+
 [[nodiscard]] constexpr std::int64_t to_file(std::size_t index) { return static_cast<std::int64_t>(index) + 1; }
 
 /// The blocks of a mesh's file in their order: a sink has value(keyword, integer) and

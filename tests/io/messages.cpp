@@ -146,8 +146,9 @@ TEST_CASE("places in binary files are bytes") {
     file.end();
     const auto decoded = decode_gmf_mesh(file.bytes, "in.meshb", {});
     REQUIRE(!decoded);
-    CHECK(describe(decoded.error()) ==
-          "in.meshb: byte " + std::to_string(row) + ": edge 1: the index 9 is not between 1 and 1");
+    CHECK(describe(decoded.error()) == "in.meshb: byte " + std::to_string(row) +
+                                           ": edge 1: the index 9 is not between 1 and 1 (GMF counts from 1; the file "
+                                           "is damaged, or of another mesh)");
 
     auto cut = file.bytes;
     cut.resize(30);
