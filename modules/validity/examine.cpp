@@ -22,8 +22,8 @@ struct BoundedVolume {
 };
 template <int D, class Real>
 BoundedVolume<D, Real> volume_in(const std::array<Vec<D>, D + 1>& p) {
-    std::array<std::array<Real, D>, D> columns;
-    ColumnBounds<D, Real> bounds;
+    std::array<std::array<Real, D>, D> columns{};
+    ColumnBounds<D, Real> bounds{};
     for (int a = 1; a <= D; ++a)
         for (int c = 0; c < D; ++c) {
             columns[a - 1][c] = Real(p[a][c]) - Real(p[0][c]);

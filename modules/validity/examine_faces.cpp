@@ -132,7 +132,7 @@ Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& x, const 
     x.facet_twins = std::move(*facet_twins);
 
     auto neighbours = map_each(execution, n, [&](std::size_t e) {
-        std::array<std::uint32_t, D + 1> of;
+        std::array<std::uint32_t, D + 1> of{};
         for (int i = 0; i <= D; ++i) of[i] = across(mesh, x, e, i);
         return of;
     });

@@ -22,7 +22,7 @@ bool numbered_alike(const SimplexVertices<D>& element, int opposite, const Simpl
     while (has(mine, other[there])) ++there;
     const auto theirs = face_of<D>(other, there);
     int inversions = 0;
-    std::array<int, D> at;
+    std::array<int, D> at{};
     for (int i = 0; i < D; ++i)
         at[i] = static_cast<int>(std::find(theirs.begin(), theirs.end(), mine[i]) - theirs.begin());
     for (int i = 0; i < D; ++i)

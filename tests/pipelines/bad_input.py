@@ -146,6 +146,9 @@ CASES = [
     Case("Elements", "a hanging vertex", "refused", 3, "vertex 6: lies inside a face of triangle 1",
          changed(square, hanging), finds="hanging_vertices"),
 
+    Case("Elements", "a hanging vertex in 3D", "refused", 3, "vertex 6: lies inside a face of tetrahedron 1",
+         plain(hanging_in_space), finds="hanging_vertices"),
+
     # ------------------------------------------------ boundary
     Case("Boundary", "no triangles listed", "repaired", 0, "added 48 triangles of reference 1",
          changed(block, lambda m: without(facets(m), slice(0, 0))), finds="no_facets"),
@@ -168,6 +171,8 @@ CASES = [
          "edge from vertex 1 to vertex 2 is shared by more than two faces", plain(pair_at_edge), finds="crowded_edges"),
     Case("Boundary", "a vertex where the boundary touches itself", "accepted", 0,
          "vertex 1 is where the boundary touches itself", plain(pair_at_vertex), finds="pinched_vertices"),
+    Case("Boundary", "the same in 2D", "accepted", 0, "vertex 1 is where the boundary touches itself",
+         plain(pair_at_corner), finds="pinched_vertices"),
     Case("Boundary", "triangles inside one material", "accepted", 0, "lie between tetrahedra of one reference",
          changed(block, inner_face), finds="inner_facets"),
     Case("Boundary", "two materials, their interface listed", "accepted", 0, "", changed(block, listed_interface)),

@@ -164,6 +164,20 @@ def hanging(mesh):
     appended(f, [4, 2], 5)
 
 
+def hanging_in_space():
+    """A tetrahedron on whose face three others stand, around a vertex that it does not have."""
+    mesh = linear_mesh([[0, 0, 0], [3, 0, 0], [0, 3, 0], [0, 0, 3], [0, 0, -3], [1, 1, 0]],
+                       [[0, 1, 2, 3], [0, 5, 1, 4], [1, 5, 2, 4], [2, 5, 0, 4]])
+    del mesh.cells["Triangles"]
+    return mesh
+
+
+def pair_at_corner():
+    """Two triangles in 2D that share a vertex."""
+    return linear_mesh([[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1]], [[0, 1, 2], [0, 3, 4]],
+                       [[0, 1], [1, 2], [2, 0], [0, 3], [3, 4], [4, 0]])
+
+
 def pair_at_edge():
     return linear_mesh([[0, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]],
                        [[0, 2, 3, 1], [0, 4, 5, 1]],
