@@ -20,8 +20,10 @@ constexpr const char* description =
     "  camber explain curve                              what a stage does, and its options\n";
 
 constexpr const char* exit_codes =
-    "Exit codes: 0 done; 1 done, but elements remain that are not certified valid; 2 bad usage or config;\n"
-    "3 bad input or output file; 4 internal error; 130 interrupted.";
+    "Exit codes: 0 done; 1 done, but elements remain that are not certified valid (check: or the mesh has\nother "
+    "defects); 2 bad usage or config;\n"
+    "3 bad input or output file; 4 not enough memory, or an internal error; 130 interrupted.\nWhat becomes of every "
+    "kind of bad input: docs/input.md.";
 
 /// Subcommands store what is to be done; main does it.
 struct Verb {
@@ -119,7 +121,7 @@ int main(int argc, char** argv) {
         }
         return dispatch(app, verb);
     } catch (const std::bad_alloc&) {
-        std::fputs("camber: not enough memory\n", stderr);
+        std::fputs("camber: not enough memory (give it more memory, or a smaller mesh)\n", stderr);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "camber: internal error: %s\n", error.what());
     }

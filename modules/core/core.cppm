@@ -3,6 +3,7 @@ export module camber.core;
 export import :vec;
 export import :sym;
 export import :outcome;
+export import :guarded;
 export import :ids;
 export import :column;
 export import :execution;

@@ -41,26 +41,29 @@ class Ticker {
 
 }  // namespace
 
-bool run_chunks(const Execution& execution, std::size_t n, std::size_t grain, void* context,
-                void (*body)(void*, std::size_t, std::size_t)) {
-    const std::size_t chunks = (n + grain - 1) / grain;
-    Ticker ticker(execution, n);
-    const auto run_chunk = [&](std::size_t chunk) {
-        if (execution.stop.stop_requested()) return;
-        const std::size_t begin = chunk * grain;
-        const std::size_t end = std::min(n, begin + grain);
-        body(context, begin, end);
-        ticker.add(end - begin);
-    };
-    if (execution.threads == 1 || chunks < 2) {
-        for (std::size_t chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
-    } else {
-        // More threads than the machine has would not run, but make the library print a warning.
-        const int threads = std::min(execution.threads, tbb::info::default_concurrency());
-        tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
-        arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run_chunk); });
-    }
-    return !execution.stop.stop_requested();
+Outcome<Done> run_chunks(const Execution& execution, std::size_t n, std::size_t grain, void* context,
+                         void (*body)(void*, std::size_t, std::size_t)) {
+    return guarded([&]() -> Outcome<Done> {
+        const std::size_t chunks = (n + grain - 1) / grain;
+        Ticker ticker(execution, n);
+        const auto run_chunk = [&](std::size_t chunk) {
+            if (execution.stop.stop_requested()) return;
+            const std::size_t begin = chunk * grain;
+            const std::size_t end = std::min(n, begin + grain);
+            body(context, begin, end);
+            ticker.add(end - begin);
+        };
+        if (execution.threads == 1 || chunks < 2) {
+            for (std::size_t chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
+        } else {
+            // More threads than the machine has would not run, but make the library print a warning.
+            const int threads = std::min(execution.threads, tbb::info::default_concurrency());
+            tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
+            arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run_chunk); });
+        }
+        if (execution.stop.stop_requested()) return stopped();
+        return Done{};
+    });
 }
 
 }  // namespace camber

@@ -149,12 +149,12 @@ Outcome<Buffer<std::array<EdgeId, edges_per_simplex<K>>>> edges_of(const Simplic
 
 template <int D>
 Outcome<Incidence<ElementId>> balls(const LinearMesh<D>& mesh, const Execution& execution) {
-    return inverted<ElementId>(mesh.elements.vertices, mesh.points.size(), execution);
+    return guarded([&] { return inverted<ElementId>(mesh.elements.vertices, mesh.points.size(), execution); });
 }
 
 template <int D>
 Outcome<Incidence<FacetId>> facet_balls(const LinearMesh<D>& mesh, const Execution& execution) {
-    return inverted<FacetId>(mesh.facets.vertices, mesh.points.size(), execution);
+    return guarded([&] { return inverted<FacetId>(mesh.facets.vertices, mesh.points.size(), execution); });
 }
 
 template <int D>
@@ -188,8 +188,10 @@ Buffer<ElementFace> boundary_faces(const Neighbours<D>& neighbours) {
     return faces;
 }
 
+namespace {
+
 template <int D>
-Outcome<EdgeSet<D>> unique_edges(const LinearMesh<D>& mesh, const Execution& execution) {
+Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& execution) {
     if (auto sound = check_distinct(mesh.elements); !sound) return fail(sound.error());
     if (auto sound = check_distinct(mesh.facets); !sound) return fail(sound.error());
     if (auto sound = check_distinct(mesh.edges); !sound) return fail(sound.error());
@@ -235,14 +237,21 @@ Outcome<EdgeSet<D>> unique_edges(const LinearMesh<D>& mesh, const Execution& exe
     return EdgeSet<D>{std::move(edges), std::move(*of_elements), std::move(*of_facets), std::move(*of_edges)};
 }
 
+}  // namespace
+
+template <int D>
+Outcome<EdgeSet<D>> unique_edges(const LinearMesh<D>& mesh, const Execution& execution) {
+    return guarded([&] { return collect_edges(mesh, execution); });
+}
+
 template <int D>
 Outcome<Incidence<ElementId>> shells(const EdgeSet<D>& edges, const Execution& execution) {
-    return inverted<ElementId>(edges.of_elements, edges.size(), execution);
+    return guarded([&] { return inverted<ElementId>(edges.of_elements, edges.size(), execution); });
 }
 
 template <int D>
 Outcome<Incidence<FacetId>> facet_shells(const EdgeSet<D>& edges, const Execution& execution) {
-    return inverted<FacetId>(edges.of_facets, edges.size(), execution);
+    return guarded([&] { return inverted<FacetId>(edges.of_facets, edges.size(), execution); });
 }
 
 template <int D>

@@ -130,7 +130,8 @@ Outcome<File> index_ascii(File file, const Execution& execution) {
 
     if (words.next() != "MeshVersionFormatted")
         return fail_at(file, 0,
-                       "this is no GMF file: it begins neither with MeshVersionFormatted nor as binary files do");
+                       "this is no GMF file: it begins neither with MeshVersionFormatted nor as binary files do",
+                       "give a .mesh or .meshb file");
     std::int64_t version = 0;
     if (!read_number(words, version) || version < 1 || version > 4)
         return fail(ErrorKind::unsupported, "the GMF version is not 1 to 4", place(file, offset(words.at)));

@@ -60,13 +60,13 @@ Outcome<Done> read_block(File& file, Header header, std::int32_t number, std::si
     if (info->content == Content::value) {
         // Dimension keeps 4 bytes in version 4; the block's length tells for the others.
         const auto value = header.integer(file.version == 4 && room >= 8 ? 8 : 4);
-        if (!value || header.at() > end) return fail_at(file, start, name + " has no value");
+        if (!value || header.at() > end) return fail_at(file, start, name + " has no value", "the file is damaged");
         set_value(file, info->keyword, *value);
         return Done{};
     }
     const auto count = header.integer(file.version == 4 ? 8 : 4);
     if (!count || header.at() > end || *count < 0)
-        return fail_at(file, start, name + " has no count, or a negative one");
+        return fail_at(file, start, name + " has no count, or a negative one", "the file is damaged");
     Block block{.info = info, .start = start, .end = end, .count = static_cast<std::uint64_t>(*count)};
     if (info->content == Content::solution)
         if (auto fields = read_fields(file, header, block); !fields) return fields;

@@ -2,8 +2,6 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <new>
-#include <stdexcept>
 #include <utility>
 export module camber.io:gmf_blocks;
 import camber.core;
@@ -14,17 +12,7 @@ import :gmf_row;
 
 namespace camber::gmf {
 
-/// Runs a face of the module: memory that is not there becomes an error.
-template <class F>
-[[nodiscard]] auto guarded(F&& f) -> decltype(f()) {
-    try {
-        return f();
-    } catch (const std::bad_alloc&) {
-        return fail(ErrorKind::memory, "not enough memory");
-    } catch (const std::length_error&) {
-        return fail(ErrorKind::memory, "not enough memory");
-    }
-}
+using camber::guarded;
 
 [[nodiscard]] constexpr std::int64_t to_file(std::size_t index) { return static_cast<std::int64_t>(index) + 1; }
 

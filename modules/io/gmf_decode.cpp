@@ -27,7 +27,7 @@ Outcome<DecodedMesh> decode(const gmf::File& file, const Execution& execution) {
 
 Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
                                      const Execution& execution) {
-    return gmf::guarded([&]() -> Outcome<DecodedMesh> {
+    return guarded([&]() -> Outcome<DecodedMesh> {
         auto file = gmf::open_file(bytes, name, execution);
         if (!file) return fail(std::move(file.error()));
         return *file->dimension == 2 ? decode<2>(*file, execution) : decode<3>(*file, execution);

@@ -59,7 +59,7 @@ auto broken() {
 template <int D>
 Outcome<Chunks> encode_gmf_mesh(const LinearMesh<D>& mesh, GmfOptions options, const Execution& execution) {
     if (!gmf::is_sound(mesh)) return gmf::broken();
-    return gmf::guarded([&] { return gmf::encode(mesh, options, execution); });
+    return guarded([&] { return gmf::encode(mesh, options, execution); });
 }
 
 template <int D>
@@ -69,7 +69,7 @@ Outcome<Chunks> encode_gmf_mesh(const QuadraticMesh<D>& mesh, GmfOptions options
         mesh.edges.of_elements.size() != linear.elements.size() ||
         mesh.edges.of_facets.size() != linear.facets.size() || mesh.edges.of_edges.size() != linear.edges.size())
         return gmf::broken();
-    return gmf::guarded([&] { return gmf::encode(mesh, options, execution); });
+    return guarded([&] { return gmf::encode(mesh, options, execution); });
 }
 
 template Outcome<Chunks> encode_gmf_mesh<2>(const LinearMesh<2>&, GmfOptions, const Execution&);

@@ -27,11 +27,13 @@ Outcome<File> checked(File file) {
                         "give a mesh of edges, triangles and tetrahedra of degree 1 or 2");
         for (std::size_t j = 0; j < i; ++j)
             if (file.blocks[j].info == block.info)
-                return fail_at(file, block.start, "a second block " + std::string(block.info->name));
+                return fail_at(file, block.start, "a second block " + std::string(block.info->name),
+                               "join the two, or remove one");
     }
-    if (!file.dimension) return fail_at(file, 0, "the file has no Dimension");
+    if (!file.dimension) return fail_at(file, 0, "the file has no Dimension", "the file is damaged, or not of GMF");
     if (*file.dimension != 2 && *file.dimension != 3)
-        return fail_at(file, 0, "Dimension is " + std::to_string(*file.dimension) + ", not 2 or 3");
+        return fail_at(file, 0, "Dimension is " + std::to_string(*file.dimension) + ", not 2 or 3",
+                       "Camber takes meshes in 2D and 3D");
     if (file.bezier_basis != 0 && file.bezier_basis != 1)
         return fail_at(file, 0, "BezierBasis is " + std::to_string(file.bezier_basis) + ", not 0 or 1");
     return file;
@@ -52,6 +54,18 @@ std::string fault_text(const Fault& fault) {
     return {};
 }
 
+const char* fault_remedy(FaultKind kind) {
+    switch (kind) {
+        case FaultKind::none: break;
+        case FaultKind::syntax: return "the file is damaged, or a row before has too few or too many numbers";
+        case FaultKind::index: return "GMF counts from 1; the file is damaged, or of another mesh";
+        case FaultKind::repeated: return "remove it: it has no volume";
+        case FaultKind::not_finite: return "what wrote the file failed there: write it anew";
+        case FaultKind::too_large: return "use smaller references";
+    }
+    return "";
+}
+
 }  // namespace
 
 const Block* File::find(Keyword keyword) const {
@@ -62,7 +76,7 @@ const Block* File::find(Keyword keyword) const {
 
 Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name, const Execution& execution) {
     File file{.bytes = bytes, .name = std::string(name)};
-    if (bytes.empty()) return fail_at(file, 0, "the file is empty");
+    if (bytes.empty()) return fail_at(file, 0, "the file is empty", "write it anew");
     std::int32_t mark = 0;
     if (bytes.size() >= sizeof mark) std::memcpy(&mark, bytes.data(), sizeof mark);
     if (mark == 1 || mark == 16777216) {
@@ -144,11 +158,8 @@ std::size_t row_begin(const File& file, const Block& block, std::size_t row, int
 }
 
 Error fault_error(const File& file, const Block& block, std::size_t row, std::size_t at, const Fault& fault) {
-    return Error{ErrorKind::input,
-                 fault_text(fault),
-                 place(file, at),
-                 Entity{std::string(block.info->noun), row / block.rows_per_entity + 1},
-                 {}};
+    return Error{ErrorKind::input, fault_text(fault), place(file, at),
+                 Entity{std::string(block.info->noun), row / block.rows_per_entity + 1}, fault_remedy(fault.kind)};
 }
 
 }  // namespace camber::gmf

@@ -20,7 +20,8 @@ Outcome<Done> read_points(const File& file, const Execution& execution, RawMesh<
     const Block* const block = file.find(Keyword::vertices);
     if (!block) {
         const bool solution = file.find(Keyword::sol_at_vertices) != nullptr;
-        return fail_at(file, 0, solution ? "the file holds a solution, not a mesh" : "the file has no Vertices");
+        return fail_at(file, 0, solution ? "the file holds a solution, not a mesh" : "the file has no Vertices",
+                       "give a mesh");
     }
     if (auto fits = check_size(file, *block, 1, D); !fits) return fits;
     raw.points.resize(block->count);
@@ -114,7 +115,8 @@ Outcome<Done> read_kind(const File& file, const Execution& execution, const RawM
 Outcome<Done> refuse_tetrahedra(const File& file) {
     for (const Keyword keyword : {Keyword::tetrahedra, Keyword::tetrahedra_p2})
         if (const Block* const block = file.find(keyword); block && block->count > 0)
-            return fail_at(file, block->start, "the file has tetrahedra, but its Dimension is 2");
+            return fail_at(file, block->start, "the file has tetrahedra, but its Dimension is 2",
+                           "set Dimension 3, and give three coordinates a vertex");
     return Done{};
 }
 

@@ -70,11 +70,11 @@ Outcome<Chunks> encode(const Solution& solution, GmfOptions options, const Execu
 
 Outcome<DecodedSolution> decode_gmf_solution(std::span<const std::byte> bytes, std::string_view name,
                                              const Execution& execution) {
-    return gmf::guarded([&]() -> Outcome<DecodedSolution> {
+    return guarded([&]() -> Outcome<DecodedSolution> {
         const auto file = gmf::open_file(bytes, name, execution);
         if (!file) return fail(file.error());
         const gmf::Block* const block = file->find(gmf::Keyword::sol_at_vertices);
-        if (!block) return gmf::fail_at(*file, 0, "the file has no SolAtVertices");
+        if (!block) return gmf::fail_at(*file, 0, "the file has no SolAtVertices", "give a solution (.sol, .solb)");
         auto solution = gmf::read_solution(*file, *block, execution);
         if (!solution) return fail(std::move(solution.error()));
         return DecodedSolution{std::move(*solution), gmf::notices_of(*file)};
@@ -88,7 +88,7 @@ Outcome<Chunks> encode_gmf_solution(const Solution& solution, GmfOptions options
     if (solution.fields.empty()) return fail(ErrorKind::usage, "the solution has no fields");
     if (solution.values.size() != solution.rows * row_width(solution))
         return fail(ErrorKind::usage, "the solution does not have the values that its fields and rows need");
-    return gmf::guarded([&] { return gmf::encode(solution, options, execution); });
+    return guarded([&] { return gmf::encode(solution, options, execution); });
 }
 
 }  // namespace camber

@@ -35,7 +35,8 @@ template <int D>
 }
 
 /// The natural metric of a mesh at its vertices: the log-Euclidean mean over the ball, weighted by the volume of the
-/// elements. Vertices without elements get the identity metric. Errors: an element of zero volume; stopped.
+/// elements; elements of zero volume have none, and no say. Vertices without other elements get the identity metric.
+/// Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh,
                                                                 const Incidence<ElementId>& balls,

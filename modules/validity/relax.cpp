@@ -172,14 +172,17 @@ Outcome<Relaxation<D>> relax(const QuadraticMesh<D>& mesh, Proposal<D> proposal,
         return relax(mesh, std::move(proposal), *again, options, execution);
     }
     if (validation.all_valid()) return Relaxation<D>{std::move(proposal), 0, 0, 0, validation};
-    const auto around = shells(mesh.edges, execution);
-    if (!around) return fail(around.error());
-    Repair<D> repair{
-        mesh, *around, proposal.kinds, options, take(std::move(proposal.mid_nodes)), take(validation.verdicts), {}};
-    auto done = options.strategy == RelaxStrategy::paper ? relax_plainly(repair, elements_not_valid(repair), execution)
-                                                         : relax_by_shells(repair, execution);
-    if (!done) return fail(done.error());
-    return summed_up(std::move(repair), std::move(proposal), validation, execution);
+    return guarded([&]() -> Outcome<Relaxation<D>> {
+        const auto around = shells(mesh.edges, execution);
+        if (!around) return fail(around.error());
+        Repair<D> repair{
+            mesh, *around, proposal.kinds, options, take(std::move(proposal.mid_nodes)), take(validation.verdicts), {}};
+        auto done = options.strategy == RelaxStrategy::paper
+                        ? relax_plainly(repair, elements_not_valid(repair), execution)
+                        : relax_by_shells(repair, execution);
+        if (!done) return fail(done.error());
+        return summed_up(std::move(repair), std::move(proposal), validation, execution);
+    });
 }
 
 template Outcome<Relaxation<2>> relax<2>(const QuadraticMesh<2>&, Proposal<2>, const Validation<2>&, RelaxOptions,

@@ -129,12 +129,12 @@ Outcome<Validation<D>> validate_nodes(const QuadraticMesh<D>& mesh, std::span<co
 template <int D>
 Outcome<Validation<D>> validate(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, double bound,
                                 const Execution& execution) {
-    return validate_nodes<D>(mesh, proposal.mid_nodes.view(), bound, execution);
+    return guarded([&] { return validate_nodes<D>(mesh, proposal.mid_nodes.view(), bound, execution); });
 }
 
 template <int D>
 Outcome<Validation<D>> validate(const QuadraticMesh<D>& mesh, double bound, const Execution& execution) {
-    return validate_nodes<D>(mesh, mesh.mid_nodes.view(), bound, execution);
+    return guarded([&] { return validate_nodes<D>(mesh, mesh.mid_nodes.view(), bound, execution); });
 }
 
 template <int D>

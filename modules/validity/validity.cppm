@@ -1,5 +1,5 @@
 /// Validity of quadratic elements: Jacobian coefficients with error bounds, certified verdicts, and the verbs
-/// `validate` and `relax`.
+/// `validate` and `relax`. Soundness of the mesh that all of it begins with, and its repair: `examine`, `prepare`.
 export module camber.validity;
 export import :twice;
 export import :coefficients;
@@ -10,3 +10,6 @@ export import :validate;
 export import :segment;
 export import :relax;
 export import :repair;
+export import :soundness;
+export import :prepare;
+import :examination;

@@ -75,13 +75,13 @@ TEST_CASE("what is written is read, chunk after chunk, whatever its size") {
 TEST_CASE("a bad path is one line with the system's reason") {
     const Folder folder;
     const std::string missing = folder / "missing";
-    CHECK(text_of(missing) == missing + ": cannot be read: No such file or directory");
-    CHECK(text_of(folder.path.string()) == folder.path.string() + ": cannot be read: Is a directory");
+    CHECK(text_of(missing) == missing + ": cannot be read: No such file or directory (check the path)");
+    CHECK(text_of(folder.path.string()) == folder.path.string() + ": cannot be read: Is a directory (name a file)");
     const std::string nowhere = folder / "no/such/place";
     const auto failed = write(nowhere, {"x"});
     REQUIRE_FALSE(failed.has_value());
     CHECK(failed.error().kind == ErrorKind::write);
-    CHECK(describe(failed.error()) == nowhere + ": cannot be written: No such file or directory");
+    CHECK(describe(failed.error()) == nowhere + ": cannot be written: No such file or directory (check the path)");
     CHECK_FALSE(write(folder.path.string(), {"x"}).has_value());
     CHECK_FALSE(check_writable(nowhere).has_value());
     CHECK(check_writable(folder / "new").has_value());
@@ -119,7 +119,8 @@ TEST_CASE("a write that fails half-way leaves the old file and nothing else") {
 
 TEST_CASE("devices are written to as they are") {
     CHECK(write("/dev/null", {"x"}).has_value());
-    CHECK(describe(write("/dev/full", {"x"}).error()) == "/dev/full: cannot be written: No space left on device");
+    CHECK(describe(write("/dev/full", {"x"}).error()) ==
+          "/dev/full: cannot be written: No space left on device (make room, or take another place)");
 }
 
 TEST_CASE("the first signal asks to stop, the second ends the process") {
@@ -136,6 +137,60 @@ TEST_CASE("the first signal asks to stop, the second ends the process") {
     ::waitpid(child, &status, 0);
     CHECK(WIFSIGNALED(status));
     CHECK(WTERMSIG(status) == SIGINT);
+}
+
+TEST_CASE("a silent or full pipe does not hold whoever wants to stop; nothing is written after the wish") {
+    const Folder folder;
+    const std::string pipe = folder / "pipe";
+    REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+    for (const bool reading : {true, false}) {
+        std::stop_source source;
+        ErrorKind kind = ErrorKind::internal;
+        std::thread other([&] {
+            if (reading) {
+                const auto read = read_file(pipe, source.get_token());
+                if (!read) kind = read.error().kind;
+            } else {
+                const auto bytes = as_bytes("x");
+                const auto written = write_file(pipe, {&bytes, 1}, source.get_token());
+                if (!written) kind = written.error().kind;
+            }
+        });
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        source.request_stop();
+        other.join();
+        CHECK(kind == ErrorKind::stopped);
+    }
+    std::stop_source asked;
+    asked.request_stop();
+    const auto bytes = as_bytes("x");
+    const auto written = write_file(folder / "plain", {&bytes, 1}, asked.get_token());
+    REQUIRE_FALSE(written.has_value());
+    CHECK(written.error().kind == ErrorKind::stopped);
+    CHECK_FALSE(fs::exists(folder / "plain"));
+}
+
+TEST_CASE("the least limit of a group and those that hold it") {
+    const Folder folder;
+    const std::size_t none = std::numeric_limits<std::size_t>::max();
+    const std::string root = folder.path.string();
+    const auto limit = [&](const std::string& at, const std::string& text) {
+        fs::create_directories(folder.path / at);
+        REQUIRE(write((folder.path / at / "memory.max").string(), {text}).has_value());
+    };
+    CHECK(cgroup_limit(root, "/a/b", "memory.max") == none);
+    limit("a/b", "max\n");
+    CHECK(cgroup_limit(root, "/a/b", "memory.max") == none);
+    limit("a", "5000\n");
+    CHECK(cgroup_limit(root, "/a/b", "memory.max") == 5000U);
+    limit("a/b", "7000\n");
+    CHECK(cgroup_limit(root, "/a/b", "memory.max") == 5000U);
+    limit(".", "3000\n");
+    CHECK(cgroup_limit(root, "/a/b", "memory.max") == 3000U);
+    CHECK(cgroup_limit(root, "/", "memory.max") == 3000U);
+    CHECK(memory_limit().bytes > 0);
+    CHECK(readable(std::size_t{3} << 29U) == "1.5 GiB");
+    CHECK(readable(std::size_t{1} << 19U) == "0.5 MiB");
 }
 
 TEST_CASE("a meter sees time and memory pass") {

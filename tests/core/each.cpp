@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <new>
+#include <stdexcept>
 #include <stop_token>
 #include <thread>
 #include <utility>
@@ -126,5 +128,29 @@ TEST_CASE("progress rises, comes from one thread at a time, and ends with everyt
         REQUIRE(!ticks.empty());
         for (std::size_t k = 1; k < ticks.size(); ++k) CHECK(ticks[k].first > ticks[k - 1].first);
         CHECK(ticks.back() == std::pair<std::size_t, std::size_t>{20000, 20000});
+    }
+}
+
+TEST_CASE("memory that is not there is an error of the loop, in whichever thread") {
+    for (const int threads : thread_counts) {
+        const auto done = each(with_threads(threads), 10000, [](std::size_t i) {
+            if (i == 7777) throw std::bad_alloc();
+        });
+        REQUIRE(!done);
+        CHECK(done.error().kind == ErrorKind::memory);
+        const auto map = map_each(with_threads(threads), std::size_t{1} << 60U, [](std::size_t) { return 1.0; });
+        REQUIRE(!map);
+        CHECK(map.error().kind == ErrorKind::memory);
+        const auto sum = reduce_each(
+            with_threads(threads), 100000, 0.0,
+            [](double&, std::size_t i) {
+                if (i == 50000) throw std::length_error("long");
+            },
+            [](double a, double b) { return a + b; });
+        REQUIRE(!sum);
+        CHECK(sum.error().kind == ErrorKind::memory);
+        const auto refused = each(with_threads(threads), 1, [](std::size_t) { throw std::runtime_error("no thread"); });
+        REQUIRE(!refused);
+        CHECK(refused.error().what.ends_with("no thread"));
     }
 }

@@ -26,15 +26,18 @@ const std::string head = "MeshVersionFormatted 2\nDimension 3\nVertices 4\n0 0 0
 }  // namespace
 
 TEST_CASE("what is no GMF file") {
-    CHECK(message("") == "in.mesh: byte 0: the file is empty");
+    CHECK(message("") == "in.mesh: byte 0: the file is empty (write it anew)");
     CHECK(message("solid cube").starts_with("in.mesh: line 1: this is no GMF file"));
     CHECK(message("MeshVersionFormatted 5 Dimension 3 End")
               .starts_with("in.mesh: line 1: the GMF version is not 1 to 4"));
-    CHECK(message("MeshVersionFormatted 2\nVertices 0\nEnd") == "in.mesh: line 1: the file has no Dimension");
-    CHECK(message("MeshVersionFormatted 2\nDimension 4\nEnd") == "in.mesh: line 1: Dimension is 4, not 2 or 3");
-    CHECK(message("MeshVersionFormatted 2\nDimension 3\nEnd") == "in.mesh: line 1: the file has no Vertices");
+    CHECK(message("MeshVersionFormatted 2\nVertices 0\nEnd") ==
+          "in.mesh: line 1: the file has no Dimension (the file is damaged, or not of GMF)");
+    CHECK(message("MeshVersionFormatted 2\nDimension 4\nEnd") ==
+          "in.mesh: line 1: Dimension is 4, not 2 or 3 (Camber takes meshes in 2D and 3D)");
+    CHECK(message("MeshVersionFormatted 2\nDimension 3\nEnd") ==
+          "in.mesh: line 1: the file has no Vertices (give a mesh)");
     CHECK(message("MeshVersionFormatted 2 Dimension 3 SolAtVertices 1 1 1 0.5 End") ==
-          "in.mesh: line 1: the file holds a solution, not a mesh");
+          "in.mesh: line 1: the file holds a solution, not a mesh (give a mesh)");
     CHECK(message("MeshVersionFormatted 2 Dimension x End") ==
           "in.mesh: line 1: Dimension is not followed by a number that it can have");
     CHECK(message(head) == "in.mesh: line 8: the file ends before the keyword End (it seems to be cut off)");
@@ -44,31 +47,42 @@ TEST_CASE("what is no GMF file") {
 
 TEST_CASE("rows") {
     CHECK(message("MeshVersionFormatted 2 Dimension 2 Vertices 2\n0 0 0\n0 nan 0\nEnd") ==
-          "in.mesh: line 3: vertex 2: a value is infinite or not a number");
+          "in.mesh: line 3: vertex 2: a value is infinite or not a number (what wrote the file failed there: write it "
+          "anew)");
     CHECK(message("MeshVersionFormatted 2 Dimension 2 Vertices 2\n0 0 0\n0 1e999 0\nEnd") ==
-          "in.mesh: line 3: vertex 2: a value is infinite or not a number");
+          "in.mesh: line 3: vertex 2: a value is infinite or not a number (what wrote the file failed there: write it "
+          "anew)");
     CHECK(message("MeshVersionFormatted 2 Dimension 2 Vertices 2\n0 0 0\n0 -Infinity 0\nEnd") ==
-          "in.mesh: line 3: vertex 2: a value is infinite or not a number");
+          "in.mesh: line 3: vertex 2: a value is infinite or not a number (what wrote the file failed there: write it "
+          "anew)");
     CHECK(message("MeshVersionFormatted 2 Dimension 2 Vertices 2\n0 0 0\n0 1.2.3 0\nEnd") ==
-          "in.mesh: line 3: vertex 2: a number is malformed, or too large for its kind");
+          "in.mesh: line 3: vertex 2: a number is malformed, or too large for its kind (the file is damaged, or a row "
+          "before has too few or too many numbers)");
     CHECK(message("MeshVersionFormatted 2 Dimension 2 Vertices 1\n0 0 3000000000\nEnd") ==
-          "in.mesh: line 2: vertex 1: the reference 3000000000 does not fit 32 bits");
+          "in.mesh: line 2: vertex 1: the reference 3000000000 does not fit 32 bits (use smaller references)");
     CHECK(message("MeshVersionFormatted 2 Dimension 2 Vertices 2\n0 0 0\nEnd") ==
           "in.mesh: line 1: Vertices announces 2 rows of 3 numbers, but 3 follow (the file is cut off or its count is "
           "wrong)");
     CHECK(message(head + "Tetrahedra 2\n1 2 3 4 0\n1 2 3 5 0\nEnd") ==
-          "in.mesh: line 10: tetrahedron 2: the index 5 is not between 1 and 4");
+          "in.mesh: line 10: tetrahedron 2: the index 5 is not between 1 and 4 (GMF counts from 1; the file is "
+          "damaged, or of another mesh)");
     CHECK(message(head + "Triangles 1\n0 2 3 0\nEnd") ==
-          "in.mesh: line 9: triangle 1: the index 0 is not between 1 and 4");
-    CHECK(message(head + "Triangles 1 2 1 2 0\nEnd") == "in.mesh: line 8: triangle 1: vertex 2 occurs twice");
+          "in.mesh: line 9: triangle 1: the index 0 is not between 1 and 4 (GMF counts from 1; the file is damaged, or "
+          "of another mesh)");
+    CHECK(message(head + "Triangles 1 2 1 2 0\nEnd") ==
+          "in.mesh: line 8: triangle 1: vertex 2 occurs twice (remove it: it has no volume)");
     CHECK(message(head + "Ridges 1 1\nEnd") ==
-          "in.mesh: line 8: ridge 1: the index 1 refers to something that the file does not have");
+          "in.mesh: line 8: ridge 1: the index 1 refers to something that the file does not have (GMF counts from 1; "
+          "the file is damaged, or of another mesh)");
     CHECK(message(head + "Edges 1 1 2 0 RequiredEdges 1 2 End") ==
-          "in.mesh: line 8: required edge 1: the index 2 is not between 1 and 1");
+          "in.mesh: line 8: required edge 1: the index 2 is not between 1 and 1 (GMF counts from 1; the file is "
+          "damaged, or of another mesh)");
     CHECK(message(head + "Triangles 2 1 2 3 0 1 2 4 0 5 End").ends_with("(the rows are longer than GMF has them)"));
-    CHECK(message(head + "Edges 1 1 2 0\nEdges 1 1 2 0\nEnd") == "in.mesh: line 9: a second block Edges");
+    CHECK(message(head + "Edges 1 1 2 0\nEdges 1 1 2 0\nEnd") ==
+          "in.mesh: line 9: a second block Edges (join the two, or remove one)");
     CHECK(message("MeshVersionFormatted 2 Dimension 2 Vertices 1 0 0 0\nTetrahedra 1 1 2 3 4 0 End") ==
-          "in.mesh: line 2: the file has tetrahedra, but its Dimension is 2");
+          "in.mesh: line 2: the file has tetrahedra, but its Dimension is 2 (set Dimension 3, and give three "
+          "coordinates a vertex)");
 }
 
 TEST_CASE("numbers as Fortran and others write them") {
@@ -132,8 +146,9 @@ TEST_CASE("places in binary files are bytes") {
     file.end();
     const auto decoded = decode_gmf_mesh(file.bytes, "in.meshb", {});
     REQUIRE(!decoded);
-    CHECK(describe(decoded.error()) ==
-          "in.meshb: byte " + std::to_string(row) + ": edge 1: the index 9 is not between 1 and 1");
+    CHECK(describe(decoded.error()) == "in.meshb: byte " + std::to_string(row) +
+                                           ": edge 1: the index 9 is not between 1 and 1 (GMF counts from 1; the file "
+                                           "is damaged, or of another mesh)");
 
     auto cut = file.bytes;
     cut.resize(30);

@@ -59,12 +59,14 @@ TEST_CASE("a row a line, values in the file's order") {
 
 TEST_CASE("what solutions must not be") {
     const std::string head = "MeshVersionFormatted 2\nDimension 3\n";
-    CHECK(message(head + "Vertices 0 End") == "in.sol: line 1: the file has no SolAtVertices");
+    CHECK(message(head + "Vertices 0 End") ==
+          "in.sol: line 1: the file has no SolAtVertices (give a solution (.sol, .solb))");
     CHECK(message(head + "SolAtVertices 1 1 7 0 End") ==
           "in.sol: line 3: a field of SolAtVertices has type 7, not 1 to 4");
     CHECK(message(head + "SolAtVertices 1 0 End") == "in.sol: line 3: SolAtVertices has no list of fields");
     CHECK(message(head + "SolAtVertices 2\n2 1 2\n0 0 0 0\n0 0 nan 0\nEnd") ==
-          "in.sol: line 6: vertex 2: a value is infinite or not a number");
+          "in.sol: line 6: vertex 2: a value is infinite or not a number (what wrote the file failed there: write it "
+          "anew)");
     CHECK(message(head + "SolAtVertices 2\n1 1\n0\nEnd").starts_with("in.sol: line 3: SolAtVertices announces 2 rows"));
 
     Solution solution{.dimension = 3, .fields = {FieldKind::scalar}, .rows = 2};

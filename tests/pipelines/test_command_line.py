@@ -86,6 +86,17 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertEqual(json.loads(done.stdout)["invalid_elements"], [1])
 
+    def test_check_and_info_of_an_empty_mesh_say_so(self):
+        self.write("empty.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n0\nEnd\n")
+        done = self.camber("check", "empty.mesh")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("the mesh is empty", done.stdout)
+        self.assertTrue(json.loads(self.camber("check", "empty.mesh", "--json").stdout)["soundness"]["empty"])
+        done = self.camber("info", "empty.mesh")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, "empty +true")
+        self.assertFalse(json.loads(self.camber("info", "two.mesh", "--json").stdout)["empty"])
+
     def test_print_config_runs_as_it_is(self):
         text = self.camber("curve", "two.mesh", "-o", "out.mesh", "--set", "stages/curve/objective=length",
                            "--print-config").stdout
@@ -208,11 +219,18 @@ class CommandLine(unittest.TestCase):
         boundary = json.loads((self.folder.path / "r.json").read_text())["boundary"]
         self.assertLess(boundary["largest_distance"], boundary["largest_distance_straight"])
 
+    def test_reversed_elements_are_turned(self):
+        self.write("reversed.mesh", CUBE.replace("1 2 3 4 1", "1 3 2 4 1"))
+        done = self.camber("curve", "reversed.mesh", "-o", "out.mesh", "--geometry", "straight")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("tetrahedron 1 is numbered the wrong way round: turned", done.stderr)
+        self.assertEqual(self.camber("check", "out.mesh").returncode, 0)
+
     def test_inverted_input_ends_with_1_and_names_the_element(self):
-        self.write("inverted.mesh", CUBE.replace("1 2 3 4 1", "1 3 2 4 1"))
+        self.write("inverted.mesh", CUBE.replace("1 1 1 0", "0.2 0.2 0.2 0"))
         done = self.camber("curve", "inverted.mesh", "-o", "out.mesh", "--geometry", "straight")
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("invalid: 1", done.stderr)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("invalid: 2", done.stderr)
 
     def test_interrupted_run_leaves_nothing(self):
         run = subprocess.Popen([CAMBER, "run", CONFIGS / "spheres-fine.json", "--threads", "1"], cwd=self.folder.name,

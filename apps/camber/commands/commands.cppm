@@ -4,7 +4,7 @@ module;
 #include <vector>
 /// The program's verbs. Each prints its result to standard output, messages to standard error, and returns the exit
 /// code: 0 done; 1 done, but the result misses what was asked; 2 bad usage or config; 3 bad input or output file; 4
-/// internal; 130 interrupted.
+/// not enough memory, or internal; 130 interrupted.
 export module camber.commands;
 import camber.core;
 import camber.config;

@@ -44,7 +44,7 @@ Outcome<GmfOptions> encoding_of(const std::string& path) {
 }
 
 Outcome<Solution> read_solution(const std::string& path, const Execution& execution) {
-    auto bytes = read_file(path);
+    auto bytes = read_file(path, execution.stop);
     if (!bytes) return fail(bytes.error());
     auto decoded = decode_gmf_solution(*bytes, path, execution);
     if (!decoded) return fail(decoded.error());
@@ -79,7 +79,28 @@ Outcome<Done> write_mesh(const AnyMesh& mesh, const std::string& path, const Exe
     auto chunks = std::visit([&](const auto& m) { return encode_gmf_mesh(m, *options, execution); }, mesh);
     if (!chunks) return fail(chunks.error());
     std::vector<std::span<const std::byte>> parts(chunks->begin(), chunks->end());
-    return write_file(path, parts);
+    return write_file(path, parts, execution.stop);
+}
+
+/// Runs that cannot end well are refused before they begin.
+Outcome<Done> check_memory(const AnyMesh& mesh) {
+    const std::size_t needed = std::visit(
+        []<class Mesh>(const Mesh& m) {
+            const auto& linear = [&]() -> const LinearMesh<Mesh::dimension>& {
+                if constexpr (requires { m.linear; })
+                    return m.linear;
+                else
+                    return m;
+            }();
+            return run::estimated_peak_bytes(linear.points.size(), linear.elements.size(), Mesh::dimension);
+        },
+        mesh);
+    const MemoryLimit limit = memory_limit();
+    if (needed <= limit.bytes) return Done{};
+    return fail(
+        ErrorKind::memory,
+        "the run needs about " + readable(needed) + " of memory, and " + limit.source + " gives " + readable(limit.bytes),
+        {}, {}, "give it more, or a smaller mesh");
 }
 
 /// The folder of an output, made if it is not there.
@@ -87,7 +108,9 @@ Outcome<Done> make_folder_of(const std::string& path) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     std::error_code error;
     if (!folder.empty()) std::filesystem::create_directories(folder, error);
-    if (error) return fail(ErrorKind::write, "the folder cannot be made: " + error.message(), folder.string());
+    if (error)
+        return fail(ErrorKind::write, "the folder cannot be made: " + error.message(), folder.string(), {},
+                    "take another place");
     return Done{};
 }
 
@@ -109,8 +132,14 @@ int report_error(const Error& error) {
     return exit_code(error.kind);
 }
 
+Error of_file(Error error, const std::string& path) {
+    const bool about_file = error.kind == ErrorKind::input || error.kind == ErrorKind::unsupported;
+    if (about_file && error.where.empty()) error.where = path;
+    return error;
+}
+
 Outcome<DecodedMesh> read_mesh(const std::string& path, const Execution& execution) {
-    auto bytes = read_file(path);
+    auto bytes = read_file(path, execution.stop);
     if (!bytes) return fail(bytes.error());
     return decode_gmf_mesh(*bytes, path, execution);
 }
@@ -124,7 +153,9 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline) {
                                    const std::function<Outcome<Done>(const Execution&)>& body) -> Outcome<Done> {
         progress.begin(std::string(stage));
         const Meter meter;
-        auto done = body(Execution{.threads = pipeline.threads, .stop = stop, .progress = progress.ticks()});
+        auto done = guarded(
+            [&] { return body(Execution{.threads = pipeline.threads, .stop = stop, .progress = progress.ticks()}); });
+        if (!done && done.error().kind == ErrorKind::memory && done.error().where.empty()) done.error().where = stage;
         const Usage usage = meter.read();
         times.push_back({std::string(stage), usage.seconds, usage.peak_bytes});
         return done;
@@ -136,11 +167,14 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline) {
                            auto got = read_inputs(pipeline, execution);
                            if (!got) return fail(got.error());
                            inputs = std::move(*got);
-                           return Done{};
+                           return check_memory(inputs->mesh.mesh);
                        });
     if (!read) return fail(read.error());
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
-    if (!run) return fail(run.error());
+    if (!run) {
+        const auto* file = std::get_if<config::FilePath>(&pipeline.input);
+        return fail(of_file(run.error(), file != nullptr ? file->path : "the generated mesh"));
+    }
     if (!pipeline.output.mesh.empty()) {
         auto written = around("write", [&](const Execution& execution) {
             return write_mesh(run->mesh, pipeline.output.mesh, execution);

@@ -12,6 +12,9 @@ namespace camber::app {
 /// `camber: where: entity: what (remedy)` on standard error, and the exit code of the error's kind.
 int report_error(const Error& error);
 
+/// An error that says no place, as one of that file.
+Error of_file(Error error, const std::string& path);
+
 /// A file's mesh, by its content.
 Outcome<DecodedMesh> read_mesh(const std::string& path, const Execution& execution);
 

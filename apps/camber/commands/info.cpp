@@ -48,6 +48,7 @@ Json linear_part(const LinearMesh<D>& mesh, int degree) {
     if constexpr (D == 3) j["required_triangles"] = mesh.facets.required.size();
     j["normals"] = mesh.notes.normal_at_vertices.size();
     j["tangents"] = mesh.notes.tangent_at_vertices.size();
+    j["empty"] = mesh.elements.vertices.empty() && mesh.facets.vertices.empty();
     return j;
 }
 
@@ -77,7 +78,7 @@ int info_command(const InfoArguments& arguments) {
     }
     fmt::print("{}\n", arguments.input);
     for (const auto& [key, value] : j.items())
-        if (!(value.is_number() && value == 0) && !(value.is_structured() && value.empty()))
+        if (!(value.is_number() && value == 0) && !(value.is_structured() && value.empty()) && value != false)
             fmt::print("  {:<26}{}\n", key, value.dump());
     return 0;
 }

@@ -45,10 +45,13 @@ int finish(const config::Pipeline& pipeline) {
     print_run(*run, pipeline.output);
     if (run->report.holds_what_was_asked()) return 0;
     const run::Report& r = run->report;
+    const std::size_t straight = r.validity->straight_inverted;
     fmt::print(stderr, "camber: {} elements are not certified valid above {:g}",
                r.invalid_elements.size() + r.undecided_elements.size(), r.validity->bound);
     if (!r.invalid_elements.empty()) fmt::print(stderr, "; invalid: {}", listed(r.invalid_elements));
     if (!r.undecided_elements.empty()) fmt::print(stderr, "; undecided: {}", listed(r.undecided_elements));
+    if (straight > 0)
+        fmt::print(stderr, " ({} flat or inverted before it was curved: mend the straight mesh)", straight);
     fmt::print(stderr, "\n");
     return 1;
 }
@@ -109,22 +112,12 @@ int curve_command(const CurveArguments& arguments) {
 int check_command(const CheckArguments& arguments) {
     auto decoded = read_mesh(arguments.input, Execution{.threads = arguments.threads});
     if (!decoded) return report_error(decoded.error());
-    const bool linear = decoded->mesh.index() < 2;
-    config::Pipeline pipeline;
-    pipeline.threads = arguments.threads;
-    pipeline.stages.clear();
-    if (linear) pipeline.stages.emplace_back(config::Elevate{});
-    pipeline.stages.emplace_back(config::Validate{arguments.min_scaled_jacobian});
     const run::Around plain = [&](std::string_view, const std::function<Outcome<Done>(const Execution&)>& body) {
         return body(Execution{.threads = arguments.threads});
     };
-    auto run = run::run_pipeline(pipeline, run::Inputs{std::move(*decoded), {}}, plain);
-    if (!run) return report_error(run.error());
-    run::Report& report = run->report;
-    if (linear) {
-        report.mesh.degree = 1;
-        report.mesh.nodes = report.mesh.vertices;
-    }
+    auto checked = run::check_mesh(std::move(*decoded), arguments.min_scaled_jacobian, plain);
+    if (!checked) return report_error(of_file(checked.error(), arguments.input));
+    const run::Report& report = *checked;
     if (arguments.json) {
         fmt::print("{}", run::check_json(report, arguments.input));
     } else {

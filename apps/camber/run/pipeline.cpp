@@ -41,17 +41,26 @@ class Runner {
           metric_(std::move(metric)),
           operands_(std::move(operands)),
           around_(around) {
-        const LinearMesh<D>& mesh = state_.linear;
-        report_.mesh = {D,
-                        state_.mesh ? 2 : 1,
-                        mesh.points.size(),
-                        mesh.points.size() + (state_.mesh ? state_.mesh->edges.size() : 0),
-                        mesh.elements.size(),
-                        mesh.facets.size(),
-                        mesh.edges.size()};
+        measure_mesh();
+    }
+
+    /// As given, before and instead of any repair.
+    Outcome<Report> check(double min_scaled_jacobian) {
+        const MeshReport as_given = report_.mesh;
+        auto done =
+            step("examine", [&](State<D> s, const Execution& e) { return examine_stage(std::move(s), report_, e); });
+        if (done && !state_.mesh) done = apply(config::Elevate{});
+        if (done) done = apply(config::Validate{min_scaled_jacobian});
+        if (!done) return fail(done.error());
+        report_.mesh = as_given;
+        return report_;
     }
 
     Outcome<Run> run() {
+        auto prepared =
+            step("prepare", [&](State<D> s, const Execution& e) { return prepare_stage(std::move(s), report_, e); });
+        if (!prepared) return fail(prepared.error());
+        measure_mesh();
         for (std::size_t i = 0; i < pipeline_.stages.size(); ++i) {
             const std::string path = "/stages/" + std::to_string(i);
             auto done = std::visit([&](const auto& stage) { return apply(stage); }, pipeline_.stages[i]);
@@ -65,13 +74,26 @@ class Runner {
     }
 
   private:
+    void measure_mesh() {
+        const LinearMesh<D>& mesh = state_.linear;
+        report_.mesh = {D,
+                        state_.mesh ? 2 : 1,
+                        mesh.points.size(),
+                        mesh.points.size() + (state_.mesh ? state_.mesh->edges.size() : 0),
+                        mesh.elements.size(),
+                        mesh.facets.size(),
+                        mesh.edges.size()};
+    }
+
     template <class F>
     Outcome<Done> step(std::string_view name, F&& f) {
-        return around_(name, [&](const Execution& execution) -> Outcome<Done> {
-            auto next = f(std::move(state_), execution);
-            if (!next) return fail(next.error());
-            state_ = std::move(*next);
-            return Done{};
+        return around_(name, [&](const Execution& execution) {
+            return guarded([&]() -> Outcome<Done> {
+                auto next = f(std::move(state_), execution);
+                if (!next) return fail(next.error());
+                state_ = std::move(*next);
+                return Done{};
+            });
         });
     }
 
@@ -149,6 +171,18 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     if (!run) return run;
     for (Notice& notice : inputs.mesh.notices) run->report.notices.push_back(std::move(notice.what));
     return run;
+}
+
+Outcome<Report> check_mesh(DecodedMesh mesh, double min_scaled_jacobian, const Around& around) {
+    const config::Pipeline nothing;
+    auto report = std::visit(
+        [&]<class Mesh>(Mesh m) {
+            return Runner<Mesh::dimension>(nothing, initial(std::move(m)), {}, {}, around).check(min_scaled_jacobian);
+        },
+        std::move(mesh.mesh));
+    if (!report) return report;
+    for (Notice& notice : mesh.notices) report->notices.push_back(std::move(notice.what));
+    return report;
 }
 
 Outcome<DecodedMesh> generate_shape(const config::Shape& shape) {

@@ -77,6 +77,16 @@ Json json(const ReinsertReport& r) {
             {"rejected_no_gain", r.rejected_no_gain}};
 }
 
+Json json(const SoundnessReport& s) {
+    Json j{{"sound", s.sound}, {"empty", s.empty}};
+    for (const SoundnessReport::Entry& found : s.findings) j[found.key] = found.count;
+    Json first = Json::object();
+    for (const SoundnessReport::Entry& found : s.findings)
+        if (found.count > 0) first[found.key] = found.other > 0 ? Json{found.first, found.other} : Json{found.first};
+    j["first"] = std::move(first);
+    return j;
+}
+
 }  // namespace
 
 std::string to_json(const Report& report) {
@@ -113,6 +123,7 @@ std::string check_json(const Report& report, const std::string& name) {
     }
     j["invalid_elements"] = report.invalid_elements;
     j["undecided_elements"] = report.undecided_elements;
+    if (report.soundness) j["soundness"] = json(*report.soundness);
     j["notices"] = report.notices;
     return j.dump(2) + "\n";
 }

@@ -85,6 +85,14 @@ std::string validity_rows(const Report& report) {
     return text;
 }
 
+std::string soundness_rows(const SoundnessReport& s) {
+    if (s.empty) return row("sound", "no: the mesh is empty");
+    std::string text = row("sound", s.sound ? "yes" : "no");
+    for (const SoundnessReport::Entry& found : s.findings)
+        if (found.count > 0) text += fmt::format("  {} {}\n", found.harms ? "!" : "-", found.sentence);
+    return text;
+}
+
 std::string boundary_rows(const BoundaryReport& b) {
     std::string text = row("surface edges, ridges, corners", fmt::format("{}, {}, {}", grouped(b.surface_edges),
                                                                          grouped(b.ridge_edges), grouped(b.corners)));
@@ -113,6 +121,7 @@ std::string table(const Report& report) {
     if (report.boundary) text += boundary_rows(*report.boundary);
     if (report.curve) text += curve_rows(*report.curve);
     text += validity_rows(report);
+    if (report.soundness) text += soundness_rows(*report.soundness);
     if (!report.times.empty()) text += time_rows(report);
     return text;
 }

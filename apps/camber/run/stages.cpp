@@ -148,7 +148,8 @@ void judged(State<D>& state, Validation<D> validation, Report& report) {
 template <int D>
 Outcome<State<D>> elevate_stage(State<D> state, Report& report, const Execution& execution) {
     if (state.mesh)
-        return fail(ErrorKind::usage, "the mesh is quadratic already", {}, {}, "leave the stage \"elevate\" out");
+        return fail(ErrorKind::input, "the mesh is quadratic already", {}, {},
+                    "give the straight one, or leave the stage \"elevate\" out");
     auto mesh = elevate(state.linear, execution);
     if (!mesh) return fail(mesh.error());
     state.mesh = std::move(*mesh);

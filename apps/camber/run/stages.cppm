@@ -21,6 +21,15 @@ struct MetricFile {
 };
 
 /// Each stage: the next state, and what it found added to the report.
+
+/// The mesh made sound, or refused: `prepare`; what was done becomes notices.
+template <int D>
+Outcome<State<D>> prepare_stage(State<D> state, Report& report, const Execution& execution);
+
+/// What is wrong with the mesh, which stays as it is.
+template <int D>
+Outcome<State<D>> examine_stage(State<D> state, Report& report, const Execution& execution);
+
 template <int D>
 Outcome<State<D>> elevate_stage(State<D> state, Report& report, const Execution& execution);
 

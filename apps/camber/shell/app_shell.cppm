@@ -2,5 +2,6 @@
 export module camber.app_shell;
 export import :files;
 export import :interrupt;
+export import :memory;
 export import :meter;
 export import :progress;

@@ -1,18 +1,23 @@
 module;
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <climits>
 #include <cstddef>
 #include <cstdlib>
 #include <filesystem>
 #include <new>
 #include <span>
+#include <stdexcept>
+#include <stop_token>
 #include <string>
 #include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
 module camber.app_shell;
@@ -44,20 +49,60 @@ class Descriptor {
     int fd_;
 };
 
-auto system_error(ErrorKind kind, const std::string& path, const char* verb, int error = errno) {
-    return fail(kind, std::string("cannot be ") + verb + ": " + std::generic_category().message(error), path);
+/// What the user can do about it.
+const char* remedy_of(int error) {
+    switch (error) {
+        case ENOENT: return "check the path";
+        case EACCES:
+        case EPERM:
+        case EROFS: return "ask for the permission, or take another place";
+        case EISDIR: return "name a file";
+        case ENOTDIR: return "take another place";
+        case ENOSPC:
+        case EDQUOT: return "make room, or take another place";
+        case EFBIG: return "raise the limit (ulimit -f)";
+        default: return "";
+    }
 }
 
-constexpr std::size_t largest_transfer = std::size_t{1} << 30;
+auto system_error(ErrorKind kind, const std::string& path, const char* verb, int error = errno) {
+    return fail(kind, std::string("cannot be ") + verb + ": " + std::generic_category().message(error), path, {},
+                remedy_of(error));
+}
 
-bool write_all(int fd, std::span<const std::byte> bytes) {
+/// The wish to stop is looked for between two of these.
+constexpr std::size_t largest_transfer = std::size_t{1} << 24;
+constexpr int milliseconds_between_looks = 50;
+
+/// Waits until the descriptor can be read from or written to; false when asked to stop. Plain files never wait.
+bool wait_for(int fd, short events, const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+        struct pollfd one{fd, events, 0};
+        if (::poll(&one, 1, milliseconds_between_looks) != 0) return !stop.stop_requested();
+    }
+    return false;
+}
+
+/// False with errno as the system set it, ECANCELED when asked to stop.
+bool write_all(int fd, std::span<const std::byte> bytes, const std::stop_token& stop) {
     while (!bytes.empty()) {
+        if (!wait_for(fd, POLLOUT, stop)) return errno = ECANCELED, false;
         const ssize_t n = ::write(fd, bytes.data(), std::min(bytes.size(), largest_transfer));
-        if (n < 0 && errno == EINTR) continue;
+        if (n < 0 && (errno == EINTR || errno == EAGAIN)) continue;
         if (n < 0) return false;
         bytes = bytes.subspan(static_cast<std::size_t>(n));
     }
     return true;
+}
+
+/// Opens what is no plain file, such as a pipe, for writing; a pipe waits for its reader.
+Descriptor open_special(const std::string& path, const std::stop_token& stop) {
+    while (true) {
+        Descriptor file(::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC));
+        if (file || errno != ENXIO) return file;
+        if (stop.stop_requested()) return errno = ECANCELED, Descriptor(-1);
+        std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds_between_looks));
+    }
 }
 
 /// What the path leads to after symbolic links, so that a link stays one.
@@ -132,9 +177,10 @@ bool is_special(const std::string& path) {
 
 }  // namespace
 
-Outcome<Buffer<std::byte>> read_file(const std::string& path) try {
+Outcome<Buffer<std::byte>> read_file(const std::string& path, const std::stop_token& stop) try {
     const auto unreadable = [&](int error = errno) { return system_error(ErrorKind::input, path, "read", error); };
-    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    // A pipe without a writer would hold `open`: it is waited for below, where the wish to stop is heard.
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
     if (!file) return unreadable();
     struct stat status{};
     if (::fstat(file.get(), &status) != 0) return unreadable();
@@ -144,8 +190,9 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path) try {
     std::size_t size = 0;
     while (true) {
         if (size == bytes.size()) bytes.resize(2 * size);
+        if (!wait_for(file.get(), POLLIN, stop)) return fail(ErrorKind::stopped, "stopped on request", path);
         const ssize_t n = ::read(file.get(), bytes.data() + size, std::min(bytes.size() - size, largest_transfer));
-        if (n < 0 && errno == EINTR) continue;
+        if (n < 0 && (errno == EINTR || errno == EAGAIN)) continue;
         if (n < 0) return unreadable();
         if (n == 0) break;
         size += static_cast<std::size_t>(n);
@@ -153,16 +200,22 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path) try {
     bytes.resize(size);
     return bytes;
 } catch (const std::bad_alloc&) {
-    return fail(ErrorKind::memory, "not enough memory to read the file", path);
+    return fail(ErrorKind::memory, "not enough memory to read the file", path, {}, "give it more memory");
+} catch (const std::length_error&) {
+    return fail(ErrorKind::memory, "not enough memory to read the file", path, {}, "give it more memory");
 }
 
-Outcome<Done> write_file(const std::string& path, std::span<const std::span<const std::byte>> chunks) {
-    const auto unwritable = [&] { return system_error(ErrorKind::write, path, "written"); };
+Outcome<Done> write_file(const std::string& path, std::span<const std::span<const std::byte>> chunks,
+                         const std::stop_token& stop) {
+    const auto unwritable = [&] {
+        if (errno == ECANCELED) return fail(ErrorKind::stopped, "stopped on request", path);
+        return system_error(ErrorKind::write, path, "written");
+    };
     const auto write_chunks = [&](int fd) {
-        return std::all_of(chunks.begin(), chunks.end(), [&](const auto& chunk) { return write_all(fd, chunk); });
+        return std::all_of(chunks.begin(), chunks.end(), [&](const auto& chunk) { return write_all(fd, chunk, stop); });
     };
     if (is_special(path)) {
-        Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+        Descriptor file = open_special(path, stop);
         if (!file || !write_chunks(file.get()) || !file.close()) return unwritable();
         return Done{};
     }

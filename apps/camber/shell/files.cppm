@@ -1,6 +1,7 @@
 module;
 #include <cstddef>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <string_view>
 export module camber.app_shell:files;
@@ -8,8 +9,8 @@ import camber.core;
 
 export namespace camber::app {
 
-/// The whole file (or pipe). Errors: input, with the system's reason; memory.
-[[nodiscard]] Outcome<Buffer<std::byte>> read_file(const std::string& path);
+/// The whole file (or pipe). Errors: input, with the system's reason; memory; stopped, also while a pipe is silent.
+[[nodiscard]] Outcome<Buffer<std::byte>> read_file(const std::string& path, const std::stop_token& stop = {});
 
 [[nodiscard]] inline std::string_view as_text(std::span<const std::byte> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -21,8 +22,9 @@ export namespace camber::app {
 /// Writes the chunks one after the other: all of them or nothing. The file appears (or replaces the old one, keeping
 /// its permissions) only when complete and on disk; until then it has no name, so that no death of the process leaves
 /// a part of it. Where the target is no plain file (a pipe, /dev/stdout) it is written to as it is.
-/// Errors: write, with the system's reason.
-[[nodiscard]] Outcome<Done> write_file(const std::string& path, std::span<const std::span<const std::byte>> chunks);
+/// Errors: write, with the system's reason; stopped, as long as nothing has its name yet.
+[[nodiscard]] Outcome<Done> write_file(const std::string& path, std::span<const std::span<const std::byte>> chunks,
+                                       const std::stop_token& stop = {});
 
 /// Whether a file could be written there, asked before the work begins: its folder exists and takes files.
 [[nodiscard]] Outcome<Done> check_writable(const std::string& path);

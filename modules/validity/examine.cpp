@@ -1,0 +1,123 @@
+module;
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+module camber.validity;
+import camber.core;
+import camber.bezier;
+import :coefficients;
+import :examination;
+import :jacobian;
+import :twice;
+
+namespace camber {
+
+namespace {
+
+/// det of the edge vectors in numbers of the kind, and its rounding error.
+template <int D, class Real>
+struct BoundedVolume {
+    Real value{}, error{};
+};
+template <int D, class Real>
+BoundedVolume<D, Real> volume_in(const std::array<Vec<D>, D + 1>& p) {
+    std::array<std::array<Real, D>, D> columns{};
+    ColumnBounds<D, Real> bounds{};
+    for (int a = 1; a <= D; ++a)
+        for (int c = 0; c < D; ++c) {
+            columns[a - 1][c] = Real(p[a][c]) - Real(p[0][c]);
+            bounds[a - 1][c] = magnitude<Real>(columns[a - 1][c]);
+        }
+    return {determinant<D, Real>(columns), error_bound<D, Real>(bounds)};
+}
+
+/// A number of the sign of the element's volume, 0 where that is not to be told; D! volume where it is.
+template <int D>
+double signed_volume(const std::array<Vec<D>, D + 1>& p) {
+    const auto plain = volume_in<D, double>(p);
+    if (std::abs(plain.value) > plain.error) return plain.value;
+    const auto sharp = volume_in<D, Twice>(p);
+    return magnitude(sharp.value) > sharp.error ? sharp.value.high : 0;
+}
+
+/// The same of a curved element: ∫ det J, the mean of its coefficients; of the straight one where that is not to be
+/// told.
+template <int D>
+double signed_volume(const NodalSimplex<D>& s) {
+    const BoundedJacobian<D> jacobian = bounded_jacobian(s);
+    double mean = 0;
+    for (const double c : jacobian.coefficients) mean += c / jacobian_coefficients<D>;
+    if (std::abs(mean) > 2 * jacobian.error) return mean;
+    std::array<Vec<D>, D + 1> corners;
+    for (int i = 0; i <= D; ++i) corners[i] = s.nodes[i];
+    return signed_volume<D>(corners);
+}
+
+template <int D>
+Outcome<Examination<D>> examine_with(const LinearMesh<D>& mesh, const Buffer<double>& volumes,
+                                     const Execution& execution) {
+    Examination<D> x;
+    x.soundness.dimension = D;
+    x.soundness.empty = mesh.elements.vertices.empty() && mesh.facets.vertices.empty();
+    auto elements_of = balls(mesh, execution);
+    if (!elements_of) return fail(elements_of.error());
+    x.elements_of = std::move(*elements_of);
+    auto facets_of = facet_balls(mesh, execution);
+    if (!facets_of) return fail(facets_of.error());
+    x.facets_of = std::move(*facets_of);
+    auto done = examine_faces(mesh, x, execution)
+                    .and_then([&](Done) { return examine_orientation(mesh, volumes, x, execution); })
+                    .and_then([&](Done) { return examine_vertices(mesh, x, execution); })
+                    .and_then([&](Done) { return examine_boundary(mesh, x, execution); });
+    if (!done) return fail(done.error());
+    return x;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Examination<D>> examine_all(const LinearMesh<D>& mesh, const Execution& execution) {
+    auto volumes = map_each(execution, mesh.elements.size(), [&](std::size_t e) {
+        std::array<Vec<D>, D + 1> p;
+        for (int i = 0; i <= D; ++i) p[i] = mesh.points[mesh.elements.vertices[e][i]];
+        return signed_volume<D>(p);
+    });
+    if (!volumes) return fail(volumes.error());
+    return examine_with(mesh, *volumes, execution);
+}
+
+template <int D>
+Outcome<Examination<D>> examine_all(const QuadraticMesh<D>& mesh, const Execution& execution) {
+    auto volumes = map_each(execution, mesh.linear.elements.size(), [&](std::size_t e) {
+        return signed_volume(nodal_element<D>(mesh, mesh.mid_nodes.view(), ElementId(e)));
+    });
+    if (!volumes) return fail(volumes.error());
+    return examine_with(mesh.linear, *volumes, execution);
+}
+
+template <int D>
+Outcome<Soundness> examine(const LinearMesh<D>& mesh, const Execution& execution) {
+    return guarded([&]() -> Outcome<Soundness> {
+        return examine_all(mesh, execution).map([](const Examination<D>& x) { return x.soundness; });
+    });
+}
+
+template <int D>
+Outcome<Soundness> examine(const QuadraticMesh<D>& mesh, const Execution& execution) {
+    return guarded([&]() -> Outcome<Soundness> {
+        return examine_all(mesh, execution).map([](const Examination<D>& x) { return x.soundness; });
+    });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                   \
+    template Outcome<Examination<D>> examine_all<D>(const LinearMesh<D>&, const Execution&);    \
+    template Outcome<Examination<D>> examine_all<D>(const QuadraticMesh<D>&, const Execution&); \
+    template Outcome<Soundness> examine<D>(const LinearMesh<D>&, const Execution&);             \
+    template Outcome<Soundness> examine<D>(const QuadraticMesh<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

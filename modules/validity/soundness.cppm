@@ -1,0 +1,88 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+export module camber.validity:soundness;
+import camber.core;
+
+export namespace camber {
+
+/// What may be wrong with a straight mesh (or the straight part of a quadratic one), or be worth a word.
+enum class Defect : std::uint8_t {
+    repeated_element,       ///< has the vertices and the reference of an earlier one
+    contradicting_element,  ///< has the vertices of an earlier one and another reference
+    crowded_face,           ///< an element with a face that more than two elements have
+    stray_facet,            ///< a facet that is a face of no element
+    repeated_facet,         ///< as for elements
+    contradicting_facet,
+    hanging_vertex,     ///< lies inside a face of the boundary that the file does not list as such
+    duplicate_vertex,   ///< is at the very place of an earlier one, and not on two sides of a slit
+    reversed_element,   ///< its vertices are numbered the wrong way round
+    tangled_element,    ///< lies on the same side of its faces as most of its neighbours: inverted, or overlapping
+    flat_element,       ///< its straight volume is zero to rounding
+    missing_facet,      ///< an element whose face on the boundary is not listed, though others are
+    no_facets,          ///< an element whose face on the boundary is not listed, as none is
+    missing_interface,  ///< an element whose face to an element of another reference is not listed
+    unused_vertex,      ///< belongs to no element and no facet
+    slit_vertex,        ///< at the place of an earlier one, across a slit: the boundary is listed on both sides
+    inner_facet,        ///< lies between two elements of the same reference
+    crowded_edge,       ///< of more than two boundary faces (3D)
+    pinched_vertex,     ///< where the boundary meets itself: its faces there are not one fan
+    lone_edge,          ///< a feature edge of no element and no facet (3D)
+};
+inline constexpr std::size_t defect_count = 20;
+
+/// What is to be thought of a defect.
+enum class Gravity : std::uint8_t {
+    fatal,     ///< not a mesh that Camber could curve, and none that a solver could use
+    spoils,    ///< the elements concerned are not valid; the others are not affected
+    mended,    ///< `prepare` mends it, and it is wrong as long as it is not mended
+    harmless,  ///< `prepare` mends it where it must; no solver stumbles over it
+};
+
+/// How many entities have a defect, and the first of them: `kind` as its file calls it, numbers from 1.
+struct Finding {
+    std::size_t count = 0;
+    std::size_t first = 0;  ///< 0: none
+    std::size_t other =
+        0;  ///< the other party: the earlier twin, the second end of the edge, the element with the face
+    friend bool operator==(const Finding&, const Finding&) = default;
+};
+
+/// What was found in a mesh, an immutable value.
+struct Soundness {
+    int dimension = 3;
+    bool empty = false;  ///< neither elements nor facets
+    std::array<Finding, defect_count> findings{};
+
+    [[nodiscard]] const Finding& operator[](Defect defect) const { return findings[static_cast<std::size_t>(defect)]; }
+    /// Nothing that a solver would stumble over: not empty, and all that there is is harmless.
+    [[nodiscard]] bool sound() const;
+    friend bool operator==(const Soundness&, const Soundness&) = default;
+};
+
+[[nodiscard]] Gravity gravity(Defect defect);
+/// "stray_facet": its name in JSON.
+[[nodiscard]] const char* key(Defect defect);
+/// One sentence without a full stop on a defect that was found: how many, what, the first: "2 triangles are a face of
+/// no tetrahedron (first: triangle 7)".
+[[nodiscard]] std::string sentence(const Soundness& soundness, Defect defect);
+/// The error that a fatal defect is for whoever needs a mesh; none if there is none.
+[[nodiscard]] std::optional<Error> refusal(const Soundness& soundness);
+
+/// Looks for every defect; time and memory are linear in the mesh but for vertices that hang. Vertex ids must be in
+/// range and distinct within a simplex, points finite (decoders see to it). Of a mesh without elements the facets are
+/// looked at as a surface. Elements and facets that repeat earlier ones count once: nothing else is said of them.
+/// Errors: memory, stopped.
+template <int D>
+[[nodiscard]] Outcome<Soundness> examine(const LinearMesh<D>& mesh, const Execution& execution);
+
+/// The same of a quadratic mesh: an element is reversed if its curved volume is negative. That it is valid is not
+/// asked here (`validate`).
+template <int D>
+[[nodiscard]] Outcome<Soundness> examine(const QuadraticMesh<D>& mesh, const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,260 @@
+"""The kinds of bad input, one `Case` each: how its files are made, and what the program promises to do with them.
+
+test_bad_input.py runs the cases, and docs/input.md lists them.
+"""
+import os
+import resource
+from dataclasses import dataclass
+from typing import Callable
+
+import bad_moments
+from bad_meshes import *  # noqa: F403  (the whole vocabulary of the cases)
+
+CURVE = ("curve", "in.mesh", "-o", "out.mesh")
+RUN_SEQUENTIALLY = ("run", "run.json", "--threads", "1")
+RUN, RUN_P2 = ("run", "run.json"), ("run", "p2.json")
+WITH_METRIC = CURVE + ("--metric", "m.solb")
+BINARY = ("curve", "in.meshb", "-o", "out.mesh")
+
+
+@dataclass
+class Case:
+    """`files` maps names to bytes (or None: a folder). Exit code 0 or 1: out.mesh is written; else nothing is."""
+    group: str
+    given: str
+    does: str                       # repaired, refused, accepted
+    code: int
+    says: str                       # part of the one line on standard error; "" where none is printed
+    files: Callable
+    arguments: tuple = CURVE
+    finds: str = ""                 # the key under which `camber check --json` counts it
+    limits: tuple = ()              # of the process: (resource, bytes)
+    setup: Callable = lambda folder: None   # last touches to the folder
+    as_nobody: bool = False         # root may read and write everything
+    run: Callable = None            # instead of starting the program and waiting
+    needs: Callable = lambda: ""    # why it cannot be tried here; "" when it can
+
+
+# ---------------------------------------------------------------- all of it
+
+CASES = [
+    # ------------------------------------------------ cut off
+    Case("Cut off", "an empty file", "refused", 3, "the file is empty", lambda: {"in.mesh": b""}),
+    Case("Cut off", "binary: within the first words", "refused", 3, "cut off", binary(lambda d: d[:6]), BINARY),
+    Case("Cut off", "binary: within the header of a block", "refused", 3, "in.meshb: byte",
+         binary(lambda d: d[:keyword_at(d, 8) + 6]), BINARY),
+    Case("Cut off", "binary: within a block", "refused", 3, "cut off", binary(lambda d: d[:keyword_at(d, 8) + 200]),
+         BINARY),
+    Case("Cut off", "binary: between two blocks", "refused", 3, "cut off", binary(lambda d: d[:keyword_at(d, 8)]),
+         BINARY),
+    Case("Cut off", "binary: within a number", "refused", 3, "cut off",
+         binary(lambda d: d[:keyword_at(d, 4) + 12 + 11]), BINARY),
+    Case("Cut off", "ASCII: within a line", "refused", 3, "cut off",
+         lambda: {"in.mesh": cut(ascii_file(block()), b"Tetrahedra\n48\n", 40)}),
+    Case("Cut off", "ASCII: within a block, at the end of a line", "refused", 3, "cut off",
+         lambda: {"in.mesh": b"\n".join(ascii_file(block()).split(b"\n")[:20]) + b"\n"}),
+    Case("Cut off", "ASCII: between two blocks", "refused", 3, "cut off",
+         lambda: {"in.mesh": cut(ascii_file(block()), b"Tetrahedra\n", 0)}),
+    Case("Cut off", "ASCII: without End", "refused", 3, "End", text(("\nEnd", "\n"))),
+
+    # ------------------------------------------------ wrong words and numbers
+    Case("Words and numbers", "no mesh at all", "refused", 3, "no GMF file",
+         lambda: {"in.mesh": b"solid cube\nfacet normal 0 0 1\n"}),
+    Case("Words and numbers", "10¹⁸ vertices in half a kilobyte", "refused", 3, "announces 1000000000000000000 rows",
+         lambda: {"in.meshb": small_binary(10 ** 18)}, BINARY),
+    Case("Words and numbers", "ASCII: 10¹⁸ vertices", "refused", 3, "announces 1000000000000000000 rows",
+         text(("Vertices\n27", "Vertices\n1000000000000000000"))),
+    Case("Words and numbers", "binary: two thousand million tetrahedra", "refused", 3, "announces 2000000000 rows",
+         binary(lambda d: with_count(d, 8, 2000000000)), BINARY),
+    Case("Words and numbers", "a negative count", "refused", 3, "negative",
+         binary(lambda d: with_count(d, 8, -5)), BINARY),
+    Case("Words and numbers", "fewer rows than announced", "refused", 3, "announces 49 rows",
+         text(("Tetrahedra\n48", "Tetrahedra\n49"))),
+    Case("Words and numbers", "Dimension 4", "refused", 3, "Dimension is 4, not 2 or 3",
+         text(("Dimension 3", "Dimension 4"))),
+    Case("Words and numbers", "no Dimension", "refused", 3, "Dimension", text(("Dimension 3\n", ""))),
+    Case("Words and numbers", "tetrahedra in a file of Dimension 2", "refused", 3, "tetrahedra",
+         text(("End", "Tetrahedra\n1\n1 2 3 4 0\nEnd"), make=square)),
+    Case("Words and numbers", "a vertex number 0", "refused", 3, "tetrahedron 1: the index 0",
+         text(("Tetrahedra\n48\n1 ", "Tetrahedra\n48\n0 "))),
+    Case("Words and numbers", "a vertex number beyond the last", "refused", 3, "the index 28 is not between 1 and 27",
+         text(("Tetrahedra\n48\n1 ", "Tetrahedra\n48\n28 "))),
+    Case("Words and numbers", "a negative vertex number", "refused", 3, "the index -1",
+         text(("Tetrahedra\n48\n1 ", "Tetrahedra\n48\n-1 "))),
+    Case("Words and numbers", "an element that names a vertex twice", "refused", 3, "occurs twice",
+         changed(block, lambda m: appended(elements(m), [0, 1, 2, 0], 0))),
+    Case("Words and numbers", "a coordinate that is no number (NaN)", "refused", 3, "vertex 1: a value is infinite",
+         text(("\n0.0 0.0 0.0 0", "\n0.0 nan 0.0 0"))),
+    Case("Words and numbers", "an infinite coordinate", "refused", 3, "vertex 1: a value is infinite",
+         text(("\n0.0 0.0 0.0 0", "\n0.0 0.0 inf 0"))),
+    Case("Words and numbers", "a word where a number belongs", "refused", 3, "line",
+         text(("\n0.0 0.0 0.0 0", "\n0.0 0.0 0x1 0"))),
+    Case("Words and numbers", "a block twice", "refused", 3, "a second block", text(("End", "Vertices\n0\nEnd"))),
+
+    # ------------------------------------------------ element kinds
+    Case("Kinds of elements", "hexahedra", "refused", 3, "Hexahedra", with_block("Hexahedra", "1 2 3 4 5 6 7 8 0")),
+    Case("Kinds of elements", "prisms", "refused", 3, "Prisms", with_block("Prisms", "1 2 3 4 5 6 0")),
+    Case("Kinds of elements", "pyramids", "refused", 3, "Pyramids", with_block("Pyramids", "1 2 3 4 5 0")),
+    Case("Kinds of elements", "quadrilaterals", "refused", 3, "Quadrilaterals",
+         with_block("Quadrilaterals", "1 2 3 4 0")),
+    Case("Kinds of elements", "elements of degree 3", "refused", 3, "TetrahedraP3",
+         with_block("TetrahedraP3", " ".join(map(str, range(1, 21))) + " 0")),
+    Case("Kinds of elements", "a quadratic mesh where a straight one is expected", "refused", 3, "quadratic already",
+         quadratic()),
+    Case("Kinds of elements", "a keyword that Camber does not know", "accepted", 0, "Wibbles was skipped",
+         with_block("Wibbles", "1 2 3")),
+
+    # ------------------------------------------------ sizes
+    Case("Sizes", "an empty mesh: no vertices", "refused", 3, "the mesh is empty",
+         lambda: {"in.mesh": b"MeshVersionFormatted 2\nDimension 3\nVertices\n0\nEnd\n"}),
+    Case("Sizes", "an empty mesh: vertices only", "refused", 3, "the mesh is empty",
+         lambda: {"in.mesh": b"MeshVersionFormatted 2\nDimension 3\nVertices\n1\n0 0 0 0\nEnd\n"}),
+    Case("Sizes", "a mesh of one tetrahedron", "accepted", 0, "", plain(one_tetrahedron)),
+    Case("Sizes", "a mesh of one triangle in 2D", "accepted", 0, "", plain(one_triangle)),
+    Case("Sizes", "a surface only (triangles in 3D)", "accepted", 0, "", plain(surface_only)),
+
+    # ------------------------------------------------ vertices
+    Case("Vertices", "two at one place, both used", "refused", 3, "vertex 28: is at the very place of vertex 10",
+         changed(block, cut_open(False)), finds="duplicate_vertices"),
+    Case("Vertices", "two at one place, on a seam of a surface", "refused", 3, "is at the very place of vertex",
+         plain(duplicated_surface), finds="duplicate_vertices"),
+    Case("Vertices", "two at one place, across a slit with both sides listed", "accepted", 0, "across a slit",
+         changed(block, cut_open(True)), finds="slit_vertices"),
+    Case("Vertices", "unused ones", "accepted", 0, "belong to nothing",
+         changed(block, lambda m: with_points(m, [[7, 7, 7], [0.5, 0.5, 0.5]])), finds="unused_vertices"),
+
+    # ------------------------------------------------ elements
+    Case("Elements", "some numbered the wrong way round", "repaired", 0, "3 tetrahedra are numbered the wrong way round",
+         changed(block, swapped([2, 7, 30])), finds="reversed_elements"),
+    Case("Elements", "all numbered the wrong way round", "repaired", 0, "48 tetrahedra are numbered the wrong way round",
+         changed(block, swapped(slice(None))), finds="reversed_elements"),
+    Case("Elements", "the same in 2D", "repaired", 0, "triangle 2 is numbered the wrong way round: turned",
+         changed(square, swapped([1])), finds="reversed_elements"),
+    Case("Elements", "the same in a quadratic mesh", "repaired", 0, "tetrahedron 3 is numbered the wrong way round",
+         quadratic(swapped([2])), RUN_P2, finds="reversed_elements"),
+    Case("Elements", "inverted ones (a vertex beyond the opposite face)", "accepted", 1, "invalid:",
+         changed(block, centre_out), finds="tangled_elements"),
+    Case("Elements", "without volume", "accepted", 1, "4 flat or inverted before it was curved", changed(block, onto_face), finds="flat_elements"),
+    Case("Elements", "one listed twice", "repaired", 0, "tetrahedron 49 lists the vertices of tetrahedron 6 again",
+         changed(block, lambda m: appended(elements(m), elements(m).nodes[5][[1, 0, 3, 2]], 1)),
+         finds="repeated_elements"),
+    Case("Elements", "one listed twice, with another reference", "refused", 3,
+         "tetrahedron 49: has the vertices of tetrahedron 6, but another reference",
+         changed(block, lambda m: appended(elements(m), elements(m).nodes[5], 8)), finds="contradicting_elements"),
+    Case("Elements", "three on one face", "refused", 3, "shares a face with more than one other tetrahedron",
+         plain(three_on_a_face), finds="crowded_faces"),
+    Case("Elements", "a hanging vertex", "refused", 3, "vertex 6: lies inside a face of triangle 1",
+         changed(square, hanging), finds="hanging_vertices"),
+
+    Case("Elements", "a hanging vertex in 3D", "refused", 3, "vertex 6: lies inside a face of tetrahedron 1",
+         plain(hanging_in_space), finds="hanging_vertices"),
+
+    # ------------------------------------------------ boundary
+    Case("Boundary", "no triangles listed", "repaired", 0, "added 48 triangles of reference 1",
+         changed(block, lambda m: without(facets(m), slice(0, 0))), finds="no_facets"),
+    Case("Boundary", "some triangles not listed", "repaired", 0, "added 8 triangles of reference 7",
+         changed(block, lambda m: without(facets(m), facets(m).refs != 3)), finds="missing_facets"),
+    Case("Boundary", "edges not listed in 2D", "repaired", 0, "added 1 edge of reference 5",
+         changed(square, lambda m: without(facets(m), facets(m).refs != 2)), finds="missing_facets"),
+    Case("Boundary", "triangles not listed in a quadratic mesh", "repaired", 0, "added 8 triangles of reference 7",
+         quadratic(lambda m: without(facets(m), facets(m).refs != 3)), RUN_P2, finds="missing_facets"),
+    Case("Boundary", "a triangle that is a face of no element", "refused", 3,
+         "triangle 49: is a face of no tetrahedron",
+         changed(block, lambda m: appended(facets(m), [0, 13, 20], 1)), finds="stray_facets"),
+    Case("Boundary", "a triangle listed twice", "repaired", 0, "triangle 49 lists the vertices of triangle 1 again",
+         changed(block, lambda m: appended(facets(m), facets(m).nodes[0][::-1], facets(m).refs[0])),
+         finds="repeated_facets"),
+    Case("Boundary", "a triangle listed twice, with another reference", "refused", 3,
+         "triangle 49: has the vertices of triangle 1, but another reference",
+         changed(block, lambda m: appended(facets(m), facets(m).nodes[0], 77)), finds="contradicting_facets"),
+    Case("Boundary", "an edge of four boundary faces", "accepted", 0,
+         "edge from vertex 1 to vertex 2 is shared by more than two faces", plain(pair_at_edge), finds="crowded_edges"),
+    Case("Boundary", "a vertex where the boundary touches itself", "accepted", 0,
+         "vertex 1 is where the boundary touches itself", plain(pair_at_vertex), finds="pinched_vertices"),
+    Case("Boundary", "the same in 2D", "accepted", 0, "vertex 1 is where the boundary touches itself",
+         plain(pair_at_corner), finds="pinched_vertices"),
+    Case("Boundary", "triangles inside one material", "accepted", 0, "lie between tetrahedra of one reference",
+         changed(block, inner_face), finds="inner_facets"),
+    Case("Boundary", "two materials, their interface listed", "accepted", 0, "", changed(block, listed_interface)),
+    Case("Boundary", "two materials, their interface not listed", "repaired", 0, "added 8 triangles of reference 7",
+         changed(block, two_materials), finds="missing_interfaces"),
+    Case("Boundary", "a feature edge that is an edge of nothing", "accepted", 0, "belongs to no tetrahedron",
+         with_block("Edges", "1 26 1"), finds="lone_edges"),
+
+    # ------------------------------------------------ metrics
+    Case("Metrics", "in another dimension than the mesh", "refused", 3, "m.solb: is in 2D, the mesh in 3D",
+         metric(row=[1.0, 0, 1], dim=2), WITH_METRIC),
+    Case("Metrics", "with another number of rows", "refused", 3, "has 26 rows, the mesh 27 vertices", metric(rows=26),
+         WITH_METRIC),
+    Case("Metrics", "with a negative eigenvalue", "refused", 3, "metric at vertex 5",
+         metric(row=[1.0, 0, -1, 0, 0, 1], at=5), WITH_METRIC),
+    Case("Metrics", "with a zero tensor", "refused", 3, "metric at vertex 5", metric(row=[0.0] * 6, at=5), WITH_METRIC),
+    Case("Metrics", "with a negative eigenvalue by rounding only", "accepted", 0, "",
+         metric(row=[1.0, 1, 1 - 2.3e-16, 0, 0, 1], at=5), WITH_METRIC),
+    Case("Metrics", "with NaN", "refused", 3, "m.sol: line", metric_text("nan"),
+         CURVE + ("--metric", "m.sol")),
+    Case("Metrics", "with an infinite number", "refused", 3, "m.sol: line", metric_text("1e999"),
+         CURVE + ("--metric", "m.sol")),
+    Case("Metrics", "a size that is not positive", "refused", 3, "size at vertex 1",
+         metric(row=[0.0], kind=1), WITH_METRIC),
+    Case("Metrics", "vectors instead of tensors", "refused", 3, "is no metric", metric(row=[1.0, 1, 1], kind=2),
+         WITH_METRIC),
+    Case("Metrics", "a mesh instead of a metric", "refused", 3, "no SolAtVertices",
+         lambda: plain(block)() | {"m.solb": binary_file(block(), 2)}, WITH_METRIC),
+    Case("Metrics", "cut off", "refused", 3, "cut off",
+         lambda: plain(block)() | {"m.solb": metric()()["m.solb"][:-9]}, WITH_METRIC),
+    Case("Metrics", "no such file", "refused", 3, "m.solb: cannot be read", plain(block), WITH_METRIC),
+
+    # ------------------------------------------------ files and configs
+    Case("Files", "no such mesh", "refused", 3, "in.mesh: cannot be read", lambda: {}),
+    Case("Files", "a folder as the mesh", "refused", 3, "in.mesh: cannot be read", lambda: {"in.mesh": None}),
+    Case("Files", "a mesh that may not be read", "refused", 3, "in.mesh: cannot be read", plain(block),
+         as_nobody=True, setup=lambda folder: os.chmod(folder / "in.mesh", 0)),
+    Case("Files", "no such config", "refused", 2, "run.json: cannot be read", lambda: {}, RUN),
+    Case("Files", "a folder as the config", "refused", 2, "run.json: cannot be read", lambda: {"run.json": None}, RUN),
+    Case("Files", "a config that may not be read", "refused", 2, "run.json: cannot be read", config(), RUN,
+         as_nobody=True, setup=lambda folder: os.chmod(folder / "run.json", 0)),
+    Case("Files", "a config that is no JSON", "refused", 2, "line 1", lambda: {"run.json": b"{\"input\": }"}, RUN),
+    Case("Files", "a config that names no such mesh", "refused", 3, "absent.mesh: cannot be read",
+         config(input={"mesh": "absent.mesh"}), RUN),
+    Case("Files", "a config that names no such metric", "refused", 3, "absent.solb: cannot be read",
+         config(metric={"file": "absent.solb"}), RUN),
+
+    # ------------------------------------------------ output
+    Case("Output", "below a file instead of a folder", "refused", 3, "the folder cannot be made", plain(block),
+         ("curve", "in.mesh", "-o", "in.mesh/deep/out.mesh")),
+    Case("Output", "a folder", "refused", 3, "Is a directory", lambda: plain(block)() | {"out.mesh": None}),
+    Case("Output", "not permitted", "refused", 3, "Permission denied", lambda: plain(block)() | {"closed": None},
+         ("curve", "in.mesh", "-o", "closed/out.mesh"), as_nobody=True,
+         setup=lambda folder: os.chmod(folder / "closed", 0o555)),
+    Case("Output", "of an unknown format", "refused", 2, "no format known", plain(block),
+         ("curve", "in.mesh", "-o", "out.xyz")),
+    Case("Output", "a full device", "refused", 3, "No space left on device", plain(block),
+         setup=lambda folder: os.symlink("/dev/full", folder / "out.mesh")),
+    Case("Output", "beyond the largest size of a file (ulimit -f)", "refused", 3, "File too large", plain(block),
+         limits=((resource.RLIMIT_FSIZE, 512),)),
+    Case("Output", "a full disk", "refused", 3, "No space left on device", plain(lambda: cube(6)),
+         ("curve", "in.mesh", "-o", "disk/out.mesh"), run=bad_moments.on_a_full_disk, needs=bad_moments.no_disk),
+
+    # ------------------------------------------------ memory and threads
+    Case("Memory", "less than the run is estimated to need (ulimit -v)", "refused", 4, "the run needs about",
+         bad_moments.box_config(30), RUN_SEQUENTIALLY, limits=((resource.RLIMIT_AS, 60 << 20),),
+         needs=bad_moments.address_sanitizer),
+    Case("Memory", "none left on the way (ulimit -v)", "refused", 4, "not enough memory", bad_moments.box_config(10),
+         RUN_SEQUENTIALLY, run=bad_moments.with_ever_more_memory, needs=bad_moments.address_sanitizer),
+    Case("Memory", "none left on the way, several threads", "refused", 4, "not enough memory",
+         bad_moments.box_config(10), RUN, run=bad_moments.with_ever_more_memory_for_threads,
+         needs=bad_moments.address_sanitizer),
+    Case("Memory", "no thread to be had (ulimit -u)", "refused", 4, "the system refuses", bad_moments.box_config(10),
+         RUN, limits=((resource.RLIMIT_NPROC, 1),), as_nobody=True, needs=bad_moments.one_processor),
+
+    # ------------------------------------------------ interrupts
+    Case("Interrupts", "Ctrl-C while a file is read", "refused", 130, "stopped on request", lambda: {},
+         run=bad_moments.interrupted_reading),
+    Case("Interrupts", "Ctrl-C during the work", "refused", 130, "stopped on request", bad_moments.box_config(40),
+         RUN, run=bad_moments.interrupted_working),
+    Case("Interrupts", "Ctrl-C while a file is written", "refused", 130, "stopped on request", plain(lambda: cube(6)),
+         run=bad_moments.interrupted_writing),
+    Case("Interrupts", "Ctrl-C at any other time", "refused", 130, "stopped on request", plain(lambda: cube(9)),
+         run=bad_moments.interrupted_anywhere),
+]

@@ -1,0 +1,176 @@
+"""Every kind of bad input through the real program: its exit code, its one line on standard error, and that nothing is
+written when it fails. docs/input.md holds what was printed, and must equal it.
+
+    python3 tests/pipelines/test_bad_input.py build/bin/camber [unittest arguments]
+    python3 tests/pipelines/test_bad_input.py build/bin/camber --write      rewrite docs/input.md
+"""
+import json
+import os
+import re
+import resource
+import subprocess
+import sys
+import unittest
+
+from bad_input import CASES
+from program import CAMBER, ROOT, Folder
+
+DOCUMENT = ROOT / "docs" / "input.md"
+BEGIN, END = "<!-- made by tests/pipelines/test_bad_input.py --write -->\n", "<!-- end -->\n"
+NOBODY = 65534
+
+
+def filled(case):
+    """A folder with the case's files."""
+    folder = Folder()
+    for name, data in case.files().items():
+        path = folder.path / name
+        path.mkdir() if data is None else path.write_bytes(data)
+    case.setup(folder.path)
+    return folder
+
+
+def what_hinders(case):
+    """Why the case cannot be tried here, or ''."""
+    if case.as_nobody and os.geteuid() == 0:
+        probe = subprocess.run([CAMBER, "--version"], user=NOBODY, group=NOBODY, extra_groups=[], cwd="/",
+                               capture_output=True)
+        if probe.returncode != 0:
+            return "nobody cannot run the program"
+    return case.needs()
+
+
+def started(case, folder, arguments):
+    """The program's end."""
+    if case.run:
+        return case.run(folder)
+    options = {}
+    if case.limits:
+        options["preexec_fn"] = lambda: [resource.setrlimit(kind, (n, n)) for kind, n in case.limits]
+    if case.as_nobody and os.geteuid() == 0:
+        options |= {"user": NOBODY, "group": NOBODY, "extra_groups": []}
+        os.chmod(folder.path, 0o777)
+    return folder.camber(*arguments, **options)
+
+
+def line_of(done):
+    """What is printed on standard error, without the program's name; in whichever stage memory ran out."""
+    text = done.stderr.strip()
+    text = text.removeprefix("camber: ")
+    return re.sub(r"^\w+: not enough memory", "curve: not enough memory", text)
+
+
+class BadInput(unittest.TestCase):
+    """One test a case, made below."""
+
+    def check_case(self, case):
+        if hinders := what_hinders(case):
+            self.skipTest(f"{case.given}: {hinders}")
+        folder = filled(case)
+        with folder:
+            before = folder.files()
+            done = started(case, folder, case.arguments)
+            said = f"{case.group}, {case.given}: {done.returncode}\n{done.stderr}{done.stdout}"
+            self.assertEqual(done.returncode, case.code, said)
+            self.assertEqual(len(done.stderr.strip().splitlines()), 1 if case.says else 0, said)
+            self.assertIn(case.says, done.stderr, said)
+            if case.code > 1:
+                self.assertEqual(done.stdout, "", said)
+                self.assertEqual(folder.files(), before, said)
+            else:
+                self.assertEqual(folder.files(), sorted([*before, "out.mesh"]), said)
+                self.check_output(folder, case)
+            if case.finds:
+                self.check_finding(folder, case)
+            SEEN[id(case)] = line_of(done)
+
+    def check_output(self, folder, case):
+        """What is written is sound, unless the exit code says otherwise."""
+        done = folder.camber("check", "out.mesh", "--json")
+        soundness = json.loads(done.stdout)["soundness"]
+        self.assertEqual(done.returncode, case.code, done.stdout)
+        self.assertEqual(soundness["sound"], case.code == 0, done.stdout)
+
+    def check_finding(self, folder, case):
+        """`check` counts the defect and mends nothing."""
+        done = folder.camber("check", "in.mesh", "--json")
+        report = json.loads(done.stdout)
+        self.assertGreater(report["soundness"][case.finds], 0, done.stdout)
+        self.assertIn(case.finds, report["soundness"]["first"])
+        self.assertEqual(done.returncode, 0 if report["soundness"]["sound"] and not report["invalid"] else 1)
+        if case.does == "refused":
+            self.assertEqual(done.returncode, 1)
+        self.assertIn(" sound  ", folder.camber("check", "in.mesh").stdout)
+
+
+SEEN = {}
+
+
+def add_tests():
+    for number, case in enumerate(CASES):
+        name = re.sub(r"\W+", "_", f"test_{number:03}_{case.group}_{case.given}").lower()
+        setattr(BadInput, name, lambda self, case=case: self.check_case(case))
+
+
+class Document(unittest.TestCase):
+    """Runs after the cases: unittest sorts classes by name only within a module's list, see `load_tests`."""
+
+    def test_the_document_says_what_the_program_does(self):
+        text = DOCUMENT.read_text()
+        rows = dict(rows_of(text))
+        tried = [case for case in CASES if id(case) in SEEN]
+        for case in tried:
+            self.assertEqual(rows.get((case.group, case.given)), row(case, SEEN[id(case)]),
+                             "docs/input.md is not what the program does: --write")
+        if len(tried) == len(CASES):
+            self.assertEqual(len(rows), len(CASES), "docs/input.md has rows of cases that are no more: --write")
+
+
+def row(case, line):
+    cell = "`" + line.replace("|", "\\|") + "`" if line else "—"
+    return f"| {case.given} | {case.does} | {case.code} | {cell} |"
+
+
+def rows_of(text):
+    """((group, given), row) of the document's tables."""
+    group = ""
+    for line in text.partition(BEGIN)[2].partition(END)[0].splitlines():
+        if line.startswith("### "):
+            group = line[4:]
+        elif line.startswith("| ") and not line.startswith("| given"):
+            yield (group, line[2:].split(" | ")[0]), line
+
+
+def tables(old):
+    """The tables anew; rows of cases that could not be tried stay as they were."""
+    out, group = [], None
+    for case in CASES:
+        if case.group != group:
+            group = case.group
+            out += ["", f"### {group}", "", "| given | Camber | exit | it says |", "|---|---|---|---|"]
+        out.append(row(case, SEEN[id(case)]) if id(case) in SEEN else old.get((group, case.given), ""))
+    return "\n".join(out[1:]) + "\n\n"
+
+
+def load_tests(loader, _tests, _pattern):
+    suite = unittest.TestSuite()
+    for kind in (BadInput, Document):
+        suite.addTests(loader.loadTestsFromTestCase(kind))
+    return suite
+
+
+def write():
+    """Runs all cases and rewrites the document's tables."""
+    suite = unittest.defaultTestLoader.loadTestsFromTestCase(BadInput)
+    result = unittest.TextTestRunner(verbosity=0).run(suite)
+    text = DOCUMENT.read_text()
+    head, _, rest = text.partition(BEGIN)
+    DOCUMENT.write_text(head + BEGIN + tables(dict(rows_of(text))) + END + rest.partition(END)[2])
+    return 0 if result.wasSuccessful() else 1
+
+
+add_tests()
+if __name__ == "__main__":
+    if "--write" in sys.argv:
+        sys.exit(write())
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
