@@ -7,6 +7,7 @@ A golden file that is missing fails. After a change that is meant to alter figur
 new figures into golden.json by hand.
 """
 import json
+import os
 import subprocess
 import sys
 import unittest
@@ -73,16 +74,47 @@ class Configs(unittest.TestCase):
     def test_spheres_fine(self):
         self.run_and_check("spheres-fine", "spheres-fine.meshb", "--sphere", "1,5", "--sphere", "2,1")
 
-    def test_spheres_surface_metric(self):
+    def test_paper_spheres(self):
         """The paper's §4.1: thin along the walls' normals, carried inwards by gradation."""
-        self.run_and_check("spheres-surface-metric", "spheres-surface-metric.meshb", "--sphere", "1,5", "--sphere", "2,1")
+        name = "paper-spheres-coarse"
+        self.run_and_check(name, name + ".meshb", "--sphere", "1,5", "--sphere", "2,1")
         folder = Folder()
         with folder:
-            metric = self.run_config(folder, "spheres-surface-metric")["metric"]
+            metric = self.run_config(folder, name)["metric"]
         self.assertLessEqual(metric["largest_anisotropy"], 10.001)
         gradation, = metric["gradations"]
         self.assertTrue(gradation["converged"])
         self.assertGreater(gradation["sweeps"], 1)
+
+    def test_paper_layer_single(self):
+        name = "paper-layer-single"
+        self.run_and_check(name, name + ".meshb", "--sphere", "1,5", "--sphere", "2,1")
+
+    @unittest.skipIf(os.environ.get("CAMBER_SANITIZED") == "1", "too slow with sanitizers")
+    def test_paper_larger(self):
+        """The paper's two larger sphere cases; the oracle in Python would take a minute for each."""
+        for name in ("paper-spheres-fine", "paper-layer-double"):
+            folder = Folder()
+            with folder:
+                report = self.run_config(folder, name)
+                self.check_promises(name, report)
+                self.check_golden(name, report)
+
+    def test_coated_sphere(self):
+        """Two materials, cavity by cavity: the interface is a sphere as the walls are."""
+        radius = 1 + 0.03 * (1 + 1.3 + 1.3 ** 2 + 1.3 ** 3)
+        self.run_and_check("coated-sphere", "coated-sphere.meshb", "--sphere", "1,3", "--sphere", "2,1",
+                           "--sphere", f"3,{radius}")
+        folder = Folder()
+        with folder:
+            report = self.run_config(folder, "coated-sphere")
+            self.assertEqual(report["boundary"]["patches"], 3)
+            self.assertEqual(report["boundary"]["ridge_edges"], 0)
+            whole = self.run_config(folder, "coated-sphere", "--set",
+                                    'stages=["elevate", "curve", "validate", "relax", "commit"]')
+        self.assertAlmostEqual(report["curve"]["after_correction"]["mean_gain"],
+                               whole["curve"]["after_correction"]["mean_gain"],
+                               delta=0.01 * whole["curve"]["after_correction"]["mean_gain"])
 
     def test_layers(self):
         self.run_and_check("layers", "layers.meshb", "--sphere", "1,5", "--sphere", "2,1")
@@ -98,7 +130,7 @@ class Configs(unittest.TestCase):
         self.assertEqual(names, set(GOLDEN))
 
     def test_bytes_do_not_depend_on_threads(self):
-        for name in ("layers", "annulus-2d", "spheres-surface-metric"):
+        for name in ("layers", "annulus-2d", "paper-spheres-coarse", "coated-sphere"):
             bytes_of = []
             for threads in (1, 2, 5):
                 folder = Folder()
