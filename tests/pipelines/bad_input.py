@@ -256,7 +256,7 @@ CASES = [
          bad_moments.box_config(10), RUN, run=bad_moments.with_ever_more_memory_for_threads,
          needs=bad_moments.address_sanitizer),
     Case("Memory", "no thread to be had (ulimit -u)", "refused", 4, "the system refuses", bad_moments.box_config(10),
-         RUN, limits=((resource.RLIMIT_NPROC, 1),), as_nobody=True, needs=bad_moments.one_processor),
+         RUN, limits=((resource.RLIMIT_NPROC, 1),), as_nobody=True, needs=bad_moments.no_threads_to_refuse),
 
     # ------------------------------------------------ interrupts
     Case("Interrupts", "Ctrl-C while a file is read", "refused", 130, "stopped on request", lambda: {},
@@ -265,6 +265,6 @@ CASES = [
          RUN, run=bad_moments.interrupted_working),
     Case("Interrupts", "Ctrl-C while a file is written", "refused", 130, "stopped on request", plain(lambda: cube(6)),
          run=bad_moments.interrupted_writing),
-    Case("Interrupts", "Ctrl-C at any other time", "refused", 130, "stopped on request", plain(lambda: cube(9)),
+    Case("Interrupts", "Ctrl-C at any other time", "refused", 130, "stopped on request", plain(lambda: cube(6)),
          run=bad_moments.interrupted_anywhere),
 ]
