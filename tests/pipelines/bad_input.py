@@ -261,7 +261,7 @@ CASES = [
     # ------------------------------------------------ interrupts
     Case("Interrupts", "Ctrl-C while a file is read", "refused", 130, "stopped on request", lambda: {},
          run=bad_moments.interrupted_reading),
-    Case("Interrupts", "Ctrl-C during the work", "refused", 130, "stopped on request", bad_moments.box_config(40),
+    Case("Interrupts", "Ctrl-C during the work", "refused", 130, "stopped on request", bad_moments.box_config(48),
          RUN, run=bad_moments.interrupted_working),
     Case("Interrupts", "Ctrl-C while a file is written", "refused", 130, "stopped on request", plain(lambda: cube(6)),
          run=bad_moments.interrupted_writing),

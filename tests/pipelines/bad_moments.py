@@ -105,7 +105,7 @@ def interrupted_reading(folder):
 def interrupted_working(folder):
     """A run of many seconds."""
     process = started(folder, "run", "run.json")
-    time.sleep(1.5)
+    time.sleep(1)
     process.send_signal(signal.SIGINT)
     return ended(process)
 
