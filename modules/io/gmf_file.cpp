@@ -92,7 +92,11 @@ void set_value(File& file, Keyword keyword, std::int64_t value) {
     if (keyword == Keyword::bezier_basis) file.bezier_basis = value;
 }
 
-void skip_block(File& file, std::string_view name) {
+void skip_block(File& file, std::string_view word) {
+    // For messages: noise must not reach a terminal as it is.
+    std::string name(word.substr(0, 80));
+    for (char& c : name)
+        if (c < ' ' || c > '~') c = '?';
     for (Skipped& skipped : file.skipped)
         if (skipped.name == name) {
             ++skipped.blocks;
@@ -100,7 +104,7 @@ void skip_block(File& file, std::string_view name) {
         }
     // Noise must not make a list of its own length.
     constexpr std::size_t most_names = 100;
-    if (file.skipped.size() < most_names) file.skipped.push_back({std::string(name.substr(0, 80)), 1});
+    if (file.skipped.size() < most_names) file.skipped.push_back({name, 1});
 }
 
 std::vector<Notice> notices_of(const File& file) {

@@ -65,7 +65,7 @@ struct File {
 /// Enters what a value keyword says.
 void set_value(File& file, Keyword keyword, std::int64_t value);
 /// Counts a block that is not read.
-void skip_block(File& file, std::string_view name);
+void skip_block(File& file, std::string_view word);
 [[nodiscard]] std::vector<Notice> notices_of(const File& file);
 
 /// `name: line N`, `name: byte N`.

@@ -125,7 +125,8 @@ NearestOnBoundary<D> nearest_on_boundary(const BackMesh<D>& back, const Vec<D>& 
         for (int i = 1; i < D; ++i) r -= xi[i] * (p[i] - p[0]);
         return norm_squared(r);
     });
-    const ElementFace face = back.boundary[nearest.item];
+    // No distance compares with NaN (of lengths whose squares overflow): then any face will do.
+    const ElementFace face = back.boundary[nearest.item < back.boundary.size() ? nearest.item : 0];
     const auto p = face_points<D>(back.mesh, face);
     NearestOnBoundary<D> found{face, nearest_in_face(p, x), p[0]};
     for (int i = 1; i < D; ++i) found.point += found.xi[i] * (p[i] - p[0]);

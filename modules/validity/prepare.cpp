@@ -121,8 +121,8 @@ Plan<D> plan(const LinearMesh<D>& mesh, const Examination<D>& x, std::vector<std
     std::vector<Reference> used(mesh.facets.references.begin(), mesh.facets.references.end());
     std::sort(used.begin(), used.end());
     used.erase(std::unique(used.begin(), used.end()), used.end());
-    add_faces(mesh, x, x.unlisted, mesh.facets.vertices.empty() ? Defect::no_facets : Defect::missing_facet, used,
-              work, notices);
+    add_faces(mesh, x, x.unlisted, mesh.facets.vertices.empty() ? Defect::no_facets : Defect::missing_facet, used, work,
+              notices);
     add_faces(mesh, x, x.interfaces, Defect::missing_interface, used, work, notices);
     say(Defect::unused_vertex, ": kept");
     for (const Defect defect :

@@ -38,6 +38,8 @@ constexpr std::array<Wording, defect_count> wordings{{
      "list the vertices of an earlier one again", "remove it"},
     {"contradicting_facets", Gravity::fatal, Who::facet, "has the vertices of %f #, but another reference",
      "have the vertices of an earlier one, but another reference", "remove one of them"},
+    {"distant_vertices", Gravity::fatal, Who::vertex, "is more than 1e100 away from the origin",
+     "are more than 1e100 away from the origin", "take another unit of length"},
     {"hanging_vertices", Gravity::fatal, Who::vertex, "lies inside a face of %e #, which does not have it as a vertex",
      "lie inside faces that do not have them as a vertex",
      "the elements must meet face to face; if a gap is meant there, list the boundary on both sides"},
@@ -136,7 +138,10 @@ std::string sentence(const Soundness& soundness, Defect defect) {
 
 std::optional<Error> refusal(const Soundness& soundness) {
     if (soundness.empty)
-        return Error{ErrorKind::input, "the mesh is empty: it has neither elements nor facets", {}, {},
+        return Error{ErrorKind::input,
+                     "the mesh is empty: it has neither elements nor facets",
+                     {},
+                     {},
                      "there is nothing to curve"};
     for (std::size_t i = 0; i < defect_count; ++i) {
         const Finding& found = soundness.findings[i];

@@ -18,6 +18,7 @@ enum class Defect : std::uint8_t {
     stray_facet,            ///< a facet that is a face of no element
     repeated_facet,         ///< as for elements
     contradicting_facet,
+    distant_vertex,     ///< so far from the origin that products of coordinates overflow
     hanging_vertex,     ///< lies inside a face of the boundary that the file does not list as such
     duplicate_vertex,   ///< is at the very place of an earlier one, and not on two sides of a slit
     reversed_element,   ///< its vertices are numbered the wrong way round
@@ -33,7 +34,7 @@ enum class Defect : std::uint8_t {
     pinched_vertex,     ///< where the boundary meets itself: its faces there are not one fan
     lone_edge,          ///< a feature edge of no element and no facet (3D)
 };
-inline constexpr std::size_t defect_count = 20;
+inline constexpr std::size_t defect_count = 21;
 
 /// What is to be thought of a defect.
 enum class Gravity : std::uint8_t {

@@ -91,6 +91,15 @@ CASES = [
          text(("\n0.0 0.0 0.0 0", "\n0.0 0.0 0x1 0"))),
     Case("Words and numbers", "a block twice", "refused", 3, "a second block", text(("End", "Vertices\n0\nEnd"))),
 
+    Case("Words and numbers", "a coordinate whose square no number can hold", "refused", 3,
+         "vertex 27: is more than 1e100 away from the origin",
+         changed(block, lambda m: m.points.__setitem__(26, 1e160)), finds="distant_vertices"),
+    Case("Words and numbers", "a whole mesh of a size that no volume can be told of", "accepted", 1,
+         "48 flat or inverted before it was curved",
+         changed(block, lambda m: m.points.__imul__(1e-300)), finds="flat_elements"),
+    Case("Words and numbers", "bytes that are no text in an unknown keyword", "accepted", 0, "Wib??[31mble was skipped",
+         lambda: {"in.mesh": ascii_file(block()).replace(b"\nEnd", b"\nWib\xff\x1b[31mble\n1\n1\nEnd")}),
+
     # ------------------------------------------------ element kinds
     Case("Kinds of elements", "hexahedra", "refused", 3, "Hexahedra", with_block("Hexahedra", "1 2 3 4 5 6 7 8 0")),
     Case("Kinds of elements", "prisms", "refused", 3, "Prisms", with_block("Prisms", "1 2 3 4 5 6 0")),
@@ -101,6 +110,7 @@ CASES = [
          with_block("TetrahedraP3", " ".join(map(str, range(1, 21))) + " 0")),
     Case("Kinds of elements", "a quadratic mesh where a straight one is expected", "refused", 3, "quadratic already",
          quadratic()),
+    Case("Kinds of elements", "straight and quadratic elements together", "accepted", 0, "", mixed_degrees, RUN_P2),
     Case("Kinds of elements", "a keyword that Camber does not know", "accepted", 0, "Wibbles was skipped",
          with_block("Wibbles", "1 2 3")),
 
@@ -246,15 +256,15 @@ CASES = [
          bad_moments.box_config(10), RUN, run=bad_moments.with_ever_more_memory_for_threads,
          needs=bad_moments.address_sanitizer),
     Case("Memory", "no thread to be had (ulimit -u)", "refused", 4, "the system refuses", bad_moments.box_config(10),
-         RUN, limits=((resource.RLIMIT_NPROC, 1),), as_nobody=True, needs=bad_moments.one_processor),
+         RUN, limits=((resource.RLIMIT_NPROC, 1),), as_nobody=True, needs=bad_moments.no_threads_to_refuse),
 
     # ------------------------------------------------ interrupts
     Case("Interrupts", "Ctrl-C while a file is read", "refused", 130, "stopped on request", lambda: {},
          run=bad_moments.interrupted_reading),
-    Case("Interrupts", "Ctrl-C during the work", "refused", 130, "stopped on request", bad_moments.box_config(40),
+    Case("Interrupts", "Ctrl-C during the work", "refused", 130, "stopped on request", bad_moments.box_config(48),
          RUN, run=bad_moments.interrupted_working),
     Case("Interrupts", "Ctrl-C while a file is written", "refused", 130, "stopped on request", plain(lambda: cube(6)),
          run=bad_moments.interrupted_writing),
-    Case("Interrupts", "Ctrl-C at any other time", "refused", 130, "stopped on request", plain(lambda: cube(9)),
+    Case("Interrupts", "Ctrl-C at any other time", "refused", 130, "stopped on request", plain(lambda: cube(6)),
          run=bad_moments.interrupted_anywhere),
 ]

@@ -7,6 +7,7 @@ import struct
 
 import program  # noqa: F401  (puts the oracle on the path)
 import numpy as np
+from gmf import Cells
 from sample_meshes import ascii_file, binary_file, cube, elevate, linear_mesh, solution_file
 
 
@@ -238,6 +239,16 @@ def quadratic(change=lambda mesh: None):
                 "p2.json": json.dumps({"input": {"mesh": "in.mesh"}, "stages": ["validate"],
                                        "output": {"mesh": "out.mesh"}}).encode()}
     return files
+
+
+def mixed_degrees():
+    """A quadratic mesh, one element of which is listed as a straight one."""
+    files = quadratic()()
+    mesh = elevate(block())
+    curved = mesh.cells["TetrahedraP2"]
+    mesh.cells["Tetrahedra"] = Cells(curved.nodes[:1, :4], curved.refs[:1])
+    without(curved, slice(1, None))
+    return files | {"in.mesh": ascii_file(mesh)}
 
 
 def with_block(name, row):

@@ -73,13 +73,13 @@ int info_command(const InfoArguments& arguments) {
     for (const Notice& notice : decoded->notices) notices.push_back(notice.what);
     j["notices"] = std::move(notices);
     if (arguments.json) {
-        fmt::print("{}\n", j.dump(2));
+        fmt::print("{}\n", j.dump(2, ' ', false, Json::error_handler_t::replace));
         return 0;
     }
     fmt::print("{}\n", arguments.input);
     for (const auto& [key, value] : j.items())
         if (!(value.is_number() && value == 0) && !(value.is_structured() && value.empty()) && value != false)
-            fmt::print("  {:<26}{}\n", key, value.dump());
+            fmt::print("  {:<26}{}\n", key, value.dump(-1, ' ', false, Json::error_handler_t::replace));
     return 0;
 }
 

@@ -107,7 +107,7 @@ std::string to_json(const Report& report) {
     for (const StageTime& t : report.times)
         stages.push_back({{"stage", t.stage}, {"seconds", t.seconds}, {"peak_bytes", t.peak_bytes}});
     j["stages"] = std::move(stages);
-    return j.dump(2) + "\n";
+    return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string check_json(const Report& report, const std::string& name) {
@@ -125,7 +125,7 @@ std::string check_json(const Report& report, const std::string& name) {
     j["undecided_elements"] = report.undecided_elements;
     if (report.soundness) j["soundness"] = json(*report.soundness);
     j["notices"] = report.notices;
-    return j.dump(2) + "\n";
+    return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace camber::run
