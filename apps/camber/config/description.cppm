@@ -78,6 +78,11 @@ struct Described<RelaxStrategy> {
 };
 
 template <>
+struct Described<VtuCells> {
+    static const Words& get();
+};
+
+template <>
 struct Codec<Analytic> {
     using Items = Codec<std::vector<AnalyticSurface>>;
     static Outcome<Analytic> read(const Json& json, const Place& place, const Limits&);
