@@ -31,19 +31,22 @@ struct Verb {
     RunArguments run;
     CurveArguments curve;
     ConvertArguments convert;
+    PlotArguments plot;
     CheckArguments check;
     InfoArguments info;
     std::string topic;
 };
 
 void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
-                  bool& histogram) {
+                  bool& histogram, bool& dry_run) {
     verb->add_option("--set", settings,
                      "Override one option of the config: path=value, e.g. stages/curve/objective=length")
         ->type_name("PATH=VALUE");
     verb->add_option("--threads", threads, "Threads to use; 0: all. The result does not depend on it")
         ->check(CLI::NonNegativeNumber);
     verb->add_flag("--print-config", print_config, "Print the pipeline with every default, and stop");
+    verb->add_flag("--dry-run", dry_run,
+                   "Read the input and tell what would be done, with memory and time expected; write nothing");
     verb->add_flag("--histogram", histogram,
                    "Also print how gains, lengths, curvatures and Jacobians are spread, before and after correction");
 }
@@ -51,7 +54,7 @@ void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optio
 void add_run(CLI::App& app, Verb& verb) {
     CLI::App* run = app.add_subcommand("run", "Run a pipeline described in JSON");
     run->add_option("config", verb.run.config, "The pipeline; paths of inputs are relative to its folder")->required();
-    add_settings(run, verb.run.settings, verb.run.threads, verb.run.print_config, verb.run.histogram);
+    add_settings(run, verb.run.settings, verb.run.threads, verb.run.print_config, verb.run.histogram, verb.run.dry_run);
 }
 
 void add_curve(CLI::App& app, Verb& verb) {
@@ -75,7 +78,7 @@ void add_curve(CLI::App& app, Verb& verb) {
     curve->add_option("--report", a.report, "Also write the figures as JSON");
     curve->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
     curve->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
-    add_settings(curve, a.settings, a.threads, a.print_config, a.histogram);
+    add_settings(curve, a.settings, a.threads, a.print_config, a.histogram, a.dry_run);
 }
 
 void add_check(CLI::App& app, Verb& verb) {
@@ -112,6 +115,17 @@ void add_convert(CLI::App& app, Verb& verb) {
     convert->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
 }
 
+void add_plot(CLI::App& app, Verb& verb) {
+    CLI::App* plot =
+        app.add_subcommand("plot",
+                           "Histograms of a run as SVG pictures, before and after correction.\n\n"
+                           "  camber curve wing.meshb -o wing-p2.meshb --report report.json\n"
+                           "  camber plot report.json -o plots                a file for each quantity in this folder\n"
+                           "  camber plot report.json -o histograms.svg       all in one");
+    plot->add_option("report", verb.plot.report, "The report.json of a run")->required();
+    plot->add_option("-o,--output", verb.plot.output, "A folder, or one file (.svg)")->required();
+}
+
 void add_others(CLI::App& app, Verb& verb) {
     CLI::App* info = app.add_subcommand("info", "What a mesh file holds");
     info->add_option("input", verb.info.input, "The mesh (.mesh, .meshb)")->required();
@@ -124,6 +138,7 @@ void add_others(CLI::App& app, Verb& verb) {
 int dispatch(const CLI::App& app, const Verb& verb) {
     if (app.got_subcommand("run")) return run_command(verb.run);
     if (app.got_subcommand("curve")) return curve_command(verb.curve);
+    if (app.got_subcommand("plot")) return plot_command(verb.plot);
     if (app.got_subcommand("convert")) return convert_command(verb.convert);
     if (app.got_subcommand("check")) return check_command(verb.check);
     if (app.got_subcommand("info")) return info_command(verb.info);
@@ -143,6 +158,7 @@ int main(int argc, char** argv) {
         add_run(app, verb);
         add_curve(app, verb);
         add_convert(app, verb);
+        add_plot(app, verb);
         add_check(app, verb);
         add_others(app, verb);
         try {

@@ -15,7 +15,7 @@ struct RunArguments {
     std::string config;
     std::vector<std::string> settings;  ///< path=value
     std::optional<int> threads;
-    bool print_config = false, histogram = false;
+    bool print_config = false, histogram = false, dry_run = false;
 };
 [[nodiscard]] int run_command(const RunArguments& arguments);
 
@@ -25,7 +25,7 @@ struct CurveArguments {
     std::vector<std::string> settings;
     std::optional<int> threads;
     std::optional<double> min_scaled_jacobian;
-    bool print_config = false, histogram = false;
+    bool print_config = false, histogram = false, dry_run = false;
 };
 [[nodiscard]] int curve_command(const CurveArguments& arguments);
 
@@ -37,6 +37,11 @@ struct ConvertArguments {
     int threads = 0;
 };
 [[nodiscard]] int convert_command(const ConvertArguments& arguments);
+
+struct PlotArguments {
+    std::string report, output;  ///< report.json; a folder, or one file .svg
+};
+[[nodiscard]] int plot_command(const PlotArguments& arguments);
 
 struct CheckArguments {
     std::string input;

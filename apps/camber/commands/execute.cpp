@@ -1,10 +1,14 @@
 module;
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <system_error>
+#include <thread>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -53,6 +57,8 @@ std::vector<std::string> named_outputs(const config::Output& output) {
     std::vector<std::string> files;
     for (const std::string& path : {output.mesh, output.vtu, output.report})
         if (!path.empty()) files.push_back(path);
+    if (!output.plots.empty())
+        for (std::string& path : plot_files(output.plots)) files.push_back(std::move(path));
     return files;
 }
 
@@ -73,7 +79,29 @@ Outcome<Done> check_outputs(const config::Output& output) {
     return Done{};
 }
 
+/// Whether a file could be written, with folders that are not there yet made; makes none.
+std::string writable(const std::string& path) {
+    std::filesystem::path at(path);
+    std::error_code error;
+    while (at.has_parent_path() && !std::filesystem::exists(at.parent_path(), error)) at = at.parent_path();
+    auto checked = check_writable(at.string());
+    if (!checked) return checked.error().what;
+    return at == std::filesystem::path(path) ? "writable" : "writable, in a new folder";
+}
+
 }  // namespace
+
+Outcome<std::string> plan(const config::Pipeline& pipeline) {
+    if (auto endings = check_endings(pipeline.output); !endings) return fail(endings.error());
+    const Execution execution{.threads = pipeline.threads, .stop = stop_on_signals()};
+    auto inputs = read_inputs(pipeline, execution);
+    if (!inputs) return fail(inputs.error());
+    const int machine = static_cast<int>(std::thread::hardware_concurrency());
+    std::string text = run::plan_text(pipeline, run::plan_size(inputs->mesh.mesh),
+                                      pipeline.threads > 0 ? pipeline.threads : std::max(machine, 1));
+    for (const std::string& path : named_outputs(pipeline.output)) text += "  " + path + ": " + writable(path) + "\n";
+    return text;
+}
 
 int report_error(const Error& error) {
     std::fprintf(stderr, "camber: %s\n", describe(error).c_str());
@@ -122,6 +150,9 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline) {
     for (Notice& notice : losses(run->mesh, pipeline.output.mesh))
         run->report.notices.push_back(std::move(notice.what));
     progress.wipe();
+    if (!pipeline.output.plots.empty())
+        if (auto written = write_plots(run->report.histograms, pipeline.output.plots); !written)
+            return fail(written.error());
     run->report.times = std::move(times);
     run->report.threads = pipeline.threads;
     if (!pipeline.output.report.empty()) {

@@ -13,6 +13,7 @@ import camber.core;
 import camber.app_shell;
 import camber.config;
 import camber.io;
+import camber.run;
 import :formats;
 
 namespace camber::app {

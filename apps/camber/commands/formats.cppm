@@ -7,6 +7,7 @@ export module camber.commands:formats;
 import camber.core;
 import camber.config;
 import camber.io;
+import camber.run;
 
 namespace camber::app {
 
@@ -37,6 +38,10 @@ enum class MeshFormat : std::uint8_t { gmf_ascii, gmf_binary, vtu };
 
 /// What the mesh loses in the format of the path's ending.
 [[nodiscard]] std::vector<Notice> losses(const AnyMesh& mesh, std::string_view path);
+
+/// The files that plots in a folder may become, one a quantity.
+[[nodiscard]] std::vector<std::string> plot_files(const std::string& folder);
+[[nodiscard]] Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder);
 
 [[nodiscard]] VtuOptions vtu_options(config::VtuCells cells);
 

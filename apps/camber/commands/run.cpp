@@ -45,6 +45,13 @@ void print_run(const run::Run& run, const config::Output& output, bool histogram
         if (!path.empty()) fmt::print("  wrote {}\n", path);
 }
 
+int print_plan(const config::Pipeline& pipeline) {
+    auto text = plan(pipeline);
+    if (!text) return report_error(text.error());
+    fmt::print("{}\n  nothing was done\n", *text);
+    return 0;
+}
+
 int finish(const config::Pipeline& pipeline, bool histogram) {
     auto run = execute(pipeline);
     if (!run) return report_error(run.error());
@@ -103,8 +110,9 @@ int run_command(const RunArguments& arguments) {
         fmt::print("{}", config::write_pipeline(*pipeline));
         return 0;
     }
-    return finish(config::with_inputs_below(*pipeline, std::filesystem::path(arguments.config).parent_path().string()),
-                  arguments.histogram);
+    const config::Pipeline below =
+        config::with_inputs_below(*pipeline, std::filesystem::path(arguments.config).parent_path().string());
+    return arguments.dry_run ? print_plan(below) : finish(below, arguments.histogram);
 }
 
 int curve_command(const CurveArguments& arguments) {
@@ -114,7 +122,7 @@ int curve_command(const CurveArguments& arguments) {
         fmt::print("{}", config::write_pipeline(*pipeline));
         return 0;
     }
-    return finish(*pipeline, arguments.histogram);
+    return arguments.dry_run ? print_plan(*pipeline) : finish(*pipeline, arguments.histogram);
 }
 
 int check_command(const CheckArguments& arguments) {

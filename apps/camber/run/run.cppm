@@ -5,6 +5,8 @@ export import :histogram;
 export import :memory;
 export import :report;
 export import :pipeline;
+export import :plan;
+export import :plot;
 import :measures;
 import :state;
 import :stages;
