@@ -5,6 +5,7 @@
 import json
 import sys
 import unittest
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -202,6 +203,43 @@ class Formats(unittest.TestCase):
             self.assertEqual(self.folder.files(), before)
         done = self.folder.camber("curve", "a.mesh", "-o", "b.mesh", "--vtu", "b.vtk")
         self.assertEqual((done.returncode, "must end in .vtu" in done.stderr), (2, True), done.stderr)
+
+    def test_histograms_and_plots(self):
+        self.curved("shell", {"mesh": "m.meshb", "report": "r.json", "plots": "plots"})
+        report = json.loads(self.path("r.json").read_text())
+        histograms = report["histograms"]
+        self.assertEqual(set(histograms), {"length_gain", "riemannian_length", "curvature", "normalised_jacobian"})
+        for key, histogram in histograms.items():
+            things = report["mesh"]["elements"] if key == "normalised_jacobian" else report["curve"]["volume_edges"]
+            for series in histogram["mean"]:
+                self.assertEqual(len(histogram[series]), len(histogram["edges"]) + 1)
+                self.assertEqual(sum(histogram[series]), things)
+        for when in ("before", "after"):
+            self.assertAlmostEqual(histograms["length_gain"]["mean"][when],
+                                   report["curve"][when + "_correction"]["mean_gain"], places=12)
+        self.assertEqual({f for f in self.folder.files() if f.startswith("plots")},
+                         {f"plots/{key}.svg" for key in histograms})
+        self.run_camber("plot", "r.json", "-o", "again")
+        for key in histograms:
+            text = self.path(f"again/{key}.svg").read_text()
+            self.assertEqual(text, self.path(f"plots/{key}.svg").read_text())
+            self.assertTrue(ElementTree.fromstring(text).tag.endswith("svg"))
+        self.run_camber("plot", "r.json", "-o", "all.svg")
+        self.assertIn("before correction", self.run_camber("run", "run.json", "--histogram").stdout)
+        self.assertIn("Normalised Jacobian", self.run_camber("check", "m.meshb", "--histogram").stdout)
+        self.assertEqual(self.folder.camber("plot", "run.json", "-o", "p").returncode, 3)
+
+    def test_dry_run_writes_nothing(self):
+        self.curved("box", {"mesh": "b.meshb"}, stages=())
+        before = self.folder.files()
+        done = self.run_camber("curve", "b.meshb", "-o", "new/c.vtu", "--report", "r.json", "--dry-run", "--set",
+                               "stages/relax/theta=0.5")
+        for words in ("tetrahedra", "relax theta=0.5", "peak memory", "new/c.vtu: writable, in a new folder"):
+            self.assertIn(words, done.stdout)
+        self.assertEqual(self.folder.files(), before)
+        self.assertFalse(self.path("new").exists())
+        self.assertEqual(self.folder.camber("curve", "absent.mesh", "-o", "c.mesh", "--dry-run").returncode, 3)
+        self.assertEqual(self.folder.camber("curve", "b.meshb", "-o", "c.vtk", "--dry-run").returncode, 2)
 
     def test_bytes_do_not_depend_on_threads(self):
         files = []

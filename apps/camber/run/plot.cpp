@@ -112,20 +112,14 @@ std::string outline(const Axes& a, const Series& series) {
         path += fmt::format("{:.1f},{:.1f} {:.1f},{:.1f} ", a.x_of_bin(static_cast<double>(b)), y,
                             a.x_of_bin(static_cast<double>(b + 1)), y);
     }
-    return fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-dasharray=\"2 2\"/>\n", path, grey) +
-           text(a.panel_width, a.origin_y + 34, "end", 12, grey,
-                fmt::format("dotted: straight, mean {:.4g}", series.mean));
+    return fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-dasharray=\"2 2\"/>\n", path, grey);
 }
 
 std::string mean_mark(const Axes& a, double mean) {
-    const std::string words = fmt::format("mean {:.4g}", mean);
     const auto x = a.x_of(mean);
-    std::string out = text(a.panel_width, a.origin_y + 16, "end", 13, ink, words);
-    if (x) {
-        out += line(*x, a.origin_y, *x, a.origin_y + a.plot_height(),
-                    fmt::format("stroke=\"{}\" stroke-width=\"1.5\" stroke-dasharray=\"6 4\"", ink));
-    }
-    return out;
+    if (!x) return {};
+    return line(*x, a.origin_y, *x, a.origin_y + a.plot_height(),
+                fmt::format("stroke=\"{}\" stroke-width=\"1.5\" stroke-dasharray=\"6 4\"", ink));
 }
 
 std::string panel(const Axes& a, const Panel& p, bool labelled) {
@@ -141,7 +135,9 @@ std::string panel(const Axes& a, const Panel& p, bool labelled) {
     }
     if (const Series* straight = find_series(a.h, "straight")) out += outline(a, *straight);
     out += value_axis(a) + mean_mark(a, p.series->mean);
-    if (!p.title.empty()) out += text(a.panel_width / 2, a.origin_y - 12, "middle", 14, ink, p.title);
+    const std::string mean = fmt::format("mean {:.4g} (dashed)", p.series->mean);
+    out += text(a.panel_width / 2, a.origin_y - 12, "middle", 14, ink,
+                p.title.empty() ? mean : fmt::format("{}: {}", p.title, mean));
     return out;
 }
 
@@ -169,6 +165,9 @@ std::string figure(const Histogram& h, double y) {
     const auto [first, last] = shown(h);
     const Axes axes{h, panel_width, y + top, first, std::max(last, first + 1), 1.06 * most};
     std::string out = text(left, y + 30, "start", 18, ink, what.title, " font-weight=\"bold\"");
+    if (const Series* straight = find_series(h, "straight"))
+        out +=
+            text(width - right, y + 30, "end", 12, grey, fmt::format("straight: dotted, mean {:.4g}", straight->mean));
     double x = left;
     for (const Panel& p : panels) {
         out += fmt::format("<g transform=\"translate({:.1f} 0)\">\n{}</g>\n", x, panel(axes, p, x == left));
