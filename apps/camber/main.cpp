@@ -109,7 +109,8 @@ void add_convert(CLI::App& app, Verb& verb) {
     convert->add_option("-o,--output", a.output, "Mesh: .mesh, .meshb or .vtu; solution: .sol or .solb")->required();
     convert->add_option("--cells", a.cells, "Cells of degree 2 in a .vtu: quadratic (the default) or lagrange")
         ->transform(CLI::CheckedTransformer(std::map<std::string, camber::config::VtuCells>{
-            {"quadratic", camber::config::VtuCells::quadratic}, {"lagrange", camber::config::VtuCells::lagrange}}));
+            {"quadratic", camber::config::VtuCells::quadratic}, {"lagrange", camber::config::VtuCells::lagrange}}))
+        ->option_text("quadratic|lagrange");
     convert->add_option("--metric", a.metric, "A solution on the mesh's vertices, whose fields go into the .vtu");
     convert->add_flag("--elevate", a.elevate, "Degree 1 to 2 first: each edge gets a node at its middle");
     convert->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
