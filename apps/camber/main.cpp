@@ -1,12 +1,14 @@
 // The program: arguments to verbs.
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <new>
 #include <optional>
 #include <string>
 #include <vector>
 #include <CLI/CLI.hpp>
 import camber.commands;
+import camber.config;
 
 namespace {
 
@@ -17,6 +19,7 @@ constexpr const char* description =
     "  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its own metric\n"
     "  camber run configs/spheres.json                   run a pipeline\n"
     "  camber check wing-p2.meshb                        judge every element\n"
+    "  camber convert wing-p2.meshb -o wing-p2.vtu       for ParaView\n"
     "  camber explain curve                              what a stage does, and its options\n";
 
 constexpr const char* exit_codes =
@@ -29,31 +32,38 @@ constexpr const char* exit_codes =
 struct Verb {
     RunArguments run;
     CurveArguments curve;
+    ConvertArguments convert;
+    PlotArguments plot;
     CheckArguments check;
     InfoArguments info;
     std::string topic;
 };
 
-void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config) {
+void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
+                  bool& histogram, bool& dry_run) {
     verb->add_option("--set", settings,
                      "Override one option of the config: path=value, e.g. stages/curve/objective=length")
         ->type_name("PATH=VALUE");
     verb->add_option("--threads", threads, "Threads to use; 0: all. The result does not depend on it")
         ->check(CLI::NonNegativeNumber);
     verb->add_flag("--print-config", print_config, "Print the pipeline with every default, and stop");
+    verb->add_flag("--dry-run", dry_run,
+                   "Read the input and tell what would be done, with memory and time expected; write nothing");
+    verb->add_flag("--histogram", histogram,
+                   "Also print how gains, lengths, curvatures and Jacobians are spread, before and after correction");
 }
 
 void add_run(CLI::App& app, Verb& verb) {
     CLI::App* run = app.add_subcommand("run", "Run a pipeline described in JSON");
     run->add_option("config", verb.run.config, "The pipeline; paths of inputs are relative to its folder")->required();
-    add_settings(run, verb.run.settings, verb.run.threads, verb.run.print_config);
+    add_settings(run, verb.run.settings, verb.run.threads, verb.run.print_config, verb.run.histogram, verb.run.dry_run);
 }
 
 void add_curve(CLI::App& app, Verb& verb) {
     CLI::App* curve = app.add_subcommand("curve", "Curve a straight mesh: elevate, curve, validate, relax, commit");
     CurveArguments& a = verb.curve;
     curve->add_option("input", a.input, "The mesh (.mesh, .meshb)")->required();
-    curve->add_option("-o,--output", a.output, "Where the curved mesh goes (.mesh, .meshb)")->required();
+    curve->add_option("-o,--output", a.output, "Where the curved mesh goes (.mesh, .meshb, .vtu)")->required();
     curve
         ->add_option("--metric", a.metric,
                      "natural, a file (.sol, .solb), or JSON such as '{\"constant\": {\"sizes\": [0.1]}}'")
@@ -68,7 +78,9 @@ void add_curve(CLI::App& app, Verb& verb) {
                      "Every element's normalised Jacobian is to be at least this")
         ->check(CLI::Range(0.0, 1.0));
     curve->add_option("--report", a.report, "Also write the figures as JSON");
-    add_settings(curve, a.settings, a.threads, a.print_config);
+    curve->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
+    curve->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
+    add_settings(curve, a.settings, a.threads, a.print_config, a.histogram, a.dry_run);
 }
 
 void add_check(CLI::App& app, Verb& verb) {
@@ -80,7 +92,41 @@ void add_check(CLI::App& app, Verb& verb) {
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str();
     check->add_option("--threads", verb.check.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
+    check->add_flag("--histogram", verb.check.histogram, "Also print how the normalised Jacobians are spread");
     check->add_flag("--json", verb.check.json, "One JSON object instead of a table");
+}
+
+void add_convert(CLI::App& app, Verb& verb) {
+    CLI::App* convert = app.add_subcommand(
+        "convert",
+        "A mesh or a solution in another format.\n\n"
+        "  camber convert wing.meshb -o wing.mesh                       binary to ASCII, and back\n"
+        "  camber convert wing-p2.meshb -o wing.vtu --cells lagrange    for ParaView, in VTK's Lagrange cells\n"
+        "  camber convert wing.meshb -o wing.vtu --metric wing.solb     with the fields of a solution file\n"
+        "  camber convert wing.solb -o wing.sol                         solutions alone\n\n"
+        "What the format cannot hold is told on standard error. More: docs/formats.md");
+    ConvertArguments& a = verb.convert;
+    convert->add_option("input", a.input, "A mesh of degree 1 or 2 (.mesh, .meshb) or a solution (.sol, .solb)")
+        ->required();
+    convert->add_option("-o,--output", a.output, "Mesh: .mesh, .meshb or .vtu; solution: .sol or .solb")->required();
+    convert->add_option("--cells", a.cells, "Cells of degree 2 in a .vtu: quadratic (the default) or lagrange")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, camber::config::VtuCells>{
+            {"quadratic", camber::config::VtuCells::quadratic}, {"lagrange", camber::config::VtuCells::lagrange}}))
+        ->option_text("quadratic|lagrange");
+    convert->add_option("--metric", a.metric, "A solution on the mesh's vertices, whose fields go into the .vtu");
+    convert->add_flag("--elevate", a.elevate, "Degree 1 to 2 first: each edge gets a node at its middle");
+    convert->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
+}
+
+void add_plot(CLI::App& app, Verb& verb) {
+    CLI::App* plot =
+        app.add_subcommand("plot",
+                           "Histograms of a run as SVG pictures, before and after correction.\n\n"
+                           "  camber curve wing.meshb -o wing-p2.meshb --report report.json\n"
+                           "  camber plot report.json -o plots                a file for each quantity in this folder\n"
+                           "  camber plot report.json -o histograms.svg       all in one");
+    plot->add_option("report", verb.plot.report, "The report.json of a run")->required();
+    plot->add_option("-o,--output", verb.plot.output, "A folder, or one file (.svg)")->required();
 }
 
 void add_others(CLI::App& app, Verb& verb) {
@@ -95,6 +141,8 @@ void add_others(CLI::App& app, Verb& verb) {
 int dispatch(const CLI::App& app, const Verb& verb) {
     if (app.got_subcommand("run")) return run_command(verb.run);
     if (app.got_subcommand("curve")) return curve_command(verb.curve);
+    if (app.got_subcommand("plot")) return plot_command(verb.plot);
+    if (app.got_subcommand("convert")) return convert_command(verb.convert);
     if (app.got_subcommand("check")) return check_command(verb.check);
     if (app.got_subcommand("info")) return info_command(verb.info);
     if (app.got_subcommand("explain")) return explain_command(verb.topic);
@@ -112,6 +160,8 @@ int main(int argc, char** argv) {
         Verb verb;
         add_run(app, verb);
         add_curve(app, verb);
+        add_convert(app, verb);
+        add_plot(app, verb);
         add_check(app, verb);
         add_others(app, verb);
         try {

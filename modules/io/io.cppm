@@ -4,7 +4,9 @@ export module camber.io;
 export import :any_mesh;
 export import :solution;
 export import :gmf;
-// The partitions below export no names: they are the parts that GMF's reader and writer are made of.
+export import :mesh_fields;
+export import :vtu;
+// The partitions below export no names: they are the parts that readers and writers are made of.
 export import :gmf_keywords;
 export import :gmf_row;
 export import :gmf_file;
@@ -16,3 +18,4 @@ export import :gmf_raw;
 export import :gmf_blocks;
 export import :gmf_binary_writer;
 export import :gmf_ascii_writer;
+export import :vtu_arrays;

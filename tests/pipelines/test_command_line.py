@@ -57,7 +57,7 @@ class CommandLine(unittest.TestCase):
 
     def test_help_names_every_verb(self):
         text = self.camber("--help").stdout
-        for verb in ("run", "curve", "check", "info", "explain", "schema"):
+        for verb in ("run", "curve", "convert", "plot", "check", "info", "explain", "schema"):
             self.assertIn(verb, text)
             self.assertEqual(self.camber(verb, "--help").returncode, 0)
         self.assertIn("Exit codes", text)
@@ -133,7 +133,7 @@ class CommandLine(unittest.TestCase):
             done = self.camber(*arguments)
             self.assertEqual(done.returncode, 2, arguments)
             self.assertNotEqual(done.stderr, "")
-        self.fails(2, "use .mesh or .meshb", "curve", "two.mesh", "-o", "out.vtk")
+        self.fails(2, "use .mesh, .meshb or .vtu", "curve", "two.mesh", "-o", "out.vtk")
 
     def test_bad_files(self):
         self.fails(3, "absent.mesh", "check", "absent.mesh")

@@ -15,25 +15,39 @@ struct RunArguments {
     std::string config;
     std::vector<std::string> settings;  ///< path=value
     std::optional<int> threads;
-    bool print_config = false;
+    bool print_config = false, histogram = false, dry_run = false;
 };
 [[nodiscard]] int run_command(const RunArguments& arguments);
 
 struct CurveArguments {
-    std::string input, output, report;
+    std::string input, output, report, vtu, plots;
     std::string metric = "natural", geometry = "surrogate";
     std::vector<std::string> settings;
     std::optional<int> threads;
     std::optional<double> min_scaled_jacobian;
-    bool print_config = false;
+    bool print_config = false, histogram = false, dry_run = false;
 };
 [[nodiscard]] int curve_command(const CurveArguments& arguments);
+
+struct ConvertArguments {
+    std::string input, output;
+    std::optional<config::VtuCells> cells;  ///< of a .vtu; none: quadratic
+    std::string metric;                     ///< a solution file whose fields go into the .vtu; empty: none
+    bool elevate = false;                   ///< degree 1 to 2
+    int threads = 0;
+};
+[[nodiscard]] int convert_command(const ConvertArguments& arguments);
+
+struct PlotArguments {
+    std::string report, output;  ///< report.json; a folder, or one file .svg
+};
+[[nodiscard]] int plot_command(const PlotArguments& arguments);
 
 struct CheckArguments {
     std::string input;
     double min_scaled_jacobian = 0;
     int threads = 0;
-    bool json = false;
+    bool json = false, histogram = false;
 };
 [[nodiscard]] int check_command(const CheckArguments& arguments);
 

@@ -1,14 +1,14 @@
 module;
-#include <cstddef>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <optional>
-#include <span>
 #include <stop_token>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <thread>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -19,6 +19,7 @@ import camber.config;
 import camber.io;
 import camber.run;
 import :execute;
+import :formats;
 
 namespace camber::app {
 
@@ -37,20 +38,6 @@ int exit_code(ErrorKind kind) {
     return 4;
 }
 
-Outcome<GmfOptions> encoding_of(const std::string& path) {
-    if (path.ends_with(".meshb")) return GmfOptions{.encoding = GmfEncoding::binary};
-    if (path.ends_with(".mesh")) return GmfOptions{.encoding = GmfEncoding::ascii};
-    return fail(ErrorKind::usage, "no format known for this ending", path, {}, "use .mesh or .meshb");
-}
-
-Outcome<Solution> read_solution(const std::string& path, const Execution& execution) {
-    auto bytes = read_file(path, execution.stop);
-    if (!bytes) return fail(bytes.error());
-    auto decoded = decode_gmf_solution(*bytes, path, execution);
-    if (!decoded) return fail(decoded.error());
-    return std::move(decoded->solution);
-}
-
 Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Execution& execution) {
     const auto* file = std::get_if<config::FilePath>(&pipeline.input);
     auto mesh = file != nullptr ? read_mesh(file->path, execution)
@@ -60,7 +47,7 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
     if (const auto* metric = std::get_if<config::FilePath>(&pipeline.metric)) {
         auto solution = read_solution(metric->path, execution);
         if (!solution) return fail(solution.error());
-        inputs.metric = std::move(*solution);
+        inputs.metric = std::move(solution->solution);
     }
     for (const config::MetricOperation& operation : pipeline.metric_operations) {
         const auto* intersect = std::get_if<config::Intersect>(&operation);
@@ -68,18 +55,9 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
         if (operand == nullptr) continue;
         auto solution = read_solution(operand->path, execution);
         if (!solution) return fail(solution.error());
-        inputs.operands.push_back({operand->path, std::move(*solution)});
+        inputs.operands.push_back({operand->path, std::move(solution->solution)});
     }
     return inputs;
-}
-
-Outcome<Done> write_mesh(const AnyMesh& mesh, const std::string& path, const Execution& execution) {
-    auto options = encoding_of(path);
-    if (!options) return fail(options.error());
-    auto chunks = std::visit([&](const auto& m) { return encode_gmf_mesh(m, *options, execution); }, mesh);
-    if (!chunks) return fail(chunks.error());
-    std::vector<std::span<const std::byte>> parts(chunks->begin(), chunks->end());
-    return write_file(path, parts, execution.stop);
 }
 
 /// Runs that cannot end well are refused before they begin.
@@ -97,35 +75,62 @@ Outcome<Done> check_memory(const AnyMesh& mesh) {
         mesh);
     const MemoryLimit limit = memory_limit();
     if (needed <= limit.bytes) return Done{};
-    return fail(
-        ErrorKind::memory,
-        "the run needs about " + readable(needed) + " of memory, and " + limit.source + " gives " + readable(limit.bytes),
-        {}, {}, "give it more, or a smaller mesh");
+    return fail(ErrorKind::memory,
+                "the run needs about " + readable(needed) + " of memory, and " + limit.source + " gives " +
+                    readable(limit.bytes),
+                {}, {}, "give it more, or a smaller mesh");
 }
 
-/// The folder of an output, made if it is not there.
-Outcome<Done> make_folder_of(const std::string& path) {
-    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    std::error_code error;
-    if (!folder.empty()) std::filesystem::create_directories(folder, error);
-    if (error)
-        return fail(ErrorKind::write, "the folder cannot be made: " + error.message(), folder.string(), {},
-                    "take another place");
+/// The files that the config names, in the order in which they are written.
+std::vector<std::string> named_outputs(const config::Output& output) {
+    std::vector<std::string> files;
+    for (const std::string& path : {output.mesh, output.vtu, output.report})
+        if (!path.empty()) files.push_back(path);
+    if (!output.plots.empty())
+        for (std::string& path : plot_files(output.plots)) files.push_back(std::move(path));
+    return files;
+}
+
+Outcome<Done> check_endings(const config::Output& output) {
+    if (!output.mesh.empty())
+        if (auto known = mesh_format_of(output.mesh); !known) return fail(known.error());
+    if (!output.vtu.empty() && !output.vtu.ends_with(".vtu"))
+        return fail(ErrorKind::usage, "the file of \"vtu\" must end in .vtu", output.vtu);
     return Done{};
 }
 
 Outcome<Done> check_outputs(const config::Output& output) {
-    for (const std::string& path : {output.mesh, output.report})
+    if (auto endings = check_endings(output); !endings) return endings;
+    for (const std::string& path : named_outputs(output)) {
         if (auto made = make_folder_of(path); !made) return made;
-    if (!output.mesh.empty()) {
-        if (auto known = encoding_of(output.mesh); !known) return fail(known.error());
-        if (auto writable = check_writable(output.mesh); !writable) return writable;
+        if (auto writable = check_writable(path); !writable) return writable;
     }
-    if (!output.report.empty()) return check_writable(output.report);
     return Done{};
 }
 
+/// Whether a file could be written, with folders that are not there yet made; makes none.
+std::string writable(const std::string& path) {
+    std::filesystem::path at(path);
+    std::error_code error;
+    while (at.has_parent_path() && !std::filesystem::exists(at.parent_path(), error)) at = at.parent_path();
+    auto checked = check_writable(at.string());
+    if (!checked) return checked.error().what;
+    return at == std::filesystem::path(path) ? "writable" : "writable, in a new folder";
+}
+
 }  // namespace
+
+Outcome<std::string> plan(const config::Pipeline& pipeline) {
+    if (auto endings = check_endings(pipeline.output); !endings) return fail(endings.error());
+    const Execution execution{.threads = pipeline.threads, .stop = stop_on_signals()};
+    auto inputs = read_inputs(pipeline, execution);
+    if (!inputs) return fail(inputs.error());
+    const int machine = static_cast<int>(std::thread::hardware_concurrency());
+    std::string text = run::plan_text(pipeline, run::plan_size(inputs->mesh.mesh),
+                                      pipeline.threads > 0 ? pipeline.threads : std::max(machine, 1));
+    for (const std::string& path : named_outputs(pipeline.output)) text += "  " + path + ": " + writable(path) + "\n";
+    return text;
+}
 
 int report_error(const Error& error) {
     std::fprintf(stderr, "camber: %s\n", describe(error).c_str());
@@ -175,19 +180,24 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline) {
         const auto* file = std::get_if<config::FilePath>(&pipeline.input);
         return fail(of_file(run.error(), file != nullptr ? file->path : "the generated mesh"));
     }
-    if (!pipeline.output.mesh.empty()) {
-        auto written = around("write", [&](const Execution& execution) {
-            return write_mesh(run->mesh, pipeline.output.mesh, execution);
+    for (const std::string& path : {pipeline.output.mesh, pipeline.output.vtu}) {
+        if (path.empty()) continue;
+        auto written = around(path.ends_with(".vtu") ? "write vtu" : "write", [&](const Execution& execution) {
+            return write_mesh(run->mesh, run->fields, vtu_options(pipeline.output.vtu_cells), path, execution);
         });
         if (!written) return fail(written.error());
     }
+    for (Notice& notice : losses(run->mesh, pipeline.output.mesh))
+        run->report.notices.push_back(std::move(notice.what));
     progress.wipe();
+    if (!pipeline.output.plots.empty())
+        if (auto written = write_plots(run->report.histograms, pipeline.output.plots); !written)
+            return fail(written.error());
     run->report.times = std::move(times);
     run->report.threads = pipeline.threads;
     if (!pipeline.output.report.empty()) {
-        const std::string text = run::to_json(run->report);
-        const std::span<const std::byte> bytes = as_bytes(text);
-        if (auto written = write_file(pipeline.output.report, {&bytes, 1}); !written) return fail(written.error());
+        auto written = write_text(pipeline.output.report, run::to_json(run->report));
+        if (!written) return fail(written.error());
     }
     return run;
 }

@@ -21,4 +21,7 @@ Outcome<DecodedMesh> read_mesh(const std::string& path, const Execution& executi
 /// The whole run of a config: reads or generates, runs the stages with clocks and progress, writes the outputs.
 Outcome<run::Run> execute(const config::Pipeline& pipeline);
 
+/// What `execute` would do, as text: reads or generates the input, checks the outputs, writes nothing.
+Outcome<std::string> plan(const config::Pipeline& pipeline);
+
 }  // namespace camber::app

@@ -32,17 +32,30 @@ std::string listed(const std::vector<std::size_t>& elements) {
     return text;
 }
 
-void print_run(const run::Run& run, const config::Output& output) {
-    for (const std::string& notice : run.report.notices) fmt::print(stderr, "camber: note: {}\n", notice);
-    fmt::print("{}", run::table(run.report));
-    if (!output.mesh.empty()) fmt::print("\n  wrote {}\n", output.mesh);
-    if (!output.report.empty()) fmt::print("  wrote {}\n", output.report);
+void print_histograms(const run::Report& report) {
+    for (const run::Histogram& histogram : report.histograms) fmt::print("{}", run::bars(histogram));
 }
 
-int finish(const config::Pipeline& pipeline) {
+void print_run(const run::Run& run, const config::Output& output, bool histogram) {
+    for (const std::string& notice : run.report.notices) fmt::print(stderr, "camber: note: {}\n", notice);
+    fmt::print("{}", run::table(run.report));
+    if (histogram) print_histograms(run.report);
+    fmt::print("\n");
+    for (const std::string& path : {output.mesh, output.vtu, output.report, output.plots})
+        if (!path.empty()) fmt::print("  wrote {}\n", path);
+}
+
+int print_plan(const config::Pipeline& pipeline) {
+    auto text = plan(pipeline);
+    if (!text) return report_error(text.error());
+    fmt::print("{}\n  nothing was done\n", *text);
+    return 0;
+}
+
+int finish(const config::Pipeline& pipeline, bool histogram) {
     auto run = execute(pipeline);
     if (!run) return report_error(run.error());
-    print_run(*run, pipeline.output);
+    print_run(*run, pipeline.output, histogram);
     if (run->report.holds_what_was_asked()) return 0;
     const run::Report& r = run->report;
     const std::size_t straight = r.validity->straight_inverted;
@@ -76,7 +89,11 @@ Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments) {
         }
     }
     if (arguments.threads) pipeline->threads = *arguments.threads;
-    pipeline->output = {arguments.output, arguments.report};
+    config::Output& output = pipeline->output;
+    output.mesh = arguments.output;
+    if (!arguments.report.empty()) output.report = arguments.report;
+    if (!arguments.vtu.empty()) output.vtu = arguments.vtu;
+    if (!arguments.plots.empty()) output.plots = arguments.plots;
     return pipeline;
 }
 
@@ -96,7 +113,9 @@ int run_command(const RunArguments& arguments) {
         fmt::print("{}", config::write_pipeline(*pipeline));
         return 0;
     }
-    return finish(config::with_inputs_below(*pipeline, std::filesystem::path(arguments.config).parent_path().string()));
+    const config::Pipeline below =
+        config::with_inputs_below(*pipeline, std::filesystem::path(arguments.config).parent_path().string());
+    return arguments.dry_run ? print_plan(below) : finish(below, arguments.histogram);
 }
 
 int curve_command(const CurveArguments& arguments) {
@@ -106,7 +125,7 @@ int curve_command(const CurveArguments& arguments) {
         fmt::print("{}", config::write_pipeline(*pipeline));
         return 0;
     }
-    return finish(*pipeline);
+    return arguments.dry_run ? print_plan(*pipeline) : finish(*pipeline, arguments.histogram);
 }
 
 int check_command(const CheckArguments& arguments) {
@@ -123,6 +142,7 @@ int check_command(const CheckArguments& arguments) {
     } else {
         for (const std::string& notice : report.notices) fmt::print(stderr, "camber: note: {}\n", notice);
         fmt::print("{}\n{}", arguments.input, run::table(report));
+        if (arguments.histogram) print_histograms(report);
         if (!report.invalid_elements.empty()) fmt::print("  invalid: {}\n", listed(report.invalid_elements));
         if (!report.undecided_elements.empty()) fmt::print("  undecided: {}\n", listed(report.undecided_elements));
     }

@@ -35,13 +35,25 @@ const Description<Features>& Described<Features>::get() {
     return description;
 }
 
+const Words& Described<VtuCells>::get() {
+    static const Words words{{"quadratic", "lagrange"}};
+    return words;
+}
+
 const Description<Output>& Described<Output>::get() {
     using S = Output;
     static const Description<S> description{
         "output",
         "Files to write, relative to the working directory.",
-        {field("mesh", &S::mesh, "the mesh, in the format of its ending (.mesh, .meshb); empty: none"),
-         field("report", &S::report, "the figures of the run, as JSON; empty: none")},
+        {field("mesh", &S::mesh, "the mesh, in the format of its ending (.mesh, .meshb, .vtu); empty: none"),
+         field("report", &S::report, "the figures of the run, as JSON; empty: none"),
+         field(
+             "vtu", &S::vtu,
+             "the mesh with the run's fields (Jacobians, curvatures, gains, metric …) for ParaView (.vtu), beside the "
+             "mesh; empty: none"),
+         field("vtu_cells", &S::vtu_cells,
+               "VTK's quadratic cells, which everything reads, or its Lagrange cells of degree 2"),
+         field("plots", &S::plots, "a folder for histograms of the run as SVG files; empty: none")},
         {}};
     return description;
 }

@@ -129,6 +129,11 @@ struct Codec<Intersect> {
 };
 
 template <>
+struct Described<VtuCells> {
+    static const Words& get();
+};
+
+template <>
 struct Codec<Analytic> {
     using Items = Codec<std::vector<AnalyticSurface>>;
     static Outcome<Analytic> read(const Json& json, const Place& place, const Limits&);

@@ -5,6 +5,7 @@ module;
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -69,6 +70,27 @@ Outcome<Geometry> read_geometry(std::string_view text, std::string_view name) {
 
 std::string write_pipeline(const Pipeline& pipeline) {
     return Codec<Pipeline>::write(pipeline).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Parts parts_of(const Pipeline& pipeline) {
+    const auto text = [](const Json& json) {
+        return json.is_string() ? json.get<std::string>() : json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    };
+    Parts parts{text(Codec<Input>::write(pipeline.input)),
+                text(Codec<Metric>::write(pipeline.metric)),
+                text(Codec<Geometry>::write(pipeline.geometry)),
+                {}};
+    parts.stages.reserve(pipeline.stages.size());
+    for (const Stage& stage : pipeline.stages) {
+        std::string line = Codec<Stage>::key(stage);
+        const Json options = Codec<Stage>::options(stage);
+        const Json defaults =
+            std::visit([](const auto& s) { return Codec<std::remove_cvref_t<decltype(s)>>::write({}); }, stage);
+        for (const auto& [key, value] : options.items())
+            if (value != defaults[key]) line += " " + key + "=" + text(value);
+        parts.stages.push_back(std::move(line));
+    }
+    return parts;
 }
 
 std::string pipeline_schema() {

@@ -25,6 +25,13 @@ export namespace camber::config {
 /// The whole pipeline with every default, as JSON; `read_pipeline` of it gives the same value.
 [[nodiscard]] std::string write_pipeline(const Pipeline& pipeline);
 
+/// A pipeline's parts as one reads them: JSON in one line, of stages only the options that are not the defaults.
+struct Parts {
+    std::string input, metric, geometry;
+    std::vector<std::string> stages;
+};
+[[nodiscard]] Parts parts_of(const Pipeline& pipeline);
+
 /// JSON Schema (draft 2020-12) of a config, for editors.
 [[nodiscard]] std::string pipeline_schema();
 

@@ -162,8 +162,11 @@ using Stage = std::variant<Elevate, Curve, Validate, Relax, Commit, Reinsert>;
 
 // ---------------------------------------------------------------- the whole
 
+enum class VtuCells : std::uint8_t { quadratic, lagrange };
+
 struct Output {
-    std::string mesh, report;  ///< empty: not written
+    std::string mesh, report, vtu, plots;  ///< empty: not written
+    VtuCells vtu_cells = VtuCells::quadratic;
     friend bool operator==(const Output&, const Output&) = default;
 };
 

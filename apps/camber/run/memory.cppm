@@ -6,8 +6,8 @@ export namespace camber::run {
 
 /// Largest resident memory of a run (elevate, curve, validate, relax, commit) on a mesh of that size, in bytes: what
 /// the program itself takes, and so much a vertex and an element. Fitted to the peaks that report.json gave: in 3D on
-/// eight meshes from 10³ to 3·10⁵ tetrahedra (shells, layers, an adapted cube of anisotropy 100), in 2D on
-/// rectangles up to 7·10⁵ triangles. Off by −8 % to +6 % there; the more boundary or feature edges, the lower it is.
+/// twelve meshes from 10³ to 2·10⁶ tetrahedra (shells, layers, boxes, an adapted cube of anisotropy 100), in 2D on
+/// rectangles up to 7·10⁵ triangles. Off by −8 % to +5 % there; the more boundary or feature edges, the lower it is.
 /// Saturates instead of overflowing. A mesh to be generated, or fields in a VTU file, come on top.
 [[nodiscard]] constexpr std::size_t estimated_peak_bytes(std::size_t vertices, std::size_t elements, int dimension) {
     const double program = 9.5e6;

@@ -16,6 +16,7 @@ import camber.io;
 import camber.shapes;
 import camber.surface;
 import camber.validity;
+import :fields;
 import :report;
 import :stages;
 import :state;
@@ -69,8 +70,18 @@ class Runner {
         auto measured =
             step("measure", [&](State<D> s, const Execution& e) { return measure_stage(std::move(s), report_, e); });
         if (!measured) return fail(measured.error());
-        if (state_.mesh) return Run{AnyMesh(std::move(*state_.mesh)), std::move(report_)};
-        return Run{AnyMesh(std::move(state_.linear)), std::move(report_)};
+        MeshFields fields;
+        if (shows_fields(pipeline_.output)) {
+            auto made = step("fields", [&](State<D> s, const Execution& e) -> Outcome<State<D>> {
+                auto found = mesh_fields(s, e);
+                if (!found) return fail(found.error());
+                fields = std::move(*found);
+                return s;
+            });
+            if (!made) return fail(made.error());
+        }
+        if (state_.mesh) return Run{AnyMesh(std::move(*state_.mesh)), std::move(report_), std::move(fields)};
+        return Run{AnyMesh(std::move(state_.linear)), std::move(report_), std::move(fields)};
     }
 
   private:
@@ -157,6 +168,8 @@ State<D> initial(QuadraticMesh<D> mesh) {
 }
 
 }  // namespace
+
+bool shows_fields(const config::Output& output) { return !output.vtu.empty() || output.mesh.ends_with(".vtu"); }
 
 Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
     std::optional<MetricFile> metric;

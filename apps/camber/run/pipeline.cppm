@@ -26,7 +26,11 @@ using Around =
 struct Run {
     AnyMesh mesh;  ///< committed, or the last state when nothing was
     Report report;
+    MeshFields fields;  ///< empty unless the config's output shows them
 };
+
+/// Whether an output shows fields of the run: a VTU file.
+[[nodiscard]] bool shows_fields(const config::Output& output);
 
 /// The mesh prepared, then the stages of a config, one after the other. Errors name the stage's JSON path.
 [[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around);

@@ -6,6 +6,7 @@ module;
 #include <vector>
 export module camber.run:report;
 import camber.core;
+import :histogram;
 
 /// What a run tells: plain numbers, printed as a table and written as report.json.
 export namespace camber::run {
@@ -98,6 +99,7 @@ struct Report {
     bool committed = false;
     /// Elements, from 1, that are not certified valid in the end (all of them).
     std::vector<std::size_t> invalid_elements, undecided_elements;
+    std::vector<Histogram> histograms;
     std::vector<std::string> notices;
     std::vector<StageTime> times;
     int threads = 0;

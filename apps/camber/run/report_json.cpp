@@ -1,9 +1,12 @@
 module;
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 module camber.run;
 import camber.core;
+import :histogram;
 import :report;
 
 namespace camber::run {
@@ -87,6 +90,21 @@ Json json(const SoundnessReport& s) {
     return j;
 }
 
+Json json(const std::vector<Histogram>& histograms) {
+    Json all = Json::object();
+    for (const Histogram& h : histograms) {
+        Json one{{"edges", h.limits}};
+        Json means = Json::object();
+        for (const Series& s : h.series) {
+            one[s.name] = s.counts;
+            means[s.name] = s.mean;
+        }
+        one["mean"] = std::move(means);
+        all[std::string(info(h.quantity).key)] = std::move(one);
+    }
+    return all;
+}
+
 }  // namespace
 
 std::string to_json(const Report& report) {
@@ -98,6 +116,7 @@ std::string to_json(const Report& report) {
     if (report.relax) j["relax"] = json(*report.relax);
     if (report.reinsert) j["reinsert"] = json(*report.reinsert);
     if (report.validity) j["validity"] = json(*report.validity);
+    if (!report.histograms.empty()) j["histograms"] = json(report.histograms);
     j["invalid_elements"] = report.invalid_elements;
     j["undecided_elements"] = report.undecided_elements;
     j["committed"] = report.committed;
@@ -121,6 +140,7 @@ std::string check_json(const Report& report, const std::string& name) {
         j["min_scaled_jacobian"] = report.validity->smallest;
         j["worst_element"] = report.validity->worst;
     }
+    if (!report.histograms.empty()) j["histograms"] = json(report.histograms);
     j["invalid_elements"] = report.invalid_elements;
     j["undecided_elements"] = report.undecided_elements;
     if (report.soundness) j["soundness"] = json(*report.soundness);

@@ -1,7 +1,12 @@
 /// Pipelines: a config's stages over mesh values, and the report of what they did.
 export module camber.run;
+export import :fields;
+export import :histogram;
 export import :memory;
 export import :report;
 export import :pipeline;
+export import :plan;
+export import :plot;
+import :measures;
 import :state;
 import :stages;

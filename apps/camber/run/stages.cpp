@@ -16,6 +16,7 @@ import camber.config;
 import camber.metric;
 import camber.surface;
 import camber.validity;
+import :measures;
 import :report;
 import :stages;
 import :state;
@@ -235,7 +236,10 @@ Outcome<State<D>> validate_stage(State<D> state, const config::Validate& options
     auto validation = state.proposal ? validate(*state.mesh, *state.proposal, options.min_scaled_jacobian, execution)
                                      : validate(*state.mesh, options.min_scaled_jacobian, execution);
     if (!validation) return fail(validation.error());
-    if (!report.relax) report.validity_before = validity_report(*validation);
+    if (!report.relax) {
+        report.validity_before = validity_report(*validation);
+        state.first_validation = *validation;
+    }
     judged(state, std::move(*validation), report);
     return state;
 }
@@ -297,6 +301,7 @@ Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options
 
     report.curve = curve_report(*state.mesh, done->wanted, seconds.count());
     report.validity_before = validity_report(*wanted);
+    state.first_validation = *wanted;
     report.relax = relax_report(*wanted, *validation, *done, strategy_name(options.relax));
     const ReinsertStatistics& s = done->statistics;
     report.reinsert = ReinsertReport{s.turns, s.rounds, s.patches, s.not_valid, s.no_gain};
@@ -314,8 +319,8 @@ Outcome<State<D>> measure_stage(State<D> state, Report& report, const Execution&
         auto lengths = updated_lengths(*state.mesh, state.curved->proposal, state.curved->lengths, *state.proposal,
                                        *state.shells, *state.back, execution);
         if (!lengths) return fail(lengths.error());
-        report.curve->after = edge_report(*state.mesh, *state.proposal, state.curved->straight_lengths,
-                                          Column<double>(std::move(*lengths)));
+        state.lengths = Column<double>(std::move(*lengths));
+        report.curve->after = edge_report(*state.mesh, *state.proposal, state.curved->straight_lengths, *state.lengths);
     }
     if (state.features && state.geometry && state.proposal) {
         auto chords = chord_middles(*state.mesh, execution);
@@ -329,6 +334,7 @@ Outcome<State<D>> measure_stage(State<D> state, Report& report, const Execution&
         report.boundary->straight_distance = before->largest;
         report.boundary->curved_distance = after->largest;
     }
+    report.histograms = run_histograms(state);
     return state;
 }
 

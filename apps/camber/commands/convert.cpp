@@ -1,0 +1,92 @@
+module;
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <fmt/format.h>
+module camber.commands;
+import camber.core;
+import camber.app_shell;
+import camber.bezier;
+import camber.config;
+import camber.io;
+import camber.run;
+import :execute;
+import :formats;
+
+namespace camber::app {
+
+namespace {
+
+void say(const std::vector<Notice>& notices) {
+    for (const Notice& notice : notices) fmt::print(stderr, "camber: note: {}\n", notice.what);
+}
+
+Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execution) {
+    if (!is_solution_file(a.output))
+        return fail(ErrorKind::usage, "a solution cannot be written in the format of this ending", a.output, {},
+                    "use .sol or .solb; with its mesh: camber convert MESH -o FILE.vtu --metric " + a.input);
+    if (a.elevate || !a.metric.empty() || a.cells)
+        return fail(ErrorKind::usage, "--elevate, --metric and --cells are for meshes");
+    auto decoded = read_solution(a.input, execution);
+    if (!decoded) return fail(std::move(decoded.error()));
+    say(decoded->notices);
+    if (auto made = make_folder_of(a.output); !made) return made;
+    return write_solution(decoded->solution, a.output, execution);
+}
+
+Outcome<AnyMesh> elevated(AnyMesh mesh, const std::string& name, const Execution& execution) {
+    return std::visit(
+        [&]<class Mesh>(Mesh m) -> Outcome<AnyMesh> {
+            if constexpr (requires { elevate(m, execution); })
+                return elevate(std::move(m), execution).map([](auto&& made) { return AnyMesh(std::move(made)); });
+            else
+                return fail(ErrorKind::usage, "the mesh is quadratic already", name, {}, "leave --elevate out");
+        },
+        std::move(mesh));
+}
+
+Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution) {
+    const auto format = mesh_format_of(a.output);
+    if (!format) return fail(format.error());
+    const bool vtu = *format == MeshFormat::vtu;
+    if (!vtu && (!a.metric.empty() || a.cells))
+        return fail(ErrorKind::usage, "--metric and --cells are for .vtu", a.output, {},
+                    "a GMF mesh has no place for fields: convert the .sol beside it");
+    auto decoded = read_mesh(a.input, execution);
+    if (!decoded) return fail(std::move(decoded.error()));
+    say(decoded->notices);
+    AnyMesh mesh = std::move(decoded->mesh);
+    if (a.elevate) {
+        auto made = elevated(std::move(mesh), a.input, execution);
+        if (!made) return fail(std::move(made.error()));
+        mesh = std::move(*made);
+    }
+    MeshFields fields;
+    if (!a.metric.empty()) {
+        auto solution = read_solution(a.metric, execution);
+        if (!solution) return fail(std::move(solution.error()));
+        say(solution->notices);
+        auto made = run::solution_fields(solution->solution, a.metric, mesh, execution);
+        if (!made) return fail(std::move(made.error()));
+        fields = std::move(*made);
+    }
+    say(losses(mesh, a.output));
+    if (auto made = make_folder_of(a.output); !made) return made;
+    return write_mesh(mesh, fields, vtu_options(a.cells.value_or(config::VtuCells::quadratic)), a.output, execution);
+}
+
+}  // namespace
+
+int convert_command(const ConvertArguments& arguments) {
+    const Execution execution{.threads = arguments.threads, .stop = stop_on_signals()};
+    const bool solution = is_solution_file(arguments.input) || is_solution_file(arguments.output);
+    auto done = solution ? convert_solution(arguments, execution) : convert_mesh(arguments, execution);
+    if (!done) return report_error(done.error());
+    fmt::print("wrote {}\n", arguments.output);
+    return 0;
+}
+
+}  // namespace camber::app

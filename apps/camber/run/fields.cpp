@@ -1,0 +1,173 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.run;
+import camber.core;
+import camber.bezier;
+import camber.cavity;
+import camber.io;
+import camber.metric;
+import camber.surface;
+import camber.validity;
+import :fields;
+import :measures;
+import :state;
+
+namespace camber::run {
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+template <int D>
+MeshField element_field(const LinearMesh<D>& mesh, std::string name, const auto& values, auto rest) {
+    using T = decltype(rest);
+    Buffer<T> column(mesh.elements.size() + mesh.facets.size() + mesh.edges.size());
+    for (std::size_t c = 0; c < column.size(); ++c) column[c] = c < values.size() ? static_cast<T>(values[c]) : rest;
+    return {std::move(name), Centring::cell, FieldKind::scalar, Column<T>(std::move(column))};
+}
+
+/// A value an edge, and at each vertex the mean of the edges that count.
+template <int D>
+MeshField edge_field_with_means(const QuadraticMesh<D>& mesh, std::string name, std::span<const double> values,
+                                const auto& counts) {
+    const std::size_t vertices = mesh.linear.points.size();
+    Buffer<double> column(vertices + values.size());
+    std::fill(column.begin(), column.begin() + static_cast<std::ptrdiff_t>(vertices), 0.0);
+    std::vector<std::uint32_t> around(vertices);
+    for (std::size_t e = 0; e < values.size(); ++e) {
+        column[vertices + e] = values[e];
+        if (!counts(e)) continue;
+        for (const VertexId v : mesh.edges.vertices[e]) {
+            column[v.index()] += values[e];
+            ++around[v.index()];
+        }
+    }
+    for (std::size_t v = 0; v < vertices; ++v)
+        if (around[v] > 0) column[v] /= around[v];
+    return {std::move(name), Centring::node, FieldKind::scalar, Column<double>(std::move(column))};
+}
+
+template <int D>
+MeshField node_kinds(const QuadraticMesh<D>& mesh, const Features<D>& features) {
+    const std::size_t vertices = mesh.linear.points.size();
+    Buffer<std::int32_t> column(vertices + mesh.edges.size());
+    for (std::size_t v = 0; v < vertices; ++v) column[v] = static_cast<std::int32_t>(features.vertex_kinds[v]);
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e)
+        column[vertices + e] = static_cast<std::int32_t>(features.edge_kinds[e]);
+    return {"node_kind", Centring::node, FieldKind::scalar, Column<std::int32_t>(std::move(column))};
+}
+
+template <int D>
+MeshField edge_changes(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal) {
+    const std::size_t vertices = mesh.linear.points.size();
+    Buffer<std::int32_t> column(vertices + mesh.edges.size());
+    for (std::size_t n = 0; n < column.size(); ++n)
+        column[n] = n < vertices ? -1 : static_cast<std::int32_t>(proposal.changes[n - vertices]);
+    return {"edge_change", Centring::node, FieldKind::scalar, Column<std::int32_t>(std::move(column))};
+}
+
+/// The largest distance from the surfaces of these facets; that of the first where they are one (a surrogate).
+template <int D>
+double distance_from(const Geometry<D>& geometry, const LinearMesh<D>& mesh, std::span<const FacetId> facets,
+                     const Vec<D>& p) {
+    if (facets.empty()) return nan;
+    if (std::holds_alternative<Surrogate<D>>(geometry)) facets = facets.first(1);
+    double largest = 0;
+    for (const FacetId f : facets)
+        largest = std::max(largest, project(geometry, SurfaceHint{f, mesh.facets.references[f]}, p).distance);
+    return largest;
+}
+
+template <int D>
+Outcome<MeshField> distances(const QuadraticMesh<D>& mesh, const Geometry<D>& geometry, const Execution& execution) {
+    auto at_vertices = facet_balls(mesh.linear, execution);
+    if (!at_vertices) return fail(std::move(at_vertices.error()));
+    auto at_edges = facet_shells(mesh.edges, execution);
+    if (!at_edges) return fail(std::move(at_edges.error()));
+    const std::size_t vertices = mesh.linear.points.size();
+    auto column = map_each(
+        execution, vertices + mesh.edges.size(),
+        [&](std::size_t n) {
+            const bool vertex = n < vertices;
+            return distance_from(geometry, mesh.linear, vertex ? (*at_vertices)[n] : (*at_edges)[n - vertices],
+                                 vertex ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices].point);
+        },
+        64);
+    if (!column) return fail(std::move(column.error()));
+    return MeshField{"distance_to_geometry", Centring::node, FieldKind::scalar, Column<double>(std::move(*column))};
+}
+
+template <int D>
+Outcome<MeshField> metrics(const QuadraticMesh<D>& mesh, const BackMesh<D>& back, const Incidence<ElementId>& shells,
+                           const Execution& execution) {
+    const std::size_t vertices = mesh.linear.points.size();
+    Buffer<double> column((vertices + mesh.edges.size()) * sym_size<D>);
+    auto done = each(execution, vertices + mesh.edges.size(), [&](std::size_t n) {
+        LogMetric<D> log_metric;
+        if (n < vertices) {
+            log_metric = back.log_metrics[n];
+        } else {
+            const auto around = shells[n - vertices];
+            const ElementId hint = around.empty() ? ElementId{} : around[0];
+            log_metric = sample_value(back, mesh.mid_nodes[n - vertices].point, hint).log_metric;
+        }
+        const Sym<D> m = exp(log_metric).m;
+        std::copy(m.c.begin(), m.c.end(), column.begin() + static_cast<std::ptrdiff_t>(n * sym_size<D>));
+    });
+    if (!done) return fail(std::move(done.error()));
+    return MeshField{"metric", Centring::node, FieldKind::symmetric_tensor, Column<double>(std::move(column))};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<MeshFields> mesh_fields(const State<D>& state, const Execution& execution) {
+    MeshFields fields;
+    if (!state.mesh) return fields;
+    const QuadraticMesh<D>& mesh = *state.mesh;
+    const std::size_t edges = mesh.edges.size();
+    if (state.validation) {
+        fields =
+            std::move(fields)
+                .with(element_field(mesh.linear, "normalised_jacobian", state.validation->min_scaled_jacobian, nan))
+                .with(element_field(mesh.linear, "verdict", state.validation->verdicts, std::int32_t{-1}));
+    }
+    if (state.features && state.features->edge_kinds.size() == edges)
+        fields = std::move(fields).with(node_kinds(mesh, *state.features));
+    fields = std::move(fields).with(edge_field_with_means(mesh, "curvature", curvatures<D>(mesh, mesh.mid_nodes.view()),
+                                                          [](std::size_t) { return true; }));
+    if (state.proposal && state.proposal->changes.size() == edges)
+        fields = std::move(fields).with(edge_changes(mesh, *state.proposal));
+    if (state.curved && state.lengths && state.proposal && state.lengths->size() == edges &&
+        state.curved->straight_lengths.size() == edges)
+        fields = std::move(fields).with(
+            edge_field_with_means(mesh, "length_gain", length_gains(state.curved->straight_lengths, *state.lengths),
+                                  [&](std::size_t e) { return state.proposal->kinds[e] == EdgeKind::volume; }));
+    if (state.geometry) {
+        auto made = distances(mesh, *state.geometry, execution);
+        if (!made) return fail(std::move(made.error()));
+        fields = std::move(fields).with(std::move(*made));
+    }
+    if (state.back && state.shells && state.shells->size() == edges &&
+        state.back->log_metrics.size() == mesh.linear.points.size()) {
+        auto made = metrics(mesh, *state.back, *state.shells, execution);
+        if (!made) return fail(std::move(made.error()));
+        fields = std::move(fields).with(std::move(*made));
+    }
+    return fields;
+}
+
+template Outcome<MeshFields> mesh_fields<2>(const State<2>&, const Execution&);
+template Outcome<MeshFields> mesh_fields<3>(const State<3>&, const Execution&);
+
+}  // namespace camber::run

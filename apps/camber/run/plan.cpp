@@ -1,0 +1,72 @@
+module;
+#include <cstddef>
+#include <string>
+#include <type_traits>
+#include <variant>
+
+#include <fmt/format.h>
+module camber.run;
+import camber.core;
+import camber.config;
+import camber.io;
+import :memory;
+import :plan;
+
+namespace camber::run {
+
+namespace {
+
+template <int D>
+PlanSize size_of(const LinearMesh<D>& m) {
+    PlanSize size{D, 1, m.points.size(), m.elements.size(), m.facets.size(), 0, 0};
+    // Euler: V − E + F − T = 1 with 2 F = 4 T + B in 3D; in 2D each triangle has three edges, inner ones shared.
+    if (m.elements.size() == 0)
+        size.edges = m.facets.size() * 3 / 2;
+    else if (D == 3)
+        size.edges = m.points.size() + m.elements.size() + m.facets.size() / 2;
+    else
+        size.edges = (3 * m.elements.size() + m.facets.size()) / 2;
+    size.peak_bytes = estimated_peak_bytes(size.vertices, size.elements, D);
+    return size;
+}
+template <int D>
+PlanSize size_of(const QuadraticMesh<D>& m) {
+    PlanSize size = size_of(m.linear);
+    size.degree = 2;
+    size.edges = m.edges.size();
+    return size;
+}
+
+std::string row(const std::string& name, const std::string& value) { return fmt::format("  {:<26}{}\n", name, value); }
+
+}  // namespace
+
+PlanSize plan_size(const AnyMesh& mesh) {
+    return std::visit([](const auto& m) { return size_of(m); }, mesh);
+}
+
+std::string time_class(const PlanSize& size, int threads) {
+    constexpr double slow = 5000, fast = 30000;  // edges a second and thread, all stages together
+    const double edges = static_cast<double>(size.edges) / (threads > 0 ? threads : 1);
+    const double mean = edges / (size.dimension == 2 ? fast : 0.5 * (slow + fast));
+    if (mean < 1) return "about a second";
+    if (mean < 60) return "seconds";
+    return mean < 3600 ? "minutes" : "hours";
+}
+
+std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, int threads) {
+    const auto parts = config::parts_of(pipeline);
+    std::string text =
+        row("input", parts.input) + row("dimension, degree", fmt::format("{}D, P{}", size.dimension, size.degree)) +
+        row("vertices", fmt::format("{}", size.vertices)) +
+        row(size.dimension == 2 ? "triangles" : "tetrahedra", fmt::format("{}", size.elements)) +
+        row(size.dimension == 2 ? "boundary edges" : "boundary triangles", fmt::format("{}", size.facets)) +
+        row("edges", fmt::format("{}{}", size.degree == 1 ? "about " : "", size.edges)) + row("metric", parts.metric) +
+        row("geometry", parts.geometry);
+    for (std::size_t i = 0; i < parts.stages.size(); ++i) text += row(fmt::format("stage {}", i + 1), parts.stages[i]);
+    return text + row("threads", fmt::format("{}", threads)) +
+           row("peak memory", fmt::format("about {:.0f} MiB", static_cast<double>(size.peak_bytes) / 1048576)) +
+           row("time", time_class(size, threads));
+}
+
+}  // namespace camber::run

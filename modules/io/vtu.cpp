@@ -1,0 +1,328 @@
+module;
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.io;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace vtu {
+
+namespace {
+
+/// A mesh of either degree as VTK sees it: points, and cells of three kinds behind one another.
+template <class Mesh>
+struct Grid;
+
+template <int D>
+struct Grid<LinearMesh<D>> {
+    static constexpr int dimension = D, degree = 1;
+    const LinearMesh<D>& mesh;
+
+    [[nodiscard]] const LinearMesh<D>& linear() const { return mesh; }
+    [[nodiscard]] std::size_t nodes() const { return mesh.points.size(); }
+    [[nodiscard]] const Vec<D>& point(std::size_t v) const { return mesh.points[v]; }
+    [[nodiscard]] Reference reference(std::size_t v) const { return mesh.point_references[v]; }
+    [[nodiscard]] bool is_sound() const { return true; }
+
+    template <int K>
+    static constexpr std::size_t width = K + 1;
+    template <int K>
+    [[nodiscard]] std::size_t node(const Simplices<K>& simplices, std::size_t s, std::size_t i) const {
+        return simplices.vertices[s][i].index();
+    }
+};
+
+template <int D>
+struct Grid<QuadraticMesh<D>> {
+    static constexpr int dimension = D, degree = 2;
+    const QuadraticMesh<D>& mesh;
+
+    [[nodiscard]] const LinearMesh<D>& linear() const { return mesh.linear; }
+    [[nodiscard]] std::size_t vertices() const { return mesh.linear.points.size(); }
+    [[nodiscard]] std::size_t nodes() const { return vertices() + mesh.mid_nodes.size(); }
+    [[nodiscard]] const Vec<D>& point(std::size_t n) const {
+        return n < vertices() ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices()].point;
+    }
+    [[nodiscard]] Reference reference(std::size_t n) const {
+        const auto& of_points = mesh.linear.point_references;
+        if (n < vertices()) return of_points[n];
+        const auto& [a, b] = mesh.edges.vertices[n - vertices()];
+        return gmf::mid_node_reference(of_points[a], of_points[b]);
+    }
+    [[nodiscard]] bool is_sound() const {
+        return mesh.mid_nodes.size() == mesh.edges.size() &&
+               mesh.edges.of_elements.size() == mesh.linear.elements.size() &&
+               mesh.edges.of_facets.size() == mesh.linear.facets.size() &&
+               mesh.edges.of_edges.size() == mesh.linear.edges.size();
+    }
+
+    template <int K>
+    static constexpr std::size_t width = quadratic_nodes<K>;
+    template <int K>
+    [[nodiscard]] std::size_t node(const Simplices<K>& simplices, std::size_t s, std::size_t i) const {
+        if (i <= K) return simplices.vertices[s][i].index();
+        const std::size_t edge = i - K - 1;
+        if constexpr (K == D)
+            return vertices() + mesh.edges.of_elements[s][edge].index();
+        else if constexpr (K == D - 1)
+            return vertices() + mesh.edges.of_facets[s][edge].index();
+        else
+            return vertices() + mesh.edges.of_edges[s].index();
+    }
+};
+
+template <int D>
+bool columns_fit(const LinearMesh<D>& m) {
+    return m.point_references.size() == m.points.size() && m.elements.references.size() == m.elements.size() &&
+           m.facets.references.size() == m.facets.size() && m.edges.references.size() == m.edges.size() &&
+           (D == 3 || m.edges.size() == 0);
+}
+
+template <int D>
+std::size_t cells_of(const LinearMesh<D>& m) {
+    return m.elements.size() + m.facets.size() + m.edges.size();
+}
+
+/// f(simplices, number in its kind) of cell c: elements first, then facets, then feature edges.
+template <int D, class F>
+auto at_cell(const LinearMesh<D>& m, std::size_t c, F&& f) {
+    if (c < m.elements.size()) return f(m.elements, c);
+    c -= m.elements.size();
+    if constexpr (D == 3)
+        if (c >= m.facets.size()) return f(m.edges, c - m.facets.size());
+    return f(m.facets, c);
+}
+
+template <int K>
+constexpr int dimension_of(const Simplices<K>&) {
+    return K;
+}
+
+template <int K>
+constexpr std::uint8_t cell_type(int degree, VtuCells cells) {
+    constexpr std::array<std::uint8_t, 3> linear{3, 5, 10}, quadratic{21, 22, 24}, lagrange{68, 69, 71};
+    if (degree == 1) return linear[K - 1];
+    return cells == VtuCells::quadratic ? quadratic[K - 1] : lagrange[K - 1];
+}
+
+/// The components that VTK wants, by where they stand in a row of ours; −1: zero.
+struct Components {
+    std::vector<std::string> names;
+    std::vector<int> sources;
+};
+Components components_of(FieldKind kind, int dimension) {
+    const bool plane = dimension == 2;
+    const std::vector<std::string> axes{"X", "Y", "Z"};
+    switch (kind) {
+        case FieldKind::scalar: return {{}, {0}};
+        case FieldKind::vector: return {axes, plane ? std::vector{0, 1, -1} : std::vector{0, 1, 2}};
+        case FieldKind::symmetric_tensor:
+            return {{"XX", "YY", "ZZ", "XY", "YZ", "XZ"},
+                    plane ? std::vector{0, 2, -1, 1, -1, -1} : std::vector{0, 2, 5, 1, 4, 3}};
+        case FieldKind::full_tensor:
+            return {{"XX", "XY", "XZ", "YX", "YY", "YZ", "ZX", "ZY", "ZZ"},
+                    plane ? std::vector{0, 1, -1, 2, 3, -1, -1, -1, -1} : std::vector{0, 1, 2, 3, 4, 5, 6, 7, 8}};
+    }
+    return {};
+}
+
+/// Makes the parts of one file; each returns its XML.
+template <class Mesh>
+class Writer {
+  public:
+    static constexpr int D = Mesh::dimension;
+
+    Writer(const Mesh& mesh, const MeshFields& fields, VtuOptions options, const Execution& execution)
+        : grid_{mesh}, linear_(grid_.linear()), fields_(fields), options_(options), arrays_(execution) {}
+
+    Outcome<Chunks> write() && {
+        if (!columns_fit(linear_) || !grid_.is_sound())
+            return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
+        for (const MeshField& field : fields_)
+            if (auto fits = check(field); !fits) return fail(std::move(fits.error()));
+        std::string xml = begin();
+        for (auto part : {&Writer::point_data, &Writer::cell_data, &Writer::points, &Writer::cells}) {
+            auto made = (this->*part)();
+            if (!made) return fail(std::move(made.error()));
+            xml += *made;
+        }
+        return std::move(arrays_).finish(xml + "</Piece>\n</UnstructuredGrid>\n");
+    }
+
+  private:
+    [[nodiscard]] std::size_t rows(Centring centring) const {
+        return centring == Centring::node ? grid_.nodes() : cells_of(linear_);
+    }
+
+    [[nodiscard]] Outcome<Done> check(const MeshField& field) const {
+        const std::size_t wanted = rows(field.centring);
+        if (field.size() == wanted * static_cast<std::size_t>(values_per_vertex(field.kind, D))) return Done{};
+        return fail(ErrorKind::usage, "the field \"" + field.name + "\" does not have one row for each of the " +
+                                          std::to_string(wanted) +
+                                          (field.centring == Centring::node ? " nodes" : " cells") + " of the mesh");
+    }
+
+    [[nodiscard]] std::string begin() const {
+        const std::string order = std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
+        return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"" + order +
+               "\" header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n"
+               "<Piece NumberOfPoints=\"" +
+               std::to_string(grid_.nodes()) + "\" NumberOfCells=\"" + std::to_string(cells_of(linear_)) + "\">\n";
+    }
+
+    Outcome<std::string> point_data() {
+        return arrays_
+            .add<std::int32_t>({"reference"}, grid_.nodes(), [&](std::size_t n) { return grid_.reference(n); })
+            .and_then([&](const std::string& xml) { return data("PointData", xml, Centring::node); });
+    }
+
+    Outcome<std::string> cell_data() {
+        const std::size_t n = cells_of(linear_);
+        auto references = arrays_.add<std::int32_t>({"reference"}, n, [&](std::size_t c) {
+            return at_cell(linear_, c, [](const auto& simplices, std::size_t s) { return simplices.references[s]; });
+        });
+        if (!references) return references;
+        auto dimensions = arrays_.add<std::uint8_t>({"dimension"}, n, [&](std::size_t c) {
+            return at_cell(linear_, c, [](const auto& simplices, std::size_t) {
+                return static_cast<std::uint8_t>(dimension_of(simplices));
+            });
+        });
+        if (!dimensions) return dimensions;
+        return data("CellData", *references + *dimensions, Centring::cell);
+    }
+
+    Outcome<std::string> data(const std::string& tag, std::string xml, Centring centring) {
+        for (const MeshField& field : fields_) {
+            if (field.centring != centring) continue;
+            auto made = std::visit([&](const auto& values) { return array_of(field, values); }, field.values);
+            if (!made) return made;
+            xml += *made;
+        }
+        return "<" + tag + " Scalars=\"reference\">\n" + xml + "</" + tag + ">\n";
+    }
+
+    template <class T>
+    Outcome<std::string> array_of(const MeshField& field, const Column<T>& values) {
+        const Components components = components_of(field.kind, D);
+        const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, D));
+        const std::size_t wide = components.sources.size();
+        return arrays_.add<T>({field.name, components.names}, rows(field.centring) * wide, [&](std::size_t i) {
+            const int source = components.sources[i % wide];
+            return source < 0 ? T{} : values[i / wide * width + static_cast<std::size_t>(source)];
+        });
+    }
+
+    Outcome<std::string> points() {
+        return arrays_
+            .add<double>({"Points", {"X", "Y", "Z"}}, 3 * grid_.nodes(),
+                         [&](std::size_t i) { return i % 3 < D ? grid_.point(i / 3)[i % 3] : 0.0; })
+            .map([](const std::string& xml) { return "<Points>\n" + xml + "</Points>\n"; });
+    }
+
+    Outcome<std::string> cells() {
+        const std::size_t most = std::numeric_limits<std::int32_t>::max();
+        return grid_.nodes() <= most && connectivity_size() <= most ? cells<std::int32_t>() : cells<std::int64_t>();
+    }
+
+    /// Entries of the connectivity before the first element, facet, feature edge, and after the last.
+    [[nodiscard]] std::array<std::size_t, 4> starts() const {
+        using G = Grid<Mesh>;
+        const std::size_t facets = linear_.elements.size() * G::template width<D>;
+        const std::size_t edges = facets + linear_.facets.size() * G::template width<D - 1>;
+        return {0, facets, edges, edges + linear_.edges.size() * G::template width<1>};
+    }
+    [[nodiscard]] std::size_t connectivity_size() const { return starts()[3]; }
+
+    template <class T>
+    Outcome<std::string> cells() {
+        using G = Grid<Mesh>;
+        const auto start = starts();
+        const auto entry = [&]<int K>(const Simplices<K>& simplices, std::size_t i) {
+            constexpr std::size_t wide = G::template width<K>;
+            return static_cast<T>(grid_.template node<K>(simplices, i / wide, i % wide));
+        };
+        auto connectivity = arrays_.add<T>({"connectivity"}, start[3], [&](std::size_t i) {
+            if (i < start[1]) return entry(linear_.elements, i);
+            if constexpr (D == 3)
+                if (i >= start[2]) return entry(linear_.edges, i - start[2]);
+            return entry(linear_.facets, i - start[1]);
+        });
+        if (!connectivity) return connectivity;
+        const std::size_t elements = linear_.elements.size(), facets = linear_.facets.size();
+        auto offsets = arrays_.add<T>({"offsets"}, cells_of(linear_), [&](std::size_t c) {
+            if (c < elements) return static_cast<T>((c + 1) * G::template width<D>);
+            if (c < elements + facets) return static_cast<T>(start[1] + (c + 1 - elements) * G::template width<D - 1>);
+            return static_cast<T>(start[2] + (c + 1 - elements - facets) * G::template width<1>);
+        });
+        if (!offsets) return offsets;
+        auto types = arrays_.add<std::uint8_t>({"types"}, cells_of(linear_), [&](std::size_t c) {
+            return at_cell(linear_, c, [&]<int K>(const Simplices<K>&, std::size_t) {
+                return cell_type<K>(G::degree, options_.cells);
+            });
+        });
+        if (!types) return types;
+        return "<Cells>\n" + *connectivity + *offsets + *types + "</Cells>\n";
+    }
+
+    Grid<Mesh> grid_;
+    const LinearMesh<D>& linear_;
+    const MeshFields& fields_;
+    VtuOptions options_;
+    AppendedArrays arrays_;
+};
+
+}  // namespace
+
+}  // namespace vtu
+
+template <int D>
+Outcome<Chunks> encode_vtu(const LinearMesh<D>& mesh, const MeshFields& fields, VtuOptions options,
+                           const Execution& execution) {
+    return gmf::guarded([&] { return vtu::Writer(mesh, fields, options, execution).write(); });
+}
+
+template <int D>
+Outcome<Chunks> encode_vtu(const QuadraticMesh<D>& mesh, const MeshFields& fields, VtuOptions options,
+                           const Execution& execution) {
+    return gmf::guarded([&] { return vtu::Writer(mesh, fields, options, execution).write(); });
+}
+
+template <int D>
+std::vector<Notice> not_in_vtu(const LinearMesh<D>& mesh) {
+    const GeometryNotes<D>& notes = mesh.notes;
+    const std::array<std::pair<std::size_t, const char*>, 6> kinds{
+        {{mesh.corners.size(), "corners"},
+         {mesh.ridges.size(), "ridges"},
+         {mesh.required_vertices.size() + mesh.elements.required.size() + mesh.facets.required.size() +
+              mesh.edges.required.size(),
+          "required entities"},
+         {notes.normal_at_vertices.size(), "normals at vertices"},
+         {notes.tangent_at_vertices.size(), "tangents at vertices"},
+         {notes.on_vertices.size() + notes.on_edges.size() + notes.on_triangles.size(), "places on CAD entities"}}};
+    std::vector<Notice> losses;
+    losses.reserve(kinds.size());
+    for (const auto& [count, kind] : kinds)
+        if (count > 0) losses.push_back({"VTU has no place for " + std::to_string(count) + " " + kind});
+    return losses;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Outcome<Chunks> encode_vtu<D>(const LinearMesh<D>&, const MeshFields&, VtuOptions, const Execution&);    \
+    template Outcome<Chunks> encode_vtu<D>(const QuadraticMesh<D>&, const MeshFields&, VtuOptions, const Execution&); \
+    template std::vector<Notice> not_in_vtu<D>(const LinearMesh<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

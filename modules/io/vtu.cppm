@@ -1,0 +1,43 @@
+module;
+#include <cstdint>
+#include <vector>
+export module camber.io:vtu;
+import camber.core;
+import :any_mesh;
+import :mesh_fields;
+
+export namespace camber {
+
+/// What elements of degree 2 become; elements of degree 1 are VTK's linear cells either way.
+enum class VtuCells : std::uint8_t {
+    quadratic,  ///< VTK_QUADRATIC_EDGE, _TRIANGLE, _TETRA (21, 22, 24): every reader of VTK files knows them
+    lagrange,   ///< VTK_LAGRANGE_CURVE, _TRIANGLE, _TETRAHEDRON (68, 69, 71): ParaView refines them more smoothly
+};
+
+struct VtuOptions {
+    VtuCells cells = VtuCells::quadratic;
+};
+
+/// The mesh as a VTK UnstructuredGrid file (XML, appended raw data, zlib blocks, this machine's byte order as
+/// declared). Points: the vertices, then the node of each edge, each once; z = 0 in 2D. Cells: elements, facets,
+/// feature edges, with the cell arrays `reference` and `dimension` (3, 2, 1), by which they can be told apart; nodes of
+/// both degrees in the order of `local_edges`, which is VTK's. `reference` of the points is as in a GMF file. Vectors
+/// are written with three components, symmetric tensors with the six XX YY ZZ XY YZ XZ that ParaView expects, full ones
+/// with nine; those of a 2D mesh with zeros for z. The same bytes for any number of threads. Errors: usage (a field
+/// whose rows are not those of the mesh), internal (columns of the mesh that do not fit each other), memory, stopped.
+template <int D>
+[[nodiscard]] Outcome<Chunks> encode_vtu(const LinearMesh<D>& mesh, const MeshFields& fields, VtuOptions options,
+                                         const Execution& execution);
+template <int D>
+[[nodiscard]] Outcome<Chunks> encode_vtu(const QuadraticMesh<D>& mesh, const MeshFields& fields, VtuOptions options,
+                                         const Execution& execution);
+
+/// What of the mesh a VTU file has no place for: corners, ridges, required entities, geometry notes.
+template <int D>
+[[nodiscard]] std::vector<Notice> not_in_vtu(const LinearMesh<D>& mesh);
+template <int D>
+[[nodiscard]] std::vector<Notice> not_in_vtu(const QuadraticMesh<D>& mesh) {
+    return not_in_vtu(mesh.linear);
+}
+
+}  // namespace camber
