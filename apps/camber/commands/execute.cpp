@@ -89,10 +89,10 @@ Outcome<Done> check_memory(const AnyMesh& mesh) {
         mesh);
     const MemoryLimit limit = memory_limit();
     if (needed <= limit.bytes) return Done{};
-    return fail(
-        ErrorKind::memory,
-        "the run needs about " + readable(needed) + " of memory, and " + limit.source + " gives " + readable(limit.bytes),
-        {}, {}, "give it more, or a smaller mesh");
+    return fail(ErrorKind::memory,
+                "the run needs about " + readable(needed) + " of memory, and " + limit.source + " gives " +
+                    readable(limit.bytes),
+                {}, {}, "give it more, or a smaller mesh");
 }
 
 /// The folder of an output, made if it is not there.
