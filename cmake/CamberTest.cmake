@@ -1,6 +1,9 @@
 # camber_test(NAME SOURCES a.cpp … USES core … [LINK library …] [LABELS …])
 #   the executable test_NAME (doctest and RapidCheck), known to CTest as NAME. The sources may include "property.hpp" (tests/support/),
 #   and find CAMBER_TEST_DIR (the folder of the CMakeLists.txt that calls this) and CAMBER_SOURCE_DIR defined.
+# camber_example(NAME)
+#   the executable example_NAME from modules/NAME/example.cpp, which sees only the module and those that its interface imports; known to
+#   CTest as example_NAME, and failed by an exit code other than 0: each example judges its own result.
 # camber_bench(NAME SOURCES a.cpp … USES core … [LINK library …])
 #   the executable bench_NAME (Google Benchmark), run by `./x bench`.
 include_guard(GLOBAL)
@@ -20,6 +23,15 @@ function(camber_test NAME)
     add_test(NAME ${NAME} COMMAND ${target})
     set_tests_properties(${NAME} PROPERTIES LABELS "${TEST_LABELS}" TIMEOUT 600
         ENVIRONMENT "UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1;ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1")
+endfunction()
+
+function(camber_example NAME)
+    set(target example_${NAME})
+    add_executable(${target} "${PROJECT_SOURCE_DIR}/modules/${NAME}/example.cpp")
+    camber_common(${target})
+    target_link_libraries(${target} PRIVATE camber::${NAME})
+    add_test(NAME ${target} COMMAND ${target})
+    set_tests_properties(${target} PROPERTIES LABELS example TIMEOUT 60)
 endfunction()
 
 function(camber_bench NAME)

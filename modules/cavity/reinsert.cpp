@@ -5,6 +5,9 @@ module;
 #include <tuple>
 #include <utility>
 #include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
 module camber.cavity;
 import camber.core;
 import camber.bezier;
@@ -32,8 +35,7 @@ std::vector<std::pair<std::array<VertexId, 2>, EdgeId>> edge_table(const EdgeSet
     std::vector<EdgeId> all;
     all.reserve(elements.size() * edges_per_simplex<D>);
     for (const ElementId e : elements) all.insert(all.end(), edges.of_elements[e].begin(), edges.of_elements[e].end());
-    std::sort(all.begin(), all.end());
-    all.erase(std::unique(all.begin(), all.end()), all.end());
+    all |= ranges::actions::sort | ranges::actions::unique;
     std::vector<std::pair<std::array<VertexId, 2>, EdgeId>> table;
     table.reserve(all.size());
     for (const EdgeId e : all) table.emplace_back(edges.vertices[e], e);

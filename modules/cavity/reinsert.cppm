@@ -36,7 +36,7 @@ struct Curving {
 /// exception to step 3). A pure function: what it plans is against `curving` as it is.
 ///
 /// A patch never makes an element not valid that was valid, and it brings nodes nearer to their targets: surface nodes
-/// before volume nodes. Errors: options out of range; none of the mesh's.
+/// before volume nodes. Errors: options out of range (usage); the vertex's element that names a vertex twice (input).
 template <int D>
 [[nodiscard]] Outcome<Reinsertion<D>> reinsert(const Curving<D>& curving, const CavityTopology<D>& topology,
                                                const BackMesh<D>& back, VertexId vertex, const EdgeRules& rules,

@@ -6,6 +6,9 @@ module;
 #include <tuple>
 #include <utility>
 #include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
 module camber.cavity;
 import camber.core;
 
@@ -44,6 +47,11 @@ std::vector<OpenFace> open_faces(const Simplices<K>& simplices, const std::vecto
     return open;
 }
 
+/// A mesh may go without a column of references: all are 0.
+Reference reference_of(const Column<Reference>& references, std::size_t i) {
+    return references.empty() ? Reference{0} : references[i];
+}
+
 /// Open faces joined to the point, in the vertices of the mesh.
 template <int K>
 struct Joined {
@@ -60,7 +68,7 @@ Joined<K> joined(const Simplices<K>& simplices, const std::vector<OpenFace>& ope
         v[opposite] = point;
         if (std::count(v.begin(), v.end(), point) > 1) continue;
         out.vertices.push_back(v);
-        out.references.push_back(simplices.references[simplex]);
+        out.references.push_back(reference_of(simplices.references, simplex));
         out.replaced.push_back(simplex);
     }
     return out;
@@ -113,8 +121,10 @@ CavityBoundary<D> empty(const LinearMesh<D>& mesh, const Cavity<D>& cavity) {
     CavityBoundary<D> boundary;
     // An interface does not bound a cavity: elements of all materials are one body.
     boundary.of_elements = open_faces(mesh.elements, cavity.elements, [](ElementId) { return Reference{0}; });
-    boundary.of_facets = open_faces(mesh.facets, cavity.facets, [&](FacetId f) { return mesh.facets.references[f]; });
-    boundary.of_ridges = open_faces(mesh.edges, cavity.ridges, [&](EdgeId e) { return mesh.edges.references[e]; });
+    boundary.of_facets = open_faces(mesh.facets, cavity.facets,
+                                    [&](FacetId f) { return reference_of(mesh.facets.references, f.index()); });
+    boundary.of_ridges =
+        open_faces(mesh.edges, cavity.ridges, [&](EdgeId e) { return reference_of(mesh.edges.references, e.index()); });
     return boundary;
 }
 
@@ -129,14 +139,13 @@ Star<D> star(const LinearMesh<D>& mesh, const Cavity<D>& cavity, const CavityBou
     collect(ridges, out.vertices);
     collect(facets, out.vertices);
     collect(elements, out.vertices);
-    std::sort(out.vertices.begin(), out.vertices.end());
-    out.vertices.erase(std::unique(out.vertices.begin(), out.vertices.end()), out.vertices.end());
+    out.vertices |= ranges::actions::sort | ranges::actions::unique;
     const std::size_t n = out.vertices.size();
     Buffer<Vec<D>> points(n);
     Buffer<Reference> references(n);
     for (std::size_t v = 0; v < n; ++v) {
         points[v] = mesh.points[out.vertices[v]];
-        references[v] = mesh.point_references[out.vertices[v]];
+        references[v] = reference_of(mesh.point_references, out.vertices[v].index());
         if (out.vertices[v] == cavity.point) out.point = VertexId(v);
     }
     out.mesh.points = std::move(points);

@@ -18,7 +18,7 @@ namespace camber {
 /// or on a face between two. As long as the node stays in one sector the whole parabola does, so there the objective is
 /// smooth, and its model from the chord, value + gᵀy + |y|²/2 in the unit frame, is exact to second order.
 ///
-/// sector_starts: for each element of the shell, the minimiser y of its model over its sector.
+/// best_sector_start: of the minimisers y of each element's model over its sector, the lowest.
 
 /// The gradient at the chord, split in what all sectors share and what the field's gradient of each adds:
 /// ∂_i = common_i + ⟨adjoint, G_i⟩.

@@ -7,7 +7,7 @@ import :spd;
 /// Operations on a metric field given by its log-metrics at the vertices of a mesh: pure, one column in, one out.
 export namespace camber {
 
-/// Sizes and anisotropy that a metric may have. Every bound but max_size only makes sizes smaller where it binds, and
+/// Sizes and anisotropy that a metric may have. Every bound but min_size only makes sizes smaller where it binds, and
 /// max_anisotropy acts last: it shrinks long sizes, never below the short ones.
 struct MetricBounds {
     double min_size = 0;                                              ///< model units

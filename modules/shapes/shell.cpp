@@ -7,6 +7,9 @@ module;
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
 module camber.shapes;
 import camber.core;
 
@@ -38,8 +41,7 @@ void add_layers(ShellCore<D>& core, std::span<const SimplexVertices<D - 1>> face
     std::vector<VertexId> last(base_points);
     std::vector<VertexId> used;
     for (const auto& facet : facets) used.insert(used.end(), facet.begin(), facet.end());
-    std::sort(used.begin(), used.end());
-    used.erase(std::unique(used.begin(), used.end()), used.end());
+    used |= ranges::actions::sort | ranges::actions::unique;
     for (const VertexId v : used) last[v.index()] = v;
     for (std::size_t k = 0; k < radii.size(); ++k) {
         std::vector<VertexId> next(base_points);

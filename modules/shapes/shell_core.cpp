@@ -8,6 +8,9 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
 module camber.shapes;
 import camber.core;
 
@@ -85,8 +88,7 @@ void spread(ShellCore<D>& core, const ShellSizes& sizes) {
     std::vector<std::array<VertexId, 2>> edges;
     for (const auto& s : core.elements)
         for (const auto& [i, j] : local_edges<D>) edges.push_back({std::min(s[i], s[j]), std::max(s[i], s[j])});
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    edges |= ranges::actions::sort | ranges::actions::unique;
     std::vector<Vec<D>> push(core.points.size());
     for (const auto& [a, b] : edges) {
         const Vec<D> way = core.points[b.index()] - core.points[a.index()];

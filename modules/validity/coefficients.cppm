@@ -82,7 +82,7 @@ template <int D, std::size_t B, class Real>
 }
 
 /// Σ over the vertices i of α of d_1[i] · (pair product of α − e_i), times 8 / multinomial(α): the mean over the
-/// ordered ways α = e_i + e_j + e_k of 8 det(d_1[i], d_2[j], d_3[k]) (THEORY §4; Johnen, Remacle, Geuzaine 2013).
+/// ordered ways α = e_i + e_j + e_k of 8 det(d_1[i], d_2[j], d_3[k]) (Johnen, Remacle, Geuzaine 2013).
 template <std::size_t A, class Real, class Pairs>
 [[nodiscard]] constexpr Real triple_coefficient(const ColumnPoints<3, Real>& d, const Pairs& pairs) {
     constexpr auto alpha = multi_indices<3, 3>[A];

@@ -8,6 +8,9 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
 module camber.validity;
 import camber.core;
 import :examination;
@@ -141,8 +144,7 @@ Outcome<Finding> find_hanging(const LinearMesh<D>& mesh, const Examination<D>& x
             boxes[f].high[c] += faces[f].slack;
         }
     }
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    vertices |= ranges::actions::sort | ranges::actions::unique;
     const BoxTree<D> tree{std::span<const Box<D>>(boxes)};
     auto on = map_each(execution, vertices.size(), [&](std::size_t i) {
         const Vec<D> p = mesh.points[vertices[i]];

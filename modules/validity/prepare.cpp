@@ -7,6 +7,9 @@ module;
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
 module camber.validity;
 import camber.core;
 import :examination;
@@ -40,8 +43,7 @@ Column<std::uint32_t> indices(const Column<std::uint32_t>& old, const Buffer<std
     Buffer<std::uint32_t> out;
     out.reserve(old.size());
     for (const std::uint32_t i : old) out.push_back(numbers[twins[i] == nobody ? i : twins[i]]);
-    std::sort(out.begin(), out.end());
-    out.erase(std::unique(out.begin(), out.end()), out.end());
+    out |= ranges::actions::sort | ranges::actions::unique;
     return out;
 }
 
@@ -119,8 +121,7 @@ Plan<D> plan(const LinearMesh<D>& mesh, const Examination<D>& x, std::vector<std
     say(Defect::repeated_facet, ": dropped");
     say(Defect::reversed_element, ": turned");
     std::vector<Reference> used(mesh.facets.references.begin(), mesh.facets.references.end());
-    std::sort(used.begin(), used.end());
-    used.erase(std::unique(used.begin(), used.end()), used.end());
+    used |= ranges::actions::sort | ranges::actions::unique;
     add_faces(mesh, x, x.unlisted, mesh.facets.vertices.empty() ? Defect::no_facets : Defect::missing_facet, used, work,
               notices);
     add_faces(mesh, x, x.interfaces, Defect::missing_interface, used, work, notices);

@@ -5,6 +5,9 @@ module;
 #include <map>
 #include <utility>
 #include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
 module camber.validity;
 import :repair;
 import camber.core;
@@ -91,8 +94,7 @@ Outcome<Done> relax_plainly(Repair<D>& repair, std::vector<ElementId> queue, con
             if (!repair.valid(e)) next.push_back(e);
         });
         if (!done) return fail(done.error());
-        std::sort(next.begin(), next.end());
-        next.erase(std::unique(next.begin(), next.end()), next.end());
+        next |= ranges::actions::sort | ranges::actions::unique;
         queue = std::move(next);
     }
     return Done{};
@@ -149,8 +151,7 @@ Outcome<Relaxation<D>> summed_up(Repair<D> repair, Proposal<D> proposal, const V
         changes[edge.index()] = repair.straight(edge) ? EdgeChange::straightened : EdgeChange::relaxed;
         touched.insert(touched.end(), repair.shells[edge].begin(), repair.shells[edge].end());
     }
-    std::sort(touched.begin(), touched.end());
-    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+    touched |= ranges::actions::sort | ranges::actions::unique;
     auto validation = revalidate<D>(repair.mesh, repair.nodes, before, touched, execution);
     if (!validation) return fail(validation.error());
     for (std::size_t e = 0; e < before.verdicts.size(); ++e)

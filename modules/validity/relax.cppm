@@ -19,7 +19,7 @@ enum class RelaxStrategy : std::uint8_t {
 };
 
 struct RelaxOptions {
-    double min_scaled_jacobian = 1e-12;  ///< det J / |det straight| that makes an element valid (paper §3.2)
+    double min_scaled_jacobian = 1e-12;  ///< det J / |det straight| that makes an element valid (paper §4.3)
     /// What the shell strategy aims at in mended elements, where it can be had: keeps them off the very edge of
     /// validity.
     double target = 1e-2;

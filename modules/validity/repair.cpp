@@ -1,10 +1,12 @@
 module;
-#include <algorithm>
 #include <cstddef>
 #include <map>
 #include <span>
 #include <utility>
 #include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
 module camber.validity;
 import :repair;
 import camber.core;
@@ -50,8 +52,7 @@ template <int D>
 void check_shells(Repair<D>& repair, std::span<const EdgeId> edges, Changes<D>& changes) {
     std::vector<ElementId> around;
     for (const EdgeId edge : edges) around.insert(around.end(), repair.shells[edge].begin(), repair.shells[edge].end());
-    std::sort(around.begin(), around.end());
-    around.erase(std::unique(around.begin(), around.end()), around.end());
+    around |= ranges::actions::sort | ranges::actions::unique;
     for (const ElementId e : around) {
         Verdict& verdict = repair.verdicts[e.index()];
         const Verdict now = decide(repair.element(e), repair.options.min_scaled_jacobian);

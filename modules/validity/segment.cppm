@@ -6,7 +6,8 @@ export module camber.validity:segment;
 export namespace camber {
 
 /// A quantity that is affine in θ ∈ [0, 1], and the least that it may be. A node enters each coefficient of det J
-/// affinely (THEORY §4), so along a segment of nodes every coefficient of the edge's shell is one.
+/// affinely (one column of J is affine in it), so along a segment of nodes every coefficient of the edge's shell is
+/// one.
 struct AffineConstraint {
     double at_0 = 0, at_1 = 0;
     double floor = 0;

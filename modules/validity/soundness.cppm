@@ -66,10 +66,10 @@ struct Soundness {
 };
 
 [[nodiscard]] Gravity gravity(Defect defect);
-/// "stray_facet": its name in JSON.
+/// "stray_facets": its name in JSON.
 [[nodiscard]] const char* key(Defect defect);
 /// One sentence without a full stop on a defect that was found: how many, what, the first: "2 triangles are a face of
-/// no tetrahedron (first: triangle 7)".
+/// no tetrahedron (the first: triangle 7)".
 [[nodiscard]] std::string sentence(const Soundness& soundness, Defect defect);
 /// The error that a fatal defect is for whoever needs a mesh; none if there is none.
 [[nodiscard]] std::optional<Error> refusal(const Soundness& soundness);

@@ -91,7 +91,7 @@ const Description<Relax>& Described<Relax>::get() {
                "shell: edge by edge, each as little as its elements need; paper: each edge of an invalid element by "
                "theta"),
          field("theta", &S::theta, "what a correction leaves of a node's offset")
-             .unit("of the offset")
+             .unit("shares of the offset")
              .above(0)
              .below(1),
          field("max_corrections", &S::max_corrections, "corrections before a node goes to the middle of its chord")

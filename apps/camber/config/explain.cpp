@@ -87,7 +87,7 @@ const std::vector<Topic>& all_topics() {
         topic_of_struct<Sphere>(),          topic_of_struct<Cylinder>(),        topic_of_struct<Torus>(),
         topic_of_struct<Features>(),        topic_of_choice<Stage>(),           topic_of_struct<Elevate>(),
         topic_of_struct<Curve>(),           topic_of_struct<Validate>(),        topic_of_struct<Relax>(),
-        topic_of_struct<Commit>(),          topic_of_struct<Output>()};
+        topic_of_struct<Commit>(),          topic_of_struct<Reinsert>(),        topic_of_struct<Output>()};
     return all;
 }
 

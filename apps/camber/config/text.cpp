@@ -79,7 +79,11 @@ Parts parts_of(const Pipeline& pipeline) {
     Parts parts{text(Codec<Input>::write(pipeline.input)),
                 text(Codec<Metric>::write(pipeline.metric)),
                 text(Codec<Geometry>::write(pipeline.geometry)),
+                {},
                 {}};
+    parts.metric_operations.reserve(pipeline.metric_operations.size());
+    for (const MetricOperation& operation : pipeline.metric_operations)
+        parts.metric_operations.push_back(text(Codec<MetricOperation>::write(operation)));
     parts.stages.reserve(pipeline.stages.size());
     for (const Stage& stage : pipeline.stages) {
         std::string line = Codec<Stage>::key(stage);

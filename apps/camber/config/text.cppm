@@ -28,7 +28,7 @@ export namespace camber::config {
 /// A pipeline's parts as one reads them: JSON in one line, of stages only the options that are not the defaults.
 struct Parts {
     std::string input, metric, geometry;
-    std::vector<std::string> stages;
+    std::vector<std::string> metric_operations, stages;
 };
 [[nodiscard]] Parts parts_of(const Pipeline& pipeline);
 

@@ -18,6 +18,7 @@ import camber.surface;
 import camber.validity;
 import :fields;
 import :report;
+import :measures;
 import :stages;
 import :state;
 
@@ -53,6 +54,7 @@ class Runner {
         if (done && !state_.mesh) done = apply(config::Elevate{});
         if (done) done = apply(config::Validate{min_scaled_jacobian});
         if (!done) return fail(done.error());
+        report_.histograms = run_histograms(state_);
         report_.mesh = as_given;
         return report_;
     }

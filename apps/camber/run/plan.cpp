@@ -61,8 +61,9 @@ std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, in
         row("vertices", fmt::format("{}", size.vertices)) +
         row(size.dimension == 2 ? "triangles" : "tetrahedra", fmt::format("{}", size.elements)) +
         row(size.dimension == 2 ? "boundary edges" : "boundary triangles", fmt::format("{}", size.facets)) +
-        row("edges", fmt::format("{}{}", size.degree == 1 ? "about " : "", size.edges)) + row("metric", parts.metric) +
-        row("geometry", parts.geometry);
+        row("edges", fmt::format("{}{}", size.degree == 1 ? "about " : "", size.edges)) + row("metric", parts.metric);
+    for (const std::string& operation : parts.metric_operations) text += row("then", operation);
+    text += row("geometry", parts.geometry);
     for (std::size_t i = 0; i < parts.stages.size(); ++i) text += row(fmt::format("stage {}", i + 1), parts.stages[i]);
     return text + row("threads", fmt::format("{}", threads)) +
            row("peak memory", fmt::format("about {:.0f} MiB", static_cast<double>(size.peak_bytes) / 1048576)) +

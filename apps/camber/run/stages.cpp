@@ -162,7 +162,7 @@ Outcome<State<D>> elevate_stage(State<D> state, Report& report, const Execution&
 template <int D>
 Outcome<State<D>> surface_stage(State<D> state, const config::Features& options, const config::Geometry& geometry,
                                 Report& report, const Execution& execution) {
-    if (auto ok = need(state.mesh.has_value(), "curve", "elevate"); !ok) return fail(ok.error());
+    if (!state.mesh) return fail(ErrorKind::usage, "stages \"curve\" and \"reinsert\" need \"elevate\" before them");
     FeatureOptions<D> feature_options;
     feature_options.ridge_angle_degrees = options.ridge_angle;
     auto features = find_features(state.linear, state.mesh->edges, feature_options, execution);

@@ -1,0 +1,57 @@
+// camber.bezier: a straight mesh elevated to degree 2, its boundary nodes put onto a circle. The node that a mesh holds
+// (LagrangeNode) lies on the curve; the ControlPoint of the Bernstein form does not. They are two types.
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <utility>
+
+import camber.core;
+import camber.bezier;
+
+using namespace camber;
+
+/// Of all triangles: det J has degree 2, for which the rule of the three edge middles is exact.
+static double area(const QuadraticMesh<2>& mesh) {
+    double sum = 0;
+    for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e)
+        for (const auto& xi : {Barycentric<2>{0.5, 0.5, 0}, Barycentric<2>{0, 0.5, 0.5}, Barycentric<2>{0.5, 0, 0.5}}) {
+            const auto columns = element_of(mesh, ElementId(e)).derivatives(xi);
+            sum += det(columns[0], columns[1]) / 6;
+        }
+    return sum;
+}
+
+/// Six triangles around the centre of the unit circle.
+static LinearMesh<2> hexagon() {
+    LinearMesh<2> mesh;
+    Buffer<Vec<2>> points(7, Vec<2>{});
+    Buffer<SimplexVertices<2>> triangles(6);
+    for (std::size_t i = 0; i < 6; ++i) {
+        const double angle = std::numbers::pi / 3 * static_cast<double>(i);
+        points[i + 1] = {{std::cos(angle), std::sin(angle)}};
+        triangles[i] = {VertexId(std::size_t{0}), VertexId(i + 1), VertexId((i + 1) % 6 + 1)};
+    }
+    mesh.points = std::move(points);
+    mesh.point_references = Buffer<Reference>(7, 0);
+    mesh.elements.vertices = std::move(triangles);
+    mesh.elements.references = Buffer<Reference>(6, 1);
+    return mesh;
+}
+
+int main() {
+    auto mesh = elevate(hexagon(), Execution{});
+    if (!mesh) {
+        std::fprintf(stderr, "%s\n", describe(mesh.error()).c_str());
+        return 1;
+    }
+    const double straight = area(*mesh);
+    auto nodes = take(mesh->mid_nodes);  // the column's buffer, to write on
+    for (std::size_t e = 0; e < nodes.size(); ++e)
+        if (mesh->edges.vertices[e][0].index() != 0) nodes[e].point = normalised(nodes[e].point);  // not a spoke
+    mesh->mid_nodes = std::move(nodes);
+    const double curved = area(*mesh);
+    std::printf("area of the hexagon: %.4f, of six P2 triangles: %.4f, of the disc: %.4f\n", straight, curved,
+                std::numbers::pi);
+    return std::abs(straight - 1.5 * std::sqrt(3.0)) < 1e-14 && std::abs(curved - std::numbers::pi) < 2e-2 ? 0 : 1;
+}

@@ -1,0 +1,16 @@
+# cmake -DSOURCE=… -DBUILD=… -P outside.cmake -- OPTION…: configures the project in SOURCE with these options in a directory without a past,
+# builds it, and runs its tests.
+set(options "")
+set(behind FALSE)
+math(EXPR last "${CMAKE_ARGC} - 1")
+foreach(i RANGE ${last})
+    if(behind)
+        list(APPEND options "${CMAKE_ARGV${i}}")
+    elseif(CMAKE_ARGV${i} STREQUAL "--")
+        set(behind TRUE)
+    endif()
+endforeach()
+file(REMOVE_RECURSE "${BUILD}")
+execute_process(COMMAND "${CMAKE_COMMAND}" -S "${SOURCE}" -B "${BUILD}" -G Ninja ${options} COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND "${CMAKE_COMMAND}" --build "${BUILD}" --parallel 2 COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND "${CMAKE_CTEST_COMMAND}" --test-dir "${BUILD}" --verbose --no-tests=error COMMAND_ERROR_IS_FATAL ANY)
