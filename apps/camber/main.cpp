@@ -67,12 +67,12 @@ void add_curve(CLI::App& app, Verb& verb) {
     curve
         ->add_option("--metric", a.metric,
                      "natural, a file (.sol, .solb), or JSON such as '{\"constant\": {\"sizes\": [0.1]}}'")
-        ->capture_default_str();
+        ->default_str("natural");
     curve
         ->add_option("--geometry", a.geometry,
                      "surrogate (from the mesh), straight, or JSON such as "
                      "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}'")
-        ->capture_default_str();
+        ->default_str("surrogate");
     curve
         ->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
                      "Every element's normalised Jacobian is to be at least this")

@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -104,8 +105,8 @@ struct Operation {
 
 template <int D>
 Patch<D> patch_of(const Operation<D>& op, const std::vector<ElementId>& removed, VertexId point,
-                  const Relaxation<D>& relaxed) {
-    Patch<D> patch{point, removed, {}, {}, relaxed.relaxed_volume_edges + relaxed.relaxed_surface_edges};
+                  const Proposal<D>& planned, const Proposal<D>& wanted) {
+    Patch<D> patch{point, removed, {}, {}, 0};
     patch.elements.reserve(op.small.linear.elements.size());
     for (const auto& local : op.small.linear.elements.vertices) {
         SimplexVertices<D> v;
@@ -117,8 +118,9 @@ Patch<D> patch_of(const Operation<D>& op, const std::vector<ElementId>& removed,
         const auto& [a, b] = op.small.edges.vertices[e];
         patch.nodes.push_back({{op.star.vertices[a.index()], op.star.vertices[b.index()]},
                                op.edges.of_mesh[e.index()],
-                               relaxed.proposal.mid_nodes[e],
-                               relaxed.proposal.changes[e]});
+                               planned.mid_nodes[e],
+                               planned.changes[e]});
+        patch.relaxed_edges += planned.mid_nodes[e] != wanted.mid_nodes[e];
     }
     return patch;
 }
@@ -129,6 +131,113 @@ ElementId first_broken(const Validation<D>& now, const Validation<D>& then, cons
     for (std::size_t e = 0; e < then.verdicts.size(); ++e)
         if (then.verdicts[e] != Verdict::valid && now.verdicts[e] == Verdict::valid) return star.replaces[e];
     return {};
+}
+
+/// Nodes for the star that break no element, if there are some.
+template <int D>
+struct Attempt {
+    std::optional<Proposal<D>> planned;  ///< none when an element would break
+    ElementId broken;                    ///< the first that would
+    Misfits misfits;
+
+    [[nodiscard]] bool serves_surface_better_than(const Attempt& other) const {
+        return planned && misfits.surface < other.misfits.surface - least_gain;
+    }
+};
+
+/// The first element that holds a bound with the nodes `present` and does not with those `planned`.
+template <int D>
+Outcome<ElementId> first_broken(const Operation<D>& op, const Proposal<D>& present, const Proposal<D>& planned,
+                                double bound) {
+    const Execution alone{.threads = 1};
+    const auto then = validate(op.small, planned, bound, alone);
+    if (!then) return fail(then.error());
+    if (then->all_valid()) return ElementId{};
+    const auto now = validate(op.small, present, bound, alone);
+    if (!now) return fail(now.error());
+    return first_broken(*now, *then, op.star);
+}
+
+/// Relaxed to `asked`, which may be more than the bound that options have.
+template <int D>
+Outcome<Attempt<D>> attempted(const Operation<D>& op, const Proposal<D>& wanted, const Proposal<D>& present,
+                              double asked, RelaxOptions options) {
+    const Execution alone{.threads = 1};
+    const double bound = std::exchange(options.min_scaled_jacobian, asked);
+    const auto validation = validate(op.small, wanted, asked, alone);
+    if (!validation) return fail(validation.error());
+    auto relaxed = relax(op.small, wanted, *validation, options, alone);
+    if (!relaxed) return fail(relaxed.error());
+    Attempt<D> attempt{{}, {}, op.misfits(relaxed->proposal, wanted)};
+    if (!relaxed->validation.all_valid()) {
+        // Elements that were short of what is asked before may stay so, but not fall below the bound.
+        for (const double limit : {asked, bound}) {
+            const auto broken = first_broken(op, present, relaxed->proposal, limit);
+            if (!broken) return fail(broken.error());
+            attempt.broken = *broken;
+            if (broken->valid()) return attempt;
+        }
+    }
+    attempt.planned = std::move(relaxed->proposal);
+    return attempt;
+}
+
+template <int D>
+Proposal<D> with_node(Proposal<D> proposal, EdgeId edge, const LagrangeNode<D>& node, EdgeChange change) {
+    auto nodes = take(std::move(proposal.mid_nodes));
+    auto changes = take(std::move(proposal.changes));
+    nodes[edge.index()] = node;
+    changes[edge.index()] = change;
+    proposal.mid_nodes = std::move(nodes);
+    proposal.changes = std::move(changes);
+    return proposal;
+}
+
+/// Where relaxing from the targets fails, since the straight star does not fit its curved surroundings: from the nodes
+/// as they are, one edge after the other a part of its way, as far as nothing breaks. Volume edges first: they make
+/// room for those of the surface.
+template <int D>
+Outcome<Attempt<D>> stepped(const Operation<D>& op, const Proposal<D>& wanted, const Proposal<D>& present,
+                            double bound) {
+    std::vector<EdgeId> order = op.edges.inner;
+    std::ranges::stable_partition(order, [&](EdgeId e) { return present.kinds[e] == EdgeKind::volume; });
+    Proposal<D> planned = present;
+    for (const EdgeId e : order)
+        for (const double share : {1.0, 0.5, 0.25}) {
+            const Vec<D> from = planned.mid_nodes[e].point;
+            const LagrangeNode<D> goal = wanted.mid_nodes[e];
+            if (goal.point == from) break;
+            const bool whole = share == 1;
+            const Proposal<D> next =
+                with_node(planned, e, whole ? goal : LagrangeNode<D>{from + share * (goal.point - from)},
+                          whole ? wanted.changes[e] : EdgeChange::relaxed);
+            const auto broken = first_broken(op, present, next, bound);
+            if (!broken) return fail(broken.error());
+            if (broken->valid()) continue;
+            planned = next;
+            break;
+        }
+    const Misfits misfits = op.misfits(planned, wanted);
+    return Attempt<D>{std::move(planned), {}, misfits};
+}
+
+/// Elements that do not hold the bound with these nodes.
+template <int D>
+Outcome<std::size_t> count_not_valid(const Operation<D>& op, const Proposal<D>& nodes, double bound) {
+    return validate(op.small, nodes, bound, Execution{.threads = 1}).map([](const Validation<D>& v) {
+        return v.invalid + v.undecided;
+    });
+}
+
+/// Whether these nodes are worth a commit: nearer to their targets, or of fewer elements that are not valid.
+template <int D>
+Outcome<bool> gains(const Operation<D>& op, const Attempt<D>& attempt, const Proposal<D>& wanted,
+                    const Proposal<D>& present, double bound) {
+    if (attempt.misfits.better_than(op.misfits(present, wanted))) return true;
+    const auto now = count_not_valid(op, present, bound);
+    if (!now) return fail(now.error());
+    if (*now == 0) return false;
+    return count_not_valid(op, *attempt.planned, bound).map([&](std::size_t then) { return then < *now; });
 }
 
 }  // namespace
@@ -172,24 +281,27 @@ Outcome<Reinsertion<D>> reinsert(const Curving<D>& curving, const CavityTopology
     const Proposal<D> present =
         op.proposal([&](EdgeId e) { return std::pair(curving.mesh.mid_nodes[e], curving.changes[e]); });
 
+    Attempt<D> best;
     const double bound = options.relax.min_scaled_jacobian;
-    const auto validation = validate(*small, wanted, bound, alone);
-    if (!validation) return fail(validation.error());
-    const auto relaxed = relax(*small, wanted, *validation, options.relax, alone);
-    if (!relaxed) return fail(relaxed.error());
-    if (!relaxed->validation.all_valid()) {
-        const auto now = validate(*small, present, bound, alone);
-        if (!now) return fail(now.error());
-        if (const ElementId broken = first_broken(*now, relaxed->validation, new_elements); broken.valid()) {
-            out.result = Rejection{RejectionReason::not_valid, broken};
-            return out;
-        }
+    for (const double asked : {std::max(bound, options.relax.target), bound}) {
+        auto attempt = attempted(op, wanted, present, asked, options.relax);
+        if (!attempt) return fail(attempt.error());
+        if (!best.planned || attempt->serves_surface_better_than(best)) best = std::move(*attempt);
+        if (best.planned && best.misfits.surface == 0) break;
     }
-    if (!op.misfits(relaxed->proposal, wanted).better_than(op.misfits(present, wanted))) {
-        out.result = Rejection{RejectionReason::no_gain, {}};
-        return out;
+    Rejection rejection{RejectionReason::no_gain, {}};
+    if (!best.planned) {
+        rejection = {RejectionReason::not_valid, best.broken};
+        auto attempt = stepped(op, wanted, present, bound);
+        if (!attempt) return fail(attempt.error());
+        best = std::move(*attempt);
     }
-    out.result = patch_of(op, cavity.elements, vertex, *relaxed);
+    const auto worth = gains(op, best, wanted, present, bound);
+    if (!worth) return fail(worth.error());
+    if (*worth)
+        out.result = patch_of(op, cavity.elements, vertex, *best.planned, wanted);
+    else
+        out.result = rejection;
     return out;
 }
 

@@ -35,6 +35,9 @@ struct Curving {
 /// boundary of the cavity keeps its nodes; for a boundary vertex that does not include the edges at it (the paper's
 /// exception to step 3). A pure function: what it plans is against `curving` as it is.
 ///
+/// The bound of relax is met with a margin, its `target`, where no surface node pays for that. Where relaxing from the
+/// targets breaks an element, the edges go a part of their way from where they are.
+///
 /// A patch never makes an element not valid that was valid, and it brings nodes nearer to their targets: surface nodes
 /// before volume nodes. Errors: options out of range (usage); the vertex's element that names a vertex twice (input).
 template <int D>

@@ -67,7 +67,7 @@ Outcome<Done> round(Walk<D>& walk, std::span<const VertexId> vertices, const Exe
         [&](std::size_t i) {
             return reinsert(walk.curving, walk.topology, walk.back, vertices[i], walk.rules, walk.options.cavity);
         },
-        16);
+        1);  // milliseconds each
     if (!planned) return fail(planned.error());
     std::vector<Reinsertion<D>> results;
     std::vector<Patch<D>> patches;
@@ -202,6 +202,7 @@ Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind
         ++walk.statistics.turns;
         wanted = short_of_target(walk.curving);
         for (std::size_t v = 0; v < vertices; ++v) wanted[v] = wanted[v] != 0 && walk.changed[v] != 0;
+        walk.statistics.left = static_cast<std::size_t>(std::count(wanted.begin(), wanted.end(), 1));
     }
     Curving<D>& c = walk.curving;
     return Reinserted<D>{in_columns<D>(c.targets.view(), kinds),

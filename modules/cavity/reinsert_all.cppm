@@ -19,6 +19,7 @@ struct ReinsertStatistics {
     std::size_t turns = 0, rounds = 0;  ///< a round: cavities that do not overlap, planned together and committed once
     std::size_t patches = 0;            ///< committed
     std::size_t not_valid = 0, no_gain = 0;  ///< rejections
+    std::size_t left = 0;                    ///< vertices that had reason for another turn when max_turns ended it
 };
 
 template <int D>

@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <exception>
 #include <limits>
+#include <new>
 #include <numbers>
 #include <span>
 #include <sstream>
@@ -65,6 +66,8 @@ Outcome<Done> check(const std::string& expression) {
         if (position >= 0) what += " at position " + std::to_string(position + 1);
         if (!error.GetToken().empty()) what += ", at \"" + error.GetToken() + "\"";
         return fail(ErrorKind::usage, std::move(what), {}, {}, remedy);
+    } catch (const std::bad_alloc&) {
+        throw;  // no fault of the expression: guarded names it
     } catch (const std::exception&) {
         return fail(ErrorKind::usage, quoted(expression) + " cannot be read", {}, {}, remedy);
     }
@@ -85,6 +88,8 @@ Outcome<Buffer<double>> values_of(const std::vector<std::string>& expressions, s
                 try {
                     Evaluator<D> evaluator(expressions[c]);
                     for (std::size_t v = begin; v < end; ++v) values[v * columns + c] = evaluator(points[v]);
+                } catch (const std::bad_alloc&) {
+                    throw;
                 } catch (const std::exception&) {
                     for (std::size_t v = begin; v < end; ++v)
                         values[v * columns + c] = std::numeric_limits<double>::quiet_NaN();

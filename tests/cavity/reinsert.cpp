@@ -157,6 +157,33 @@ TEST_CASE("reinsertion in tetrahedra") { operator_laws<3>({4, 4, 3}); }
 TEST_CASE("schedules in triangles") { schedule_laws<2>({8, 5}); }
 TEST_CASE("schedules in tetrahedra") { schedule_laws<3>({4, 4, 3}); }
 
+TEST_CASE("elements that come in invalid are mended, and the rest stays") {
+    // All nodes on their targets, as the verb curve leaves them: some elements are broken.
+    std::size_t broken = 0;
+    for (const std::uint64_t seed : {1, 2, 3}) {
+        auto b = shell_block<3>({4, 4, 3}, seed);
+        auto nodes = take(b.boundary_nodes);
+        for (std::size_t e = 0; e < nodes.size(); ++e)  // walls that bulge eight times as far
+            nodes[e].point += 7.0 * (nodes[e].point - b.mesh.mid_nodes[e].point);
+        b.boundary_nodes = std::move(nodes);
+        const auto whole = must(curve(b.mesh, b.kinds, b.boundary_nodes, b.shells, b.back, {}, alone));
+        const double bound = RelaxOptions{}.min_scaled_jacobian;
+        broken += must(validate(b.mesh, whole.proposal, bound, alone)).invalid;
+        b.mesh.mid_nodes = whole.proposal.mid_nodes;
+        const auto r = must(all_reinserted(b, alone));
+        CHECK(must(validate(r.mesh, bound, alone)).all_valid());
+    }
+    CHECK(broken > 0);
+}
+
+TEST_CASE("a margin is kept where no surface node pays for it") {
+    const auto b = shell_block<3>({4, 4, 3}, 2);
+    const auto r = must(all_reinserted(b, alone));
+    for (std::size_t e = 0; e < b.mesh.edges.size(); ++e)
+        if (b.kinds[e] != EdgeKind::volume) REQUIRE(r.proposal.mid_nodes[e] == b.boundary_nodes[e]);
+    CHECK(must(validate(r.mesh, 0, alone)).smallest > 0.009);
+}
+
 TEST_CASE("surface nodes that neighbours keep back at first reach their targets in later turns") {
     // Thin layers at the inner wall, whose sagitta exceeds the first one: straight layer edges are in its way.
     auto b = shell_block<2>({4, 8}, 3);

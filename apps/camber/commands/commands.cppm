@@ -21,7 +21,7 @@ struct RunArguments {
 
 struct CurveArguments {
     std::string input, output, report, vtu, plots;
-    std::string metric = "natural", geometry = "surrogate";
+    std::optional<std::string> metric, geometry;  ///< none: those of the settings, or natural and surrogate
     std::vector<std::string> settings;
     std::optional<int> threads;
     std::optional<double> min_scaled_jacobian;

@@ -48,6 +48,7 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
         auto solution = read_solution(metric->path, execution);
         if (!solution) return fail(solution.error());
         inputs.metric = std::move(solution->solution);
+        inputs.mesh.notices.insert(inputs.mesh.notices.end(), solution->notices.begin(), solution->notices.end());
     }
     for (const config::MetricOperation& operation : pipeline.metric_operations) {
         const auto* intersect = std::get_if<config::Intersect>(&operation);
@@ -101,7 +102,11 @@ Outcome<Done> check_endings(const config::Output& output) {
 
 Outcome<Done> check_outputs(const config::Output& output) {
     if (auto endings = check_endings(output); !endings) return endings;
-    for (const std::string& path : named_outputs(output)) {
+    auto files = named_outputs(output);
+    std::sort(files.begin(), files.end());
+    if (const auto twice = std::adjacent_find(files.begin(), files.end()); twice != files.end())
+        return fail(ErrorKind::usage, "is named for two outputs", *twice, {}, "give each a file of its own");
+    for (const std::string& path : files) {
         if (auto made = make_folder_of(path); !made) return made;
         if (auto writable = check_writable(path); !writable) return writable;
     }

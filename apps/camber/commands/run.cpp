@@ -71,21 +71,31 @@ int finish(const config::Pipeline& pipeline, bool histogram) {
 
 Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments) {
     // Settings are made on the default pipeline; the arguments of their own come after.
+    for (const std::string& setting : arguments.settings)
+        if (setting.starts_with("input") || setting.starts_with("output/mesh"))
+            return fail(ErrorKind::usage, "\"" + setting + "\" is the verb's own argument", "--set", {},
+                        "give the mesh and -o, or use camber run");
     auto pipeline = config::read_pipeline(R"({"input": {"mesh": "-"}})", "command line", arguments.settings);
     if (!pipeline) return pipeline;
     pipeline->input = config::FilePath{arguments.input};
-    auto metric = config::read_metric(arguments.metric, "--metric");
-    if (!metric) return fail(metric.error());
-    pipeline->metric = std::move(*metric);
-    auto geometry = config::read_geometry(arguments.geometry, "--geometry");
-    if (!geometry) return fail(geometry.error());
-    pipeline->geometry = std::move(*geometry);
+    if (arguments.metric) {
+        auto metric = config::read_metric(*arguments.metric, "--metric");
+        if (!metric) return fail(metric.error());
+        pipeline->metric = std::move(*metric);
+    }
+    if (arguments.geometry) {
+        auto geometry = config::read_geometry(*arguments.geometry, "--geometry");
+        if (!geometry) return fail(geometry.error());
+        pipeline->geometry = std::move(*geometry);
+    }
     if (arguments.min_scaled_jacobian) {
         for (config::Stage& stage : pipeline->stages) {
             if (auto* validate = std::get_if<config::Validate>(&stage))
                 validate->min_scaled_jacobian = *arguments.min_scaled_jacobian;
             if (auto* relax = std::get_if<config::Relax>(&stage))
                 relax->min_scaled_jacobian = *arguments.min_scaled_jacobian;
+            if (auto* reinsert = std::get_if<config::Reinsert>(&stage))
+                reinsert->relax.min_scaled_jacobian = *arguments.min_scaled_jacobian;
         }
     }
     if (arguments.threads) pipeline->threads = *arguments.threads;

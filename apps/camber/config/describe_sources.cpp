@@ -102,7 +102,7 @@ const Description<Sphere>& Described<Sphere>::get() {
     static const Description<S> description{
         "sphere",
         "A sphere (2D: a circle).",
-        {field("centre", &S::centre, "its centre").unit(length).count(2, 3).required(),
+        {field("centre", &S::centre, "its centre; empty: the origin").unit(length).count(0, 3),
          field("radius", &S::radius, "its radius").unit(length).above(0).required()},
         {}};
     return description;

@@ -117,9 +117,11 @@ Outcome<MeshField> metrics(const QuadraticMesh<D>& mesh, const BackMesh<D>& back
         if (n < vertices) {
             log_metric = back.log_metrics[n];
         } else {
-            const auto around = shells[n - vertices];
-            const ElementId hint = around.empty() ? ElementId{} : around[0];
-            log_metric = sample_value(back, mesh.mid_nodes[n - vertices].point, hint).log_metric;
+            const std::size_t e = n - vertices;
+            const auto& [a, b] = mesh.edges.vertices[e];
+            // An edge that no element holds lies in no field: its ends' mean.
+            log_metric = shells[e].empty() ? LogMetric<D>{0.5 * (back.log_metrics[a].l + back.log_metrics[b].l)}
+                                           : sample_value(back, mesh.mid_nodes[e].point, shells[e][0]).log_metric;
         }
         const Sym<D> m = exp(log_metric).m;
         std::copy(m.c.begin(), m.c.end(), column.begin() + static_cast<std::ptrdiff_t>(n * sym_size<D>));

@@ -69,6 +69,8 @@ class Runner {
             auto done = std::visit([&](const auto& stage) { return apply(stage); }, pipeline_.stages[i]);
             if (!done) return fail(at(done.error(), path));
         }
+        if (state_.proposal && !report_.committed)
+            report_.notices.emplace_back("planned nodes were not committed: no stage \"commit\"");
         auto measured =
             step("measure", [&](State<D> s, const Execution& e) { return measure_stage(std::move(s), report_, e); });
         if (!measured) return fail(measured.error());

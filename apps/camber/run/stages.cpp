@@ -149,8 +149,10 @@ void judged(State<D>& state, Validation<D> validation, Report& report) {
 template <int D>
 Outcome<State<D>> elevate_stage(State<D> state, Report& report, const Execution& execution) {
     if (state.mesh)
-        return fail(ErrorKind::input, "the mesh is quadratic already", {}, {},
-                    "give the straight one, or leave the stage \"elevate\" out");
+        return fail(
+            ErrorKind::input, "the mesh is quadratic already", {}, {},
+            "give the straight one, or leave the stage \"elevate\" out: stages=[\"curve\", \"validate\", \"relax\", "
+            "\"commit\"]");
     auto mesh = elevate(state.linear, execution);
     if (!mesh) return fail(mesh.error());
     state.mesh = std::move(*mesh);
@@ -256,8 +258,11 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
     }
     auto relaxed = relax(*state.mesh, *state.proposal, *state.validation, relax_options(options), execution);
     if (!relaxed) return fail(relaxed.error());
-    report.relax = RelaxReport{strategy_name(options), relaxed->corrected_elements, relaxed->relaxed_volume_edges,
-                               relaxed->relaxed_surface_edges};
+    // After the cavities' own relaxation: what both did.
+    const RelaxReport earlier = report.relax.value_or(RelaxReport{});
+    report.relax = RelaxReport{strategy_name(options), earlier.corrected_elements + relaxed->corrected_elements,
+                               earlier.relaxed_volume_edges + relaxed->relaxed_volume_edges,
+                               earlier.relaxed_surface_edges + relaxed->relaxed_surface_edges};
     state.proposal = std::move(relaxed->proposal);
     judged(state, std::move(relaxed->validation), report);
     return state;
@@ -305,6 +310,8 @@ Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options
     report.relax = relax_report(*wanted, *validation, *done, strategy_name(options.relax));
     const ReinsertStatistics& s = done->statistics;
     report.reinsert = ReinsertReport{s.turns, s.rounds, s.patches, s.not_valid, s.no_gain};
+    if (s.left > 0)
+        report.notices.push_back(std::to_string(s.left) + " vertices could have another turn: max_turns ended it");
     judged(state, std::move(*validation), report);
     report.committed = true;
     state.mesh = std::move(done->mesh);
