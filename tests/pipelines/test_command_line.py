@@ -219,6 +219,36 @@ class CommandLine(unittest.TestCase):
         boundary = json.loads((self.folder.path / "r.json").read_text())["boundary"]
         self.assertLess(boundary["largest_distance"], boundary["largest_distance_straight"])
 
+    def test_curve_takes_settings_and_refuses_those_that_are_its_arguments(self):
+        self.write("cube.mesh", CUBE)
+        printed = self.camber("curve", "cube.mesh", "-o", "out.mesh", "--set", "geometry=straight", "--print-config")
+        self.assertEqual(json.loads(printed.stdout)["geometry"], "straight")
+        for setting in ("input/mesh=other.mesh", "output/mesh=other.mesh"):
+            done = self.camber("curve", "cube.mesh", "-o", "out.mesh", "--set", setting)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn("is the verb's own argument", done.stderr)
+        done = self.camber("curve", "cube.mesh", "-o", "out.mesh", "--min-scaled-jacobian", "0.2", "--set",
+                           'stages=["elevate", "reinsert"]', "--print-config")
+        self.assertIn('"min_scaled_jacobian": 0.2', done.stdout)
+
+    def test_two_outputs_in_one_file_are_refused(self):
+        self.write("cube.mesh", CUBE)
+        done = self.camber("curve", "cube.mesh", "-o", "same.mesh", "--report", "same.mesh")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("same.mesh: is named for two outputs", done.stderr)
+        self.assertNotIn("same.mesh", self.folder.files())
+
+    def test_a_sphere_without_a_centre_is_about_the_origin(self):
+        geometry = '{"analytic": [{"references": [1], "sphere": {"radius": 5}}]}'
+        printed = self.camber("curve", "cube.mesh", "-o", "out.mesh", "--geometry", geometry, "--print-config")
+        self.assertEqual(printed.returncode, 0, printed.stderr)
+        self.assertEqual(json.loads(printed.stdout)["geometry"]["analytic"][0]["sphere"]["radius"], 5)
+
+    def test_planned_nodes_that_are_not_committed_are_told(self):
+        self.write("cube.mesh", CUBE)
+        done = self.camber("curve", "cube.mesh", "-o", "out.mesh", "--set", 'stages=["elevate", "curve"]')
+        self.assertIn("planned nodes were not committed", done.stderr)
+
     def test_reversed_elements_are_turned(self):
         self.write("reversed.mesh", CUBE.replace("1 2 3 4 1", "1 3 2 4 1"))
         done = self.camber("curve", "reversed.mesh", "-o", "out.mesh", "--geometry", "straight")

@@ -99,6 +99,9 @@ class Formats(unittest.TestCase):
             self.run_camber("convert", name + ".mesh", "-o", name + ".meshb")
             kind = "quadratic" if name.startswith("curved") else "linear"
             self.same_mesh(vtu.read(self.path(name + ".vtu")), gmf.read(self.path(name + ".meshb")), kind)
+        # With the fields of a run: the metric of a mesh without elements is that of its vertices.
+        self.run_camber("curve", "surface.mesh", "-o", "run.mesh", "--vtu", "run.vtu")
+        self.assertTrue(np.isfinite(vtu.read(self.path("run.vtu")).point_data["metric"]).all())
         self.path("empty.mesh").write_text("MeshVersionFormatted 2\nDimension 3\nVertices\n0\nEnd\n")
         self.run_camber("convert", "empty.mesh", "-o", "empty.vtu")
         empty = vtu.read(self.path("empty.vtu"))
