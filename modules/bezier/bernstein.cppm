@@ -14,6 +14,7 @@ using MultiIndex = std::array<int, K + 1>;
 template <int K>
 using Barycentric = std::array<double, K + 1>;
 
+/// n over k; 0 outside 0 ≤ k ≤ n.
 [[nodiscard]] constexpr int binomial(int n, int k) {
     int b = 1;
     for (int i = 1; i <= k; ++i) b = b * (n - k + i) / i;
@@ -64,6 +65,7 @@ template <int K>
     return m;
 }
 
+/// x^n for n ≥ 0.
 [[nodiscard]] constexpr double power(double x, int n) {
     double p = 1;
     for (int i = 0; i < n; ++i) p *= x;
@@ -89,6 +91,7 @@ template <int K>
     return value;
 }
 
+/// An N × N matrix by its rows.
 template <std::size_t N>
 using SquareMatrix = std::array<std::array<double, N>, N>;
 

@@ -56,6 +56,7 @@ template <int D>
     return norm(edge.offset()) / norm(edge.chord());
 }
 
+/// Edge e of the mesh with its node.
 template <int D>
 [[nodiscard]] constexpr QuadraticEdge<D> edge_of(const QuadraticMesh<D>& mesh, EdgeId e) {
     const auto& [a, b] = mesh.edges.vertices[e];

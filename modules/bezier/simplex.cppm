@@ -70,12 +70,14 @@ template <int K, int D>
     return s;
 }
 
+/// Element e of the mesh in Bézier form.
 template <int D>
 [[nodiscard]] inline QuadraticSimplex<D, D> element_of(const QuadraticMesh<D>& mesh, ElementId e) {
     return bezier_form<D, D>(mesh.linear.points, mesh.mid_nodes.view(), mesh.linear.elements.vertices[e],
                              mesh.edges.of_elements[e]);
 }
 
+/// Facet f of the mesh in Bézier form.
 template <int D>
 [[nodiscard]] inline QuadraticSimplex<D - 1, D> facet_of(const QuadraticMesh<D>& mesh, FacetId f) {
     return bezier_form<D - 1, D>(mesh.linear.points, mesh.mid_nodes.view(), mesh.linear.facets.vertices[f],

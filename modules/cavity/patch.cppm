@@ -29,6 +29,7 @@ struct Patch {
     std::size_t relaxed_edges = 0;  ///< nodes that validity keeps from their targets
 };
 
+/// What kept a cavity from giving a patch.
 enum class RejectionReason : std::uint8_t {
     no_element,  ///< the vertex has no element: there is nothing to curve
     not_valid,   ///< out of tries, an element would not be valid that is so now (paper §3.2)

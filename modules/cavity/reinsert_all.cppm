@@ -8,6 +8,7 @@ import :reinsert;
 
 export namespace camber {
 
+/// Options of the global algorithm.
 struct ReinsertAllOptions {
     ReinsertOptions cavity = {};
     /// Turns over the vertices that have a node short of its target next to something that changed. The first turn
@@ -15,6 +16,7 @@ struct ReinsertAllOptions {
     int max_turns = 20;
 };
 
+/// What the walk over the vertices came to.
 struct ReinsertStatistics {
     std::size_t turns = 0, rounds = 0;  ///< a round: cavities that do not overlap, planned together and committed once
     std::size_t patches = 0;            ///< committed
@@ -22,6 +24,7 @@ struct ReinsertStatistics {
     std::size_t left = 0;                    ///< vertices that had reason for another turn when max_turns ended it
 };
 
+/// The outcome of the global algorithm.
 template <int D>
 struct Reinserted {
     Curved<D> wanted;       ///< the targets of all edges: what curve would propose

@@ -48,6 +48,7 @@ struct CavityBoundary {
     std::vector<OpenFace> of_elements, of_facets, of_ridges;
 };
 
+/// Takes the cavity out of the mesh (paper §1.3): what is left open around it. Nothing of the mesh is changed.
 template <int D>
 [[nodiscard]] CavityBoundary<D> empty(const LinearMesh<D>& mesh, const Cavity<D>& cavity);
 

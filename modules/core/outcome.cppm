@@ -42,8 +42,10 @@ using Outcome = tl::expected<T, Error>;
 /// The value of a successful stage that returns nothing else.
 struct Done {};
 
+/// An outcome without a value.
 [[nodiscard]] inline tl::unexpected<Error> fail(Error error) { return tl::unexpected<Error>(std::move(error)); }
 
+/// The same from the parts of an Error.
 [[nodiscard]] inline tl::unexpected<Error> fail(ErrorKind kind, std::string what, std::string where = {},
                                                 std::optional<Entity> entity = {}, std::string remedy = {}) {
     return tl::unexpected<Error>(Error{kind, std::move(what), std::move(where), std::move(entity), std::move(remedy)});

@@ -81,10 +81,12 @@ template <int D>
     }
     return s;
 }
+/// Frobenius norm sqrt⟨A, A⟩.
 template <int D>
 [[nodiscard]] inline double norm(const Sym<D>& a) {
     return std::sqrt(inner(a, a));
 }
+/// Σ A_ii.
 template <int D>
 [[nodiscard]] constexpr double trace(const Sym<D>& a) {
     double s = 0;
@@ -119,6 +121,7 @@ template <int D>
     for (int j = 0; j < D; ++j) r.column[j] = a * b.column[j];
     return r;
 }
+/// Aᵀ.
 template <int D>
 [[nodiscard]] constexpr Mat<D> transposed(const Mat<D>& a) {
     Mat<D> r;
@@ -133,6 +136,7 @@ template <int D>
     for (int j = 0; j < D; ++j) r[j] = dot(a.column[j], v);
     return r;
 }
+/// Determinant of the columns.
 template <int D>
 [[nodiscard]] constexpr double det(const Mat<D>& a) {
     if constexpr (D == 2)

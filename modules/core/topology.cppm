@@ -55,6 +55,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Incidence<EdgeId>> feature_edge_balls(const LinearMesh<D>& mesh, const Execution& execution);
 
+/// The element across each face; needs the balls of the same mesh.
 template <int D>
 [[nodiscard]] Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                 const Execution& execution);

@@ -55,20 +55,24 @@ template <int D>
     return a;
 }
 
+/// Σ a_i b_i.
 template <int D>
 [[nodiscard]] constexpr double dot(const Vec<D>& a, const Vec<D>& b) {
     double s = 0;
     for (int i = 0; i < D; ++i) s += a.c[i] * b.c[i];
     return s;
 }
+/// |a|².
 template <int D>
 [[nodiscard]] constexpr double norm_squared(const Vec<D>& a) {
     return dot(a, a);
 }
+/// |a|.
 template <int D>
 [[nodiscard]] inline double norm(const Vec<D>& a) {
     return std::sqrt(dot(a, a));
 }
+/// |a − b|.
 template <int D>
 [[nodiscard]] inline double distance(const Vec<D>& a, const Vec<D>& b) {
     return norm(a - b);
@@ -79,11 +83,13 @@ template <int D>
     const double n = norm(a);
     return n > 0 ? a / n : a;
 }
+/// (a + b)/2.
 template <int D>
 [[nodiscard]] constexpr Vec<D> midpoint(const Vec<D>& a, const Vec<D>& b) {
     // (a + b) / 2 is exact where a and b agree: planes stay planes to the last bit.
     return (a + b) * 0.5;
 }
+/// No coordinate is infinite or NaN.
 template <int D>
 [[nodiscard]] inline bool is_finite(const Vec<D>& a) {
     for (int i = 0; i < D; ++i)
@@ -91,9 +97,11 @@ template <int D>
     return true;
 }
 
+/// a × b.
 [[nodiscard]] constexpr Vec<3> cross(const Vec<3>& a, const Vec<3>& b) {
     return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
 }
+/// a_x b_y − a_y b_x: twice the signed area of (0, a, b).
 [[nodiscard]] constexpr double cross(const Vec<2>& a, const Vec<2>& b) { return a[0] * b[1] - a[1] * b[0]; }
 
 /// Determinant of the matrix whose columns are the arguments.

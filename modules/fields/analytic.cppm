@@ -59,6 +59,7 @@ struct RotatingField {
     friend bool operator==(const RotatingField&, const RotatingField&) = default;
 };
 
+/// Any of the fields above.
 template <int D>
 using AnalyticField =
     std::variant<LinearField, PolarOneField, PolarTwoField, PlanarShock<D>, SphericalShock<D>, RotatingField>;

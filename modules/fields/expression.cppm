@@ -27,6 +27,7 @@ struct TensorExpression {
     std::vector<std::string> tensor;
     friend bool operator==(const TensorExpression&, const TensorExpression&) = default;
 };
+/// A metric by one size, by a size along each axis, or by its entries.
 using MetricExpression = std::variant<SizeExpression, SizesExpression, TensorExpression>;
 
 /// log M at points. Errors (usage): another number of expressions than the dimension asks for; one that cannot be read,

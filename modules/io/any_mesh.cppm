@@ -17,6 +17,7 @@ struct Notice {
     friend bool operator==(const Notice&, const Notice&) = default;
 };
 
+/// What a mesh file holds, and what is to be said about it.
 struct DecodedMesh {
     AnyMesh mesh;
     std::vector<Notice> notices;

@@ -26,8 +26,10 @@ export namespace camber {
 [[nodiscard]] Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
                                                    const Execution& execution);
 
+/// Text (.mesh, .sol) or binary, little-endian (.meshb, .solb).
 enum class GmfEncoding { ascii, binary };
 
+/// How a GMF file is written.
 struct GmfOptions {
     GmfEncoding encoding = GmfEncoding::binary;
     /// GMF version, 2 to 4; 0 is the least that fits: 2 below 2 GiB, 3 beyond, 4 when a count or an index needs 64

@@ -39,6 +39,7 @@ struct Solution {
     return static_cast<std::size_t>(width);
 }
 
+/// What a solution file holds, and what is to be said about it.
 struct DecodedSolution {
     Solution solution;
     std::vector<Notice> notices;

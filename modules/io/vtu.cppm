@@ -14,6 +14,7 @@ enum class VtuCells : std::uint8_t {
     lagrange,   ///< VTK_LAGRANGE_CURVE, _TRIANGLE, _TETRAHEDRON (68, 69, 71): ParaView refines them more smoothly
 };
 
+/// How a VTU file is written.
 struct VtuOptions {
     VtuCells cells = VtuCells::quadratic;
 };

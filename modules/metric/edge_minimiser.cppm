@@ -10,6 +10,7 @@ import :quadrature;
 
 export namespace camber {
 
+/// How an edge's node is searched for.
 struct EdgeMinimiserOptions {
     EdgeObjectiveKind objective = EdgeObjectiveKind::energy;
     EdgeFieldKind field = EdgeFieldKind::back;
@@ -34,6 +35,7 @@ enum class EdgeSearch : std::uint8_t {
     exhausted,  ///< out of iterations
 };
 
+/// The node found for one edge, and what it makes of its length.
 template <int D>
 struct EdgeMinimum {
     LagrangeNode<D> node;
@@ -49,6 +51,7 @@ struct EdgeMinimum {
 struct EdgeRules {
     Quadrature objective, report;
 };
+/// The rules that the options ask for: quadrature_points for the search, report_points for the judgement.
 [[nodiscard]] EdgeRules edge_rules(const EdgeMinimiserOptions& options);
 
 /// The middle node of P^l = mid + Γ(e, e)/8, Γ(e, e) = M⁻¹[(∂_e M) e − ½ eᵀ(∂M) e]: the first Newton step of the energy

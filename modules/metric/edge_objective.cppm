@@ -20,6 +20,7 @@ enum class EdgeFieldKind : std::uint8_t {
     edge,  ///< the quadratic through the three nodes' log-metrics (paper §2.2.1, eq. 7)
 };
 
+/// The objective at one node.
 template <int D>
 struct ObjectiveSample {
     double value = 0;
@@ -45,6 +46,8 @@ struct EdgeObjective {
     [[nodiscard]] ObjectiveSample<D> evaluate(const Vec<D>& node) const;
 };
 
+/// The objective of the edge from p20 to p02; the ends are located from `hint`. It refers to `back` and `rule`, which
+/// must outlive it.
 template <int D>
 [[nodiscard]] EdgeObjective<D> edge_objective(const BackMesh<D>& back, const Quadrature& rule, EdgeObjectiveKind kind,
                                               EdgeFieldKind field, const Vec<D>& p20, const Vec<D>& p02,

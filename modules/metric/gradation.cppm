@@ -16,6 +16,7 @@ enum class GradationSpace : std::uint8_t {
     mixed,     ///< the geometric mean of both, by `physical_share`
 };
 
+/// How fast sizes may grow.
 struct GradationOptions {
     GradationSpace space = GradationSpace::mixed;
     /// Largest ratio of the sizes of adjacent edges, β > 1: sizes grow by log β a unit length.
@@ -34,6 +35,7 @@ template <int D>
 [[nodiscard]] EigenSystem<D> spanned_metric(const EigenSystem<D>& at_p, const Vec<D>& pq,
                                             const GradationOptions& options);
 
+/// The graded metric, and how it was reached.
 template <int D>
 struct Graded {
     Column<LogMetric<D>> log_metrics;

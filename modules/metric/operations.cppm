@@ -14,6 +14,7 @@ struct MetricBounds {
     double max_size = std::numeric_limits<double>::infinity();        ///< model units
     double max_anisotropy = std::numeric_limits<double>::infinity();  ///< largest over smallest size, ≥ 1
 };
+/// The metric within the bounds.
 template <int D>
 [[nodiscard]] LogMetric<D> bounded(const LogMetric<D>& log_metric, const MetricBounds& bounds);
 

@@ -10,6 +10,7 @@ export namespace camber {
 /// How many digits the numbers of a tensor file hold.
 enum class TensorPrecision { four_bytes, eight_bytes };
 
+/// Logs of a file's tensors, and how many of them rounding had made indefinite.
 template <int D>
 struct TensorLogs {
     Buffer<LogMetric<D>> log_metrics;

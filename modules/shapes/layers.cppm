@@ -25,6 +25,7 @@ struct BoundaryLayer {
     return distances;
 }
 
+/// Height of all layers together (model units).
 [[nodiscard]] inline double thickness(const BoundaryLayer& layer) {
     return layer.count > 0 ? layer_distances(layer).back() : 0.0;
 }

@@ -6,6 +6,7 @@ import :layers;
 
 export namespace camber {
 
+/// How the volume between the spheres is filled.
 enum class ShellStructure : std::uint8_t {
     unstructured,  ///< Delaunay of points spread to the sizes, flat elements moved away
     prisms,        ///< rows of prisms over a divided icosahedron, cut along random diagonals: fast at any size

@@ -22,6 +22,7 @@ struct Sphere {
     double radius = 1;
     friend bool operator==(const Sphere&, const Sphere&) = default;
 };
+/// An infinite circular cylinder.
 struct Cylinder {
     Vec<3> point, axis;
     double radius = 1;
@@ -34,6 +35,7 @@ struct Torus {
     friend bool operator==(const Torus&, const Torus&) = default;
 };
 
+/// Any of the surfaces above that the dimension has.
 template <int D>
 using AnalyticSurface =
     std::conditional_t<D == 2, std::variant<Plane<2>, Sphere<2>>, std::variant<Plane<D>, Sphere<D>, Cylinder, Torus>>;
@@ -45,6 +47,7 @@ struct AnalyticGeometry {
     friend bool operator==(const AnalyticGeometry&, const AnalyticGeometry&) = default;
 };
 
+/// The surface of a reference; null where it has none.
 template <int D>
 [[nodiscard]] const AnalyticSurface<D>* surface_of(const AnalyticGeometry<D>& geometry, Reference reference);
 
@@ -56,6 +59,7 @@ struct SurfaceFoot {
     Vec<D> point, normal;
 };
 
+/// The point of the surface that is nearest to p.
 template <int D>
 [[nodiscard]] SurfaceFoot<D> closest_point(const AnalyticSurface<D>& surface, const Vec<D>& p);
 

@@ -33,6 +33,7 @@ struct CubicExpansion {
 template <int K, int D>
 [[nodiscard]] CubicExpansion<K, D> expand(const CubicSimplex<K, D>& simplex, const Barycentric<K>& xi);
 
+/// F(ξ) = Σ B_α(ξ) P_α, of degree 3.
 template <int K, int D>
 [[nodiscard]] Vec<D> point_at(const CubicSimplex<K, D>& simplex, const Barycentric<K>& xi);
 

@@ -34,6 +34,7 @@ struct SurfacePoint {
     FacetId facet = {};
 };
 
+/// The geometry's point nearest to p.
 template <int D>
 [[nodiscard]] SurfacePoint<D> project(const Geometry<D>& geometry, const SurfaceHint& hint, const Vec<D>& p);
 

@@ -11,6 +11,7 @@ import :flat;
 
 export namespace camber {
 
+/// What the surrogate takes from the file beside the mesh itself.
 struct SurrogateOptions {
     /// Normals and tangents in the file (GMF NormalAtVertices, TangentAtVertices) are taken where they agree with the
     /// mesh's own within this angle (degrees); 0 ignores them.
@@ -97,6 +98,7 @@ struct CurveFoot {
     Vec<D> point;
     double distance_squared = 0;
 };
+/// The nearest point of all ridge curves; where there are none, `row` is that past the last edge.
 template <int D>
 [[nodiscard]] CurveFoot<D> closest_on_ridges(const Surrogate<D>& surrogate, const Vec<D>& p);
 

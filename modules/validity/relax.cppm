@@ -18,6 +18,7 @@ enum class RelaxStrategy : std::uint8_t {
     paper,
 };
 
+/// How far and in which way `relax` moves nodes.
 struct RelaxOptions {
     double min_scaled_jacobian = 1e-12;  ///< det J / |det straight| that makes an element valid (paper §4.3)
     /// What the shell strategy aims at in mended elements, where it can be had: keeps them off the very edge of
@@ -28,6 +29,7 @@ struct RelaxOptions {
     RelaxStrategy strategy = RelaxStrategy::shell;
 };
 
+/// What `relax` made of a proposal.
 template <int D>
 struct Relaxation {
     Proposal<D> proposal;

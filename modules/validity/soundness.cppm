@@ -34,6 +34,7 @@ enum class Defect : std::uint8_t {
     pinched_vertex,     ///< where the boundary meets itself: its faces there are not one fan
     lone_edge,          ///< a feature edge of no element and no facet (3D)
 };
+/// The number of defects in `Defect`.
 inline constexpr std::size_t defect_count = 21;
 
 /// What is to be thought of a defect.
@@ -65,6 +66,7 @@ struct Soundness {
     friend bool operator==(const Soundness&, const Soundness&) = default;
 };
 
+/// What is to be thought of a defect.
 [[nodiscard]] Gravity gravity(Defect defect);
 /// "stray_facets": its name in JSON.
 [[nodiscard]] const char* key(Defect defect);

@@ -13,6 +13,7 @@ export namespace camber {
 /// (invalid), or not to be told within the means tried. Undecided is never good enough.
 enum class Verdict : std::uint8_t { valid, invalid, undecided };
 
+/// Verdict and figures of one element.
 struct ElementValidity {
     Verdict verdict = Verdict::undecided;
     /// Certified lower bound of min det J / |det of the straight element with the same vertices|, at most 1e-3 · max(1,
