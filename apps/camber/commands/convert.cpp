@@ -41,7 +41,7 @@ Outcome<AnyMesh> elevated(AnyMesh mesh, const std::string& name, const Execution
     return std::visit(
         [&]<class Mesh>(Mesh m) -> Outcome<AnyMesh> {
             if constexpr (requires { elevate(m, execution); })
-                return elevate(std::move(m), execution).map([](auto&& made) { return AnyMesh(std::move(made)); });
+                return elevate(std::move(m), execution).map([](auto made) { return AnyMesh(std::move(made)); });
             else
                 return fail(ErrorKind::usage, "the mesh is quadratic already", name, {}, "leave --elevate out");
         },
