@@ -43,19 +43,17 @@ Outcome<Buffer<LagrangeNode<D>>> chord_middles(const QuadraticMesh<D>& mesh, con
 template <int D>
 EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Column<double>& straight,
                        const Column<double>& lengths) {
+    const auto gains = length_gains(straight, lengths);
+    const auto curved = curvatures<D>(mesh, proposal.mid_nodes.view());
     EdgeReport r;
     std::size_t n = 0;
     for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
         if (proposal.kinds[e] != EdgeKind::volume) continue;
-        const auto& [a, b] = mesh.edges.vertices[e];
-        const double curved =
-            curvature(QuadraticEdge<D>{mesh.linear.points[a], proposal.mid_nodes[e], mesh.linear.points[b]});
-        const double gain = lengths[e] > 0 ? straight[e] / lengths[e] - 1 : 0;
-        r.mean_gain += gain;
-        r.largest_gain = std::max(r.largest_gain, gain);
-        r.mean_curvature += curved;
-        r.largest_curvature = std::max(r.largest_curvature, curved);
-        r.longer += gain < 0;
+        r.mean_gain += gains[e];
+        r.largest_gain = std::max(r.largest_gain, gains[e]);
+        r.mean_curvature += curved[e];
+        r.largest_curvature = std::max(r.largest_curvature, curved[e]);
+        r.longer += gains[e] < 0;
         ++n;
     }
     if (n > 0) {
