@@ -1,5 +1,5 @@
 /// Validity of quadratic elements: Jacobian coefficients with error bounds, certified verdicts, and the verbs
-/// `validate` and `relax`. Soundness of the mesh that all of it begins with, and its repair: `examine`, `prepare`.
+/// `validate` and `relax`, and the programmes of a single edge. Soundness of the mesh that all of it begins with, and its repair: `examine`, `prepare`.
 export module camber.validity;
 export import :twice;
 export import :coefficients;
@@ -12,4 +12,8 @@ export import :relax;
 export import :repair;
 export import :soundness;
 export import :prepare;
+export import :linear_programme;
+export import :quadratic_programme;
+export import :edge_shell;
+export import :edge_programme;
 import :examination;
