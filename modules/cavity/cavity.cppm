@@ -10,3 +10,4 @@ export import :schedule;
 export import :reinsert_all;
 export import :edge_models;
 export import :repair;
+export import :extension;

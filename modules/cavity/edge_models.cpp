@@ -7,6 +7,7 @@ module camber.cavity;
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import camber.validity;
 
 namespace camber {
 
@@ -18,9 +19,9 @@ constexpr double stretch = 16.0 / 3;
 
 /// The model in a metric that is constant along the edge.
 template <int D>
-EdgeModel<D> model_in(const LogMetric<D>& log_metric, const Vec<D>& chord, const Vec<D>& centre) {
+QuadraticModel<D> model_in(const LogMetric<D>& log_metric, const Vec<D>& chord, const Vec<D>& centre) {
     const SpectralMetric<D> metric(log_metric);
-    EdgeModel<D> model{centre, {}};
+    QuadraticModel<D> model{centre, {}, 0};
     const double energy = metric.length_squared(chord);
     for (int k = 0; k < D; ++k) {
         const double weight = stretch * metric.values[k] / energy;
@@ -32,8 +33,8 @@ EdgeModel<D> model_in(const LogMetric<D>& log_metric, const Vec<D>& chord, const
 
 /// Where no element tells of a metric: that of the chord alone.
 template <int D>
-EdgeModel<D> isotropic_model(const Vec<D>& chord, const Vec<D>& centre) {
-    return {centre, (stretch / norm_squared(chord)) * Sym<D>::identity()};
+QuadraticModel<D> isotropic_model(const Vec<D>& chord, const Vec<D>& centre) {
+    return {centre, (stretch / norm_squared(chord)) * Sym<D>::identity(), 0};
 }
 
 template <int D>
@@ -46,9 +47,9 @@ bool is_finite(const Sym<D>& s) {
 }  // namespace
 
 template <int D>
-Outcome<Buffer<EdgeModel<D>>> edge_models(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& wanted,
-                                          const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                          const Execution& execution) {
+Outcome<Buffer<QuadraticModel<D>>> edge_models(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& wanted,
+                                               const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                               const Execution& execution) {
     const Quadrature rule = gauss_legendre(4);
     return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
         const auto& [a, b] = mesh.edges.vertices[e];
@@ -59,14 +60,15 @@ Outcome<Buffer<EdgeModel<D>>> edge_models(const QuadraticMesh<D>& mesh, const Co
         const auto objective =
             edge_objective(back, rule, EdgeObjectiveKind::energy, EdgeFieldKind::back, p20, p02, shells[e].front());
         const ObjectiveSample<D> sample = objective.evaluate(centre);
-        const EdgeModel<D> model{centre, (0.5 / sample.value) * sample.hessian};
+        const QuadraticModel<D> model{centre, (0.5 / sample.value) * sample.hessian, 0};
         return is_finite(model.hessian) ? model : isotropic_model(p02 - p20, centre);
     });
 }
 
 template <int D>
-Outcome<Buffer<EdgeModel<D>>> implied_edge_models(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& wanted,
-                                                  const Incidence<ElementId>& shells, const Execution& execution) {
+Outcome<Buffer<QuadraticModel<D>>> implied_edge_models(const QuadraticMesh<D>& mesh,
+                                                       const Column<LagrangeNode<D>>& wanted,
+                                                       const Incidence<ElementId>& shells, const Execution& execution) {
     return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
         const auto& [a, b] = mesh.edges.vertices[e];
         const Vec<D> chord = mesh.linear.points[b] - mesh.linear.points[a];
@@ -86,11 +88,11 @@ Outcome<Buffer<EdgeModel<D>>> implied_edge_models(const QuadraticMesh<D>& mesh, 
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                      \
-    template Outcome<Buffer<EdgeModel<D>>> edge_models<D>(const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, \
-                                                          const Incidence<ElementId>&, const BackMesh<D>&,         \
-                                                          const Execution&);                                       \
-    template Outcome<Buffer<EdgeModel<D>>> implied_edge_models<D>(                                                 \
+#define CAMBER_INSTANTIATE(D)                                                                                     \
+    template Outcome<Buffer<QuadraticModel<D>>> edge_models<D>(                                                   \
+        const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, const BackMesh<D>&, \
+        const Execution&);                                                                                        \
+    template Outcome<Buffer<QuadraticModel<D>>> implied_edge_models<D>(                                           \
         const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -3,15 +3,11 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <ctime>
-#include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 module camber.cavity;
-import :repair_plan;
+import :repair_rounds;
+import :repair_state;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -20,15 +16,8 @@ namespace camber {
 
 namespace {
 
-using Moves = Reach::Moves;
-/// One after the other, for the elements that the one before did not mend.
-constexpr std::array<Reach, 7> reaches{{{Moves::volume_nodes, 0},
-                                        {Moves::volume_nodes, 1},
-                                        {Moves::volume_nodes, 2},
-                                        {Moves::vertices, 1},
-                                        {Moves::vertices, 2},
-                                        {Moves::surface_nodes, 1},
-                                        {Moves::surface_nodes, 2}}};
+/// Turns over the nodes that are not where they are wanted, while they come nearer.
+constexpr int most_returns = 12;
 
 template <int D>
 Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std::size_t models,
@@ -54,74 +43,91 @@ Buffer<std::uint8_t> boundary_vertices(const QuadraticMesh<D>& mesh, const Colum
     return marks;
 }
 
-/// The first seeds of the queue whose cavities have no element in common: by order alone, whatever the threads.
+/// The passes of a repair over the elements that are not good enough yet, the queue.
 template <int D>
-struct Chosen {
-    std::vector<ElementId> seeds;
-    std::vector<RepairCavity<D>> cavities;
+struct Passes {
+    RepairState<D> state;
+    std::vector<ElementId> queue;
+    Execution execution;
+
+    [[nodiscard]] Outcome<Done> by_edges() {
+        const auto needless = [&](ElementId e) { return state.good(e); };
+        const auto claim = [&](ElementId e) { return repair_cavity(state, e, Reach{}).elements; };
+        const auto plan = [&](ElementId e) { return plan_edge_repair(state, e); };
+        return finish(in_rounds(state, queue, execution, needless, claim, plan, [](ElementId, bool) {}));
+    }
+    [[nodiscard]] Outcome<Done> by_cavities(Reach reach) {
+        const auto needless = [&](ElementId e) { return state.good(e); };
+        const auto claim = [&](ElementId e) { return repair_cavity(state, e, reach).elements; };
+        const auto plan = [&](ElementId e) { return plan_cavity_repair(state, repair_cavity(state, e, reach), e); };
+        return finish(in_rounds(state, queue, execution, needless, claim, plan, [](ElementId, bool) {}));
+    }
+    [[nodiscard]] Outcome<Done> by_extension(const Incidence<ElementId>& shells) {
+        auto extended =
+            extend_boundary(state.mesh, state.kinds, Column<LagrangeNode<D>>(state.nodes), shells, {}, execution);
+        if (!extended) return fail(extended.error());
+        apply(state, plan_extension(state, queue, extended->nodes));
+        return finish(Done{});
+    }
+    /// Nodes that are off their places come as near as they may.
+    [[nodiscard]] Outcome<Done> returns() {
+        std::vector<EdgeId> items;
+        for (std::size_t e = 0; e < state.nodes.size(); ++e)
+            if (state.kinds[e] == EdgeKind::volume && state.nodes[e].point != state.models[e].centre)
+                items.push_back(EdgeId(e));
+        for (int turn = 0; turn < most_returns && !items.empty(); ++turn) {
+            std::vector<EdgeId> moved;
+            const auto claim = [&](EdgeId e) {
+                return std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end());
+            };
+            const auto plan = [&](EdgeId e) { return plan_return(state, e); };
+            auto done = in_rounds(
+                state, items, execution, [](EdgeId) { return false; }, claim, plan,
+                [&](EdgeId e, bool planned) {
+                    if (planned) moved.push_back(e);
+                });
+            if (!done) return done;
+            // What moved may have made room around it.
+            std::vector<std::uint8_t> near(state.mesh.linear.elements.size(), 0);
+            for (const EdgeId e : moved)
+                for (const ElementId element : state.shells[e]) near[element.index()] = 1;
+            std::erase_if(items, [&](EdgeId e) {
+                return std::ranges::none_of(state.shells[e], [&](ElementId x) { return near[x.index()] != 0; });
+            });
+        }
+        return Done{};
+    }
+
+  private:
+    Outcome<Done> finish(Outcome<Done> done) {
+        std::erase_if(queue, [&](ElementId e) { return state.good(e); });
+        return done;
+    }
 };
-template <int D>
-Outcome<Chosen<D>> choose(const RepairState<D>& state, const std::vector<ElementId>& queue, Reach reach,
-                          const Execution& execution) {
-    auto cavities =
-        map_each(execution, queue.size(), [&](std::size_t i) { return repair_cavity(state, queue[i], reach); }, 16);
-    if (!cavities) return fail(cavities.error());
-    std::vector<std::uint8_t> claimed(state.mesh.linear.elements.size(), 0);
-    Chosen<D> chosen;
-    for (std::size_t i = 0; i < queue.size(); ++i) {
-        const auto& elements = (*cavities)[i].elements;
-        if (std::ranges::any_of(elements, [&](ElementId e) { return claimed[e.index()] != 0; })) continue;
-        for (const ElementId e : elements) claimed[e.index()] = 1;
-        chosen.seeds.push_back(queue[i]);
-        chosen.cavities.push_back(std::move((*cavities)[i]));
-    }
-    return chosen;
-}
 
 template <int D>
-void commit_plan(RepairState<D>& state, const RepairPlan<D>& plan) {
-    for (const auto& [edge, node] : plan.nodes) state.nodes[edge.index()] = node;
-    for (const auto& [vertex, point] : plan.points) {
-        state.shifts[vertex.index()] += point - state.points[vertex.index()];
-        state.points[vertex.index()] = point;
+Outcome<Done> run(Passes<D>& passes, RepairStatistics& s, const Incidence<ElementId>& shells) {
+    using Moves = Reach::Moves;
+    const auto counted = [&](std::size_t& counter, auto&& pass) -> Outcome<Done> {
+        if (passes.queue.empty()) return Done{};
+        const std::size_t before = passes.queue.size();
+        auto done = pass();
+        counter += before - passes.queue.size();
+        return done;
+    };
+    const auto cavities = [&](std::size_t& counter, Reach reach) {
+        return counted(counter, [&] { return passes.by_cavities(reach); });
+    };
+    auto done = counted(s.by_edges, [&] { return passes.by_edges(); });
+    if (done && passes.state.options.scope == RepairScope::cavities) {
+        done = cavities(s.by_cavities, {Moves::volume_nodes, 0});
+        if (done) done = cavities(s.by_cavities, {Moves::volume_nodes, 1});
+        if (done) done = counted(s.by_extension, [&] { return passes.by_extension(shells); });
+        if (done) done = cavities(s.by_cavities, {Moves::volume_nodes, 2});
+        if (done) done = cavities(s.by_vertices, {Moves::vertices, 1});
+        if (done) done = cavities(s.by_surface, {Moves::surface_nodes, 1});
     }
-    for (const auto& [element, verdict] : plan.verdicts) state.verdicts[element.index()] = verdict;
-}
-
-/// Cavities of one reach for all elements of the queue, round by round; those that were not mended stay in it.
-template <int D>
-Outcome<Done> mend_all(RepairState<D>& state, std::vector<ElementId>& queue, Reach reach, RepairStatistics& statistics,
-                       const Execution& execution) {
-    std::vector<ElementId> left;
-    while (!queue.empty()) {
-        auto chosen = choose(state, queue, reach, execution);
-        if (!chosen) return fail(chosen.error());
-        auto plans = map_each(
-            execution, chosen->seeds.size(),
-            [&](std::size_t i) { return plan_repair(state, chosen->cavities[i], chosen->seeds[i]); }, 1);
-        if (!plans) return fail(plans.error());
-        if (std::getenv("CAMBER_TRACE")) {
-            std::size_t ok = 0, ed = 0;
-            for (auto& p : *plans) ok += p.has_value();
-            for (auto& c : chosen->cavities) ed += c.edges.size();
-            std::fprintf(stderr, "reach %d/%d queue %zu chosen %zu ok %zu edges %zu t %.3f\n", int(reach.moves), reach.closures, queue.size(), chosen->seeds.size(), ok, ed, double(std::clock()) / CLOCKS_PER_SEC);
-        }
-        for (std::size_t i = 0; i < plans->size(); ++i) {
-            const auto& plan = (*plans)[i];
-            ++(plan ? statistics.cavities : statistics.failures);
-            if (plan)
-                commit_plan(state, *plan);
-            else
-                left.push_back(chosen->seeds[i]);
-        }
-        std::ranges::sort(chosen->seeds);
-        std::erase_if(queue,
-                      [&](ElementId e) { return state.good(e) || std::ranges::binary_search(chosen->seeds, e); });
-    }
-    std::erase_if(left, [&](ElementId e) { return state.good(e); });
-    std::ranges::sort(left);
-    queue = std::move(left);
-    return Done{};
+    return done ? passes.returns() : done;
 }
 
 /// The state as a mesh and a proposal, judged as a whole.
@@ -152,7 +158,7 @@ Outcome<Repaired<D>> summed_up(RepairState<D> state, const Proposal<D>& before, 
 
 template <int D>
 Outcome<Repaired<D>> repair(const QuadraticMesh<D>& mesh, Proposal<D> proposal, const Validation<D>& validation,
-                            const Column<EdgeModel<D>>& models, const RepairOptions& options,
+                            const Column<QuadraticModel<D>>& models, const RepairOptions& options,
                             const Execution& execution) {
     if (auto fits = check(mesh, proposal, models.size(), options); !fits) return fail(fits.error());
     if (validation.bound != options.min_scaled_jacobian || validation.verdicts.size() != mesh.linear.elements.size()) {
@@ -166,30 +172,46 @@ Outcome<Repaired<D>> repair(const QuadraticMesh<D>& mesh, Proposal<D> proposal, 
         if (!around) return fail(around.error());
         const auto vertex_balls = balls(mesh.linear, execution);
         if (!vertex_balls) return fail(vertex_balls.error());
-        RepairState<D> state{mesh,
-                             *around,
-                             *vertex_balls,
-                             models,
-                             options,
-                             proposal.kinds,
-                             boundary_vertices(mesh, proposal.kinds),
-                             Buffer<Vec<D>>(mesh.linear.points.begin(), mesh.linear.points.end()),
-                             Buffer<Vec<D>>(mesh.linear.points.size(), Vec<D>{}),
-                             take(proposal.mid_nodes),
-                             take(validation.verdicts)};
-        std::vector<ElementId> queue;
-        for (std::size_t e = 0; e < state.verdicts.size(); ++e)
-            if (state.verdicts[e] != Verdict::valid) queue.push_back(ElementId(e));
+        Passes<D> passes{
+            {mesh, *around, *vertex_balls, models, options, proposal.kinds, boundary_vertices(mesh, proposal.kinds),
+             Buffer<Vec<D>>(mesh.linear.points.begin(), mesh.linear.points.end()),
+             Buffer<Vec<D>>(mesh.linear.points.size(), Vec<D>{}), take(proposal.mid_nodes), take(validation.verdicts)},
+            {},
+            execution};
+        for (std::size_t e = 0; e < passes.state.verdicts.size(); ++e)
+            if (passes.state.verdicts[e] != Verdict::valid) passes.queue.push_back(ElementId(e));
         RepairStatistics statistics;
-        for (const Reach reach : reaches)
-            if (auto done = mend_all(state, queue, reach, statistics, execution); !done) return fail(done.error());
-        return summed_up(std::move(state), proposal, validation, statistics, execution);
+        if (auto done = run(passes, statistics, *around); !done) return fail(done.error());
+        return summed_up(std::move(passes.state), proposal, validation, statistics, execution);
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                           \
-    template Outcome<Repaired<D>> repair<D>(const QuadraticMesh<D>&, Proposal<D>, const Validation<D>&, \
-                                            const Column<EdgeModel<D>>&, const RepairOptions&, const Execution&);
+template <int D>
+void apply(RepairState<D>& state, const RepairPlan<D>& plan) {
+    for (const auto& [edge, node] : plan.nodes) state.nodes[edge.index()] = node;
+    for (const auto& [vertex, point] : plan.points) {
+        state.shifts[vertex.index()] += point - state.points[vertex.index()];
+        state.points[vertex.index()] = point;
+    }
+    for (const auto& [element, verdict] : plan.verdicts) state.verdicts[element.index()] = verdict;
+}
+
+std::vector<std::size_t> independent(const Buffer<std::vector<ElementId>>& claims, std::vector<std::uint8_t>& claimed) {
+    std::vector<std::size_t> chosen;
+    for (std::size_t i = 0; i < claims.size(); ++i) {
+        if (std::ranges::any_of(claims[i], [&](ElementId e) { return claimed[e.index()] != 0; })) continue;
+        for (const ElementId e : claims[i]) claimed[e.index()] = 1;
+        chosen.push_back(i);
+    }
+    for (const std::size_t i : chosen)
+        for (const ElementId e : claims[i]) claimed[e.index()] = 0;
+    return chosen;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<Repaired<D>> repair<D>(const QuadraticMesh<D>&, Proposal<D>, const Validation<D>&,                \
+                                            const Column<QuadraticModel<D>>&, const RepairOptions&, const Execution&); \
+    template void apply<D>(RepairState<D>&, const RepairPlan<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

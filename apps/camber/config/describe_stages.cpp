@@ -32,7 +32,7 @@ const Words& Described<FieldOfEdge>::get() {
     return words;
 }
 const Words& Described<Repair>::get() {
-    static const Words words{{"cavity", "segment", "relax"}};
+    static const Words words{{"cavity", "edge", "segment", "relax"}};
     return words;
 }
 
@@ -87,7 +87,9 @@ const Description<Relax>& Described<Relax>::get() {
         "Mends what is not valid, at the least loss of what the stage before wanted: volume edges first, surface edges "
         "last.",
         {field("repair", &S::repair,
-               "cavity: the nodes of a cavity together, then larger cavities, then vertices; segment: edge by edge "
+               "cavity: an edge, then the nodes of a cavity together, then larger cavities, then vertices; edge: one "
+               "node "
+               "at a time, nearest to where it is wanted; segment: the same "
                "towards the middle of the chord, each as little as its elements need; relax: each edge of an invalid "
                "element by theta, as in the paper"),
          field("target", &S::target,

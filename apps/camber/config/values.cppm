@@ -123,7 +123,7 @@ struct Features {
 
 enum class Objective : std::uint8_t { energy, length };
 enum class FieldOfEdge : std::uint8_t { back, edge };
-enum class Repair : std::uint8_t { cavity, segment, relax };
+enum class Repair : std::uint8_t { cavity, edge, segment, relax };
 
 struct Elevate {
     friend bool operator==(const Elevate&, const Elevate&) = default;

@@ -89,6 +89,7 @@ RelaxOptions relax_options(const config::Relax& options) {
 const char* repair_name(config::Repair repair) {
     switch (repair) {
         case config::Repair::cavity: return "cavity";
+        case config::Repair::edge: return "edge";
         case config::Repair::segment: return "segment";
         case config::Repair::relax: return "relax";
     }
@@ -97,14 +98,14 @@ const char* repair_name(config::Repair repair) {
 
 /// Models of what a node off its wanted place costs: in the field, or in the mesh's own metric where there is none.
 template <int D>
-Outcome<Column<EdgeModel<D>>> models_of(const State<D>& state, const Execution& execution) {
+Outcome<Column<QuadraticModel<D>>> models_of(const State<D>& state, const Execution& execution) {
     const Column<LagrangeNode<D>>& wanted = state.curved ? state.curved->proposal.mid_nodes : state.proposal->mid_nodes;
     auto around = state.shells ? Outcome<Incidence<ElementId>>(*state.shells) : shells(state.mesh->edges, execution);
     if (!around) return fail(around.error());
     auto models = state.back ? edge_models(*state.mesh, wanted, *around, *state.back, execution)
                              : implied_edge_models(*state.mesh, wanted, *around, execution);
     if (!models) return fail(models.error());
-    return Column<EdgeModel<D>>(std::move(*models));
+    return Column<QuadraticModel<D>>(std::move(*models));
 }
 
 template <int D>
@@ -275,11 +276,15 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
     // After the cavities' own relaxation: what both did.
     RelaxReport& sum = report.relax ? *report.relax : report.relax.emplace();
     sum.repair = repair_name(options.repair);
-    if (options.repair == config::Repair::cavity) {
+    if (options.repair == config::Repair::cavity || options.repair == config::Repair::edge) {
         auto models = models_of(state, execution);
         if (!models) return fail(models.error());
-        auto repaired = repair(*state.mesh, *state.proposal, *state.validation, *models,
-                               RepairOptions{options.min_scaled_jacobian, options.target}, execution);
+        auto repaired = repair(
+            *state.mesh, *state.proposal, *state.validation, *models,
+            RepairOptions{.min_scaled_jacobian = options.min_scaled_jacobian,
+                          .target = options.target,
+                          .scope = options.repair == config::Repair::edge ? RepairScope::edges : RepairScope::cavities},
+            execution);
         if (!repaired) return fail(repaired.error());
         const RepairStatistics& s = repaired->statistics;
         sum.corrected_elements += s.corrected_elements;

@@ -11,7 +11,7 @@ module;
 #include <range/v3/action/unique.hpp>
 module camber.cavity;
 import :joint_programme;
-import :repair_plan;
+import :repair_state;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -21,7 +21,7 @@ namespace camber {
 namespace {
 
 /// Beyond it a cavity does not grow.
-constexpr std::size_t most_edges = 160;
+constexpr std::size_t most_edges = 240;
 /// What a surface node weighs more than one of the volume, and a vertex more than an edge's node.
 constexpr double surface_weight = 1e4;
 constexpr double vertex_weight = 4;
@@ -65,21 +65,23 @@ QuadraticSimplex<D, D> bezier_of(const NodalSimplex<D>& s) {
     return q;
 }
 
-/// Elements that are good enough keep what they have below `asked`.
+/// All of what the cavity can move is asked for; elements that it moves in part only keep what they have, but for the
+/// seed.
 template <int D>
-double floor_of(const RepairState<D>& state, ElementId e, double asked) {
-    if (!state.good(e)) return asked;
-    return std::min(asked, smallest_scaled_coefficient(bounded_jacobian(state.element(e))));
+double floor_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, ElementId seed, double asked) {
+    if (e == seed) return asked;
+    if (state.good(e)) return kept_of(state, e, asked);
+    for (const EdgeId edge : state.mesh.edges.of_elements[e])
+        if (state.kinds[edge] == EdgeKind::volume && position_in(cavity.edges, edge) < 0)
+            return kept_of(state, e, asked);
+    return asked;
 }
 
 template <int D>
 OffsetModel<D> model_of(const RepairState<D>& state, EdgeId edge) {
-    const auto& [centre, hessian] = state.models[edge];
-    const auto& [a, b] = state.mesh.edges.vertices[edge];
-    // What is wanted goes along with the vertices.
-    const Vec<D> shift = 0.5 * (state.shifts[a.index()] + state.shifts[b.index()]);
+    const QuadraticModel<D> model = state.model(edge);
     const double weight = state.kinds[edge] == EdgeKind::volume ? 1 : surface_weight;
-    return {centre + shift - state.nodes[edge.index()].point, weight * hessian};
+    return {model.centre - state.nodes[edge.index()].point, weight * model.hessian};
 }
 
 /// The mean of the models of the vertex's edges, heavier, about where the vertex was.
@@ -99,7 +101,8 @@ OffsetModel<D> model_of(const RepairState<D>& state, VertexId vertex) {
 }
 
 template <int D>
-JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D>& cavity, double asked) {
+JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
+                               double asked) {
     JointProgramme<D> programme;
     programme.unknowns.reserve(cavity.edges.size() + cavity.vertices.size());
     for (const EdgeId edge : cavity.edges) programme.unknowns.push_back(model_of(state, edge));
@@ -107,7 +110,8 @@ JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D
     programme.elements.reserve(cavity.elements.size());
     const int edges = static_cast<int>(cavity.edges.size());
     for (const ElementId e : cavity.elements) {
-        typename JointProgramme<D>::Element element{bezier_of(state.element(e)), {}, floor_of(state, e, asked)};
+        typename JointProgramme<D>::Element element{
+            bezier_of(state.element(e)), {}, floor_of(state, cavity, e, seed, asked)};
         for (int i = 0; i <= D; ++i) {
             const int at = position_in(cavity.vertices, state.mesh.linear.elements.vertices[e][i]);
             element.unknowns[i] = at < 0 ? JointProgramme<D>::fixed : edges + at;
@@ -199,11 +203,12 @@ RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach
 }
 
 template <int D>
-std::optional<RepairPlan<D>> plan_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed) {
+std::optional<RepairPlan<D>> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity,
+                                                ElementId seed) {
     if (cavity.edges.empty() && cavity.vertices.empty()) return {};
     const double bound = state.options.min_scaled_jacobian + slack;
     for (const double asked : {std::max(bound, state.options.target), bound}) {
-        const auto solution = solve(programme_of(state, cavity, asked));
+        const auto solution = solve(programme_of(state, cavity, seed, asked));
         RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
         if (judge(state, cavity, seed, plan)) return plan;
         if (!(bound < state.options.target)) break;
@@ -211,9 +216,10 @@ std::optional<RepairPlan<D>> plan_repair(const RepairState<D>& state, const Repa
     return {};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                           \
-    template RepairCavity<D> repair_cavity<D>(const RepairState<D>&, ElementId, Reach); \
-    template std::optional<RepairPlan<D>> plan_repair<D>(const RepairState<D>&, const RepairCavity<D>&, ElementId);
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template RepairCavity<D> repair_cavity<D>(const RepairState<D>&, ElementId, Reach);                        \
+    template std::optional<RepairPlan<D>> plan_cavity_repair<D>(const RepairState<D>&, const RepairCavity<D>&, \
+                                                                ElementId);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

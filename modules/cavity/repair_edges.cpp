@@ -1,0 +1,111 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.cavity;
+import :repair_state;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+
+namespace camber {
+
+namespace {
+
+/// A return that wins less of an edge's length is not made.
+constexpr double least_return = 1e-7;
+
+/// The elements around an edge with what they are to keep where `asked` is wished for: all that are good, and all that
+/// `keeps` says of the others.
+template <int D, class Keeps>
+EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double asked, Keeps&& keeps) {
+    EdgeShell<D> shell{state.nodes[edge.index()], {}};
+    shell.elements.reserve(state.shells[edge].size());
+    for (const ElementId e : state.shells[edge]) {
+        const auto& edges = state.mesh.edges.of_elements[e];
+        const auto local = static_cast<int>(std::find(edges.begin(), edges.end(), edge) - edges.begin());
+        ShellElement<D> element{state.element(e), local, {}};
+        if (state.good(e) || keeps(e)) {
+            const double kept = kept_of(state, e, asked);
+            // A good element whose coefficients are too weak a test still holds the bound.
+            const double least = state.good(e) ? std::max(kept, state.options.min_scaled_jacobian) : kept;
+            if (least < asked) element.keep = least;
+        }
+        shell.elements.push_back(element);
+    }
+    return shell;
+}
+
+/// The plan that moves one node, with the verdicts around it.
+template <int D>
+std::optional<RepairPlan<D>> plan_of(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D>& node) {
+    RepairPlan<D> plan;
+    plan.nodes.emplace_back(edge, node);
+    for (const ElementId e : state.shells[edge]) {
+        NodalSimplex<D> element = state.element(e);
+        for (int i = 0; i < edges_per_simplex<D>; ++i)
+            if (state.mesh.edges.of_elements[e][i] == edge) element.nodes[D + 1 + i] = node.point;
+        const Verdict now = decide(element, state.options.min_scaled_jacobian);
+        if (now != Verdict::valid && state.good(e)) return {};
+        plan.verdicts.emplace_back(e, now);
+    }
+    return plan;
+}
+
+}  // namespace
+
+template <int D>
+std::optional<RepairPlan<D>> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
+    const double bound = state.options.min_scaled_jacobian;
+    const auto no_other = [&](ElementId e) { return e != seed; };
+    const auto none = [](ElementId) { return false; };
+    std::optional<RepairPlan<D>> best;
+    double least = 0;
+    const auto try_all = [&](double asked, auto&& keeps) {
+        for (const EdgeId edge : state.mesh.edges.of_elements[seed]) {
+            if (state.kinds[edge] != EdgeKind::volume) continue;
+            const QuadraticModel<D> model = state.model(edge);
+            const auto nearest = nearest_node(shell_of(state, edge, asked, keeps), model, asked);
+            if (!nearest) continue;
+            const double cost = nearest->cost - model(state.nodes[edge.index()].point);
+            if (best && !(cost < least)) continue;
+            auto plan = plan_of(state, edge, nearest->node);
+            const bool mended = plan && std::ranges::any_of(plan->verdicts, [&](const auto& v) {
+                                    return v.first == seed && v.second == Verdict::valid;
+                                });
+            if (!mended) continue;
+            best = std::move(plan);
+            least = cost;
+        }
+        return best.has_value();
+    };
+    const double target = std::max(bound, state.options.target);
+    if (try_all(target, none) || try_all(target, no_other)) return best;
+    if (target > bound && !try_all(bound, none)) try_all(bound, no_other);
+    return best;
+}
+
+template <int D>
+std::optional<RepairPlan<D>> plan_return(const RepairState<D>& state, EdgeId edge) {
+    const QuadraticModel<D> model = state.model(edge);
+    const double now = model(state.nodes[edge.index()].point);
+    if (!(now > least_return)) return {};
+    const double target = std::max(state.options.min_scaled_jacobian, state.options.target);
+    const auto nearest = nearest_node(shell_of(state, edge, target, [](ElementId) { return true; }), model, target);
+    if (!nearest || !(nearest->cost < now - least_return)) return {};
+    return plan_of(state, edge, nearest->node);
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                    \
+    template std::optional<RepairPlan<D>> plan_edge_repair<D>(const RepairState<D>&, ElementId); \
+    template std::optional<RepairPlan<D>> plan_return<D>(const RepairState<D>&, EdgeId);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

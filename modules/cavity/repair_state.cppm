@@ -1,0 +1,100 @@
+module;
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+export module camber.cavity:repair_state;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+import :repair;
+
+namespace camber {
+
+/// A mesh while it is repaired.
+template <int D>
+struct RepairState {
+    const QuadraticMesh<D>& mesh;  ///< topology; its points and nodes are not looked at
+    const Incidence<ElementId>& shells;
+    const Incidence<ElementId>& balls;
+    const Column<QuadraticModel<D>>& models;
+    const RepairOptions& options;
+    Column<EdgeKind> kinds;
+    Buffer<std::uint8_t> on_boundary;  ///< of vertices: 1 if they must stay
+    Buffer<Vec<D>> points;
+    Buffer<Vec<D>> shifts;  ///< of vertices: how far each is from where it was
+    Buffer<LagrangeNode<D>> nodes;
+    Buffer<Verdict> verdicts;
+
+    [[nodiscard]] bool good(ElementId e) const { return verdicts[e.index()] == Verdict::valid; }
+    [[nodiscard]] NodalSimplex<D> element(ElementId e) const {
+        NodalSimplex<D> s;
+        for (int i = 0; i <= D; ++i) s.nodes[i] = points[mesh.linear.elements.vertices[e][i].index()];
+        for (int i = 0; i < edges_per_simplex<D>; ++i)
+            s.nodes[D + 1 + i] = nodes[mesh.edges.of_elements[e][i].index()].point;
+        return s;
+    }
+    /// The edge's model; what is wanted goes along with its vertices.
+    [[nodiscard]] QuadraticModel<D> model(EdgeId edge) const {
+        QuadraticModel<D> m = models[edge];
+        const auto& [a, b] = mesh.edges.vertices[edge];
+        m.centre += 0.5 * (shifts[a.index()] + shifts[b.index()]);
+        return m;
+    }
+};
+
+/// What an element is to have where `asked` is wished for: good ones keep what they have below it.
+template <int D>
+[[nodiscard]] inline double kept_of(const RepairState<D>& state, ElementId e, double asked) {
+    const double now = smallest_scaled_coefficient(bounded_jacobian(state.element(e)));
+    return now < asked ? now : asked;
+}
+
+/// What is to change, planned against a state.
+template <int D>
+struct RepairPlan {
+    std::vector<std::pair<EdgeId, LagrangeNode<D>>> nodes;  ///< rising
+    std::vector<std::pair<VertexId, Vec<D>>> points;        ///< rising
+    std::vector<std::pair<ElementId, Verdict>> verdicts;
+};
+
+/// One volume node moves, such that the seed is good enough and no element around it stops being so: the cheapest of
+/// the seed's edges. None when none can.
+template <int D>
+[[nodiscard]] std::optional<RepairPlan<D>> plan_edge_repair(const RepairState<D>& state, ElementId seed);
+
+/// An edge's node nearer to where it is wanted, as far as the elements around it allow; none if that is not worth it.
+template <int D>
+[[nodiscard]] std::optional<RepairPlan<D>> plan_return(const RepairState<D>& state, EdgeId edge);
+
+/// What a cavity may move, and how far it reaches around its element.
+struct Reach {
+    enum class Moves : std::uint8_t { volume_nodes, vertices, surface_nodes };
+    Moves moves = Moves::volume_nodes;
+    int closures = 0;  ///< 0: the element's own edges; each more: those of all elements around these
+};
+
+/// What a cavity holds: its elements are those around its free edges and vertices.
+template <int D>
+struct RepairCavity {
+    std::vector<EdgeId> edges;       ///< free, rising
+    std::vector<VertexId> vertices;  ///< free, rising
+    std::vector<ElementId> elements;
+};
+template <int D>
+[[nodiscard]] RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach reach);
+
+/// The cavity's nodes and vertices together: mends the seed; no other element that is good enough stops being so. None
+/// when that is not found.
+template <int D>
+[[nodiscard]] std::optional<RepairPlan<D>> plan_cavity_repair(const RepairState<D>& state,
+                                                              const RepairCavity<D>& cavity, ElementId seed);
+
+/// Volume nodes around the elements of `seeds` go to `extended`, and those around the elements that this breaks, until
+/// none is broken; what would break for good stays as it is. The plan breaks nothing.
+template <int D>
+[[nodiscard]] RepairPlan<D> plan_extension(const RepairState<D>& state, const std::vector<ElementId>& seeds,
+                                           const Buffer<LagrangeNode<D>>& extended);
+
+}  // namespace camber

@@ -1,0 +1,200 @@
+// Repair: what is not good enough is mended at a small loss, and nothing else is spoilt.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <stop_token>
+#include <utility>
+
+#include "block.hpp"
+#include "dice.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.validity;
+import camber.cavity;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+/// The block with its boundary on the spheres and volume nodes thrown about by up to `amplitude` chords.
+template <int D>
+Proposal<D> thrown(const Block<D>& b, std::uint64_t seed, double amplitude) {
+    Dice dice(seed);
+    const std::size_t n = b.mesh.edges.size();
+    Buffer<LagrangeNode<D>> nodes(b.boundary_nodes.begin(), b.boundary_nodes.end());
+    Buffer<EdgeChange> changes(n, EdgeChange::straight);
+    for (std::size_t e = 0; e < n; ++e) {
+        if (b.kinds[e] != EdgeKind::volume) continue;
+        const auto [p, q] = b.mesh.edges.vertices[e];
+        const double length = distance(b.mesh.linear.points[p], b.mesh.linear.points[q]);
+        for (int i = 0; i < D; ++i) nodes[e].point[i] += amplitude * length * dice.uniform(-1, 1);
+        changes[e] = EdgeChange::optimised;
+    }
+    return {std::move(nodes), b.kinds, std::move(changes)};
+}
+
+template <int D>
+Column<QuadraticModel<D>> models_of(const Block<D>& b, const Proposal<D>& proposal) {
+    return must(edge_models(b.mesh, proposal.mid_nodes, b.shells, b.back, alone));
+}
+
+template <int D>
+Repaired<D> repaired(const Block<D>& b, const Proposal<D>& p, const RepairOptions& options, int threads = 1) {
+    const auto validation = must(validate(b.mesh, p, options.min_scaled_jacobian, alone));
+    return must(repair(b.mesh, p, validation, models_of(b, p), options, Execution{threads}));
+}
+
+/// What the nodes cost by the models, over the volume edges.
+template <int D>
+double cost(const Block<D>& b, const Proposal<D>& wanted, const Proposal<D>& got) {
+    const auto models = models_of(b, wanted);
+    double sum = 0;
+    for (std::size_t e = 0; e < models.size(); ++e)
+        if (b.kinds[e] == EdgeKind::volume) sum += models[e](got.mid_nodes[e].point);
+    return sum;
+}
+
+template <int D>
+void laws(const std::array<int, D>& cells) {
+    property("repair mends, spoils nothing, keeps the boundary, and tells what it did",
+             [&](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto b = shell_block<D>(cells, seed + 1);
+                 const auto before = thrown(b, seed + 2, dice.uniform(0.1, 0.4));
+                 RepairOptions options;
+                 options.min_scaled_jacobian = dice.below(2) == 0 ? 1e-12 : 0.1;
+                 options.scope = dice.below(4) == 0 ? RepairScope::edges : RepairScope::cavities;
+                 const auto first = must(validate(b.mesh, before, options.min_scaled_jacobian, alone));
+                 const auto r = repaired(b, before, options);
+                 QuadraticMesh<D> mesh = b.mesh;
+                 mesh.linear = r.linear;
+                 const auto again = must(validate(mesh, r.proposal, options.min_scaled_jacobian, alone));
+                 RC_ASSERT(again.verdicts == r.validation.verdicts);
+                 std::size_t corrected = 0, moved = 0, surface = 0, vertices = 0;
+                 for (std::size_t e = 0; e < again.verdicts.size(); ++e) {
+                     if (first.verdicts[e] == Verdict::valid) RC_ASSERT(again.verdicts[e] == Verdict::valid);
+                     corrected += first.verdicts[e] != Verdict::valid && again.verdicts[e] == Verdict::valid;
+                 }
+                 for (std::size_t e = 0; e < b.kinds.size(); ++e) {
+                     if (r.proposal.mid_nodes[e] == before.mid_nodes[e]) {
+                         RC_ASSERT(r.proposal.changes[e] == before.changes[e]);
+                         continue;
+                     }
+                     ++(b.kinds[e] == EdgeKind::volume ? moved : surface);
+                 }
+                 for (std::size_t v = 0; v < b.mesh.linear.points.size(); ++v)
+                     vertices += r.linear.points[v] != b.mesh.linear.points[v];
+                 RC_ASSERT(r.statistics.corrected_elements == corrected);
+                 RC_ASSERT(r.statistics.moved_volume_nodes == moved);
+                 RC_ASSERT(r.statistics.relaxed_surface_nodes == surface);
+                 RC_ASSERT(r.statistics.moved_vertices == vertices);
+                 if (options.scope == RepairScope::edges)
+                     RC_ASSERT(surface == 0 && vertices == 0);
+                 else
+                     RC_ASSERT(again.all_valid());
+             },
+             {D == 2 ? 20 : 6});
+}
+
+template <int D>
+void loses_less(const std::array<int, D>& cells) {
+    const auto b = shell_block<D>(cells, 3);
+    const auto wanted = thrown(b, 4, 0.2);
+    RelaxOptions theta;
+    theta.strategy = RelaxStrategy::paper;
+    theta.min_scaled_jacobian = 0.05;
+    const auto validation = must(validate(b.mesh, wanted, 0.05, alone));
+    CHECK(validation.invalid > 0);
+    const auto relaxed = must(relax(b.mesh, wanted, validation, theta, alone));
+    RepairOptions options;
+    options.min_scaled_jacobian = 0.05;
+    const auto mended = repaired(b, wanted, options);
+    CHECK(mended.validation.all_valid());
+    CHECK(mended.statistics.relaxed_surface_nodes == 0);
+    CHECK(cost(b, wanted, mended.proposal) < 0.25 * cost(b, wanted, relaxed.proposal));
+}
+
+template <int D>
+void threads(const std::array<int, D>& cells) {
+    const auto b = shell_block<D>(cells, 5);
+    const auto p = thrown(b, 6, 0.3);
+    RepairOptions options;
+    options.min_scaled_jacobian = 0.1;
+    const auto one = repaired(b, p, options, 1);
+    for (const int n : {2, 5}) {
+        const auto several = repaired(b, p, options, n);
+        CHECK(several.linear == one.linear);
+        CHECK(several.proposal == one.proposal);
+        CHECK(several.validation == one.validation);
+    }
+}
+
+/// A model is the energy's second order: half of the energy's share, to the third order of the offset.
+template <int D>
+void model_of_energy(const std::array<int, D>& cells) {
+    const auto b = shell_block<D>(cells, 7);
+    LogMetric<D> constant;
+    for (int i = 0; i < D; ++i) constant.l(i, i) = 0.5 * i;
+    constant.l(1, 0) = 0.3;
+    const auto around = must(balls(b.mesh.linear, alone));
+    const auto back =
+        must(make_back_mesh(b.mesh.linear, around,
+                            Column<LogMetric<D>>(Buffer<LogMetric<D>>(b.mesh.linear.points.size(), constant)), alone));
+    const auto models = must(edge_models(b.mesh, b.mesh.mid_nodes, b.shells, back, alone));
+    const auto implied = must(implied_edge_models(b.mesh, b.mesh.mid_nodes, b.shells, alone));
+    const Quadrature rule = gauss_legendre(12);
+    for (std::size_t e = 0; e < models.size(); e += 7) {
+        const auto [p, q] = b.mesh.edges.vertices[e];
+        const auto energy = edge_objective(back, rule, EdgeObjectiveKind::energy, EdgeFieldKind::back,
+                                           b.mesh.linear.points[p], b.mesh.linear.points[q], b.shells[e].front());
+        const Vec<D> middle = b.mesh.mid_nodes[e].point;
+        Vec<D> offset;
+        for (int i = 0; i < D; ++i) offset[i] = 0.01 * (i + 1);
+        const double share = 0.5 * (energy.value(middle + offset) / energy.value(middle) - 1);
+        CHECK(models[e](middle + offset) == doctest::Approx(share).epsilon(1e-9));
+        CHECK(implied[e](middle + offset) > 0);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("repair: laws, 2D") { laws<2>({8, 5}); }
+TEST_CASE("repair: laws, 3D") { laws<3>({4, 4, 3}); }
+TEST_CASE("repair: cavities lose less than relaxing by theta") {
+    loses_less<2>({16, 8});
+    loses_less<3>({6, 6, 4});
+}
+TEST_CASE("repair: the same bytes for any number of threads") {
+    threads<2>({16, 8});
+    threads<3>({5, 5, 4});
+}
+TEST_CASE("repair: models are the energy's second order") {
+    model_of_energy<2>({6, 4});
+    model_of_energy<3>({3, 3, 3});
+}
+TEST_CASE("repair: what cannot be is said") {
+    const auto b = shell_block<2>({4, 3}, 1);
+    const auto p = thrown(b, 2, 0.1);
+    const auto validation = must(validate(b.mesh, p, 0, alone));
+    const auto models = models_of(b, p);
+    RepairOptions options;
+    options.min_scaled_jacobian = 1;
+    CHECK(repair(b.mesh, p, validation, models, options, alone).error().kind == ErrorKind::usage);
+    options = {};
+    options.target = -1;
+    CHECK(repair(b.mesh, p, validation, models, options, alone).error().kind == ErrorKind::usage);
+    CHECK(repair(b.mesh, p, validation, {}, {}, alone).error().kind == ErrorKind::internal);
+    std::stop_source stop;
+    stop.request_stop();
+    const auto bad = thrown(b, 2, 0.5);
+    CHECK(repair(b.mesh, bad, must(validate(b.mesh, bad, 1e-12, alone)), models_of(b, bad), {},
+                 Execution{1, stop.get_token(), {}})
+              .error()
+              .kind == ErrorKind::stopped);
+}
