@@ -16,12 +16,34 @@ namespace camber {
 
 namespace {
 
+/// How much an element counts, by |det| of its edges. Bounded, so that the slightest elements do not drown the others.
+struct Weighting {
+    double mean = 1, stiffening = 0;
+
+    [[nodiscard]] double of(double volume) const { return std::min(std::pow(mean / volume, stiffening), 1e12); }
+};
+
+template <int D>
+Outcome<Weighting> weighting_of(const LinearMesh<D>& mesh, double stiffening, const Execution& execution) {
+    const auto sum = reduce_each(
+        execution, mesh.elements.size(), 0.0,
+        [&](double& total, std::size_t e) {
+            const auto& v = mesh.elements.vertices[e];
+            Mat<D> edges;
+            for (int a = 0; a < D; ++a) edges.column[a] = mesh.points[v[a + 1]] - mesh.points[v[0]];
+            total += std::abs(det(edges));
+        },
+        [](double a, double b) { return a + b; });
+    if (!sum) return fail(sum.error());
+    return Weighting{*sum / static_cast<double>(std::max<std::size_t>(1, mesh.elements.size())), stiffening};
+}
+
 /// The stiffness of one straight element: K_ef = ∫ ∇φ_e · ∇φ_f, φ_e = 4 ξ_i ξ_j, but for a constant factor.
 template <int D>
 using Stiffness = std::array<std::array<double, edges_per_simplex<D>>, edges_per_simplex<D>>;
 
 template <int D>
-Stiffness<D> stiffness(const std::array<Vec<D>, D + 1>& p, double stiffening) {
+Stiffness<D> stiffness(const std::array<Vec<D>, D + 1>& p, const Weighting& weighting) {
     Mat<D> edges;
     for (int a = 0; a < D; ++a) edges.column[a] = p[a + 1] - p[0];
     const double volume = std::abs(det(edges));
@@ -29,7 +51,7 @@ Stiffness<D> stiffness(const std::array<Vec<D>, D + 1>& p, double stiffening) {
     // ∇ξ_i times det: its factor 1/det² joins the volume's.
     std::array<Vec<D>, D + 1> gradient{};
     for (int a = 0; a < D; ++a) gradient[a + 1] = rows[a], gradient[0] -= rows[a];
-    const double factor = std::pow(volume, -1 - stiffening);
+    const double factor = weighting.of(volume) / volume;
     Stiffness<D> k{};
     // Flat elements have no say.
     if (!std::isfinite(factor)) return k;
@@ -66,15 +88,15 @@ struct Entry {
 };
 
 template <int D>
-void assemble_row(const QuadraticMesh<D>& mesh, EdgeId edge, std::span<const ElementId> shell, double stiffening,
-                  std::vector<Entry>& row) {
+void assemble_row(const QuadraticMesh<D>& mesh, EdgeId edge, std::span<const ElementId> shell,
+                  const Weighting& weighting, std::vector<Entry>& row) {
     row.clear();
     for (const ElementId element : shell) {
         std::array<Vec<D>, D + 1> p;
         for (int i = 0; i <= D; ++i) p[i] = mesh.linear.points[mesh.linear.elements.vertices[element][i]];
         const auto& edges = mesh.edges.of_elements[element];
         const auto own = std::find(edges.begin(), edges.end(), edge) - edges.begin();
-        const auto k = stiffness<D>(p, stiffening);
+        const auto k = stiffness<D>(p, weighting);
         for (int f = 0; f < edges_per_simplex<D>; ++f) row.push_back({edges[f], element, k[own][f]});
     }
     std::sort(row.begin(), row.end(), [](const Entry& a, const Entry& b) {
@@ -94,7 +116,8 @@ constexpr std::uint32_t not_free = 0xffffffffU;
 
 template <int D>
 Outcome<System<D>> assemble(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, std::span<const Vec<D>> given,
-                            const Incidence<ElementId>& shells, double stiffening, const Execution& execution) {
+                            const Incidence<ElementId>& shells, const Weighting& weighting,
+                            const Execution& execution) {
     System<D> s;
     Buffer<std::uint32_t> row_of(mesh.edges.size());
     for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
@@ -114,7 +137,7 @@ Outcome<System<D>> assemble(const QuadraticMesh<D>& mesh, const Column<EdgeKind>
     auto done = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
         std::vector<Entry> row;
         for (std::size_t r = begin; r < end; ++r) {
-            assemble_row(mesh, s.free[r], shells[s.free[r]], stiffening, row);
+            assemble_row(mesh, s.free[r], shells[s.free[r]], weighting, row);
             std::uint32_t at = s.offsets[r];
             s.right[r] = Vec<D>{};
             double diagonal = 0;
@@ -208,7 +231,9 @@ Outcome<Extension<D>> extend_boundary(const QuadraticMesh<D>& mesh, const Column
         return kinds[e] == EdgeKind::volume ? Vec<D>{} : boundary_nodes[e].point - middle(e);
     });
     if (!given) return fail(given.error());
-    auto system = assemble<D>(mesh, kinds, *given, shells, options.stiffening, execution);
+    const auto weighting = weighting_of(mesh.linear, options.stiffening, execution);
+    if (!weighting) return fail(weighting.error());
+    auto system = assemble<D>(mesh, kinds, *given, shells, *weighting, execution);
     if (!system) return fail(system.error());
     Buffer<Vec<D>> u(system->free.size());
     const auto solved = solve(*system, u, options, execution);

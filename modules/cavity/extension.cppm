@@ -8,10 +8,11 @@ export namespace camber {
 
 /// How far the linear extension goes.
 struct ExtensionOptions {
-    double tolerance = 1e-4;  ///< of the residual, relative to the first
+    double tolerance = 1e-3;  ///< of the residual, relative to the first
     int max_iterations = 1000;
-    /// Elements count with |det straight|^−stiffening: 0 is the plain Dirichlet energy, 1 makes small ones stiffer.
-    double stiffening = 0;
+    /// Elements count with (mean |det straight| / |det straight|)^stiffening: 0 is the plain Dirichlet energy; more
+    /// makes small elements stiffer, so that large ones take up the deformation.
+    double stiffening = 2;
 };
 
 /// What the extension came to.

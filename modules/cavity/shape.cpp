@@ -1,6 +1,6 @@
 module;
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <set>
@@ -29,7 +29,7 @@ struct Polish {
     [[nodiscard]] double value(ElementId e) const {
         const auto element = nodal_element<D>(mesh, nodes, e);
         const double by_coefficients = smallest_scaled_coefficient(bounded_jacobian(element));
-        if (by_coefficients >= options.enough) return by_coefficients;
+        if (options.programme.most_cuts == 0 || by_coefficients >= options.enough) return by_coefficients;
         return check_element(element, 0).min_scaled_jacobian;
     }
     [[nodiscard]] double smallest_around(EdgeId edge) const {
@@ -56,7 +56,6 @@ std::optional<Move<D>> best_move(const Polish<D>& polish, ElementId element) {
     for (const EdgeId edge : polish.mesh.edges.of_elements[element]) {
         if (polish.kinds[edge] != EdgeKind::volume) continue;
         const double now = polish.smallest_around(edge);
-        // A better edge would have to gain more than the best so far.
         auto programme = polish.options.programme;
         programme.enough = polish.options.enough;
         const auto highest =
@@ -69,14 +68,19 @@ std::optional<Move<D>> best_move(const Polish<D>& polish, ElementId element) {
 }
 
 template <int D>
-std::size_t polish_worst(Polish<D>& polish) {
+double smallest_of(const Polish<D>& polish) {
+    double low = polish.options.enough;
+    for (const double v : polish.values) low = std::min(low, v);
+    return low;
+}
+
+/// Steps for the elements below a limit, until each is above it or cannot be raised; returns their number.
+template <int D>
+std::size_t raise_above(Polish<D>& polish, double limit) {
     Queue queue;
-    double worst = polish.options.enough;
-    for (const double v : polish.values) worst = std::min(worst, v);
-    const double limit = std::min(polish.options.enough, worst + polish.options.band);
     for (std::size_t e = 0; e < polish.values.size(); ++e)
         if (polish.values[e] < limit) queue.emplace(polish.values[e], ElementId(e));
-    const std::size_t most = polish.options.steps_per_bad_element * queue.size();
+    const std::size_t most = polish.options.most_steps * queue.size();
     std::size_t steps = 0;
     while (!queue.empty() && steps < most) {
         const ElementId element = queue.begin()->second;
@@ -95,6 +99,21 @@ std::size_t polish_worst(Polish<D>& polish) {
     return steps;
 }
 
+/// Band after band of the worst elements, as long as the smallest value rises.
+template <int D>
+std::size_t polish_worst(Polish<D>& polish) {
+    std::size_t steps = 0;
+    double before = smallest_of(polish);
+    for (int turn = 0; turn < polish.options.most_bands && before < polish.options.enough; ++turn) {
+        const double band = polish.options.band * std::max(1.0, std::abs(before));
+        steps += raise_above(polish, std::min(polish.options.enough, before + band));
+        const double now = smallest_of(polish);
+        if (now < before + polish.options.least_gain) break;
+        before = now;
+    }
+    return steps;
+}
+
 }  // namespace
 
 template <int D>
@@ -108,16 +127,11 @@ Outcome<Shaped<D>> shape(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& k
         map_each(execution, mesh.linear.elements.size(), [&](std::size_t e) { return polish.value(ElementId(e)); });
     if (!values) return fail(values.error());
     polish.values = std::move(*values);
-    const auto smallest = [&] {
-        double low = 1;
-        for (const double v : polish.values) low = std::min(low, v);
-        return low;
-    };
     Shaped<D> shaped;
     shaped.iterations = extension->iterations;
-    shaped.after_extension = smallest();
+    shaped.after_extension = smallest_of(polish);
     shaped.steps = polish_worst(polish);
-    shaped.smallest = smallest();
+    shaped.smallest = smallest_of(polish);
     Buffer<EdgeChange> changes(mesh.edges.size());
     for (std::size_t e = 0; e < changes.size(); ++e) {
         const auto& [a, b] = mesh.edges.vertices[e];

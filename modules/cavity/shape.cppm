@@ -11,12 +11,14 @@ export namespace camber {
 /// How far the shape of elements is evened out.
 struct ShapeOptions {
     ExtensionOptions extension;
-    EdgeProgrammeOptions programme{.tolerance = 1e-3, .most_cuts = 12};
+    /// Of the programmes. Without cuts elements count by their coefficients, which are close where shapes are good.
+    EdgeProgrammeOptions programme{.tolerance = 1e-3, .most_cuts = 0};
     double enough = 1;         ///< elements with such a scaled Jacobian are let be
     double least_gain = 1e-3;  ///< a step must raise the smallest scaled Jacobian around its edge by so much
-    std::size_t steps_per_bad_element = 20;
-    /// Elements count as bad when they are less than this above the worst.
-    double band = 0.05;
+    /// Elements are raised together that are less than this above the worst, of max(1, |worst|).
+    double band = 0.02;
+    std::size_t most_steps = 20;  ///< in one band, for each of its elements
+    int most_bands = 100;
 };
 
 /// What `shape` came to.
