@@ -115,19 +115,22 @@ class Runner {
     Outcome<Done> apply(const config::Elevate&) {
         return step("elevate", [&](State<D> s, const Execution& e) { return elevate_stage(std::move(s), report_, e); });
     }
-    /// What curving needs of the boundary and of the metric.
-    Outcome<Done> prepare_curving() {
-        auto surface = step("surface", [&](State<D> s, const Execution& e) {
+    Outcome<Done> prepare_surface() {
+        return step("surface", [&](State<D> s, const Execution& e) {
             return surface_stage(std::move(s), pipeline_.features, pipeline_.geometry, report_, e);
         });
-        if (!surface) return surface;
+    }
+    /// What curving by a metric needs.
+    Outcome<Done> prepare_curving() {
+        if (auto surface = prepare_surface(); !surface) return surface;
         return step("metric", [&](State<D> s, const Execution& e) {
             return metric_stage(std::move(s), pipeline_.metric, metric_, pipeline_.metric_operations, operands_,
                                 report_, e);
         });
     }
     Outcome<Done> apply(const config::Curve& options) {
-        if (auto prepared = prepare_curving(); !prepared) return prepared;
+        const bool by_metric = options.objective != config::Objective::shape;
+        if (auto prepared = by_metric ? prepare_curving() : prepare_surface(); !prepared) return prepared;
         return step("curve",
                     [&](State<D> s, const Execution& e) { return curve_stage(std::move(s), options, report_, e); });
     }
