@@ -1,0 +1,203 @@
+module;
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <utility>
+#include <vector>
+module camber.validity;
+import camber.core;
+import camber.bezier;
+import :certificate;
+import :coefficients;
+import :jacobian;
+import :motion;
+import :subdivide;
+import :tensor;
+import :verdict;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+using Moving = Tensor<D, D, double>;
+
+/// det J over ξ and s, and what rounding may have done to each number.
+template <int D>
+struct BoundedMotion {
+    Moving<D> whole;
+    double error = 0;  ///< of a coefficient before the first bisection
+    double step = 0;   ///< more of it for each bisection
+    double asked = 0;  ///< the bound, at least 0
+};
+
+/// det is linear in each column: the coefficient of s^k (1 − s)^(D−k) is the mean over the choices of k columns that
+/// are those of the end. The error bound of one such set of columns, with the larger w of both ends, covers the mean
+/// too (`error_bound`); a bisection's roundings are those of `Blur` in verdict.cpp.
+template <int D>
+BoundedMotion<D> motion_of(const NodalSimplex<D>& from, const NodalSimplex<D>& to, double bound) {
+    const auto start = columns_of_nodes<D, double>([&](int node, int c) { return from.nodes[node][c]; });
+    const auto end = columns_of_nodes<D, double>([&](int node, int c) { return to.nodes[node][c]; });
+    BoundedMotion<D> motion;
+    for (unsigned chosen = 0; chosen < (1U << D); ++chosen) {
+        auto d = start.d;
+        auto edges = start.straight;
+        for (int a = 0; a < D; ++a)
+            if ((chosen >> a) & 1U) d[a] = end.d[a], edges[a] = end.straight[a];
+        const auto c = coefficients_of<D, double>(d);
+        const int k = std::popcount(chosen);
+        for (int p = 0; p < jacobian_coefficients<D>; ++p) motion.whole.values[k][p] += c[p];
+        motion.whole.straight[k] += determinant<D, double>(edges);
+    }
+    double largest = 0;
+    for (int k = 0; k <= D; ++k) {
+        const double share = 1.0 / binomial(D, k);
+        for (double& c : motion.whole.values[k]) largest = std::max(largest, std::abs(c *= share));
+        motion.whole.straight[k] *= share;
+        largest = std::max(largest, std::abs(motion.whole.straight[k]));
+    }
+    ColumnBounds<D, double> w;
+    for (int a = 0; a < D; ++a)
+        for (int c = 0; c < D; ++c) w[a][c] = std::max(start.w[a][c], end.w[a][c]);
+    motion.asked = std::max(bound, 0.0);
+    motion.error = error_bound<D, double>(w) * (1 + motion.asked) * 1.0001;
+    motion.step = (0x1p-51 * largest + 0x1p-1070) * (1 + motion.asked) * 1.0001;
+    return motion;
+}
+
+/// Neither NaN nor overflow: sums of infinities are one or the other.
+template <int D>
+bool finite(const BoundedMotion<D>& motion) {
+    double sum = motion.error + motion.step;
+    for (const auto& row : motion.whole.values)
+        for (const double c : row) sum += std::abs(c);
+    for (const double x : motion.whole.straight) sum += std::abs(x);
+    return std::isfinite(sum);
+}
+
+/// Good when every coefficient is above the bound beyond its error, bad when one that is a value of det J is below it.
+/// Where the coefficients bend by less than what rounding blurs, bisections tell no more.
+template <int D>
+PartVerdict judge(const BoundedMotion<D>& motion, const Moving<D>& part) {
+    const double blur = motion.error + motion.step * part.depth;
+    bool good = true;
+    for (int k = 0; k <= D; ++k) {
+        const double least = motion.asked * std::abs(part.straight[k]);
+        const double slack = blur + least * 0x1p-50;
+        for (const double c : part.values[k]) good &= c > least + slack;
+        if (k == 0 || k == D)
+            for (const int i : corner_coefficients<D>)
+                if (part.values[k][i] < least - slack) return PartVerdict::bad;
+    }
+    if (good) return PartVerdict::good;
+    return largest_bend(part).size < 0.125 * motion.error ? PartVerdict::stuck : PartVerdict::split;
+}
+
+/// The corner that is farthest below the bound: row and local vertex.
+template <int D>
+std::pair<int, int> failing_corner(const BoundedMotion<D>& motion, const Moving<D>& part) {
+    std::pair<int, int> lowest{0, 0};
+    const auto excess = [&](int k, int i) {
+        return part.values[k][corner_coefficients<D>[i]] - motion.asked * std::abs(part.straight[k]);
+    };
+    for (const int k : {0, D})
+        for (int i = 0; i <= D; ++i)
+            if (excess(k, i) < excess(lowest.first, lowest.second)) lowest = {k, i};
+    return lowest;
+}
+
+/// Parts of a motion looked at in doubles, and of one piece of it in `certified_step`.
+constexpr int most_motion_parts = 2000;
+constexpr int most_piece_parts = 100;
+
+template <int D>
+int moving_nodes(const NodalSimplex<D>& from, const NodalSimplex<D>& to) {
+    int count = 0;
+    for (int i = 0; i < quadratic_nodes<D>; ++i) count += !(from.nodes[i] == to.nodes[i]);
+    return count;
+}
+
+template <int D>
+MotionCertificate<D> in_doubles(const BoundedMotion<D>& motion) {
+    MotionCertificate<D> certificate;
+    if (!finite(motion)) return certificate;
+    int deepest = 0;
+    certificate.verdict = search<D, D, double>(
+        motion.whole, {exact_places, most_motion_parts},
+        [&](const Moving<D>& part) {
+            deepest = std::max(deepest, part.depth);
+            return judge(motion, part);
+        },
+        [&](const Moving<D>& part) {
+            const auto place = place_of(part);
+            const auto [k, i] = failing_corner(motion, part);
+            certificate.witness = MotionWitness<D>{place.steps[k > 0], place.corners[i]};
+        });
+    if (deepest > 0) certificate.level = Level::bisection;
+    return certificate;
+}
+
+template <int D>
+MotionCertificate<D> at_an_end(const Certificate<D>& end, double step) {
+    MotionCertificate<D> certificate{end.verdict, end.level, {}};
+    if (end.witness) certificate.witness = MotionWitness<D>{step, *end.witness};
+    return certificate;
+}
+
+}  // namespace
+
+template <int D>
+MotionCertificate<D> certify_motion(const NodalSimplex<D>& from, const NodalSimplex<D>& to, double bound) {
+    const BoundedMotion<D> motion = motion_of(from, to, bound);
+    if (finite(motion) && judge(motion, motion.whole) == PartVerdict::good) return {Verdict::valid, Level::filter, {}};
+    const Certificate<D> start = certify(from, bound);
+    if (start.verdict == Verdict::invalid) return at_an_end(start, 0);
+    const Certificate<D> end = certify(to, bound);
+    if (end.verdict == Verdict::invalid) return at_an_end(end, 1);
+    if (moving_nodes(from, to) <= 1) {
+        // det J is affine in s at each point, |det straight| convex: what holds at both ends holds in between.
+        const bool valid = start.verdict == Verdict::valid && end.verdict == Verdict::valid;
+        return {valid ? Verdict::valid : Verdict::undecided, std::max(start.level, end.level), {}};
+    }
+    const MotionCertificate<D> doubles = in_doubles(motion);
+    if (doubles.verdict != Verdict::undecided) return doubles;
+    return certify_motion_exactly(from, to, bound);
+}
+
+template <int D>
+double certified_step(const NodalSimplex<D>& from, const NodalSimplex<D>& to, double bound) {
+    if (decide(from, bound) != Verdict::valid) return 0;
+    if (certify_motion(from, to, bound).verdict == Verdict::valid) return 1;
+    const BoundedMotion<D> motion = motion_of(from, to, bound);
+    if (!finite(motion)) return 0;
+    // Pieces of the motion in their order, halved until they are certified, or as short as the resolution.
+    std::vector<Moving<D>> pieces{motion.whole};
+    double certified = 0;
+    while (!pieces.empty()) {
+        const Moving<D> piece = pieces.back();
+        pieces.pop_back();
+        const Verdict verdict = search<D, D, double>(
+            piece, {exact_places, most_piece_parts}, [&](const Moving<D>& part) { return judge(motion, part); },
+            [](const Moving<D>&) {});
+        const auto steps = place_of(piece).steps;
+        if (verdict == Verdict::valid) {
+            certified = steps[1];
+            continue;
+        }
+        if (steps[1] - steps[0] <= step_resolution) break;
+        pieces.push_back(half(piece, step_direction<D>, 1));
+        pieces.push_back(half(piece, step_direction<D>, 0));
+    }
+    return certified;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                \
+    template MotionCertificate<D> certify_motion<D>(const NodalSimplex<D>&, const NodalSimplex<D>&, double); \
+    template double certified_step<D>(const NodalSimplex<D>&, const NodalSimplex<D>&, double);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber
