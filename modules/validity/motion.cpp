@@ -14,6 +14,7 @@ import :jacobian;
 import :motion;
 import :subdivide;
 import :tensor;
+import :twice;
 import :verdict;
 
 namespace camber {
@@ -32,38 +33,79 @@ struct BoundedMotion {
     double asked = 0;  ///< the bound, at least 0
 };
 
+/// Coefficients over ξ and s in numbers of the kind, and the error bound of each.
+template <int D, class Real>
+struct MotionCoefficients {
+    std::array<std::array<Real, jacobian_coefficients<D>>, D + 1> values{};
+    std::array<Real, D + 1> straight{};
+    Real error{};
+};
+
 /// det is linear in each column: the coefficient of s^k (1 − s)^(D−k) is the mean over the choices of k columns that
 /// are those of the end. The error bound of one such set of columns, with the larger w of both ends, covers the mean
-/// too (`error_bound`); a bisection's roundings are those of `Blur` in verdict.cpp.
-template <int D>
-BoundedMotion<D> motion_of(const NodalSimplex<D>& from, const NodalSimplex<D>& to, double bound) {
-    const auto start = columns_of_nodes<D, double>([&](int node, int c) { return from.nodes[node][c]; });
-    const auto end = columns_of_nodes<D, double>([&](int node, int c) { return to.nodes[node][c]; });
-    BoundedMotion<D> motion;
+/// too (`error_bound`).
+template <int D, class Real>
+MotionCoefficients<D, Real> motion_in(const NodalSimplex<D>& from, const NodalSimplex<D>& to) {
+    const auto start = columns_of_nodes<D, Real>([&](int node, int c) { return Real(from.nodes[node][c]); });
+    const auto end = columns_of_nodes<D, Real>([&](int node, int c) { return Real(to.nodes[node][c]); });
+    MotionCoefficients<D, Real> motion;
     for (unsigned chosen = 0; chosen < (1U << D); ++chosen) {
         auto d = start.d;
         auto edges = start.straight;
         for (int a = 0; a < D; ++a)
             if ((chosen >> a) & 1U) d[a] = end.d[a], edges[a] = end.straight[a];
-        const auto c = coefficients_of<D, double>(d);
+        const auto c = coefficients_of<D, Real>(d);
         const int k = std::popcount(chosen);
-        for (int p = 0; p < jacobian_coefficients<D>; ++p) motion.whole.values[k][p] += c[p];
-        motion.whole.straight[k] += determinant<D, double>(edges);
+        const double share = 1.0 / binomial(D, k);
+        for (int p = 0; p < jacobian_coefficients<D>; ++p) motion.values[k][p] += share * c[p];
+        motion.straight[k] += share * determinant<D, Real>(edges);
     }
+    ColumnBounds<D, Real> w;
+    for (int a = 0; a < D; ++a)
+        for (int c = 0; c < D; ++c) w[a][c] = larger<Real>(start.w[a][c], end.w[a][c]);
+    motion.error = error_bound<D, Real>(w);
+    return motion;
+}
+
+/// A bisection's roundings are those of `Blur` in verdict.cpp.
+template <int D>
+BoundedMotion<D> bounded(const MotionCoefficients<D, double>& c, double bound) {
+    BoundedMotion<D> motion;
     double largest = 0;
     for (int k = 0; k <= D; ++k) {
-        const double share = 1.0 / binomial(D, k);
-        for (double& c : motion.whole.values[k]) largest = std::max(largest, std::abs(c *= share));
-        motion.whole.straight[k] *= share;
-        largest = std::max(largest, std::abs(motion.whole.straight[k]));
+        motion.whole.values[k] = c.values[k];
+        motion.whole.straight[k] = c.straight[k];
+        largest = std::max(largest, std::abs(c.straight[k]));
+        for (const double x : c.values[k]) largest = std::max(largest, std::abs(x));
     }
-    ColumnBounds<D, double> w;
-    for (int a = 0; a < D; ++a)
-        for (int c = 0; c < D; ++c) w[a][c] = std::max(start.w[a][c], end.w[a][c]);
     motion.asked = std::max(bound, 0.0);
-    motion.error = error_bound<D, double>(w) * (1 + motion.asked) * 1.0001;
+    motion.error = c.error * (1 + motion.asked) * 1.0001;
     motion.step = (0x1p-51 * largest + 0x1p-1070) * (1 + motion.asked) * 1.0001;
     return motion;
+}
+
+template <int D>
+BoundedMotion<D> motion_of(const NodalSimplex<D>& from, const NodalSimplex<D>& to, double bound) {
+    return bounded<D>(motion_in<D, double>(from, to), bound);
+}
+
+/// The same by numbers of twice the digits, rounded at the end. The factors (of a coefficient, of a mean) are rounded
+/// to doubles, but the same for all terms, so that they err by 2 u of the mean; the last rounding by u.
+template <int D>
+BoundedMotion<D> sharp_motion_of(const NodalSimplex<D>& from, const NodalSimplex<D>& to, double bound) {
+    const auto twice = motion_in<D, Twice>(from, to);
+    MotionCoefficients<D, double> rounded;
+    double largest = 0;
+    for (int k = 0; k <= D; ++k) {
+        for (int p = 0; p < jacobian_coefficients<D>; ++p) {
+            rounded.values[k][p] = twice.values[k][p].high;
+            largest = std::max(largest, std::abs(rounded.values[k][p]));
+        }
+        rounded.straight[k] = twice.straight[k].high;
+        largest = std::max(largest, std::abs(rounded.straight[k]));
+    }
+    rounded.error = twice.error.high + 0x1p-50 * largest;
+    return bounded<D>(rounded, bound);
 }
 
 /// Neither NaN nor overflow: sums of infinities are one or the other.
@@ -109,7 +151,7 @@ std::pair<int, int> failing_corner(const BoundedMotion<D>& motion, const Moving<
 
 /// Parts of a motion looked at in doubles, and of one piece of it in `certified_step`.
 constexpr int most_motion_parts = 2000;
-constexpr int most_piece_parts = 100;
+constexpr int most_piece_parts = 400;
 
 template <int D>
 int moving_nodes(const NodalSimplex<D>& from, const NodalSimplex<D>& to) {
@@ -160,8 +202,11 @@ MotionCertificate<D> certify_motion(const NodalSimplex<D>& from, const NodalSimp
         const bool valid = start.verdict == Verdict::valid && end.verdict == Verdict::valid;
         return {valid ? Verdict::valid : Verdict::undecided, std::max(start.level, end.level), {}};
     }
-    const MotionCertificate<D> doubles = in_doubles(motion);
-    if (doubles.verdict != Verdict::undecided) return doubles;
+    MotionCertificate<D> certificate = in_doubles(motion);
+    if (certificate.verdict != Verdict::undecided) return certificate;
+    certificate = in_doubles(sharp_motion_of(from, to, bound));
+    certificate.level = Level::twice;
+    if (certificate.verdict != Verdict::undecided) return certificate;
     return certify_motion_exactly(from, to, bound);
 }
 
@@ -169,7 +214,7 @@ template <int D>
 double certified_step(const NodalSimplex<D>& from, const NodalSimplex<D>& to, double bound) {
     if (decide(from, bound) != Verdict::valid) return 0;
     if (certify_motion(from, to, bound).verdict == Verdict::valid) return 1;
-    const BoundedMotion<D> motion = motion_of(from, to, bound);
+    const BoundedMotion<D> motion = sharp_motion_of(from, to, bound);
     if (!finite(motion)) return 0;
     // Pieces of the motion in their order, halved until they are certified, or as short as the resolution.
     std::vector<Moving<D>> pieces{motion.whole};
