@@ -81,14 +81,13 @@ void compare(const Certificate<D>& certificate, Answer answer, bool witness_fail
     tally.unproven += certificate.verdict != Verdict::undecided && answer == Answer::unknown && !witness_fails;
 }
 
-/// Lattice elements: shifts of at most 1 in two of three, of at most 2 else.
 template <int D>
 void try_lattice(families::Random& random, double bound, Tally& tally) {
-    const auto n = families::lattice_element<D>(random, random() % 3 < 2 ? 1 : 2);
+    const auto n = families::lattice_element<D>(random, random() % 3 < 2 ? 1 : 2, 1 + random() % (2 * D));
     const auto s = families::in_doubles<D>(n);
     const auto certificate = timed(s, bound, tally);
     // The lattice is for bound 0: shares of |det straight| would not fit 128 bits.
-    const Answer answer = oracle::answer<D, oracle::Wide, std::int64_t>(n, {}, {24, 4000, 24});
+    const Answer answer = oracle::answer<D, oracle::Wide, std::int64_t>(n, {}, {28, 10000, 24});
     const bool fails = certificate.witness && !oracle::holds_at<D>(s, *certificate.witness, 0);
     compare(certificate, answer, fails, tally);
 }

@@ -119,21 +119,25 @@ bool finite(const BoundedMotion<D>& motion) {
 }
 
 /// Good when every coefficient is above the bound beyond its error, bad when one that is a value of det J is below it.
-/// Where the coefficients bend by less than what rounding blurs, bisections tell no more.
+/// A corner that is neither remains one of parts, and where the coefficients bend by less than what rounding blurs,
+/// bisections tell no more: stuck.
 template <int D>
 PartVerdict judge(const BoundedMotion<D>& motion, const Moving<D>& part) {
     const double blur = motion.error + motion.step * part.depth;
     bool good = true;
+    bool doubtful = false;
     for (int k = 0; k <= D; ++k) {
         const double least = motion.asked * std::abs(part.straight[k]);
         const double slack = blur + least * 0x1p-50;
         for (const double c : part.values[k]) good &= c > least + slack;
         if (k == 0 || k == D)
-            for (const int i : corner_coefficients<D>)
+            for (const int i : corner_coefficients<D>) {
                 if (part.values[k][i] < least - slack) return PartVerdict::bad;
+                doubtful |= part.values[k][i] <= least + slack;
+            }
     }
     if (good) return PartVerdict::good;
-    return largest_bend(part).size < 0.125 * motion.error ? PartVerdict::stuck : PartVerdict::split;
+    return doubtful || largest_bend(part).size < 0.125 * motion.error ? PartVerdict::stuck : PartVerdict::split;
 }
 
 /// The corner that is farthest below the bound: row and local vertex.

@@ -120,13 +120,15 @@ Verdict decide_by_bisection(const BoundedJacobian<D>& jacobian, const Threshold&
         if (invalid) return false;
         const double low = smallest_coefficient<D>(part.coefficients);
         if (low > threshold.above(part.depth)) return false;
-        if (lowest_corner_value<D>(part.coefficients) < threshold.below(part.depth)) {
+        const double corner = lowest_corner_value<D>(part.coefficients);
+        if (corner < threshold.below(part.depth)) {
             invalid = true;
             found(part);
             return false;
         }
-        // Affine to rounding, and still between: bisecting tells no more.
-        if (largest_bend(part).size < 0.125 * threshold.blur.error) {
+        // A corner that is neither above nor below remains one of parts; affine to rounding and still between:
+        // bisecting tells no more.
+        if (corner <= threshold.above(part.depth) || largest_bend(part).size < 0.125 * threshold.blur.error) {
             doubtful = true;
             return false;
         }

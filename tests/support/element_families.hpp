@@ -74,10 +74,10 @@ NodalSimplex<D> element(Random& random, Family family) {
             // Two opposite edges crossed in one plane, a little apart (a vertex above the middle of an edge in 2D).
             const double apart = std::pow(10, uniform(random, -8, 0));
             for (auto& p : s.nodes) {
-                // The vertices 0, x and y, z of the unit simplex to (−1, 0), (1, 0) and (0, −1), (0, 1), the latter
+                // The vertices 0, x and y, z of the unit simplex to (−1, 0), (1, 0) and (0, 1), (0, −1), the latter
                 // lifted.
                 if constexpr (D == 3)
-                    p = {{2 * p[0] + p[1] + p[2] - 1, p[2] - p[1], apart * (p[1] + p[2])}};
+                    p = {{2 * p[0] + p[1] + p[2] - 1, p[1] - p[2], apart * (p[1] + p[2])}};
                 else
                     p = {{p[0] + 0.5 * p[1], apart * p[1]}};
             }
@@ -130,9 +130,11 @@ NodalSimplex<D> tuned(Random& random, NodalSimplex<D> s, IsValid&& is_valid) {
     return s;
 }
 
-/// Whole coordinates from 0 to 8: the simplex of size 4 at (2, …, 2), all nodes shifted by up to `most`.
+/// Whole coordinates from 0 to 8: the simplex of size 4 at (2, …, 2), one in `sparsity` of the coordinates of all nodes
+/// then shifted by up to `most`, which is at most 2.
 template <int D>
-std::array<std::array<std::int64_t, D>, quadratic_nodes<D>> lattice_element(Random& random, int most) {
+std::array<std::array<std::int64_t, D>, quadratic_nodes<D>> lattice_element(Random& random, int most,
+                                                                            std::uint64_t sparsity) {
     std::array<std::array<std::int64_t, D>, quadratic_nodes<D>> n{};
     for (auto& p : n) p.fill(2);
     for (int a = 1; a <= D; ++a) n[a][a - 1] += 4;
@@ -140,7 +142,8 @@ std::array<std::array<std::int64_t, D>, quadratic_nodes<D>> lattice_element(Rand
         for (int c = 0; c < D; ++c) n[D + 1 + e][c] = (n[local_edges<D>[e][0]][c] + n[local_edges<D>[e][1]][c]) / 2;
     const std::uint64_t span = 2 * static_cast<std::uint64_t>(most) + 1;
     for (auto& p : n)
-        for (auto& x : p) x += static_cast<std::int64_t>(random() % span) - most;
+        for (auto& x : p)
+            if (random() % sparsity == 0) x += static_cast<std::int64_t>(random() % span) - most;
     return n;
 }
 

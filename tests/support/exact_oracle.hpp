@@ -157,7 +157,28 @@ Coefficients<D, Integer> coefficients(const Nodes<D, Integer>& n, const Share<In
     return c;
 }
 
-/// Bisections edge after edge. The least grows with the coefficients, by 2^D each time.
+/// The edge with the largest c_(γ+2i) − 2 c_(γ+i+j) + c_(γ+2j), by amount.
+template <int D, class Integer>
+int most_bent(const Coefficients<D, Integer>& c) {
+    int found = 0;
+    Integer most = -1;
+    for (int e = 0; e < camber::edges_per_simplex<D>; ++e) {
+        const auto [i, j] = camber::local_edges<D>[e];
+        for (auto alpha : camber::jacobian_indices<D>) {
+            if (alpha[i] == 0 || alpha[j] == 0) continue;
+            Integer bend = -2 * c.of[place<D>(alpha)];
+            ++alpha[i], --alpha[j];
+            bend += c.of[place<D>(alpha)];
+            alpha[i] -= 2, alpha[j] += 2;
+            bend += c.of[place<D>(alpha)];
+            if (bend < 0) bend = -bend;
+            if (bend > most) most = bend, found = e;
+        }
+    }
+    return found;
+}
+
+/// Bisections along the edge that bends most. The least grows with the coefficients, by 2^D each time.
 template <int D, class Integer>
 Answer bisected(const Coefficients<D, Integer>& c, int most_depth, int& parts, int depth = 0) {
     bool all = true;
@@ -169,7 +190,7 @@ Answer bisected(const Coefficients<D, Integer>& c, int most_depth, int& parts, i
         if (!enough(c.of[place<D>(corner)], c.least)) return Answer::invalid;
     }
     if (depth == most_depth || --parts < 0) return Answer::unknown;
-    const auto ends = camber::local_edges<D>[depth % camber::edges_per_simplex<D>];
+    const auto ends = camber::local_edges<D>[most_bent<D, Integer>(c)];
     bool unknown = false;
     for (int side = 0; side < 2; ++side) {
         const int from = ends[side];
