@@ -142,7 +142,7 @@ inline constexpr double rounding_factor<Twice> = 0x1p-90;
 template <class Real>
 inline constexpr double smallest_bound = 0x1p-1020;
 template <>
-inline constexpr double smallest_bound<Twice> = 0x1p-980;
+inline constexpr double smallest_bound<Twice> = 0x1p-970;
 
 /// |coefficient error| ≤ γ · 2^D perm(w), with w ≥ |d| and |error of d| ≤ (2u + u²) w. A coefficient is a mean of
 /// products 2^D d_1 d_2 d_3, each at most 2^D perm(w); of relative roundings a product meets 6 from d (2 for each

@@ -165,7 +165,7 @@ PartVerdict judge(const Tensor<D, S, Integer>& part) {
     for (int k = 0; k <= S; ++k) {
         const Integer least = magnitude_of(part.straight[k]);
         for (const Integer& c : part.values[k]) good = good && holds(c, least);
-        if (k == 0 || k == S)
+        if (k % (S > 0 ? S : 1) == 0)
             for (const int i : corner_coefficients<D>)
                 if (!holds(part.values[k][i], least)) return PartVerdict::bad;
     }
@@ -289,7 +289,7 @@ std::optional<Weights<3>> rational_failure(const Tensor<3, 0, Integer>& whole, c
     const auto place = place_of<3, 0, Integer, double>(part);
     const auto& near = place.corners[lowest_corner(part).second];
     const double blur = std::ldexp(1.0, 3 - part.depth / 3);
-    for (int q = 1; q <= 1024; ++q) {
+    for (int q = 1; q <= (part.depth < 48 ? 64 : 1024); ++q) {
         std::array<int, 4> w{};
         int left = q;
         bool close = true;
@@ -314,7 +314,7 @@ Certificate<3> decide_tetrahedron(const Tensor<3, 0, Integer>& whole) {
         whole, {exact_depth, exact_parts},
         [&](const Tensor<3, 0, Integer>& part) {
             const PartVerdict verdict = judge(part);
-            if (verdict != PartVerdict::split || part.depth == 0 || part.depth % 48 != 0 || tries >= 16) return verdict;
+            if (verdict != PartVerdict::split || part.depth == 0 || part.depth % 24 != 0 || tries >= 10) return verdict;
             ++tries;
             if (const auto w = rational_failure(whole, part)) {
                 failure = *w;

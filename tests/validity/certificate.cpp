@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 import camber.core;
@@ -175,6 +176,37 @@ TEST_CASE("the oracle's triangles by formula are those by bisection") {
 }
 
 TEST_CASE("exact: elements that touch 0") {
+    // z ↦ z²/2 about a point has det J = |z|²: 0 there and nowhere else. 72 times that about (1/3, 1/3): whole nodes.
+    const auto squared = [](auto s) {
+        for (auto& p : s.nodes) {
+            const double x = 6 * p[0] - 2;
+            const double y = 6 * p[1] - 2;
+            p[0] = x * x - y * y;
+            p[1] = 2 * x * y;
+        }
+        return s;
+    };
+    const auto unit_simplex = []<int D>(std::integral_constant<int, D>) {
+        NodalSimplex<D> s;
+        for (int a = 1; a <= D; ++a) s.nodes[a][a - 1] = 1;
+        for (int e = 0; e < edges_per_simplex<D>; ++e)
+            s.nodes[D + 1 + e] = midpoint(s.nodes[local_edges<D>[e][0]], s.nodes[local_edges<D>[e][1]]);
+        return s;
+    };
+    SUBCASE("a triangle, in its centre, which has no doubles") {
+        const auto c = certify(squared(unit_simplex(std::integral_constant<int, 2>{})), 0);
+        CHECK(c.verdict == Verdict::invalid);
+        CHECK(c.level == Level::exact);
+        CHECK(c.witness == Barycentric<2>{1, 1, 1});
+    }
+    SUBCASE("a tetrahedron, along a line that bisection does not meet") {
+        const auto s = squared(unit_simplex(std::integral_constant<int, 3>{}));
+        const auto c = certify(s, 0);
+        CHECK(c.verdict == Verdict::invalid);
+        CHECK(c.level == Level::exact);
+        REQUIRE(c.witness.has_value());
+        CHECK_FALSE(oracle::holds_at<3>(s, *c.witness, 0));
+    }
     SUBCASE("flat") {
         NodalSimplex<3> s;
         for (int e = 0; e < 6; ++e)
