@@ -8,3 +8,5 @@ export import :reinsert;
 export import :commit;
 export import :schedule;
 export import :reinsert_all;
+export import :edge_models;
+export import :repair;

@@ -75,15 +75,13 @@ LogMetric<D> bounded(const LogMetric<D>& log_metric, const MetricBounds& bounds)
     EigenSystem<D> e = eigen_system(log_metric.l);
     const double least = -2 * std::log(bounds.max_size);
     const double most = -2 * std::log(bounds.min_size);
-    double top = e.values[0];
     bool changed = false;
     for (double& x : e.values.c) {
         const double clamped = std::clamp(x, least, most);
         changed = changed || clamped != x;
         x = clamped;
-        top = std::max(top, x);
     }
-    top = *std::max_element(e.values.c.begin(), e.values.c.end());
+    const double top = *std::max_element(e.values.c.begin(), e.values.c.end());
     for (double& x : e.values.c) {
         const double raised = std::max(x, top - 2 * std::log(bounds.max_anisotropy));
         changed = changed || raised != x;

@@ -1,5 +1,6 @@
-/// Validity of quadratic elements: Jacobian coefficients with error bounds, certified verdicts, and the verbs
-/// `validate` and `relax`. Soundness of the mesh that all of it begins with, and its repair: `examine`, `prepare`.
+/// Validity of quadratic elements: Jacobian coefficients with error bounds, certificates of elements and motions, the verbs
+/// `validate` and `relax`, and the programmes of a single edge. Soundness of the mesh that all of it begins with, and its
+/// repair: `examine`, `prepare`.
 export module camber.validity;
 export import :twice;
 export import :coefficients;
@@ -14,5 +15,9 @@ export import :relax;
 export import :repair;
 export import :soundness;
 export import :prepare;
+export import :linear_programme;
+export import :quadratic_programme;
+export import :edge_shell;
+export import :edge_programme;
 import :examination;
 import :tensor;

@@ -29,7 +29,7 @@ const std::string everything = R"({
                               {"references": [3], "plane": {"point": [0, 0, 0], "normal": [0, 0, 1]}}]},
     "features": {"ridge_angle": 30},
     "stages": ["elevate", {"curve": {"objective": "length", "quadrature_points": 6}}, {"validate": {}},
-               {"relax": {"strategy": "paper", "theta": 0.5}}, {"commit": {}}],
+               {"relax": {"repair": "relax", "theta": 0.5}}, {"commit": {}}],
     "threads": 2,
     "output": {"mesh": "out.meshb", "report": "report.json"}
 })";
@@ -54,7 +54,7 @@ TEST_CASE("a config's values arrive, and defaults fill the rest") {
     CHECK(std::get<Curve>(p.stages[1]).objective == Objective::length);
     CHECK(std::get<Curve>(p.stages[1]).quadrature_points == 6);
     CHECK(std::get<Curve>(p.stages[1]).iterations == Curve{}.iterations);
-    CHECK(std::get<Relax>(p.stages[3]).strategy == RelaxStrategy::paper);
+    CHECK(std::get<Relax>(p.stages[3]).repair == Repair::relax);
     CHECK(p.threads == 2);
     CHECK(p.output.mesh == "out.meshb");
 }

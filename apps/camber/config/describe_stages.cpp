@@ -31,8 +31,8 @@ const Words& Described<FieldOfEdge>::get() {
     static const Words words{{"back", "edge"}};
     return words;
 }
-const Words& Described<RelaxStrategy>::get() {
-    static const Words words{{"shell", "paper"}};
+const Words& Described<Repair>::get() {
+    static const Words words{{"cavity", "segment", "relax"}};
     return words;
 }
 
@@ -84,12 +84,17 @@ const Description<Relax>& Described<Relax>::get() {
     using S = Relax;
     static const Description<S> description{
         "relax",
-        "Moves the nodes of elements that are not valid back towards the middles of their chords until all are: volume "
-        "edges "
-        "first, surface edges last.",
-        {field("strategy", &S::strategy,
-               "shell: edge by edge, each as little as its elements need; paper: each edge of an invalid element by "
-               "theta"),
+        "Mends what is not valid, at the least loss of what the stage before wanted: volume edges first, surface edges "
+        "last.",
+        {field("repair", &S::repair,
+               "cavity: the nodes of a cavity together, then larger cavities, then vertices; segment: edge by edge "
+               "towards the middle of the chord, each as little as its elements need; relax: each edge of an invalid "
+               "element by theta, as in the paper"),
+         field("target", &S::target,
+               "what is aimed at in mended elements where it can be had, as a share of the straight element's "
+               "determinant; keeps them off the very edge of validity")
+             .at_least(0)
+             .below(1),
          field("theta", &S::theta, "what a correction leaves of a node's offset")
              .unit("shares of the offset")
              .above(0)

@@ -88,7 +88,7 @@ struct Described<FieldOfEdge> {
     static const Words& get();
 };
 template <>
-struct Described<RelaxStrategy> {
+struct Described<Repair> {
     static const Words& get();
 };
 

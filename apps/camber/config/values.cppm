@@ -123,7 +123,7 @@ struct Features {
 
 enum class Objective : std::uint8_t { energy, length };
 enum class FieldOfEdge : std::uint8_t { back, edge };
-enum class RelaxStrategy : std::uint8_t { shell, paper };
+enum class Repair : std::uint8_t { cavity, segment, relax };
 
 struct Elevate {
     friend bool operator==(const Elevate&, const Elevate&) = default;
@@ -143,7 +143,8 @@ struct Validate {
     friend bool operator==(const Validate&, const Validate&) = default;
 };
 struct Relax {
-    RelaxStrategy strategy = RelaxStrategy::shell;
+    Repair repair = Repair::cavity;
+    double target = 1e-2;
     double theta = 0.75;
     int max_corrections = 40;
     double min_scaled_jacobian = 1e-9;

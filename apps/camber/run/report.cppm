@@ -59,8 +59,8 @@ struct ValidityReport {
 };
 
 struct RelaxReport {
-    std::string strategy;
-    std::size_t corrected_elements = 0, relaxed_volume_edges = 0, relaxed_surface_edges = 0;
+    std::string repair;
+    std::size_t corrected_elements = 0, relaxed_volume_edges = 0, relaxed_surface_edges = 0, moved_vertices = 0;
 };
 
 struct ReinsertReport {

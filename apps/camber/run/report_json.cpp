@@ -67,10 +67,11 @@ Json json(const ValidityReport& v) {
             {"worst_element", v.worst}};
 }
 Json json(const RelaxReport& r) {
-    return {{"strategy", r.strategy},
+    return {{"repair", r.repair},
             {"corrected_elements", r.corrected_elements},
             {"relaxed_volume_edges", r.relaxed_volume_edges},
-            {"relaxed_surface_edges", r.relaxed_surface_edges}};
+            {"relaxed_surface_edges", r.relaxed_surface_edges},
+            {"moved_vertices", r.moved_vertices}};
 }
 Json json(const ReinsertReport& r) {
     return {{"turns", r.turns},

@@ -79,7 +79,8 @@ std::string validity_rows(const Report& report) {
     if (const auto& r = report.relax)
         text += row("corrected elements", r->corrected_elements) +
                 row("relaxed volume edges", r->relaxed_volume_edges) +
-                row("relaxed surface edges", r->relaxed_surface_edges);
+                row("relaxed surface edges", r->relaxed_surface_edges) +
+                (r->moved_vertices > 0 ? row("moved vertices", r->moved_vertices) : std::string());
     if (const auto& r = report.reinsert)
         text += row("cavities committed (turns)", fmt::format("{} ({})", grouped(r->patches), r->turns));
     return text;

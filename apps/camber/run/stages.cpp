@@ -43,19 +43,17 @@ Outcome<Buffer<LagrangeNode<D>>> chord_middles(const QuadraticMesh<D>& mesh, con
 template <int D>
 EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Column<double>& straight,
                        const Column<double>& lengths) {
+    const auto gains = length_gains(straight, lengths);
+    const auto curved = curvatures<D>(mesh, proposal.mid_nodes.view());
     EdgeReport r;
     std::size_t n = 0;
     for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
         if (proposal.kinds[e] != EdgeKind::volume) continue;
-        const auto& [a, b] = mesh.edges.vertices[e];
-        const double curved =
-            curvature(QuadraticEdge<D>{mesh.linear.points[a], proposal.mid_nodes[e], mesh.linear.points[b]});
-        const double gain = lengths[e] > 0 ? straight[e] / lengths[e] - 1 : 0;
-        r.mean_gain += gain;
-        r.largest_gain = std::max(r.largest_gain, gain);
-        r.mean_curvature += curved;
-        r.largest_curvature = std::max(r.largest_curvature, curved);
-        r.longer += gain < 0;
+        r.mean_gain += gains[e];
+        r.largest_gain = std::max(r.largest_gain, gains[e]);
+        r.mean_curvature += curved[e];
+        r.largest_curvature = std::max(r.largest_curvature, curved[e]);
+        r.longer += gains[e] < 0;
         ++n;
     }
     if (n > 0) {
@@ -80,15 +78,33 @@ EdgeMinimiserOptions edge_options(const config::Curve& options) {
 
 RelaxOptions relax_options(const config::Relax& options) {
     RelaxOptions relax;
-    relax.strategy = options.strategy == config::RelaxStrategy::shell ? RelaxStrategy::shell : RelaxStrategy::paper;
+    relax.strategy = options.repair == config::Repair::relax ? RelaxStrategy::paper : RelaxStrategy::shell;
+    relax.target = options.target;
     relax.theta = options.theta;
     relax.max_corrections = options.max_corrections;
     relax.min_scaled_jacobian = options.min_scaled_jacobian;
     return relax;
 }
 
-const char* strategy_name(const config::Relax& options) {
-    return options.strategy == config::RelaxStrategy::shell ? "shell" : "paper";
+const char* repair_name(config::Repair repair) {
+    switch (repair) {
+        case config::Repair::cavity: return "cavity";
+        case config::Repair::segment: return "segment";
+        case config::Repair::relax: return "relax";
+    }
+    return "";
+}
+
+/// Models of what a node off its wanted place costs: in the field, or in the mesh's own metric where there is none.
+template <int D>
+Outcome<Column<EdgeModel<D>>> models_of(const State<D>& state, const Execution& execution) {
+    const Column<LagrangeNode<D>>& wanted = state.curved ? state.curved->proposal.mid_nodes : state.proposal->mid_nodes;
+    auto around = state.shells ? Outcome<Incidence<ElementId>>(*state.shells) : shells(state.mesh->edges, execution);
+    if (!around) return fail(around.error());
+    auto models = state.back ? edge_models(*state.mesh, wanted, *around, *state.back, execution)
+                             : implied_edge_models(*state.mesh, wanted, *around, execution);
+    if (!models) return fail(models.error());
+    return Column<EdgeModel<D>>(std::move(*models));
 }
 
 template <int D>
@@ -116,8 +132,8 @@ ValidityReport validity_report(const Validation<D>& v) {
 /// What the cavities' relaxations came to, in the figures of a relaxation of the whole.
 template <int D>
 RelaxReport relax_report(const Validation<D>& wanted, const Validation<D>& now, const Reinserted<D>& done,
-                         const char* strategy) {
-    RelaxReport r{strategy, 0, 0, 0};
+                         const char* repair) {
+    RelaxReport r{repair, 0, 0, 0, 0};
     for (std::size_t e = 0; e < now.verdicts.size(); ++e)
         r.corrected_elements += wanted.verdicts[e] != Verdict::valid && now.verdicts[e] == Verdict::valid;
     for (std::size_t e = 0; e < done.proposal.mid_nodes.size(); ++e) {
@@ -256,13 +272,30 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
         if (!validated) return fail(validated.error());
         state = std::move(*validated);
     }
+    // After the cavities' own relaxation: what both did.
+    RelaxReport& sum = report.relax ? *report.relax : report.relax.emplace();
+    sum.repair = repair_name(options.repair);
+    if (options.repair == config::Repair::cavity) {
+        auto models = models_of(state, execution);
+        if (!models) return fail(models.error());
+        auto repaired = repair(*state.mesh, *state.proposal, *state.validation, *models,
+                               RepairOptions{options.min_scaled_jacobian, options.target}, execution);
+        if (!repaired) return fail(repaired.error());
+        const RepairStatistics& s = repaired->statistics;
+        sum.corrected_elements += s.corrected_elements;
+        sum.relaxed_volume_edges += s.moved_volume_nodes;
+        sum.relaxed_surface_edges += s.relaxed_surface_nodes;
+        sum.moved_vertices += s.moved_vertices;
+        state.mesh->linear = std::move(repaired->linear);
+        state.proposal = std::move(repaired->proposal);
+        judged(state, std::move(repaired->validation), report);
+        return state;
+    }
     auto relaxed = relax(*state.mesh, *state.proposal, *state.validation, relax_options(options), execution);
     if (!relaxed) return fail(relaxed.error());
-    // After the cavities' own relaxation: what both did.
-    const RelaxReport earlier = report.relax.value_or(RelaxReport{});
-    report.relax = RelaxReport{strategy_name(options), earlier.corrected_elements + relaxed->corrected_elements,
-                               earlier.relaxed_volume_edges + relaxed->relaxed_volume_edges,
-                               earlier.relaxed_surface_edges + relaxed->relaxed_surface_edges};
+    sum.corrected_elements += relaxed->corrected_elements;
+    sum.relaxed_volume_edges += relaxed->relaxed_volume_edges;
+    sum.relaxed_surface_edges += relaxed->relaxed_surface_edges;
     state.proposal = std::move(relaxed->proposal);
     judged(state, std::move(relaxed->validation), report);
     return state;
@@ -307,7 +340,8 @@ Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options
     report.curve = curve_report(*state.mesh, done->wanted, seconds.count());
     report.validity_before = validity_report(*wanted);
     state.first_validation = *wanted;
-    report.relax = relax_report(*wanted, *validation, *done, strategy_name(options.relax));
+    report.relax =
+        relax_report(*wanted, *validation, *done, options.relax.repair == config::Repair::relax ? "relax" : "segment");
     const ReinsertStatistics& s = done->statistics;
     report.reinsert = ReinsertReport{s.turns, s.rounds, s.patches, s.not_valid, s.no_gain};
     if (s.left > 0)

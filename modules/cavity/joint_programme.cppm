@@ -1,0 +1,46 @@
+module;
+#include <array>
+#include <vector>
+export module camber.cavity:joint_programme;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+/// One unknown point's part of the objective: ½ (x − centre)ᵀ H (x − centre), x its offset from where it is.
+template <int D>
+struct OffsetModel {
+    Vec<D> centre;
+    Sym<D> hessian;
+};
+
+/// Edge nodes and vertices that move together, and the elements that watch them. A vertex takes half of its
+/// displacement along to the nodes of its edges; a node's own unknown is its offset beyond that.
+template <int D>
+struct JointProgramme {
+    static constexpr int fixed = -1;
+
+    struct Element {
+        QuadraticSimplex<D, D> bezier;                   ///< where its points are now
+        std::array<int, quadratic_nodes<D>> unknowns{};  ///< of its vertices and edges, in that order; or fixed
+        double floor = 0;  ///< what the coefficients are to be above, as shares of |det straight|
+    };
+    std::vector<OffsetModel<D>> unknowns;
+    std::vector<Element> elements;
+};
+
+/// Where the unknowns ended.
+template <int D>
+struct JointSolution {
+    std::vector<Vec<D>> offsets;
+    double shortfall = 0;  ///< how far below its floor the lowest coefficient is; at most 0 when all are above
+};
+
+/// Minimises the sum of the models subject to c ≥ floor · |det straight| for every Bézier coefficient c of det J of
+/// every element: an augmented Lagrangian (Hestenes, Powell, Rockafellar) of Gauss–Newton steps, from offsets 0, which
+/// need not be feasible. The unknowns are in the metric's frame by their models, and the constraints by the division,
+/// so thin elements are not punished for being thin. A local minimum; deterministic; one thread.
+template <int D>
+[[nodiscard]] JointSolution<D> solve(const JointProgramme<D>& programme);
+
+}  // namespace camber

@@ -1,0 +1,222 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
+module camber.cavity;
+import :joint_programme;
+import :repair_plan;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+
+namespace camber {
+
+namespace {
+
+/// Beyond it a cavity does not grow.
+constexpr std::size_t most_edges = 160;
+/// What a surface node weighs more than one of the volume, and a vertex more than an edge's node.
+constexpr double surface_weight = 1e4;
+constexpr double vertex_weight = 4;
+/// Floors lie this much above the bound: the programme ends within a part of it.
+constexpr double slack = 2e-6;
+
+bool may_move(EdgeKind kind, Reach reach) {
+    return kind == EdgeKind::volume || (kind != EdgeKind::fixed && reach.moves == Reach::Moves::surface_nodes);
+}
+
+template <int D>
+void add_edges(const RepairState<D>& state, ElementId e, Reach reach, std::vector<EdgeId>& edges) {
+    for (const EdgeId edge : state.mesh.edges.of_elements[e])
+        if (may_move(state.kinds[edge], reach)) edges.push_back(edge);
+}
+
+template <int D>
+std::vector<ElementId> around(const RepairState<D>& state, const std::vector<EdgeId>& edges) {
+    std::vector<ElementId> elements;
+    for (const EdgeId edge : edges)
+        elements.insert(elements.end(), state.shells[edge].begin(), state.shells[edge].end());
+    elements |= ranges::actions::sort | ranges::actions::unique;
+    return elements;
+}
+
+template <class T>
+int position_in(const std::vector<T>& sorted, const T& wanted) {
+    const auto it = std::lower_bound(sorted.begin(), sorted.end(), wanted);
+    return it != sorted.end() && *it == wanted ? static_cast<int>(it - sorted.begin()) : -1;
+}
+
+/// The element in Bézier form, as far as rounding goes: the verdict is of the nodes.
+template <int D>
+QuadraticSimplex<D, D> bezier_of(const NodalSimplex<D>& s) {
+    QuadraticSimplex<D, D> q;
+    for (int i = 0; i <= D; ++i) q.control[i] = s.nodes[i];
+    for (int e = 0; e < edges_per_simplex<D>; ++e) {
+        const auto [i, j] = local_edges<D>[e];
+        q.control[D + 1 + e] = control_point(s.nodes[i], LagrangeNode<D>{s.nodes[D + 1 + e]}, s.nodes[j]).point;
+    }
+    return q;
+}
+
+/// Elements that are good enough keep what they have below `asked`.
+template <int D>
+double floor_of(const RepairState<D>& state, ElementId e, double asked) {
+    if (!state.good(e)) return asked;
+    return std::min(asked, smallest_scaled_coefficient(bounded_jacobian(state.element(e))));
+}
+
+template <int D>
+OffsetModel<D> model_of(const RepairState<D>& state, EdgeId edge) {
+    const auto& [centre, hessian] = state.models[edge];
+    const auto& [a, b] = state.mesh.edges.vertices[edge];
+    // What is wanted goes along with the vertices.
+    const Vec<D> shift = 0.5 * (state.shifts[a.index()] + state.shifts[b.index()]);
+    const double weight = state.kinds[edge] == EdgeKind::volume ? 1 : surface_weight;
+    return {centre + shift - state.nodes[edge.index()].point, weight * hessian};
+}
+
+/// The mean of the models of the vertex's edges, heavier, about where the vertex was.
+template <int D>
+OffsetModel<D> model_of(const RepairState<D>& state, VertexId vertex) {
+    OffsetModel<D> model{-state.shifts[vertex.index()], {}};
+    std::size_t n = 0;
+    for (const ElementId e : state.balls[vertex])
+        for (const EdgeId edge : state.mesh.edges.of_elements[e]) {
+            const auto& ends = state.mesh.edges.vertices[edge];
+            if (ends[0] != vertex && ends[1] != vertex) continue;
+            model.hessian += state.models[edge].hessian;
+            ++n;
+        }
+    model.hessian *= vertex_weight / static_cast<double>(std::max<std::size_t>(n, 1));
+    return model;
+}
+
+template <int D>
+JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D>& cavity, double asked) {
+    JointProgramme<D> programme;
+    programme.unknowns.reserve(cavity.edges.size() + cavity.vertices.size());
+    for (const EdgeId edge : cavity.edges) programme.unknowns.push_back(model_of(state, edge));
+    for (const VertexId vertex : cavity.vertices) programme.unknowns.push_back(model_of(state, vertex));
+    programme.elements.reserve(cavity.elements.size());
+    const int edges = static_cast<int>(cavity.edges.size());
+    for (const ElementId e : cavity.elements) {
+        typename JointProgramme<D>::Element element{bezier_of(state.element(e)), {}, floor_of(state, e, asked)};
+        for (int i = 0; i <= D; ++i) {
+            const int at = position_in(cavity.vertices, state.mesh.linear.elements.vertices[e][i]);
+            element.unknowns[i] = at < 0 ? JointProgramme<D>::fixed : edges + at;
+        }
+        for (int i = 0; i < edges_per_simplex<D>; ++i) {
+            const int at = position_in(cavity.edges, state.mesh.edges.of_elements[e][i]);
+            element.unknowns[D + 1 + i] = at < 0 ? JointProgramme<D>::fixed : at;
+        }
+        programme.elements.push_back(element);
+    }
+    return programme;
+}
+
+/// All edges with an end at a free vertex move by half of it.
+template <int D>
+RepairPlan<D> changes_of(const RepairState<D>& state, const RepairCavity<D>& cavity,
+                         const std::vector<Vec<D>>& offsets) {
+    RepairPlan<D> plan;
+    const auto shift = [&](VertexId v) {
+        const int at = position_in(cavity.vertices, v);
+        return at < 0 ? Vec<D>{} : offsets[cavity.edges.size() + static_cast<std::size_t>(at)];
+    };
+    for (const VertexId v : cavity.vertices) plan.points.emplace_back(v, state.points[v.index()] + shift(v));
+    std::vector<EdgeId> moved = cavity.edges;
+    for (const ElementId e : cavity.elements)
+        for (const EdgeId edge : state.mesh.edges.of_elements[e])
+            for (const VertexId v : state.mesh.edges.vertices[edge])
+                if (position_in(cavity.vertices, v) >= 0) moved.push_back(edge);
+    moved |= ranges::actions::sort | ranges::actions::unique;
+    for (const EdgeId edge : moved) {
+        const auto& [a, b] = state.mesh.edges.vertices[edge];
+        Vec<D> node = state.nodes[edge.index()].point + 0.5 * (shift(a) + shift(b));
+        if (const int at = position_in(cavity.edges, edge); at >= 0) node += offsets[static_cast<std::size_t>(at)];
+        plan.nodes.push_back({edge, {node}});
+    }
+    return plan;
+}
+
+/// The element with what the plan moves.
+template <int D>
+NodalSimplex<D> changed_element(const RepairState<D>& state, const RepairPlan<D>& plan, ElementId e) {
+    NodalSimplex<D> s = state.element(e);
+    const auto at = [](const auto& list, const auto& key) {
+        const auto it = std::ranges::lower_bound(list, key, {}, [](const auto& entry) { return entry.first; });
+        return it != list.end() && it->first == key ? &it->second : nullptr;
+    };
+    for (int i = 0; i <= D; ++i)
+        if (const auto* point = at(plan.points, state.mesh.linear.elements.vertices[e][i])) s.nodes[i] = *point;
+    for (int i = 0; i < edges_per_simplex<D>; ++i)
+        if (const auto* node = at(plan.nodes, state.mesh.edges.of_elements[e][i])) s.nodes[D + 1 + i] = node->point;
+    return s;
+}
+
+/// The verdicts that the plan changes; false when it breaks an element or leaves the seed as it is.
+template <int D>
+bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed, RepairPlan<D>& plan) {
+    for (const ElementId e : cavity.elements) {
+        const Verdict now = decide(changed_element(state, plan, e), state.options.min_scaled_jacobian);
+        if (now != Verdict::valid && (state.good(e) || e == seed)) return false;
+        plan.verdicts.emplace_back(e, now);
+    }
+    return true;
+}
+
+}  // namespace
+
+template <int D>
+RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach reach) {
+    RepairCavity<D> cavity;
+    add_edges(state, seed, reach, cavity.edges);
+    cavity.edges |= ranges::actions::sort | ranges::actions::unique;
+    for (int closure = 0; closure < reach.closures; ++closure) {
+        std::vector<EdgeId> wider = cavity.edges;
+        for (const ElementId e : around(state, cavity.edges)) add_edges(state, e, reach, wider);
+        wider |= ranges::actions::sort | ranges::actions::unique;
+        if (wider.size() > most_edges) break;
+        cavity.edges = std::move(wider);
+    }
+    cavity.elements = around(state, cavity.edges);
+    if (reach.moves != Reach::Moves::volume_nodes) {
+        for (const VertexId v : state.mesh.linear.elements.vertices[seed])
+            if (state.on_boundary[v.index()] == 0) cavity.vertices.push_back(v);
+        cavity.vertices |= ranges::actions::sort | ranges::actions::unique;
+        for (const VertexId v : cavity.vertices)
+            cavity.elements.insert(cavity.elements.end(), state.balls[v].begin(), state.balls[v].end());
+        cavity.elements |= ranges::actions::sort | ranges::actions::unique;
+    }
+    return cavity;
+}
+
+template <int D>
+std::optional<RepairPlan<D>> plan_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed) {
+    if (cavity.edges.empty() && cavity.vertices.empty()) return {};
+    const double bound = state.options.min_scaled_jacobian + slack;
+    for (const double asked : {std::max(bound, state.options.target), bound}) {
+        const auto solution = solve(programme_of(state, cavity, asked));
+        RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
+        if (judge(state, cavity, seed, plan)) return plan;
+        if (!(bound < state.options.target)) break;
+    }
+    return {};
+}
+
+#define CAMBER_INSTANTIATE(D)                                                           \
+    template RepairCavity<D> repair_cavity<D>(const RepairState<D>&, ElementId, Reach); \
+    template std::optional<RepairPlan<D>> plan_repair<D>(const RepairState<D>&, const RepairCavity<D>&, ElementId);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber
