@@ -1,6 +1,6 @@
-/// Validity of quadratic elements: Jacobian coefficients with error bounds, certificates of elements and motions, the verbs
-/// `validate` and `relax`, and the programmes of a single edge. Soundness of the mesh that all of it begins with, and its
-/// repair: `examine`, `prepare`.
+/// Validity of quadratic elements: Jacobian coefficients with error bounds, certificates of elements and motions, the
+/// verbs `validate` and `relax`, and the programmes of a single edge. Soundness of the mesh that all of it begins with,
+/// and its repair: `examine`, `prepare`.
 export module camber.validity;
 export import :twice;
 export import :coefficients;
