@@ -12,4 +12,5 @@ export import :relax;
 export import :repair;
 export import :soundness;
 export import :prepare;
+export import :lowest_point;
 import :examination;
