@@ -1,0 +1,101 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdio>
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+module camber.commands;
+import camber.core;
+import camber.app_shell;
+import camber.io;
+import camber.run;
+import :execute;
+
+namespace camber::app {
+
+namespace {
+
+constexpr std::size_t elements_at_once = 65536;
+
+/// f(begin, end) for all elements, some at a time: their text is never in memory as a whole.
+template <class F>
+void in_pieces(std::size_t elements, F&& f) {
+    for (std::size_t begin = 0; begin < elements; begin += elements_at_once)
+        f(begin, std::min(begin + elements_at_once, elements));
+}
+
+void print_json(const run::CheckReport& report, const CheckArguments& arguments) {
+    fmt::print("{}", run::check_json_head(report, arguments.input));
+    if (arguments.elements) {
+        fmt::print(",\n  \"element_verdicts\": {{");
+        const char* before = "\n";
+        for (const std::string& column : run::column_names(report)) {
+            fmt::print("{}    \"{}\": [", before, column);
+            in_pieces(report.mesh.elements, [&](std::size_t begin, std::size_t end) {
+                fmt::print("{}", run::column_items(report, column, begin, end));
+            });
+            fmt::print("]");
+            before = ",\n";
+        }
+        fmt::print("\n  }}");
+    }
+    fmt::print("\n}}\n");
+}
+
+void print_elements(const run::CheckReport& report) {
+    fmt::print("{}", run::csv_titles(report));
+    in_pieces(report.mesh.elements,
+              [&](std::size_t begin, std::size_t end) { fmt::print("{}", run::csv_lines(report, begin, end)); });
+}
+
+void print_report(const run::CheckReport& report, const CheckArguments& arguments) {
+    fmt::print("{}\n{}", arguments.input, run::check_table(report));
+    if (arguments.histogram)
+        for (const run::Histogram& histogram : report.histograms) fmt::print("{}", run::bars(histogram));
+}
+
+Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
+    Progress progress;
+    const std::stop_token stop = stop_on_signals();
+    const run::Around around = [&](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
+        progress.begin(std::string(stage));
+        return body(Execution{.threads = arguments.threads, .stop = stop, .progress = progress.ticks()});
+    };
+    std::optional<DecodedMesh> mesh;
+    auto read = around("read", [&](const Execution& execution) -> Outcome<Done> {
+        auto decoded = read_mesh(arguments.input, execution);
+        if (!decoded) return fail(decoded.error());
+        mesh = std::move(*decoded);
+        return Done{};
+    });
+    if (!read) return fail(read.error());
+    const run::CheckOptions options{arguments.min_scaled_jacobian, arguments.ridge_angle, arguments.worst};
+    auto report = run::check_mesh(std::move(*mesh), options, around);
+    progress.wipe();
+    if (!report) return fail(of_file(report.error(), arguments.input));
+    return report;
+}
+
+}  // namespace
+
+int check_command(const CheckArguments& arguments) {
+    const auto report = checked(arguments);
+    if (!report) return report_error(report.error());
+    if (!arguments.json)
+        for (const std::string& notice : report->notices) fmt::print(stderr, "camber: note: {}\n", notice);
+    if (arguments.json)
+        print_json(*report, arguments);
+    else if (arguments.elements)
+        print_elements(*report);
+    else
+        print_report(*report, arguments);
+    return report->all_good() ? 0 : 1;
+}
+
+}  // namespace camber::app
