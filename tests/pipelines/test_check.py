@@ -5,13 +5,14 @@
 import csv
 import io
 import json
+import subprocess
 import sys
 import unittest
 
 import numpy as np
 
 from made_meshes import Mesh, elevated, lattice, permuted
-from program import Folder
+from program import CAMBER, Folder
 
 import gmf  # of the oracle
 import jacobian
@@ -226,6 +227,20 @@ class Check(unittest.TestCase):
         columns = self.report(mesh, "--elements")["element_verdicts"]
         self.assertEqual([float(r["min_scaled_jacobian"]) for r in rows], columns["min_scaled_jacobian"])
         self.assertEqual(self.report(mesh).get("element_verdicts"), None)
+
+    def test_a_reader_that_leaves_and_a_full_disk(self):
+        name = self.write(elevated(lattice(3, 6)))
+        with subprocess.Popen([CAMBER, "check", name, "--elements"], cwd=self.folder.path, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE) as run:
+            run.stdout.readline()
+            run.stdout.close()
+            self.assertEqual(run.stderr.read(), b"")
+            self.assertEqual(run.wait(), 0)
+        with open("/dev/full", "w", encoding="ascii") as full:
+            done = subprocess.run([CAMBER, "check", name], cwd=self.folder.path, stdout=full, stderr=subprocess.PIPE,
+                                  text=True, check=False)
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("standard output: cannot be written", done.stderr)
 
     def test_the_bound(self):
         mesh = elevated(lattice(2, 3), self.random, 0.05)

@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <cerrno>
 #include <cstddef>
 #include <cstdio>
 #include <functional>
@@ -7,6 +8,7 @@ module;
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -30,34 +32,51 @@ void in_pieces(std::size_t elements, F&& f) {
         f(begin, std::min(begin + elements_at_once, elements));
 }
 
-void print_json(const run::CheckReport& report, const CheckArguments& arguments) {
-    fmt::print("{}", run::check_json_head(report, arguments.input));
+/// Standard output, whose reader may go before all is said (`| head`): that is no failure, a full disk is one.
+class Printer {
+  public:
+    void print(std::string_view text) {
+        if (error_ == 0 && std::fwrite(text.data(), 1, text.size(), stdout) < text.size()) error_ = errno;
+    }
+    [[nodiscard]] Outcome<Done> finish() {
+        if (error_ == 0 && std::fflush(stdout) != 0) error_ = errno;
+        if (error_ == 0 || error_ == EPIPE) return Done{};
+        return fail(ErrorKind::write, "cannot be written: " + std::generic_category().message(error_),
+                    "standard output");
+    }
+
+  private:
+    int error_ = 0;
+};
+
+void print_json(const run::CheckReport& report, const CheckArguments& arguments, Printer& out) {
+    out.print(run::check_json_head(report, arguments.input));
     if (arguments.elements) {
-        fmt::print(",\n  \"element_verdicts\": {{");
+        out.print(",\n  \"element_verdicts\": {");
         const char* before = "\n";
         for (const std::string& column : run::column_names(report)) {
-            fmt::print("{}    \"{}\": [", before, column);
+            out.print(fmt::format("{}    \"{}\": [", before, column));
             in_pieces(report.mesh.elements, [&](std::size_t begin, std::size_t end) {
-                fmt::print("{}", run::column_items(report, column, begin, end));
+                out.print(run::column_items(report, column, begin, end));
             });
-            fmt::print("]");
+            out.print("]");
             before = ",\n";
         }
-        fmt::print("\n  }}");
+        out.print("\n  }");
     }
-    fmt::print("\n}}\n");
+    out.print("\n}\n");
 }
 
-void print_elements(const run::CheckReport& report) {
-    fmt::print("{}", run::csv_titles(report));
+void print_elements(const run::CheckReport& report, Printer& out) {
+    out.print(run::csv_titles(report));
     in_pieces(report.mesh.elements,
-              [&](std::size_t begin, std::size_t end) { fmt::print("{}", run::csv_lines(report, begin, end)); });
+              [&](std::size_t begin, std::size_t end) { out.print(run::csv_lines(report, begin, end)); });
 }
 
-void print_report(const run::CheckReport& report, const CheckArguments& arguments) {
-    fmt::print("{}\n{}", arguments.input, run::check_table(report));
+void print_report(const run::CheckReport& report, const CheckArguments& arguments, Printer& out) {
+    out.print(arguments.input + "\n" + run::check_table(report));
     if (arguments.histogram)
-        for (const run::Histogram& histogram : report.histograms) fmt::print("{}", run::bars(histogram));
+        for (const run::Histogram& histogram : report.histograms) out.print(run::bars(histogram));
 }
 
 Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
@@ -89,12 +108,14 @@ int check_command(const CheckArguments& arguments) {
     if (!report) return report_error(report.error());
     if (!arguments.json)
         for (const std::string& notice : report->notices) fmt::print(stderr, "camber: note: {}\n", notice);
+    Printer out;
     if (arguments.json)
-        print_json(*report, arguments);
+        print_json(*report, arguments, out);
     else if (arguments.elements)
-        print_elements(*report);
+        print_elements(*report, out);
     else
-        print_report(*report, arguments);
+        print_report(*report, arguments, out);
+    if (auto done = out.finish(); !done) return report_error(done.error());
     return report->all_good() ? 0 : 1;
 }
 

@@ -92,6 +92,13 @@ std::string numbers(const std::vector<double>& values, std::string_view format) 
     return "(" + text + ")";
 }
 
+/// What a semicolon divides, on lines of their own.
+std::string on_lines(std::string text, std::size_t indent) {
+    for (std::size_t at = text.find("; "); at != std::string::npos; at = text.find("; ", at))
+        text.replace(at, 2, ",\n" + std::string(indent, ' '));
+    return text;
+}
+
 std::string worst_rows(const CheckReport& report) {
     if (report.worst.empty()) return {};
     const bool curved = report.mesh.degree == 2;
@@ -105,7 +112,7 @@ std::string worst_rows(const CheckReport& report) {
         if (curved && e.witness)
             text += fmt::format("{}; {}\n  {:47}", numbers(e.witness->barycentric, "{:.3g}"),
                                 numbers(e.witness->point, "{:.6g}"), "");
-        text += e.reason + "\n";
+        text += on_lines(e.reason, curved ? 49 : 51) + "\n";
     }
     return text;
 }

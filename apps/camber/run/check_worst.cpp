@@ -123,6 +123,7 @@ struct Facts {
 std::string words(const ElementReport& element, const Facts& facts) {
     const double value = element.witness->scaled_jacobian;
     if (facts.flat) return fmt::format("flat when straight, and det J = {:.4g} {}", value, facts.where);
+    if (element.verdict == Verdict::valid && std::abs(value - 1) < 1e-6) return "as good as straight";
     if (facts.inverted_all_over) return "inverted: det J is negative all over";
     const std::string share = fmt::format("det J = {:.4g} of the straight element's {}", value, facts.where);
     switch (element.verdict) {
