@@ -112,7 +112,7 @@ std::string worst_rows(const CheckReport& report) {
         if (curved && e.witness)
             text += fmt::format("{}; {}\n  {:47}", numbers(e.witness->barycentric, "{:.3g}"),
                                 numbers(e.witness->point, "{:.6g}"), "");
-        text += on_lines(e.reason, curved ? 49 : 51) + "\n";
+        text += on_lines(e.reason, 49) + "\n";
     }
     return text;
 }
