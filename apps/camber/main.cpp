@@ -18,7 +18,7 @@ constexpr const char* description =
     "Camber: curved (P2) meshes from straight ones, driven by a metric and by the geometry; always valid.\n\n"
     "  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its own metric\n"
     "  camber run configs/spheres.json                   run a pipeline\n"
-    "  camber check wing-p2.meshb                        judge every element\n"
+    "  camber check wing-p2.meshb                        is it a good mesh?\n"
     "  camber convert wing-p2.meshb -o wing-p2.vtu       for ParaView\n"
     "  camber explain curve                              what a stage does, and its options\n";
 
@@ -38,6 +38,17 @@ struct Verb {
     InfoArguments info;
     std::string topic;
 };
+
+/// 1 is only for straight elements.
+CLI::Validator share_below_one() {
+    return CLI::Validator(
+        [](const std::string& text) {
+            double x = 0;
+            const bool holds = CLI::detail::lexical_cast(text, x) && x >= 0 && x < 1;
+            return holds ? std::string() : "must be at least 0 and below 1, got " + text;
+        },
+        "FLOAT in [0, 1)");
+}
 
 void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
                   bool& histogram, bool& dry_run) {
@@ -75,8 +86,8 @@ void add_curve(CLI::App& app, Verb& verb) {
         ->default_str("surrogate");
     curve
         ->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
-                     "Every element's normalised Jacobian is to be at least this")
-        ->check(CLI::Range(0.0, 1.0));
+                     "Every element's normalised Jacobian is to be at least this, from 0 and below 1")
+        ->check(share_below_one());
     curve->add_option("--report", a.report, "Also write the figures as JSON");
     curve->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
     curve->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
@@ -84,16 +95,41 @@ void add_curve(CLI::App& app, Verb& verb) {
 }
 
 void add_check(CLI::App& app, Verb& verb) {
-    CLI::App* check = app.add_subcommand("check", "Judge every element of a straight or quadratic mesh");
-    check->add_option("input", verb.check.input, "The mesh (.mesh, .meshb)")->required();
+    CLI::App* check = app.add_subcommand(
+        "check",
+        "Is it a good mesh? Of any mesh of degree 1 or 2, made by whatever program; nothing is changed.\n\n"
+        "  camber check wing-p2.meshb                       the report\n"
+        "  camber check wing-p2.meshb --worst 50            with more of the worst elements\n"
+        "  camber check wing-p2.meshb --json > check.json   all of it for scripts\n"
+        "  camber check wing-p2.meshb --elements | grep -v ,valid,     each element's verdict, as CSV\n\n"
+        "An element of degree 2 is valid where det J is positive everywhere; its normalised Jacobian is the\n"
+        "smallest det J over that of the straight element with the same vertices. Of a straight mesh the\n"
+        "quality is told: the mean ratio. Beyond its elements the mesh is examined: conformity, orientation,\n"
+        "nodes, boundary. What each line means: docs/algorithms/check.md");
+    CheckArguments& a = verb.check;
+    check->add_option("input", a.input, "The mesh (.mesh, .meshb)")->required();
     check
-        ->add_option("--min-scaled-jacobian", verb.check.min_scaled_jacobian,
-                     "What an element's normalised Jacobian must reach to be valid")
-        ->check(CLI::Range(0.0, 1.0))
+        ->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
+                     "What an element's normalised Jacobian must reach to be valid, from 0 and below 1")
+        ->check(share_below_one())
         ->capture_default_str();
-    check->add_option("--threads", verb.check.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
-    check->add_flag("--histogram", verb.check.histogram, "Also print how the normalised Jacobians are spread");
-    check->add_flag("--json", verb.check.json, "One JSON object instead of a table");
+    check
+        ->add_option("--ridge-angle", a.ridge_angle,
+                     "Faces of the boundary that turn by less than this (degrees) are one smooth wall")
+        ->check(CLI::Range(0.0, 180.0))
+        ->capture_default_str();
+    check->add_option("--worst", a.worst, "How many of the worst elements to show")
+        ->check(CLI::Range(0, 1000000))
+        ->capture_default_str();
+    check->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
+    check->add_flag("--histogram,!--no-histogram", a.histogram,
+                    "How the normalised Jacobians (of a straight mesh: the quality) are spread; shown by default");
+    check->add_flag("--json", a.json, "One JSON object instead of the report");
+    check->add_flag("--elements", a.elements,
+                    "A line of CSV for each element instead of the report; with --json as columns in the object");
+    check->footer(
+        "Exit codes: 0 sound, and every element valid; 1 something that a solver stumbles over; 2 bad usage;\n"
+        "3 a file that cannot be read as a mesh; 4 not enough memory, or an internal error; 130 interrupted.");
 }
 
 void add_convert(CLI::App& app, Verb& verb) {

@@ -19,5 +19,6 @@ export import :linear_programme;
 export import :quadratic_programme;
 export import :edge_shell;
 export import :edge_programme;
+export import :lowest_point;
 import :examination;
 import :tensor;

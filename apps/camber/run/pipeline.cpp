@@ -46,19 +46,6 @@ class Runner {
         measure_mesh();
     }
 
-    /// As given, before and instead of any repair.
-    Outcome<Report> check(double min_scaled_jacobian) {
-        const MeshReport as_given = report_.mesh;
-        auto done =
-            step("examine", [&](State<D> s, const Execution& e) { return examine_stage(std::move(s), report_, e); });
-        if (done && !state_.mesh) done = apply(config::Elevate{});
-        if (done) done = apply(config::Validate{min_scaled_jacobian});
-        if (!done) return fail(done.error());
-        report_.histograms = run_histograms(state_);
-        report_.mesh = as_given;
-        return report_;
-    }
-
     Outcome<Run> run() {
         auto prepared =
             step("prepare", [&](State<D> s, const Execution& e) { return prepare_stage(std::move(s), report_, e); });
@@ -191,18 +178,6 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     if (!run) return run;
     for (Notice& notice : inputs.mesh.notices) run->report.notices.push_back(std::move(notice.what));
     return run;
-}
-
-Outcome<Report> check_mesh(DecodedMesh mesh, double min_scaled_jacobian, const Around& around) {
-    const config::Pipeline nothing;
-    auto report = std::visit(
-        [&]<class Mesh>(Mesh m) {
-            return Runner<Mesh::dimension>(nothing, initial(std::move(m)), {}, {}, around).check(min_scaled_jacobian);
-        },
-        std::move(mesh.mesh));
-    if (!report) return report;
-    for (Notice& notice : mesh.notices) report->notices.push_back(std::move(notice.what));
-    return report;
 }
 
 Outcome<DecodedMesh> generate_shape(const config::Shape& shape) {
