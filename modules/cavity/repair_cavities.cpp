@@ -169,8 +169,9 @@ NodalSimplex<D> changed_element(const RepairState<D>& state, const RepairPlan<D>
 template <int D>
 bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed, RepairPlan<D>& plan) {
     for (const ElementId e : cavity.elements) {
-        const Verdict now = decide(changed_element(state, plan, e), state.options.min_scaled_jacobian);
-        if (now != Verdict::valid && (state.good(e) || e == seed)) return false;
+        const NodalSimplex<D> next = changed_element(state, plan, e);
+        const Verdict now = decide(next, state.options.min_scaled_jacobian);
+        if (spoilt(state, e, next, now) || (e == seed && now != Verdict::valid)) return false;
         plan.verdicts.emplace_back(e, now);
     }
     return true;

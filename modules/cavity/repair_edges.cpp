@@ -50,7 +50,7 @@ std::optional<RepairPlan<D>> plan_of(const RepairState<D>& state, EdgeId edge, c
         for (int i = 0; i < edges_per_simplex<D>; ++i)
             if (state.mesh.edges.of_elements[e][i] == edge) element.nodes[D + 1 + i] = node.point;
         const Verdict now = decide(element, state.options.min_scaled_jacobian);
-        if (now != Verdict::valid && state.good(e)) return {};
+        if (spoilt(state, e, element, now)) return {};
         plan.verdicts.emplace_back(e, now);
     }
     return plan;

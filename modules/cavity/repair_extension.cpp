@@ -25,13 +25,14 @@ struct Extending {
     std::vector<std::uint8_t> chosen;  ///< of edges
     std::vector<EdgeId> edges;         ///< those chosen, in the order in which they were
 
-    [[nodiscard]] Verdict verdict(ElementId e) const {
+    [[nodiscard]] NodalSimplex<D> element(ElementId e) const {
         NodalSimplex<D> element = state.element(e);
         const auto& edges_of = state.mesh.edges.of_elements[e];
         for (int i = 0; i < edges_per_simplex<D>; ++i)
             if (chosen[edges_of[i].index()] != 0) element.nodes[D + 1 + i] = extended[edges_of[i].index()].point;
-        return decide(element, state.options.min_scaled_jacobian);
+        return element;
     }
+    [[nodiscard]] Verdict verdict(ElementId e) const { return decide(element(e), state.options.min_scaled_jacobian); }
     [[nodiscard]] std::vector<ElementId> around(const std::vector<EdgeId>& some) const {
         std::vector<ElementId> elements;
         for (const EdgeId edge : some)
@@ -68,14 +69,14 @@ void grow(Extending<D>& extending, const std::vector<ElementId>& seeds) {
     }
 }
 
-/// Inwards again: around elements that were good and are not, nodes stay.
+/// Inwards again: around elements that would be spoilt nodes stay.
 template <int D>
 void shrink(Extending<D>& extending) {
     std::vector<ElementId> suspects = extending.around(extending.edges);
     while (!suspects.empty()) {
         std::vector<EdgeId> removed;
         for (const ElementId e : suspects) {
-            if (!extending.state.good(e) || extending.verdict(e) == Verdict::valid) continue;
+            if (!spoilt(extending.state, e, extending.element(e), extending.verdict(e))) continue;
             for (const EdgeId edge : extending.state.mesh.edges.of_elements[e])
                 if (std::exchange(extending.chosen[edge.index()], std::uint8_t{0}) != 0) removed.push_back(edge);
         }

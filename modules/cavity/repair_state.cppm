@@ -47,8 +47,19 @@ struct RepairState {
 /// What an element is to have where `asked` is wished for: good ones keep what they have below it.
 template <int D>
 [[nodiscard]] inline double kept_of(const RepairState<D>& state, ElementId e, double asked) {
-    const double now = smallest_scaled_coefficient(bounded_jacobian(state.element(e)));
+    const NodalSimplex<D> element = state.element(e);
+    if (smallest_scaled_coefficient(bounded_jacobian(element)) >= asked) return asked;
+    const double now = check_element(element, 0).min_scaled_jacobian;
     return now < asked ? now : asked;
+}
+
+/// Whether an element that becomes `next`, with this verdict, is spoilt: it was good enough and is not, or it was valid
+/// below the bound and is not even that.
+template <int D>
+[[nodiscard]] inline bool spoilt(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
+                                 Verdict verdict) {
+    if (verdict == Verdict::valid) return false;
+    return state.good(e) || (decide(state.element(e), 0) == Verdict::valid && decide(next, 0) != Verdict::valid);
 }
 
 /// What is to change, planned against a state.
