@@ -28,7 +28,7 @@ function(camber_common TARGET)
 endfunction()
 
 # Headers and nothing else: who links an installed module does not need them.
-set(CAMBER_HEADER_ONLY Eigen3::Eigen range-v3::range-v3 nlohmann_json::nlohmann_json fmt::fmt-header-only CLI11::CLI11)
+set(CAMBER_HEADER_ONLY Boost::headers Eigen3::Eigen range-v3::range-v3 nlohmann_json::nlohmann_json fmt::fmt-header-only CLI11::CLI11)
 
 function(camber_module NAME)
     cmake_parse_arguments(PARSE_ARGV 1 MODULE "" "" "INTERFACE;IMPL;USES;LINK_PUBLIC;LINK_PRIVATE;PACKAGES")

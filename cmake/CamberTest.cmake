@@ -6,6 +6,9 @@
 #   CTest as example_NAME, and failed by an exit code other than 0: each example judges its own result.
 # camber_bench(NAME SOURCES a.cpp … USES core … [LINK library …])
 #   the executable bench_NAME (Google Benchmark), run by `./x bench`.
+# camber_program(NAME SOURCES a.cpp … USES core … [LINK library …])
+#   the executable NAME that measures something and takes arguments; neither a test nor run by `./x bench`. It may include what is in
+#   tests/support/.
 include_guard(GLOBAL)
 
 function(camber_test NAME)
@@ -44,4 +47,16 @@ function(camber_bench NAME)
     camber_common(${target})
     list(TRANSFORM BENCH_USES PREPEND camber::)
     target_link_libraries(${target} PRIVATE benchmark::benchmark_main ${BENCH_USES} ${BENCH_LINK})
+endfunction()
+
+function(camber_program NAME)
+    cmake_parse_arguments(PARSE_ARGV 1 PROGRAM "" "" "SOURCES;USES;LINK")
+    if(PROGRAM_UNPARSED_ARGUMENTS)
+        message(FATAL_ERROR "camber_program(${NAME}): unknown: ${PROGRAM_UNPARSED_ARGUMENTS}")
+    endif()
+    add_executable(${NAME} ${PROGRAM_SOURCES})
+    camber_common(${NAME})
+    target_include_directories(${NAME} PRIVATE "${PROJECT_SOURCE_DIR}/tests/support")
+    list(TRANSFORM PROGRAM_USES PREPEND camber::)
+    target_link_libraries(${NAME} PRIVATE ${PROGRAM_USES} ${PROGRAM_LINK})
 endfunction()

@@ -19,7 +19,7 @@ constexpr const char* description =
     "  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its own metric\n"
     "  camber repair broken-p2.meshb -o valid-p2.meshb   mend a curved mesh made elsewhere\n"
     "  camber run configs/spheres.json                   run a pipeline\n"
-    "  camber check wing-p2.meshb                        judge every element\n"
+    "  camber check wing-p2.meshb                        is it a good mesh?\n"
     "  camber convert wing-p2.meshb -o wing-p2.vtu       for ParaView\n"
     "  camber explain curve                              what a stage does, and its options\n";
 
@@ -41,6 +41,17 @@ struct Verb {
     std::string topic;
 };
 
+/// 1 is only for straight elements.
+CLI::Validator share_below_one() {
+    return CLI::Validator(
+        [](const std::string& text) {
+            double x = 0;
+            const bool holds = CLI::detail::lexical_cast(text, x) && x >= 0 && x < 1;
+            return holds ? std::string() : "must be at least 0 and below 1, got " + text;
+        },
+        "FLOAT in [0, 1)");
+}
+
 void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
                   bool& histogram, bool& dry_run) {
     verb->add_option("--set", settings,
@@ -58,8 +69,8 @@ void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optio
 /// What the verbs that are a pipeline have in common.
 void add_pipeline(CLI::App* verb, PipelineArguments& a) {
     verb->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
-                     "Every element's normalised Jacobian is to be at least this")
-        ->check(CLI::Range(0.0, 1.0));
+                     "Every element's normalised Jacobian is to be at least this, from 0 and below 1")
+        ->check(share_below_one());
     verb->add_option("--report", a.report, "Also write the figures as JSON");
     verb->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
     verb->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
@@ -95,13 +106,11 @@ void add_repair(CLI::App& app, Verb& verb) {
         "Mend a curved mesh made elsewhere: validate, relax, commit.\n\n"
         "  camber repair broken.meshb -o valid.meshb\n"
         "  camber repair broken.meshb -o valid.meshb --boundary-tolerance 1e-3\n\n"
-        "The boundary stays as it is, bit for bit, interfaces between materials too: nodes of the volume move, and, "
-        "if\n"
-        "need be, its vertices. With --boundary-tolerance T the nodes of boundary edges may move too where nothing "
-        "else\n"
-        "helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary vertices never do.\n"
-        "Elements that cannot be mended are listed with the reason, the mesh is written with them, and the exit code\n"
-        "is 1. How it is done: docs/algorithms/repair.md");
+        "The boundary stays as it is, bit for bit, interfaces between materials too: nodes of the volume move,\n"
+        "and, if need be, its vertices. With --boundary-tolerance T the nodes of boundary edges may move too where\n"
+        "nothing else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary\n"
+        "vertices never do. Elements that cannot be mended are listed with the reason, the mesh is written with\n"
+        "them, and the exit code is 1. How it is done: docs/algorithms/repair.md");
     RepairArguments& a = verb.repair;
     repair->add_option("input", a.input, "The curved mesh (.mesh, .meshb)")->required();
     repair->add_option("-o,--output", a.output, "Where the mended mesh goes (.mesh, .meshb, .vtu)")->required();
@@ -113,16 +122,41 @@ void add_repair(CLI::App& app, Verb& verb) {
 }
 
 void add_check(CLI::App& app, Verb& verb) {
-    CLI::App* check = app.add_subcommand("check", "Judge every element of a straight or quadratic mesh");
-    check->add_option("input", verb.check.input, "The mesh (.mesh, .meshb)")->required();
+    CLI::App* check = app.add_subcommand(
+        "check",
+        "Is it a good mesh? Of any mesh of degree 1 or 2, made by whatever program; nothing is changed.\n\n"
+        "  camber check wing-p2.meshb                       the report\n"
+        "  camber check wing-p2.meshb --worst 50            with more of the worst elements\n"
+        "  camber check wing-p2.meshb --json > check.json   all of it for scripts\n"
+        "  camber check wing-p2.meshb --elements | grep -v ,valid,     each element's verdict, as CSV\n\n"
+        "An element of degree 2 is valid where det J is positive everywhere; its normalised Jacobian is the\n"
+        "smallest det J over that of the straight element with the same vertices. Of a straight mesh the\n"
+        "quality is told: the mean ratio. Beyond its elements the mesh is examined: conformity, orientation,\n"
+        "nodes, boundary. What each line means: docs/algorithms/check.md");
+    CheckArguments& a = verb.check;
+    check->add_option("input", a.input, "The mesh (.mesh, .meshb)")->required();
     check
-        ->add_option("--min-scaled-jacobian", verb.check.min_scaled_jacobian,
-                     "What an element's normalised Jacobian must reach to be valid")
-        ->check(CLI::Range(0.0, 1.0))
+        ->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
+                     "What an element's normalised Jacobian must reach to be valid, from 0 and below 1")
+        ->check(share_below_one())
         ->capture_default_str();
-    check->add_option("--threads", verb.check.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
-    check->add_flag("--histogram", verb.check.histogram, "Also print how the normalised Jacobians are spread");
-    check->add_flag("--json", verb.check.json, "One JSON object instead of a table");
+    check
+        ->add_option("--ridge-angle", a.ridge_angle,
+                     "Faces of the boundary that turn by less than this (degrees) are one smooth wall")
+        ->check(CLI::Range(0.0, 180.0))
+        ->capture_default_str();
+    check->add_option("--worst", a.worst, "How many of the worst elements to show")
+        ->check(CLI::Range(0, 1000000))
+        ->capture_default_str();
+    check->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
+    check->add_flag("--histogram,!--no-histogram", a.histogram,
+                    "How the normalised Jacobians (of a straight mesh: the quality) are spread; shown by default");
+    check->add_flag("--json", a.json, "One JSON object instead of the report");
+    check->add_flag("--elements", a.elements,
+                    "A line of CSV for each element instead of the report; with --json as columns in the object");
+    check->footer(
+        "Exit codes: 0 sound, and every element valid; 1 something that a solver stumbles over; 2 bad usage;\n"
+        "3 a file that cannot be read as a mesh; 4 not enough memory, or an internal error; 130 interrupted.");
 }
 
 void add_convert(CLI::App& app, Verb& verb) {

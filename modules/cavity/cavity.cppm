@@ -1,5 +1,5 @@
-/// The P2 operator: edges curved by the metric or for the shape of elements, on a whole mesh or cavity by cavity; what is
-/// not valid repaired; proposals and patches committed.
+/// The P2 operator: edges curved by the metric or for the shape of elements, on a whole mesh or cavity by cavity; what
+/// is not valid repaired; proposals and patches committed.
 export module camber.cavity;
 export import :edge_target;
 export import :curve;

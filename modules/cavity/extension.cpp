@@ -84,7 +84,7 @@ struct System {
 struct Entry {
     EdgeId edge;
     ElementId element;
-    double value;
+    double value = 0;
 };
 
 template <int D>

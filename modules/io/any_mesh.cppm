@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <variant>
 #include <vector>
@@ -21,6 +22,9 @@ struct Notice {
 struct DecodedMesh {
     AnyMesh mesh;
     std::vector<Notice> notices;
+    /// Of a quadratic mesh: the file's number, from 1, of each vertex, then of each edge's node (0: it has none), for
+    /// messages; empty where they are 1, 2, 3 …
+    Column<std::uint32_t> node_numbers = {};
 };
 
 /// An encoded file: its bytes are those of the chunks, one after the other.

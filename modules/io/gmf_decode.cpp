@@ -18,9 +18,7 @@ Outcome<DecodedMesh> decode(const gmf::File& file, const Execution& execution) {
     if (file.find(gmf::Keyword::sol_at_vertices))
         notices.push_back({"the block of keyword SolAtVertices was skipped: a solution is read on its own"});
     if (!raw->quadratic()) return DecodedMesh{gmf::straight_mesh(std::move(*raw)), std::move(notices)};
-    auto mesh = gmf::quadratic_mesh(std::move(*raw), file, execution, notices);
-    if (!mesh) return fail(std::move(mesh.error()));
-    return DecodedMesh{std::move(*mesh), std::move(notices)};
+    return gmf::quadratic_mesh(std::move(*raw), file, execution, std::move(notices));
 }
 
 }  // namespace

@@ -338,11 +338,24 @@ void note_mid_nodes(const Buffer<Reference>& point_references, const LinearMesh<
     if (references > 0) notices.push_back({"references of " + std::to_string(references) + " mid nodes were not kept"});
 }
 
+/// See DecodedMesh::node_numbers.
+Column<std::uint32_t> node_numbers(const Renumbering& numbers, const MidNodes& mid) {
+    const std::size_t vertices = numbers.to_file.size();
+    Buffer<std::uint32_t> of(vertices + mid.of_edge.size());
+    bool plain = true;
+    for (std::size_t i = 0; i < of.size(); ++i) {
+        const std::uint32_t at = i < vertices ? numbers.to_file[i] : mid.of_edge[i - vertices];
+        of[i] = at == none ? 0 : at + 1;
+        plain = plain && of[i] == i + 1;
+    }
+    return plain ? Column<std::uint32_t>() : Column<std::uint32_t>(std::move(of));
+}
+
 }  // namespace
 
 template <int D>
-Outcome<QuadraticMesh<D>> quadratic_mesh(RawMesh<D> raw, const File& file, const Execution& execution,
-                                         std::vector<Notice>& notices) {
+Outcome<DecodedMesh> quadratic_mesh(RawMesh<D> raw, const File& file, const Execution& execution,
+                                    std::vector<Notice> notices) {
     const auto role = roles(raw, execution);
     if (!role) return fail(role.error());
     for (std::size_t v = 0; v < role->size(); ++v)
@@ -359,10 +372,11 @@ Outcome<QuadraticMesh<D>> quadratic_mesh(RawMesh<D> raw, const File& file, const
     auto nodes = nodes_on_edges(raw, *mesh, *edges, *mid, file.bezier_basis == 1, execution);
     if (!nodes) return fail(std::move(nodes.error()));
     note_mid_nodes(raw.point_references, *mesh, *edges, *mid, notices);
-    return QuadraticMesh<D>{std::move(*mesh), std::move(*edges), std::move(*nodes)};
+    return DecodedMesh{QuadraticMesh<D>{std::move(*mesh), std::move(*edges), std::move(*nodes)}, std::move(notices),
+                       node_numbers(numbers, *mid)};
 }
 
-template Outcome<QuadraticMesh<2>> quadratic_mesh<2>(RawMesh<2>, const File&, const Execution&, std::vector<Notice>&);
-template Outcome<QuadraticMesh<3>> quadratic_mesh<3>(RawMesh<3>, const File&, const Execution&, std::vector<Notice>&);
+template Outcome<DecodedMesh> quadratic_mesh<2>(RawMesh<2>, const File&, const Execution&, std::vector<Notice>);
+template Outcome<DecodedMesh> quadratic_mesh<3>(RawMesh<3>, const File&, const Execution&, std::vector<Notice>);
 
 }  // namespace camber::gmf

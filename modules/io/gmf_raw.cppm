@@ -57,10 +57,10 @@ template <int D>
 template <int D>
 [[nodiscard]] LinearMesh<D> straight_mesh(RawMesh<D> raw);
 
-/// The mesh of degree 2; `notices` gets what it does not hold.
+/// The mesh of degree 2 as a DecodedMesh; its notices are added to those given.
 template <int D>
-[[nodiscard]] Outcome<QuadraticMesh<D>> quadratic_mesh(RawMesh<D> raw, const File& file, const Execution& execution,
-                                                       std::vector<Notice>& notices);
+[[nodiscard]] Outcome<DecodedMesh> quadratic_mesh(RawMesh<D> raw, const File& file, const Execution& execution,
+                                                  std::vector<Notice> notices);
 
 /// The reference that a mid node is written with: that of the edge's ends where both agree, else 0.
 [[nodiscard]] constexpr Reference mid_node_reference(Reference a, Reference b) { return a == b ? a : 0; }

@@ -37,7 +37,7 @@ namespace camber {
 template <int D, class Real>
 using ColumnPoints = std::array<std::array<std::array<Real, D>, D + 1>, D>;
 
-/// A bound on |d[a−1][i]|, component by component, the same for all i.
+/// A bound on |d[a−1][i]|, component by component, the same for all i; and never less than `smallest_bound`.
 template <int D, class Real>
 using ColumnBounds = std::array<std::array<Real, D>, D>;
 
@@ -137,20 +137,33 @@ inline constexpr double rounding_factor = 0x1p-48;
 template <>
 inline constexpr double rounding_factor<Twice> = 0x1p-90;
 
-/// |coefficient error| ≤ γ · 2^D perm(w), with w ≥ |d| and |error of d| ≤ (2u + u²) w: at most 6 roundings of a product
-/// come from d, 10 from products, sums and the factor, fewer than 24 with those of w and perm themselves. The last term
-/// covers underflow: less than 2⁻¹⁰⁷⁰ for each of the 64 products, times |d_1|.
+/// Added to every w: makes γ w larger than what underflow can take from an entry of d (half an edge between denormal
+/// numbers; in Twice the low part of any product), which then is multiplied by other columns that may be huge.
+template <class Real>
+inline constexpr double smallest_bound = 0x1p-1020;
+template <>
+inline constexpr double smallest_bound<Twice> = 0x1p-970;
+
+/// |coefficient error| ≤ γ · 2^D perm(w), with w ≥ |d| and |error of d| ≤ (2u + u²) w. A coefficient is a mean of
+/// products 2^D d_1 d_2 d_3, each at most 2^D perm(w); of relative roundings a product meets 6 from d (2 for each
+/// factor), and 10 from multiplying, summing and the factor: pair product 2, sum of pairs 1, times d_1 1, sum over
+/// axes 2, over vertices 2, 8/multinomial 2. 16 u of second order 16² u² and the roundings of w and perm themselves
+/// (at most 14, of the bound alone) leave half of γ. On a triangle: 4 from d, 3 from the rest.
+/// The same bound holds for the mean of up to three such sums (`motion`), which takes 4 roundings more, and for the det
+/// of the straight element: its columns are below 2 w, with one rounding each.
+/// The last term covers underflow: less than 2⁻¹⁰⁷⁰ for each of the 64 products, times |d_1|. Sums are made large
+/// first, so that the bound overflows before any partial sum of a coefficient can: then `finite` is false.
 template <int D, class Real>
 [[nodiscard]] constexpr Real error_bound(const ColumnBounds<D, Real>& w) {
-    constexpr double rounding = rounding_factor<Real>;
+    constexpr double rounding = rounding_factor<Real> * 0x1p-8;
     constexpr double underflow = 0x1p-1060;
     if constexpr (D == 2) {
-        return 4 * rounding * (w[0][0] * w[1][1] + w[0][1] * w[1][0]) + underflow;
+        return (4 * rounding) * (256 * (w[0][0] * w[1][1] + w[0][1] * w[1][0])) + underflow;
     } else {
         const Real permanent = w[0][0] * (w[1][1] * w[2][2] + w[1][2] * w[2][1]) +
                                w[0][1] * (w[1][2] * w[2][0] + w[1][0] * w[2][2]) +
                                w[0][2] * (w[1][0] * w[2][1] + w[1][1] * w[2][0]);
-        return 8 * rounding * permanent + underflow * (1 + w[0][0] + w[0][1] + w[0][2]);
+        return (8 * rounding) * (256 * permanent) + underflow * (1 + w[0][0] + w[0][1] + w[0][2]);
     }
 }
 

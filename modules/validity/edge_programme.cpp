@@ -337,21 +337,31 @@ std::optional<HighestNode<D>> highest_node_in(const EdgeShell<D>& shell, const T
     Parts<D> parts(shell);
     loosen_kept(parts, shell, space.point, options.most_cuts);
     HighestNode<D> best;
+    double upper = infinity;
+    double before = -infinity;
     for (;;) {
         auto answer = raise(parts, shell, space, reach, Admits::safe);
         if (!answer) return {};
-        best = {{absolute.at(answer->y)}, answer->lower, answer->upper, parts.cuts};
-        if (answer->held_by.empty() || options.most_cuts == 0 || answer->lower >= options.enough) break;
-        const auto all = raise(parts, shell, space, reach, Admits::all);
-        if (all) best.upper = all->upper;
-        if (best.upper < options.enough && options.enough < infinity) break;
-        if (best.upper - best.lower <= options.tolerance * std::max(1.0, std::abs(best.upper))) break;
+        best = {{absolute.at(answer->y)}, answer->lower, 0, parts.cuts};
+        if (answer->held_by.empty() || options.most_cuts == 0) {
+            upper = answer->upper;
+            break;
+        }
+        if (answer->lower >= options.enough) break;
+        // The upper bound is as dear as the lower: only where it may end the search.
+        const double close = options.tolerance * std::max(1.0, std::abs(best.lower));
+        if (parts.cuts == 0 || best.lower < before + close) {
+            if (const auto all = raise(parts, shell, space, reach, Admits::all)) upper = std::min(upper, all->upper);
+            if (upper < options.enough && options.enough < infinity) break;
+            if (upper - best.lower <= close) break;
+        }
+        before = best.lower;
         if (!parts.bisect(answer->held_by, space.at(answer->y), options.most_cuts)) break;
     }
     // What is certified speaks of the stored node; a little less than the programme's value, for its rounding.
     const double claimed = best.lower - 1e-9 * std::max(1.0, std::abs(best.lower));
     best.lower = smallest_scaled_jacobian(shell, best.node, parts.cuts == 0 ? -infinity : claimed);
-    best.upper = std::max(best.upper, best.lower);
+    best.upper = std::max(upper, best.lower);
     return best;
 }
 

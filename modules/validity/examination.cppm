@@ -1,8 +1,10 @@
 module;
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 export module camber.validity:examination;
 import camber.core;
@@ -75,6 +77,50 @@ template <class Chosen>
         });
 }
 
+/// Points by a hash of their coordinates: those at one place share a bucket.
+template <int D>
+[[nodiscard]] inline std::size_t bucket_of(const Vec<D>& p, std::size_t buckets) {
+    std::uint64_t h = 0;
+    for (int c = 0; c < D; ++c) {
+        h = (h ^ std::bit_cast<std::uint64_t>(p[c] + 0.0)) * 0x9e3779b97f4a7c15U;  // + 0.0: −0 is 0
+        h ^= h >> 29U;
+    }
+    return static_cast<std::size_t>(h % buckets);
+}
+
+/// For each i in [0, n) the first earlier one at the same place, point(i), of those that counts(i) says and that
+/// meets(i, earlier) accepts; or nobody. Of a crowd at one place only the first few are asked: no more than linear.
+template <class Point, class Counts, class Meets>
+[[nodiscard]] Outcome<Buffer<std::uint32_t>> coincident(std::size_t n, Point&& point, Counts&& counts, Meets&& meets,
+                                                        const Execution& execution) {
+    constexpr int most_asked = 32;
+    auto bucket = map_each(execution, n, [&](std::size_t i) {
+        return counts(i) ? static_cast<std::uint32_t>(bucket_of(point(i), n)) : nobody;
+    });
+    if (!bucket) return fail(bucket.error());
+    Buffer<std::uint32_t> offsets(n + 1);
+    std::fill(offsets.begin(), offsets.end(), 0U);
+    for (const std::uint32_t b : *bucket)
+        if (b != nobody) ++offsets[b + 1];
+    std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
+    Buffer<std::uint32_t> items(offsets.back());
+    Buffer<std::uint32_t> cursor(offsets.begin(), offsets.end());
+    for (std::size_t i = 0; i < n; ++i)
+        if ((*bucket)[i] != nobody) items[cursor[(*bucket)[i]]++] = static_cast<std::uint32_t>(i);
+    return map_each(execution, n, [&](std::size_t i) {
+        const std::uint32_t b = (*bucket)[i];
+        if (b == nobody) return nobody;
+        const auto p = point(i);
+        int asked = 0;
+        for (std::size_t k = offsets[b]; k < offsets[b + 1] && items[k] < i && asked < most_asked; ++k) {
+            if (point(items[k]).c != p.c) continue;
+            if (meets(i, items[k])) return items[k];
+            ++asked;
+        }
+        return nobody;
+    });
+}
+
 /// Twins, neighbours and facets' sides; unlisted faces and interfaces.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& examination,
@@ -95,10 +141,22 @@ template <int D>
 [[nodiscard]] Outcome<Done> examine_boundary(const LinearMesh<D>& mesh, Examination<D>& examination,
                                              const Execution& execution);
 
+/// Elements with two faces on one smooth wall.
+template <int D>
+[[nodiscard]] Outcome<Done> examine_walls(const LinearMesh<D>& mesh, const ExamineOptions& options,
+                                          Examination<D>& examination, const Execution& execution);
+
+/// Mid nodes at the place of vertices or of other mid nodes.
+template <int D>
+[[nodiscard]] Outcome<Done> examine_nodes(const QuadraticMesh<D>& mesh, Examination<D>& examination,
+                                          const Execution& execution);
+
 /// All of it.
 template <int D>
-[[nodiscard]] Outcome<Examination<D>> examine_all(const LinearMesh<D>& mesh, const Execution& execution);
+[[nodiscard]] Outcome<Examination<D>> examine_all(const LinearMesh<D>& mesh, const Execution& execution,
+                                                  const ExamineOptions& options = {});
 template <int D>
-[[nodiscard]] Outcome<Examination<D>> examine_all(const QuadraticMesh<D>& mesh, const Execution& execution);
+[[nodiscard]] Outcome<Examination<D>> examine_all(const QuadraticMesh<D>& mesh, const Execution& execution,
+                                                  const ExamineOptions& options = {});
 
 }  // namespace camber

@@ -30,17 +30,29 @@ Column<SimplexVertices<D - 1>> boundary_of(const LinearMesh<D>& mesh, const Exam
     return faces;
 }
 
-/// What the faces around a vertex look like: edges of more than two of them that lead to higher vertices, and whether
-/// the faces are more than one fan though no edge is to blame.
-struct Link {
-    std::uint32_t crowded = 0;
+/// Edges to blame at a vertex, of those that lead to higher vertices, and the first one's end.
+struct Blamed {
+    std::uint32_t count = 0;
     VertexId first_end;
+
+    void add(VertexId end) {
+        if (count++ == 0) first_end = end;
+    }
+};
+
+/// What the faces around a vertex look like: edges of more than two of them, edges of one alone, and whether the faces
+/// are more than one fan though no edge is to blame.
+struct Link {
+    Blamed crowded, open;
     bool pinched = false;
 };
 
 /// In 2D the faces around a vertex are edges, and two are right.
-Link link_of(const Column<SimplexVertices<1>>&, std::span<const FacetId> around, VertexId) {
-    return {.crowded = 0, .first_end = {}, .pinched = around.size() > 2};
+Link link_of(const Column<SimplexVertices<1>>&, std::span<const FacetId> around, VertexId v) {
+    Link link;
+    link.pinched = around.size() > 2;
+    if (around.size() == 1) link.open.add(v);
+    return link;
 }
 
 /// In 3D each triangle at v has a side opposite v; these sides must be one path or one ring.
@@ -63,8 +75,9 @@ Link link_of(const Column<SimplexVertices<2>>& faces, std::span<const FacetId> a
         const auto next = std::upper_bound(run, ends.end(), *run);
         if (next - run > 2) {
             any_crowded = true;
-            if (*run > v && link.crowded++ == 0) link.first_end = *run;
+            if (*run > v) link.crowded.add(*run);
         }
+        if (next - run == 1 && *run > v) link.open.add(*run);
         run = next;
     }
     if (any_crowded || around.empty()) return link;
@@ -82,6 +95,17 @@ Link link_of(const Column<SimplexVertices<2>>& faces, std::span<const FacetId> a
     return link;
 }
 
+Finding edges_to_blame(const Buffer<Link>& links, Blamed Link::* which) {
+    Finding found;
+    for (std::size_t v = 0; v < links.size(); ++v) {
+        const Blamed& blamed = links[v].*which;
+        if (blamed.count == 0) continue;
+        if (found.count == 0) found = {0, v + 1, blamed.first_end.index() + 1};
+        found.count += blamed.count;
+    }
+    return found;
+}
+
 }  // namespace
 
 template <int D>
@@ -97,14 +121,8 @@ Outcome<Done> examine_boundary(const LinearMesh<D>& mesh, Examination<D>& x, con
     auto pinched = count(execution, links->size(), [&](std::size_t v) { return (*links)[v].pinched; });
     if (!pinched) return fail(pinched.error());
     x[Defect::pinched_vertex] = *pinched;
-    Finding crowded;
-    for (std::size_t v = 0; v < links->size(); ++v) {
-        const Link& link = (*links)[v];
-        if (link.crowded == 0) continue;
-        if (crowded.count == 0) crowded = {0, v + 1, link.first_end.index() + 1};
-        crowded.count += link.crowded;
-    }
-    x[Defect::crowded_edge] = crowded;
+    x[Defect::crowded_edge] = edges_to_blame(*links, &Link::crowded);
+    x[Defect::open_edge] = edges_to_blame(*links, &Link::open);
     return Done{};
 }
 

@@ -1,7 +1,6 @@
 module;
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -18,40 +17,6 @@ import :examination;
 namespace camber {
 
 namespace {
-
-/// Vertices by a hash of their coordinates: those at one place share a bucket.
-template <int D>
-std::size_t bucket_of(const Vec<D>& p, std::size_t buckets) {
-    std::uint64_t h = 0;
-    for (int c = 0; c < D; ++c) {
-        h = (h ^ std::bit_cast<std::uint64_t>(p[c] + 0.0)) * 0x9e3779b97f4a7c15U;  // + 0.0: −0 is 0
-        h ^= h >> 29U;
-    }
-    return static_cast<std::size_t>(h % buckets);
-}
-
-/// For each vertex the first earlier one at the same place, or nobody; of those that `counts` says.
-template <int D, class Counts>
-Outcome<Buffer<std::uint32_t>> coincident(const LinearMesh<D>& mesh, Counts&& counts, const Execution& execution) {
-    const std::size_t n = mesh.points.size();
-    Buffer<std::uint32_t> offsets(n + 1);
-    std::fill(offsets.begin(), offsets.end(), 0U);
-    auto bucket =
-        map_each(execution, n, [&](std::size_t v) { return static_cast<std::uint32_t>(bucket_of(mesh.points[v], n)); });
-    if (!bucket) return fail(bucket.error());
-    for (const std::uint32_t b : *bucket) ++offsets[b + 1];
-    for (std::size_t b = 0; b < n; ++b) offsets[b + 1] += offsets[b];
-    Buffer<std::uint32_t> items(n);
-    Buffer<std::uint32_t> cursor(offsets.begin(), offsets.end());
-    for (std::size_t v = 0; v < n; ++v) items[cursor[(*bucket)[v]]++] = static_cast<std::uint32_t>(v);
-    return map_each(execution, n, [&](std::size_t v) {
-        if (!counts(v)) return nobody;
-        const std::size_t b = (*bucket)[v];
-        for (std::size_t i = offsets[b]; i < offsets[b + 1] && items[i] < v; ++i)
-            if (counts(items[i]) && mesh.points[items[i]].c == mesh.points[v].c) return items[i];
-        return nobody;
-    });
-}
 
 /// Whether the vertex has a face on the boundary, and whether it has one that is not listed.
 struct AtBoundary {
@@ -196,7 +161,9 @@ Outcome<Done> examine_vertices(const LinearMesh<D>& mesh, Examination<D>& x, con
     if (!distant) return fail(distant.error());
     x[Defect::distant_vertex] = *distant;
 
-    auto twin = coincident(mesh, used, execution);
+    auto twin = coincident(
+        n, [&](std::size_t v) -> const Vec<D>& { return mesh.points[v]; }, used,
+        [](std::size_t, std::size_t) { return true; }, execution);
     if (!twin) return fail(twin.error());
     for (const bool slit : {true, false}) {
         auto found = count(execution, n, [&](std::size_t v) {

@@ -39,14 +39,20 @@ template <int D>
 
 namespace camber {
 
+/// The columns of J, their bounds, and the edges of the straight element.
+template <int D, class Real>
+struct JacobianColumns {
+    ColumnPoints<D, Real> d;
+    ColumnBounds<D, Real> w;
+    std::array<std::array<Real, D>, D> straight;
+};
+
 /// From the Lagrange nodes n_ij (n_ii = vertex i) given by coordinate(node, axis):
 /// P_{e_i+e_a} − P_{e_i+e_0} = 2 (n_ia − n_i0) − (p_a − p_0)/2, in which only differences of stored numbers occur, so
 /// that the error is relative to the element's size and not to its distance from the origin.
 template <int D, class Real, class Coordinate>
-[[nodiscard]] inline BoundedJacobian<D, Real> jacobian_of_nodes(Coordinate&& coordinate) {
-    ColumnPoints<D, Real> d;
-    ColumnBounds<D, Real> w;
-    std::array<std::array<Real, D>, D> straight;
+[[nodiscard]] inline JacobianColumns<D, Real> columns_of_nodes(Coordinate&& coordinate) {
+    JacobianColumns<D, Real> j;
     for (int a = 1; a <= D; ++a)
         for (int c = 0; c < D; ++c) {
             const Real edge = coordinate(a, c) - coordinate(0, c);
@@ -54,32 +60,43 @@ template <int D, class Real, class Coordinate>
             Real largest{};
             for (int i = 0; i <= D; ++i) {
                 const Real twice = 2 * (coordinate(node_between<D>[i][a], c) - coordinate(node_between<D>[i][0], c));
-                d[a - 1][i][c] = twice - half;
+                j.d[a - 1][i][c] = twice - half;
                 largest = larger<Real>(largest, magnitude<Real>(twice));
             }
-            w[a - 1][c] = largest + magnitude<Real>(half);
-            straight[a - 1][c] = edge;
+            j.w[a - 1][c] = largest + magnitude<Real>(half) + smallest_bound<Real>;
+            j.straight[a - 1][c] = edge;
         }
-    return {coefficients_of<D, Real>(d), determinant<D, Real>(straight), error_bound<D, Real>(w)};
+    return j;
 }
 
 /// From the Bézier points.
 template <int D, class Real, class Coordinate>
-[[nodiscard]] inline BoundedJacobian<D, Real> jacobian_of_points(Coordinate&& coordinate) {
-    ColumnPoints<D, Real> d;
-    ColumnBounds<D, Real> w;
-    std::array<std::array<Real, D>, D> straight;
+[[nodiscard]] inline JacobianColumns<D, Real> columns_of_points(Coordinate&& coordinate) {
+    JacobianColumns<D, Real> j;
     for (int a = 1; a <= D; ++a)
         for (int c = 0; c < D; ++c) {
             Real largest{};
             for (int i = 0; i <= D; ++i) {
-                d[a - 1][i][c] = coordinate(node_between<D>[i][a], c) - coordinate(node_between<D>[i][0], c);
-                largest = larger<Real>(largest, magnitude<Real>(d[a - 1][i][c]));
+                j.d[a - 1][i][c] = coordinate(node_between<D>[i][a], c) - coordinate(node_between<D>[i][0], c);
+                largest = larger<Real>(largest, magnitude<Real>(j.d[a - 1][i][c]));
             }
-            w[a - 1][c] = largest;
-            straight[a - 1][c] = coordinate(a, c) - coordinate(0, c);
+            j.straight[a - 1][c] = coordinate(a, c) - coordinate(0, c);
+            j.w[a - 1][c] = largest + smallest_bound<Real>;  // the edge is the sum of two of them: below 2 w
         }
-    return {coefficients_of<D, Real>(d), determinant<D, Real>(straight), error_bound<D, Real>(w)};
+    return j;
+}
+
+template <int D, class Real>
+[[nodiscard]] inline BoundedJacobian<D, Real> jacobian_of(const JacobianColumns<D, Real>& j) {
+    return {coefficients_of<D, Real>(j.d), determinant<D, Real>(j.straight), error_bound<D, Real>(j.w)};
+}
+template <int D, class Real, class Coordinate>
+[[nodiscard]] inline BoundedJacobian<D, Real> jacobian_of_nodes(Coordinate&& coordinate) {
+    return jacobian_of<D, Real>(columns_of_nodes<D, Real>(coordinate));
+}
+template <int D, class Real, class Coordinate>
+[[nodiscard]] inline BoundedJacobian<D, Real> jacobian_of_points(Coordinate&& coordinate) {
+    return jacobian_of<D, Real>(columns_of_points<D, Real>(coordinate));
 }
 
 /// To doubles: the factor and the last rounding err by 2⁻⁵² of the coefficient.

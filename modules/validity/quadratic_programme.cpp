@@ -178,8 +178,13 @@ Vec<M> solve_definite(const Sym<M>& hessian, const Vec<M>& b) {
 
 template <int M>
 NearestPoint<M> nearest_point(const QuadraticModel<M>& model, std::span<const AffineFunction<M>> functions) {
-    const Mat<M> lower = cholesky(model.hessian);
     NearestPoint<M> nearest;
+    if (std::all_of(functions.begin(), functions.end(), [&](const auto& f) { return f(model.centre) >= 0; })) {
+        nearest.feasible = true;
+        nearest.x = model.centre;
+        return nearest;
+    }
+    const Mat<M> lower = cholesky(model.hessian);
     std::vector<Plane<M>> planes;
     planes.reserve(functions.size());
     for (std::size_t i = 0; i < functions.size(); ++i) {

@@ -12,10 +12,11 @@ namespace camber {
 
 namespace {
 
-enum class Who : std::uint8_t { element, facet, vertex, edge };
+enum class Who : std::uint8_t { element, facet, vertex, node, edge };
 
-/// What is said of a defect. In `one` and `many` %e is an element of this dimension, %E several, %f a facet, # the
-/// other party's number.
+/// What is said of a defect. In `one` and `many` %e is an element of this dimension, %E several, %f a facet, %F
+/// several, # the other party's number, %> the far end of an edge of the boundary (nothing in 2D, where it is a
+/// vertex).
 struct Wording {
     const char* key;
     Gravity gravity;
@@ -60,14 +61,21 @@ constexpr std::array<Wording, defect_count> wordings{{
     {"unused_vertices", Gravity::harmless, Who::vertex, "belongs to nothing", "belong to nothing", "remove it"},
     {"slit_vertices", Gravity::harmless, Who::vertex, "is at the very place of vertex #, across a slit",
      "are at the very place of an earlier one, across a slit", ""},
+    {"coincident_nodes", Gravity::spoils, Who::node, "is at the very place of node #",
+     "are at the very place of another one", "no two nodes of a mesh share a place"},
     {"inner_facets", Gravity::harmless, Who::facet, "lies between %E of one reference",
      "lie between %E of one reference", ""},
+    {"open_edges", Gravity::harmless, Who::edge, "%>has one %f of the boundary only: the boundary is not closed",
+     "have one %f of the boundary only: the boundary is not closed", "list the boundary's other %F"},
     {"crowded_edges", Gravity::harmless, Who::edge, "to vertex # is shared by more than two faces of the boundary",
      "are shared by more than two faces of the boundary", ""},
     {"pinched_vertices", Gravity::harmless, Who::vertex, "is where the boundary touches itself",
      "are where the boundary touches itself", ""},
     {"lone_edges", Gravity::harmless, Who::edge, "belongs to no %e and no %f", "belong to no %e and no %f",
      "remove it"},
+    {"wall_elements", Gravity::harmless, Who::element,
+     "has two %F on one smooth wall: curved, its nodes cannot make it good; it needs a swap",
+     "have two %F on one smooth wall: curved, their nodes cannot make them good; they need a swap", "swap an edge"},
 }};
 
 const Wording& wording(Defect defect) { return wordings[static_cast<std::size_t>(defect)]; }
@@ -84,7 +92,8 @@ std::string noun(const Soundness& s, Defect defect) {
         case Who::element: return element_name[d];
         case Who::facet: return facet_name[d];
         case Who::vertex: return "vertex";
-        case Who::edge: return defect == Defect::crowded_edge ? "edge from vertex" : "edge";
+        case Who::node: return "node";
+        case Who::edge: return defect == Defect::lone_edge ? "edge" : d == 2 ? "vertex" : "edge from vertex";
     }
     return {};
 }
@@ -94,7 +103,8 @@ std::string nouns(const Soundness& s, Defect defect) {
         case Who::element: return elements_name[d];
         case Who::facet: return facets_name[d];
         case Who::vertex: return "vertices";
-        case Who::edge: return "edges";
+        case Who::node: return "nodes";
+        case Who::edge: return defect != Defect::lone_edge && d == 2 ? "vertices" : "edges";
     }
     return {};
 }
@@ -107,7 +117,13 @@ std::string filled(const Soundness& s, std::string_view text, std::size_t other)
             out += std::to_string(other);
         } else if (text[i] == '%' && i + 1 < text.size()) {
             const char what = text[++i];
-            out += what == 'e' ? element_name[d] : what == 'E' ? elements_name[d] : facet_name[d];
+            if (what == '>')
+                out += d == 2 ? "" : "to vertex " + std::to_string(other) + " ";
+            else
+                out += what == 'e'   ? element_name[d]
+                       : what == 'E' ? elements_name[d]
+                       : what == 'F' ? facets_name[d]
+                                     : facet_name[d];
         } else {
             out += text[i];
         }

@@ -29,13 +29,16 @@ enum class Defect : std::uint8_t {
     missing_interface,  ///< an element whose face to an element of another reference is not listed
     unused_vertex,      ///< belongs to no element and no facet
     slit_vertex,        ///< at the place of an earlier one, across a slit: the boundary is listed on both sides
+    coincident_node,    ///< a mid node at the very place of a vertex, or of the node of an edge with other ends (P2)
     inner_facet,        ///< lies between two elements of the same reference
+    open_edge,          ///< of one boundary face alone, where the boundary is not closed (2D: such a vertex)
     crowded_edge,       ///< of more than two boundary faces (3D)
     pinched_vertex,     ///< where the boundary meets itself: its faces there are not one fan
     lone_edge,          ///< a feature edge of no element and no facet (3D)
+    wall_element,       ///< has two faces on one smooth wall: straight it may be good, curved it cannot be
 };
 /// The number of defects in `Defect`.
-inline constexpr std::size_t defect_count = 21;
+inline constexpr std::size_t defect_count = 24;
 
 /// What is to be thought of a defect.
 enum class Gravity : std::uint8_t {
@@ -54,11 +57,26 @@ struct Finding {
     friend bool operator==(const Finding&, const Finding&) = default;
 };
 
+/// An element with two faces on one smooth wall: where the wall is curved they meet at 180 degrees, so that det J
+/// vanishes there wherever the element's nodes are (it needs a swap).
+struct WallElement {
+    ElementId element;
+    std::array<VertexId, 2> hinge;  ///< what its two faces share: an edge; 2D: a vertex, and an invalid id
+    friend bool operator==(const WallElement&, const WallElement&) = default;
+};
+
+struct ExamineOptions {
+    /// Two faces that turn by less than this (degrees) across an edge are one smooth wall, unless their references
+    /// differ or the edge is listed (2D: the vertex is a listed corner).
+    double ridge_angle_degrees = 40;
+};
+
 /// What was found in a mesh, an immutable value.
 struct Soundness {
     int dimension = 3;
     bool empty = false;  ///< neither elements nor facets
     std::array<Finding, defect_count> findings{};
+    std::vector<WallElement> wall_elements = {};  ///< all of them, by rising element
 
     [[nodiscard]] const Finding& operator[](Defect defect) const { return findings[static_cast<std::size_t>(defect)]; }
     /// Nothing that a solver would stumble over: not empty, and all that there is is harmless.
@@ -81,11 +99,19 @@ struct Soundness {
 /// looked at as a surface. Elements and facets that repeat earlier ones count once: nothing else is said of them.
 /// Errors: memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Soundness> examine(const LinearMesh<D>& mesh, const Execution& execution);
+[[nodiscard]] Outcome<Soundness> examine(const LinearMesh<D>& mesh, const ExamineOptions& options,
+                                         const Execution& execution);
 
 /// The same of a quadratic mesh: an element is reversed if its curved volume is negative. That it is valid is not
-/// asked here (`validate`).
+/// asked here (`validate`). Nodes are numbered vertices first, then by edges.
 template <int D>
-[[nodiscard]] Outcome<Soundness> examine(const QuadraticMesh<D>& mesh, const Execution& execution);
+[[nodiscard]] Outcome<Soundness> examine(const QuadraticMesh<D>& mesh, const ExamineOptions& options,
+                                         const Execution& execution);
+
+/// With the default options.
+template <class Mesh>
+[[nodiscard]] Outcome<Soundness> examine(const Mesh& mesh, const Execution& execution) {
+    return examine(mesh, ExamineOptions{}, execution);
+}
 
 }  // namespace camber

@@ -14,8 +14,9 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Bisections in a row, and in all of one element: beyond them an element is undecided.
-constexpr int most_depth = 60;
+/// Bisections in a row, and in all of one element: beyond them an element is undecided. Corners of parts are whole
+/// multiples of 2⁻⁵² up to that depth, and so exact.
+constexpr int most_depth = 52;
 constexpr int most_parts = 4000;
 
 template <int D>
@@ -39,20 +40,45 @@ double lowest_corner_value(const std::array<double, jacobian_coefficients<D>>& c
     return c[corner_coefficients<D>[lowest_corner<D>(c)]];
 }
 
-/// What a value of det J must exceed to be surely good enough (above), or be below to be surely not (below). The parts
-/// of a bisected element carry up to D more roundings a bisection: an eighth of the first error each (3 of 32 u).
-struct Threshold {
-    double value, error;
-    [[nodiscard]] double above(int depth) const { return value + error * (1 + 0.125 * depth); }
-    [[nodiscard]] double below(int depth) const { return value - error * (1 + 0.125 * depth); }
+/// What rounding may do to a coefficient of a part: `error` before the first bisection. A bisection makes means of
+/// coefficients, up to D in a row: these do not add to errors, but each sum is rounded to u of it, and halving may
+/// underflow. Means never exceed the largest coefficient, so D u · largest a bisection, here with room for a growth by
+/// rounding: 4 u.
+struct Blur {
+    double error, step;
+    [[nodiscard]] double after(int depth) const { return error + step * depth; }
 };
 
+template <int D>
+Blur blur_of(const BoundedJacobian<D>& jacobian) {
+    double largest = 0;
+    for (const double x : jacobian.coefficients) largest = std::max(largest, std::abs(x));
+    return {jacobian.error, 0x1p-51 * largest + 0x1p-1070};
+}
+
+/// What a value of det J must exceed to be surely good enough (above), or be below to be surely not (below).
+struct Threshold {
+    double value;
+    Blur blur;
+    [[nodiscard]] double above(int depth) const { return value + blur.after(depth); }
+    [[nodiscard]] double below(int depth) const { return value - blur.after(depth); }
+};
+
+/// bound · |straight| is off by bound times the error of `straight`, and by the roundings here: those of the product,
+/// of the sums in `after` and `above` and of the comparison's side, each u of what is summed.
 template <int D>
 Threshold threshold_of(const BoundedJacobian<D>& jacobian, double bound) {
     const double asked = std::max(bound, 0.0);
     const double value = asked * std::abs(jacobian.straight);
-    // bound · |straight| is off by bound times the error of `straight`, and by the roundings here.
-    return {value, jacobian.error * (1 + asked) * 1.0001 + value * 0x1p-50};
+    return {value, {jacobian.error * (1 + asked) * 1.0001 + value * 0x1p-50, 0}};
+}
+
+/// The same for parts.
+template <int D>
+Threshold threshold_of_parts(const BoundedJacobian<D>& jacobian, double bound) {
+    Threshold threshold = threshold_of(jacobian, bound);
+    threshold.blur.step = blur_of(jacobian).step;
+    return threshold;
 }
 
 /// NaN among the coefficients, or overflow.
@@ -94,13 +120,15 @@ Verdict decide_by_bisection(const BoundedJacobian<D>& jacobian, const Threshold&
         if (invalid) return false;
         const double low = smallest_coefficient<D>(part.coefficients);
         if (low > threshold.above(part.depth)) return false;
-        if (lowest_corner_value<D>(part.coefficients) < threshold.below(part.depth)) {
+        const double corner = lowest_corner_value<D>(part.coefficients);
+        if (corner < threshold.below(part.depth)) {
             invalid = true;
             found(part);
             return false;
         }
-        // Affine to rounding, and still between: bisecting tells no more.
-        if (largest_bend(part).size < 0.125 * threshold.error) {
+        // A corner that is neither above nor below remains one of parts; affine to rounding and still between:
+        // bisecting tells no more.
+        if (corner <= threshold.above(part.depth) || largest_bend(part).size < 0.125 * threshold.blur.error) {
             doubtful = true;
             return false;
         }
@@ -143,10 +171,10 @@ bool straight_is_flat(const BoundedJacobian<D>& jacobian) {
     return !(std::abs(jacobian.straight) > 2 * jacobian.error);
 }
 
-/// (low − error) / |straight|, rounded down, with the error of `straight` to the safe side.
+/// (low − blur) / |straight|, rounded down, with the error of `straight` to the safe side.
 template <int D>
-double scaled_down(const BoundedJacobian<D>& jacobian, double low, int depth) {
-    const double number = low - jacobian.error * (1 + 0.125 * depth);
+double scaled_down(const BoundedJacobian<D>& jacobian, double low, double blur) {
+    const double number = low - blur;
     const double scale = std::abs(jacobian.straight);
     const double ratio = number / (number > 0 ? scale + jacobian.error : scale - jacobian.error);
     return ratio - std::abs(ratio) * 0x1p-50;
@@ -166,10 +194,21 @@ Verdict decide_by_coefficients(const BoundedJacobian<D>& jacobian, double bound)
 }
 
 template <int D>
+Certificate<D> certify_in_doubles(const BoundedJacobian<D>& jacobian, double bound) {
+    Certificate<D> certificate{decide_by_coefficients(jacobian, bound), Level::filter, {}};
+    if (certificate.verdict == Verdict::invalid)
+        certificate.witness.emplace()[lowest_corner<D>(jacobian.coefficients)] = 1;
+    if (certificate.verdict != Verdict::undecided || !finite(jacobian)) return certificate;
+    certificate.level = Level::bisection;
+    certificate.verdict = decide_by_bisection(
+        jacobian, threshold_of_parts(jacobian, bound),
+        [&](const JacobianPart<D>& part) { certificate.witness = part.corners[lowest_corner<D>(part.coefficients)]; });
+    return certificate;
+}
+
+template <int D>
 Verdict decide(const BoundedJacobian<D>& jacobian, double bound) {
-    const Verdict first = decide_by_coefficients(jacobian, bound);
-    if (first != Verdict::undecided || !finite(jacobian)) return first;
-    return decide_by_bisection(jacobian, threshold_of(jacobian, bound), [](const JacobianPart<D>&) {});
+    return certify_in_doubles(jacobian, bound).verdict;
 }
 
 template <int D>
@@ -177,14 +216,14 @@ double smallest_scaled_coefficient(const BoundedJacobian<D>& jacobian) {
     const double low = smallest_coefficient<D>(jacobian.coefficients);
     if (!finite(jacobian)) return -infinity;
     if (straight_is_flat(jacobian)) return low > jacobian.error ? infinity : -infinity;
-    return scaled_down(jacobian, low, 0);
+    return scaled_down(jacobian, low, jacobian.error);
 }
 
 template <int D>
 std::optional<Barycentric<D>> witness(const BoundedJacobian<D>& jacobian, double bound) {
     if (!finite(jacobian)) return {};
     std::optional<Barycentric<D>> point;
-    decide_by_bisection(jacobian, threshold_of(jacobian, bound), [&](const JacobianPart<D>& part) {
+    decide_by_bisection(jacobian, threshold_of_parts(jacobian, bound), [&](const JacobianPart<D>& part) {
         point = part.corners[lowest_corner<D>(part.coefficients)];
     });
     return point;
@@ -201,7 +240,7 @@ ElementValidity check_element(const BoundedJacobian<D>& jacobian, double bound) 
         validity.min_scaled_jacobian = decide(jacobian, 0) == Verdict::valid ? infinity : -infinity;
     } else {
         const auto low = smallest_value(jacobian, 0.5 * scaled_jacobian_tolerance, std::abs(jacobian.straight));
-        validity.min_scaled_jacobian = scaled_down(jacobian, low.value, low.depth);
+        validity.min_scaled_jacobian = scaled_down(jacobian, low.value, blur_of(jacobian).after(low.depth));
         // The verdict is a certificate too, and a sharper one near the bound.
         if (validity.verdict == Verdict::valid)
             validity.min_scaled_jacobian = std::max({validity.min_scaled_jacobian, bound, 0.0});
@@ -211,48 +250,54 @@ ElementValidity check_element(const BoundedJacobian<D>& jacobian, double bound) 
 
 namespace {
 
-/// Plain doubles where they will do, twice the digits where not.
+template <int D>
+bool all_finite(const std::array<Vec<D>, quadratic_nodes<D>>& points) {
+    for (const Vec<D>& p : points)
+        if (!is_finite(p)) return false;
+    return true;
+}
+
+/// Plain doubles where they will do, twice the digits where not, and integers for the verdict where even these blur it.
 template <int D, class Element>
-ElementValidity check(const Element& element, double bound) {
+ElementValidity check(const Element& element, bool element_is_finite, double bound) {
     const BoundedJacobian<D> plain = bounded_jacobian(element);
     if (!blurred(plain)) {
         const ElementValidity validity = check_element(plain, bound);
         if (validity.verdict != Verdict::undecided) return validity;
     }
     const BoundedJacobian<D> sharp = sharp_jacobian(element);
-    return check_element(finite(sharp) ? sharp : plain, bound);
-}
-
-template <int D>
-bool finite(const NodalSimplex<D>& element) {
-    for (const Vec<D>& node : element.nodes)
-        if (!is_finite(node)) return false;
-    return true;
+    ElementValidity validity = check_element(finite(sharp) ? sharp : plain, bound);
+    if (!element_is_finite) {
+        validity.verdict = Verdict::invalid;
+    } else if (validity.verdict == Verdict::undecided) {
+        validity.verdict = certify_exactly(element, bound).verdict;
+        if (validity.verdict == Verdict::valid)
+            validity.min_scaled_jacobian = std::max({validity.min_scaled_jacobian, bound, 0.0});
+    }
+    return validity;
 }
 
 }  // namespace
 
 template <int D>
 Verdict decide(const NodalSimplex<D>& element, double bound) {
-    const Verdict plain = decide(bounded_jacobian(element), bound);
-    if (plain != Verdict::undecided) return plain;
-    if (!finite(element)) return Verdict::invalid;
-    return decide(sharp_jacobian(element), bound);
+    // The filter alone, without a certificate's fields: most callers ask this of very many elements.
+    const Verdict first = decide_by_coefficients(bounded_jacobian(element), bound);
+    return first != Verdict::undecided ? first : certify(element, bound).verdict;
 }
 
 template <int D>
 ElementValidity check_element(const QuadraticSimplex<D, D>& element, double bound) {
-    return check<D>(element, bound);
+    return check<D>(element, all_finite<D>(element.control), bound);
 }
 
 template <int D>
 ElementValidity check_element(const NodalSimplex<D>& element, double bound) {
-    ElementValidity validity = check<D>(element, bound);
-    if (!finite(element)) validity.verdict = Verdict::invalid;
-    return validity;
+    return check<D>(element, all_finite<D>(element.nodes), bound);
 }
 
 #define CAMBER_INSTANTIATE(D)                                                             \
+    template Certificate<D> certify_in_doubles<D>(const BoundedJacobian<D>&, double);     \
     template Verdict decide<D>(const BoundedJacobian<D>&, double);                        \
     template Verdict decide<D>(const NodalSimplex<D>&, double);                           \
     template Verdict decide_by_coefficients<D>(const BoundedJacobian<D>&, double);        \

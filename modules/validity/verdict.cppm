@@ -31,8 +31,8 @@ inline constexpr double scaled_jacobian_tolerance = 1e-3;
 template <int D>
 [[nodiscard]] Verdict decide(const BoundedJacobian<D>& jacobian, double bound);
 
-/// The same for an element, with a third stage: both again with the sharp coefficients, where doubles leave it
-/// undecided. Further stages belong behind this function.
+/// The same for an element, with two stages more where doubles leave it undecided: both again with the sharp
+/// coefficients, then integers: the verdict of `certify`.
 template <int D>
 [[nodiscard]] Verdict decide(const NodalSimplex<D>& element, double bound);
 

@@ -114,6 +114,10 @@ class CommandLine(unittest.TestCase):
     def test_explain(self):
         self.assertIn("objective", self.camber("explain", "curve").stdout)
         self.fails(2, "curve", "explain", "curv")
+        self.assertIn("largest sizes that both allow", self.camber("explain", "intersect").stdout)
+        self.assertIn(".solb file", self.camber("explain", "file").stdout)
+        for topic in self.camber("explain").stdout.removeprefix("Topics: ").strip().split(", "):
+            self.assertEqual(self.camber("explain", topic).returncode, 0, topic)
 
     def test_wrong_configs(self):
         config = {"input": {"mesh": "two.mesh"}, "output": {"mesh": "out.mesh"}}
@@ -153,6 +157,19 @@ class CommandLine(unittest.TestCase):
         self.write("negative.sol", header.format(5, "1 0 1 0 0 1\n" * 4 + "1 0 -1 0 0 1"))
         self.fails(3, "negative.sol: metric at vertex 5: is not positive definite", "curve", "two.mesh", "-o", "o.mesh",
                    "--metric", "negative.sol")
+
+    def test_a_misspelt_metric_is_no_file(self):
+        self.fails(2, 'unknown word "natrual" (did you mean "natural"?)', "curve", "two.mesh", "-o", "o.mesh", "--metric",
+                   "natrual")
+        self.fails(2, "camber explain file", "curve", "two.mesh", "-o", "o.mesh", "--metric", "file")
+        self.fails(3, "natrual.sol", "curve", "two.mesh", "-o", "o.mesh", "--metric", "natrual.sol")
+        self.fails(3, "./natrual", "curve", "two.mesh", "-o", "o.mesh", "--metric", "./natrual")
+
+    def test_a_bound_of_1_is_refused(self):
+        for arguments in (("check", "two.mesh"), ("curve", "two.mesh", "-o", "o.mesh")):
+            done = self.camber(*arguments, "--min-scaled-jacobian", "1")
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("below 1", done.stderr)
 
     def test_metric_sources(self):
         for metric in ('{"constant": {"sizes": [0.5]}}', '{"constant": {"sizes": [0.5, 1, 2]}}',

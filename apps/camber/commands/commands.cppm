@@ -1,4 +1,5 @@
 module;
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -55,9 +56,10 @@ struct PlotArguments {
 
 struct CheckArguments {
     std::string input;
-    double min_scaled_jacobian = 0;
+    double min_scaled_jacobian = 0, ridge_angle = 40;
+    std::size_t worst = 10;
     int threads = 0;
-    bool json = false, histogram = false;
+    bool json = false, elements = false, histogram = true;
 };
 [[nodiscard]] int check_command(const CheckArguments& arguments);
 

@@ -28,20 +28,23 @@ Outcome<Done> plot(const PlotArguments& a) {
     return write_plots(*histograms, a.output);
 }
 
+std::string plot_file(const std::string& folder, run::Quantity quantity) {
+    return folder + "/" + std::string(run::info(quantity).key) + ".svg";
+}
+
 }  // namespace
 
 std::vector<std::string> plot_files(const std::string& folder) {
     std::vector<std::string> files;
-    files.reserve(run::quantity_count);
-    for (std::size_t q = 0; q < run::quantity_count; ++q)
-        files.push_back(folder + "/" + std::string(run::info(static_cast<run::Quantity>(q)).key) + ".svg");
+    files.reserve(run::run_quantity_count);
+    for (std::size_t q = 0; q < run::run_quantity_count; ++q)
+        files.push_back(plot_file(folder, static_cast<run::Quantity>(q)));
     return files;
 }
 
 Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder) {
-    const auto files = plot_files(folder);
     for (const run::Histogram& h : histograms) {
-        const std::string& file = files[static_cast<std::size_t>(h.quantity)];
+        const std::string file = plot_file(folder, h.quantity);
         auto done = make_folder_of(file).and_then([&](Done) { return write_text(file, run::svg(h)); });
         if (!done) return done;
     }

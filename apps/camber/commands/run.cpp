@@ -3,7 +3,6 @@ module;
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -125,27 +124,6 @@ int run_command(const RunArguments& arguments) {
     const config::Pipeline below =
         config::with_inputs_below(*pipeline, std::filesystem::path(arguments.config).parent_path().string());
     return arguments.dry_run ? print_plan(below) : finish(below, arguments.histogram);
-}
-
-int check_command(const CheckArguments& arguments) {
-    auto decoded = read_mesh(arguments.input, Execution{.threads = arguments.threads});
-    if (!decoded) return report_error(decoded.error());
-    const run::Around plain = [&](std::string_view, const std::function<Outcome<Done>(const Execution&)>& body) {
-        return body(Execution{.threads = arguments.threads});
-    };
-    auto checked = run::check_mesh(std::move(*decoded), arguments.min_scaled_jacobian, plain);
-    if (!checked) return report_error(of_file(checked.error(), arguments.input));
-    const run::Report& report = *checked;
-    if (arguments.json) {
-        fmt::print("{}", run::check_json(report, arguments.input));
-    } else {
-        for (const std::string& notice : report.notices) fmt::print(stderr, "camber: note: {}\n", notice);
-        fmt::print("{}\n{}", arguments.input, run::table(report));
-        if (arguments.histogram) print_histograms(report);
-        if (!report.invalid_elements.empty()) fmt::print("  invalid: {}\n", listed(report.invalid_elements));
-        if (!report.undecided_elements.empty()) fmt::print("  undecided: {}\n", listed(report.undecided_elements));
-    }
-    return report.holds_what_was_asked() ? 0 : 1;
 }
 
 int explain_command(const std::string& topic) {

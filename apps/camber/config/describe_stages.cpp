@@ -24,7 +24,7 @@ constexpr const char* validity_doc =
 }  // namespace
 
 const Words& Described<Objective>::get() {
-    static const Words words{{"energy", "length"}};
+    static const Words words{{"energy", "length", "shape"}};
     return words;
 }
 const Words& Described<FieldOfEdge>::get() {
@@ -49,7 +49,9 @@ const Description<Curve>& Described<Curve>::get() {
         "Moves each edge's node: boundary nodes onto the geometry, volume nodes where the metric makes the edge "
         "shortest.",
         {field("objective", &S::objective,
-               "what a volume edge minimises in the metric: its energy (smooth, evenly spaced) or its length"),
+               "what volume edges minimise in the metric: their energy (smooth, evenly spaced) or their length; shape: "
+               "no "
+               "metric, the Jacobians of their elements are made as even as may be"),
          field("field", &S::field,
                "metric along the edge: back, from the mesh's vertices all the way; edge, from the edge's own three "
                "values"),

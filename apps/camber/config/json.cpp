@@ -167,6 +167,9 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
     std::string best;
     std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
     for (const std::string& candidate : candidates) {
+        // No fewer edits than letters too many: a page of text is compared with nothing.
+        const std::size_t gap = std::max(word.size(), candidate.size()) - std::min(word.size(), candidate.size());
+        if (gap >= least) continue;
         const std::size_t d = edit_distance(word, candidate);
         if (d >= least || d >= std::max(word.size(), candidate.size())) continue;
         least = d;

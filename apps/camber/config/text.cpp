@@ -58,9 +58,11 @@ Outcome<Pipeline> read_pipeline(std::string_view text, std::string_view name, st
 }
 
 Outcome<Metric> read_metric(std::string_view text, std::string_view name) {
-    const auto keys = Codec<Metric>::keys();
+    // A file is meant by what has an ending or a folder, and by a word that is not near to one of the metric's own.
     const bool is_json = text.find_first_of("{\"") != std::string_view::npos;
-    if (!is_json && text != "natural" && !text.empty()) return Metric(FilePath{std::string(text)});
+    const bool is_word = text.find_first_of("./\\") == std::string_view::npos;
+    if (!is_json && !text.empty() && !(is_word && !nearest(text, Codec<Metric>::keys()).empty()))
+        return Metric(FilePath{std::string(text)});
     return read_part<Metric>(text, name);
 }
 

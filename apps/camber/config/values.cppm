@@ -121,7 +121,7 @@ struct Features {
 
 // ---------------------------------------------------------------- the stages
 
-enum class Objective : std::uint8_t { energy, length };
+enum class Objective : std::uint8_t { energy, length, shape };
 enum class FieldOfEdge : std::uint8_t { back, edge };
 enum class Repair : std::uint8_t { cavity, edge, segment, relax };
 

@@ -25,6 +25,8 @@ constexpr std::array<QuantityInfo, quantity_count> infos{{
      Scale::linear},
     {Quantity::normalised_jacobian, "normalised_jacobian", "Normalised Jacobian",
      "smallest det J / det J of the straight element", "elements", Scale::linear},
+    {Quantity::quality, "quality", "Quality", "mean ratio: 1 equilateral, 0 flat, negative inverted", "elements",
+     Scale::linear},
 }};
 
 /// first, first + step … n limits; as quotients, so that the limits are the numbers that one reads.
@@ -85,7 +87,8 @@ std::vector<double> limits_of(Quantity quantity) {
             for (double& x : limits) x = std::exp2(x - 3);
             return limits;
         }
-        case Quantity::normalised_jacobian: return regular(21, 20);
+        case Quantity::normalised_jacobian:
+        case Quantity::quality: return regular(21, 20);
     }
     return {};
 }

@@ -11,8 +11,10 @@ export module camber.run:histogram;
 export namespace camber::run {
 
 /// What is counted, each with bins of its own that never change, so that runs can be compared.
-enum class Quantity : std::uint8_t { length_gain, length, curvature, normalised_jacobian };
-inline constexpr std::size_t quantity_count = 4;
+enum class Quantity : std::uint8_t { length_gain, length, curvature, normalised_jacobian, quality };
+inline constexpr std::size_t quantity_count = 5;
+inline constexpr std::size_t run_quantity_count =
+    4;  ///< those of runs; `quality` is of straight meshes that are checked
 
 /// How the limits of the bins grow.
 enum class Scale : std::uint8_t { linear, log2 };
@@ -28,7 +30,7 @@ struct QuantityInfo {
 [[nodiscard]] const QuantityInfo& info(Quantity quantity);
 
 /// The limits of a quantity's bins, rising: gain 0, 0.02 … 0.5; length in the metric 2^-3, 2^-2.75 … 2^3; curvature 0,
-/// 0.02 … 0.5; normalised Jacobian 0, 0.05 … 1.
+/// 0.02 … 0.5; normalised Jacobian and quality 0, 0.05 … 1.
 [[nodiscard]] std::vector<double> limits_of(Quantity quantity);
 
 /// The counts of one state of the mesh. There is one more than there are limits: below the first limit, from each
@@ -55,6 +57,9 @@ struct Histogram {
 /// Bars for a terminal, the series side by side, without colours: about 100 columns at most. Bins that are empty in all
 /// series at either end are left out.
 [[nodiscard]] std::string bars(const Histogram& histogram);
+
+/// The histograms as an object of JSON, by their keys.
+[[nodiscard]] std::string histograms_json(const std::vector<Histogram>& histograms);
 
 /// The histograms of a report.json. Nothing when the text is no JSON object with histograms as Camber writes them.
 [[nodiscard]] std::optional<std::vector<Histogram>> histograms_of_report(std::string_view json);

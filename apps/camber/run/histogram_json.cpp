@@ -37,6 +37,21 @@ bool is_sound(const Histogram& h) {
 
 }  // namespace
 
+std::string histograms_json(const std::vector<Histogram>& histograms) {
+    Json all = Json::object();
+    for (const Histogram& h : histograms) {
+        Json one{{"edges", h.limits}};
+        Json means = Json::object();
+        for (const Series& s : h.series) {
+            one[s.name] = s.counts;
+            means[s.name] = s.mean;
+        }
+        one["mean"] = std::move(means);
+        all[std::string(info(h.quantity).key)] = std::move(one);
+    }
+    return all.dump();
+}
+
 std::optional<std::vector<Histogram>> histograms_of_report(std::string_view text) {
     try {
         const Json json = Json::parse(text.begin(), text.end());

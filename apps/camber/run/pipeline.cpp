@@ -47,19 +47,6 @@ class Runner {
         read_curved_ = state_.mesh.has_value();
     }
 
-    /// As given, before and instead of any repair.
-    Outcome<Report> check(double min_scaled_jacobian) {
-        const MeshReport as_given = report_.mesh;
-        auto done =
-            step("examine", [&](State<D> s, const Execution& e) { return examine_stage(std::move(s), report_, e); });
-        if (done && !state_.mesh) done = apply(config::Elevate{});
-        if (done) done = apply(config::Validate{min_scaled_jacobian});
-        if (!done) return fail(done.error());
-        report_.histograms = run_histograms(state_);
-        report_.mesh = as_given;
-        return report_;
-    }
-
     Outcome<Run> run() {
         auto prepared =
             step("prepare", [&](State<D> s, const Execution& e) { return prepare_stage(std::move(s), report_, e); });
@@ -116,19 +103,22 @@ class Runner {
     Outcome<Done> apply(const config::Elevate&) {
         return step("elevate", [&](State<D> s, const Execution& e) { return elevate_stage(std::move(s), report_, e); });
     }
-    /// What curving needs of the boundary and of the metric.
-    Outcome<Done> prepare_curving() {
-        auto surface = step("surface", [&](State<D> s, const Execution& e) {
+    Outcome<Done> prepare_surface() {
+        return step("surface", [&](State<D> s, const Execution& e) {
             return surface_stage(std::move(s), pipeline_.features, pipeline_.geometry, report_, e);
         });
-        if (!surface) return surface;
+    }
+    /// What curving by a metric needs.
+    Outcome<Done> prepare_curving() {
+        if (auto surface = prepare_surface(); !surface) return surface;
         return step("metric", [&](State<D> s, const Execution& e) {
             return metric_stage(std::move(s), pipeline_.metric, metric_, pipeline_.metric_operations, operands_,
                                 report_, e);
         });
     }
     Outcome<Done> apply(const config::Curve& options) {
-        if (auto prepared = prepare_curving(); !prepared) return prepared;
+        const bool by_metric = options.objective != config::Objective::shape;
+        if (auto prepared = by_metric ? prepare_curving() : prepare_surface(); !prepared) return prepared;
         return step("curve",
                     [&](State<D> s, const Execution& e) { return curve_stage(std::move(s), options, report_, e); });
     }
@@ -199,18 +189,6 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     if (!run) return run;
     for (Notice& notice : inputs.mesh.notices) run->report.notices.push_back(std::move(notice.what));
     return run;
-}
-
-Outcome<Report> check_mesh(DecodedMesh mesh, double min_scaled_jacobian, const Around& around) {
-    const config::Pipeline nothing;
-    auto report = std::visit(
-        [&]<class Mesh>(Mesh m) {
-            return Runner<Mesh::dimension>(nothing, initial(std::move(m)), {}, {}, around).check(min_scaled_jacobian);
-        },
-        std::move(mesh.mesh));
-    if (!report) return report;
-    for (Notice& notice : mesh.notices) report->notices.push_back(std::move(notice.what));
-    return report;
 }
 
 Outcome<DecodedMesh> generate_shape(const config::Shape& shape) {

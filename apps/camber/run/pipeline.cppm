@@ -35,9 +35,6 @@ struct Run {
 /// The mesh prepared, then the stages of a config, one after the other. Errors name the stage's JSON path.
 [[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around);
 
-/// The mesh as it is, nothing mended: its soundness, and verdicts of its elements for that bound.
-[[nodiscard]] Outcome<Report> check_mesh(DecodedMesh mesh, double min_scaled_jacobian, const Around& around);
-
 /// The mesh of a config's shape.
 [[nodiscard]] Outcome<DecodedMesh> generate_shape(const config::Shape& shape);
 

@@ -1,6 +1,4 @@
 module;
-#include <cstddef>
-#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,22 +14,6 @@ import :stages;
 import :state;
 
 namespace camber::run {
-
-namespace {
-
-SoundnessReport soundness_report(const Soundness& s) {
-    SoundnessReport report{.sound = s.sound(), .empty = s.empty, .findings = {}};
-    for (std::size_t i = 0; i < defect_count; ++i) {
-        const Defect defect{static_cast<std::uint8_t>(i)};
-        const Finding& found = s[defect];
-        report.findings.push_back({key(defect), found.count, found.first, found.other,
-                                   gravity(defect) != Gravity::harmless,
-                                   found.count > 0 ? sentence(s, defect) : std::string()});
-    }
-    return report;
-}
-
-}  // namespace
 
 template <int D>
 Outcome<State<D>> prepare_stage(State<D> state, Report& report, const Execution& execution) {
@@ -54,20 +36,7 @@ Outcome<State<D>> prepare_stage(State<D> state, Report& report, const Execution&
     return state;
 }
 
-template <int D>
-Outcome<State<D>> examine_stage(State<D> state, Report& report, const Execution& execution) {
-    auto found = state.mesh ? examine(*state.mesh, execution) : examine(state.linear, execution);
-    if (!found) return fail(found.error());
-    report.soundness = soundness_report(*found);
-    return state;
-}
-
-#define CAMBER_INSTANTIATE(D)                                                         \
-    template Outcome<State<D>> prepare_stage<D>(State<D>, Report&, const Execution&); \
-    template Outcome<State<D>> examine_stage<D>(State<D>, Report&, const Execution&);
-
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
-#undef CAMBER_INSTANTIATE
+template Outcome<State<2>> prepare_stage<2>(State<2>, Report&, const Execution&);
+template Outcome<State<3>> prepare_stage<3>(State<3>, Report&, const Execution&);
 
 }  // namespace camber::run

@@ -82,19 +82,6 @@ struct ReinsertReport {
     std::size_t rejected_not_valid = 0, rejected_no_gain = 0;
 };
 
-/// What the mesh was found to be before anything was done to it: one entry a defect, also of those not found.
-struct SoundnessReport {
-    struct Entry {
-        std::string key;
-        std::size_t count = 0;
-        std::size_t first = 0, other = 0;  ///< numbers from 1; 0: none
-        bool harms = false;                ///< not sound if there is one
-        std::string sentence;              ///< of what was found; empty otherwise
-    };
-    bool sound = true, empty = false;
-    std::vector<Entry> findings;
-};
-
 struct StageTime {
     std::string stage;
     double seconds = 0;
@@ -103,7 +90,6 @@ struct StageTime {
 
 struct Report {
     MeshReport mesh;
-    std::optional<SoundnessReport> soundness;
     std::optional<MetricReport> metric;
     std::optional<BoundaryReport> boundary;
     std::optional<CurveReport> curve;
@@ -121,7 +107,7 @@ struct Report {
     int threads = 0;
 
     [[nodiscard]] bool holds_what_was_asked() const {
-        return (!validity || (validity->invalid == 0 && validity->undecided == 0)) && (!soundness || soundness->sound);
+        return !validity || (validity->invalid == 0 && validity->undecided == 0);
     }
 };
 
@@ -130,8 +116,5 @@ struct Report {
 
 /// report.json: the same numbers, with units in the names.
 [[nodiscard]] std::string to_json(const Report& report);
-
-/// The object of `camber check --json`; `name` is the file's.
-[[nodiscard]] std::string check_json(const Report& report, const std::string& name);
 
 }  // namespace camber::run

@@ -92,31 +92,6 @@ Json json(const ReinsertReport& r) {
             {"rejected_no_gain", r.rejected_no_gain}};
 }
 
-Json json(const SoundnessReport& s) {
-    Json j{{"sound", s.sound}, {"empty", s.empty}};
-    for (const SoundnessReport::Entry& found : s.findings) j[found.key] = found.count;
-    Json first = Json::object();
-    for (const SoundnessReport::Entry& found : s.findings)
-        if (found.count > 0) first[found.key] = found.other > 0 ? Json{found.first, found.other} : Json{found.first};
-    j["first"] = std::move(first);
-    return j;
-}
-
-Json json(const std::vector<Histogram>& histograms) {
-    Json all = Json::object();
-    for (const Histogram& h : histograms) {
-        Json one{{"edges", h.limits}};
-        Json means = Json::object();
-        for (const Series& s : h.series) {
-            one[s.name] = s.counts;
-            means[s.name] = s.mean;
-        }
-        one["mean"] = std::move(means);
-        all[std::string(info(h.quantity).key)] = std::move(one);
-    }
-    return all;
-}
-
 }  // namespace
 
 std::string to_json(const Report& report) {
@@ -132,7 +107,7 @@ std::string to_json(const Report& report) {
     }
     if (report.reinsert) j["reinsert"] = json(*report.reinsert);
     if (report.validity) j["validity"] = json(*report.validity);
-    if (!report.histograms.empty()) j["histograms"] = json(report.histograms);
+    if (!report.histograms.empty()) j["histograms"] = Json::parse(histograms_json(report.histograms));
     j["invalid_elements"] = report.invalid_elements;
     j["undecided_elements"] = report.undecided_elements;
     j["committed"] = report.committed;
@@ -142,25 +117,6 @@ std::string to_json(const Report& report) {
     for (const StageTime& t : report.times)
         stages.push_back({{"stage", t.stage}, {"seconds", t.seconds}, {"peak_bytes", t.peak_bytes}});
     j["stages"] = std::move(stages);
-    return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-std::string check_json(const Report& report, const std::string& name) {
-    Json j{{"file", name}};
-    j.update(json(report.mesh));
-    if (report.validity) {
-        j["bound"] = report.validity->bound;
-        j["invalid"] = report.validity->invalid;
-        j["undecided"] = report.validity->undecided;
-        j["straight_inverted"] = report.validity->straight_inverted;
-        j["min_scaled_jacobian"] = report.validity->smallest;
-        j["worst_element"] = report.validity->worst;
-    }
-    if (!report.histograms.empty()) j["histograms"] = json(report.histograms);
-    j["invalid_elements"] = report.invalid_elements;
-    j["undecided_elements"] = report.undecided_elements;
-    if (report.soundness) j["soundness"] = json(*report.soundness);
-    j["notices"] = report.notices;
     return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

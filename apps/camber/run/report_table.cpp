@@ -7,20 +7,22 @@ module;
 module camber.run;
 import camber.core;
 import :report;
+import :rows;
 
 namespace camber::run {
 
-namespace {
-
-/// 1234567 → 1 234 567.
 std::string grouped(std::size_t n) {
     std::string digits = fmt::format("{}", n);
     for (std::size_t at = digits.size(); at > 3; at -= 3) digits.insert(at - 3, " ");
     return digits;
 }
 
-std::string row(std::string_view name, const std::string& value) { return fmt::format("  {:<34}{}\n", name, value); }
-std::string row(std::string_view name, std::size_t n) { return row(name, grouped(n)); }
+std::string table_row(std::string_view name, const std::string& value) {
+    return fmt::format("  {:<34}{}\n", name, value);
+}
+std::string table_row(std::string_view name, std::size_t n) { return table_row(name, grouped(n)); }
+
+namespace {
 
 std::string before_after(double before, const double* after, std::string_view format) {
     std::string text = fmt::format(fmt::runtime(format), before);
@@ -30,16 +32,17 @@ std::string before_after(double before, const double* after, std::string_view fo
 
 std::string mesh_rows(const Report& report) {
     const MeshReport& m = report.mesh;
-    std::string text = row("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
-                       row("vertices", m.vertices) + row(m.dimension == 2 ? "triangles" : "tetrahedra", m.elements) +
-                       row(m.dimension == 2 ? "boundary edges" : "boundary triangles", m.facets);
+    std::string text = table_row("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
+                       table_row("vertices", m.vertices) +
+                       table_row(m.dimension == 2 ? "triangles" : "tetrahedra", m.elements) +
+                       table_row(m.dimension == 2 ? "boundary edges" : "boundary triangles", m.facets);
     if (report.metric) {
-        text += row("metric", report.metric->source) +
-                row("largest anisotropy", fmt::format("{:.4g}", report.metric->largest_anisotropy)) +
-                row("complexity", fmt::format("{:.6g}", report.metric->complexity));
+        text += table_row("metric", report.metric->source) +
+                table_row("largest anisotropy", fmt::format("{:.4g}", report.metric->largest_anisotropy)) +
+                table_row("complexity", fmt::format("{:.6g}", report.metric->complexity));
         for (const GradationReport& g : report.metric->gradations)
-            text += row("gradation: sweeps, vertices", fmt::format("{}, {}", g.sweeps, grouped(g.changed)));
-        if (report.metric->floored > 0) text += row("metrics raised from rounding", report.metric->floored);
+            text += table_row("gradation: sweeps, vertices", fmt::format("{}, {}", g.sweeps, grouped(g.changed)));
+        if (report.metric->floored > 0) text += table_row("metrics raised from rounding", report.metric->floored);
     }
     return text;
 }
@@ -48,17 +51,19 @@ std::string curve_rows(const CurveReport& c) {
     const EdgeReport* after = c.after ? &*c.after : nullptr;
     const auto pick = [&](double EdgeReport::* field) { return after == nullptr ? nullptr : &(after->*field); };
     std::string text =
-        row("edges", c.edges) +
-        row("volume edges (curved)", fmt::format("{} ({})", grouped(c.volume_edges), grouped(c.curved_edges))) +
-        row("mean length gain", before_after(c.before.mean_gain, pick(&EdgeReport::mean_gain), "{:.5f}")) +
-        row("largest length gain", before_after(c.before.largest_gain, pick(&EdgeReport::largest_gain), "{:.4f}")) +
-        row("mean curvature", before_after(c.before.mean_curvature, pick(&EdgeReport::mean_curvature), "{:.4f}")) +
-        row("largest curvature",
-            before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}")) +
-        row("edges longer than straight", after == nullptr ? c.before.longer : after->longer) +
-        row("edges per second", grouped(static_cast<std::size_t>(c.edges_per_second)));
-    if (c.outside > 0) text += row("edges that leave the back mesh", c.outside);
-    if (c.lost > 0) text += row("edges with samples not located", c.lost);
+        table_row("edges", c.edges) +
+        table_row("volume edges (curved)", fmt::format("{} ({})", grouped(c.volume_edges), grouped(c.curved_edges))) +
+        table_row("mean length gain", before_after(c.before.mean_gain, pick(&EdgeReport::mean_gain), "{:.5f}")) +
+        table_row("largest length gain",
+                  before_after(c.before.largest_gain, pick(&EdgeReport::largest_gain), "{:.4f}")) +
+        table_row("mean curvature",
+                  before_after(c.before.mean_curvature, pick(&EdgeReport::mean_curvature), "{:.4f}")) +
+        table_row("largest curvature",
+                  before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}")) +
+        table_row("edges longer than straight", after == nullptr ? c.before.longer : after->longer) +
+        table_row("edges per second", grouped(static_cast<std::size_t>(c.edges_per_second)));
+    if (c.outside > 0) text += table_row("edges that leave the back mesh", c.outside);
+    if (c.lost > 0) text += table_row("edges with samples not located", c.lost);
     return text;
 }
 
@@ -71,18 +76,18 @@ std::string validity_rows(const Report& report) {
     const auto counts = [&](std::size_t was, std::size_t is) {
         return changed && was != is ? grouped(was) + " -> " + grouped(is) : grouped(is);
     };
-    text +=
-        row("invalid elements", counts(before.invalid, v.invalid)) +
-        row("undecided elements", counts(before.undecided, v.undecided)) +
-        row("smallest normalised Jacobian", before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}"));
-    if (v.straight_inverted > 0) text += row("inverted or flat when straight", v.straight_inverted);
+    text += table_row("invalid elements", counts(before.invalid, v.invalid)) +
+            table_row("undecided elements", counts(before.undecided, v.undecided)) +
+            table_row("smallest normalised Jacobian",
+                      before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}"));
+    if (v.straight_inverted > 0) text += table_row("inverted or flat when straight", v.straight_inverted);
     if (const auto& r = report.relax)
-        text += row("corrected elements", r->corrected_elements) +
-                row("relaxed volume edges", r->relaxed_volume_edges) +
-                row("relaxed surface edges", r->relaxed_surface_edges) +
-                (r->moved_vertices > 0 ? row("moved vertices", r->moved_vertices) : std::string());
+        text += table_row("corrected elements", r->corrected_elements) +
+                table_row("relaxed volume edges", r->relaxed_volume_edges) +
+                table_row("relaxed surface edges", r->relaxed_surface_edges) +
+                (r->moved_vertices > 0 ? table_row("moved vertices", r->moved_vertices) : std::string());
     if (const auto& r = report.reinsert)
-        text += row("cavities committed (turns)", fmt::format("{} ({})", grouped(r->patches), r->turns));
+        text += table_row("cavities committed (turns)", fmt::format("{} ({})", grouped(r->patches), r->turns));
     return text;
 }
 
@@ -91,7 +96,7 @@ std::string kept_boundary_rows(const Report& report) {
     std::string moved = fmt::format("{} (tolerance {:g})", grouped(k.moved_nodes), k.tolerance);
     if (k.moved_nodes > 0)
         moved += fmt::format(", by at most {:.4g}, {:.4g} of the edge", k.largest_shift, k.largest_relative_shift);
-    std::string text = row("moved boundary nodes", moved);
+    std::string text = table_row("moved boundary nodes", moved);
     constexpr std::size_t shown = 10;
     for (std::size_t i = 0; i < report.remaining.size() && i < shown; ++i)
         text += fmt::format("  ! {} {}: {}\n", report.mesh.dimension == 2 ? "triangle" : "tetrahedron",
@@ -101,19 +106,13 @@ std::string kept_boundary_rows(const Report& report) {
     return text;
 }
 
-std::string soundness_rows(const SoundnessReport& s) {
-    if (s.empty) return row("sound", "no: the mesh is empty");
-    std::string text = row("sound", s.sound ? "yes" : "no");
-    for (const SoundnessReport::Entry& found : s.findings)
-        if (found.count > 0) text += fmt::format("  {} {}\n", found.harms ? "!" : "-", found.sentence);
-    return text;
-}
-
 std::string boundary_rows(const BoundaryReport& b) {
-    std::string text = row("surface edges, ridges, corners", fmt::format("{}, {}, {}", grouped(b.surface_edges),
-                                                                         grouped(b.ridge_edges), grouped(b.corners)));
+    std::string text =
+        table_row("surface edges, ridges, corners",
+                  fmt::format("{}, {}, {}", grouped(b.surface_edges), grouped(b.ridge_edges), grouped(b.corners)));
     if (b.straight_distance && b.curved_distance)
-        text += row("largest distance to geometry", before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));
+        text += table_row("largest distance to geometry",
+                          before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));
     return text;
 }
 
@@ -138,7 +137,6 @@ std::string table(const Report& report) {
     if (report.curve) text += curve_rows(*report.curve);
     text += validity_rows(report);
     if (report.kept_boundary) text += kept_boundary_rows(report);
-    if (report.soundness) text += soundness_rows(*report.soundness);
     if (!report.times.empty()) text += time_rows(report);
     return text;
 }

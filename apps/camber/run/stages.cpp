@@ -112,6 +112,23 @@ Outcome<Column<QuadraticModel<D>>> models_of(const State<D>& state, const Execut
     return Column<QuadraticModel<D>>(std::move(*models));
 }
 
+/// The proposal of `shape` as one of `curve`, without lengths: there is no field to measure them in.
+template <int D>
+Outcome<Curved<D>> shaped(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                          const Column<LagrangeNode<D>>& boundary_nodes, const Incidence<ElementId>& shells,
+                          const Execution& execution) {
+    auto done = shape(mesh, kinds, boundary_nodes, shells, ShapeOptions{}, execution);
+    if (!done) return fail(done.error());
+    const std::size_t n = mesh.edges.size();
+    Curved<D> curved{std::move(done->proposal), Buffer<double>(n, 0.0), Buffer<double>(n, 0.0), {}};
+    for (std::size_t e = 0; e < n; ++e) {
+        if (kinds[e] != EdgeKind::volume) continue;
+        ++curved.statistics.volume_edges;
+        curved.statistics.curved_edges += curved.proposal.mid_nodes[e] != mesh.mid_nodes[e];
+    }
+    return curved;
+}
+
 template <int D>
 CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved, double seconds) {
     const CurveStatistics& s = curved.statistics;
@@ -240,8 +257,11 @@ Outcome<State<D>> curve_stage(State<D> state, const config::Curve& options, Repo
     if (!boundary) return fail(boundary.error());
 
     const auto begin = std::chrono::steady_clock::now();
-    auto curved = curve(mesh, state.features->edge_kinds, Column<LagrangeNode<D>>(std::move(*boundary)), *state.shells,
-                        *state.back, edge_options(options), execution);
+    const Column<LagrangeNode<D>> nodes(std::move(*boundary));
+    auto curved = options.objective == config::Objective::shape
+                      ? shaped(mesh, state.features->edge_kinds, nodes, *state.shells, execution)
+                      : curve(mesh, state.features->edge_kinds, nodes, *state.shells, *state.back,
+                              edge_options(options), execution);
     if (!curved) return fail(curved.error());
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
 

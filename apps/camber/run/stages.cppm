@@ -26,10 +26,6 @@ struct MetricFile {
 template <int D>
 Outcome<State<D>> prepare_stage(State<D> state, Report& report, const Execution& execution);
 
-/// What is wrong with the mesh, which stays as it is.
-template <int D>
-Outcome<State<D>> examine_stage(State<D> state, Report& report, const Execution& execution);
-
 template <int D>
 Outcome<State<D>> elevate_stage(State<D> state, Report& report, const Execution& execution);
 

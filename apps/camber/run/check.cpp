@@ -1,0 +1,207 @@
+module;
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.run;
+import camber.core;
+import camber.bezier;
+import camber.io;
+import camber.validity;
+import :check;
+import :check_parts;
+import :histogram;
+import :pipeline;
+import :report;
+
+namespace camber::run {
+
+namespace {
+
+std::vector<ReferenceCount> by_reference(const Column<Reference>& references) {
+    std::map<Reference, std::size_t> counts;
+    for (const Reference r : references) ++counts[r];
+    std::vector<ReferenceCount> list;
+    list.reserve(counts.size());
+    for (const auto& [reference, count] : counts) list.push_back({reference, count});
+    return list;
+}
+
+/// Numbers, from 1, of the elements that are chosen.
+template <class Chosen>
+std::vector<std::size_t> numbers_of(std::size_t elements, Chosen&& chosen) {
+    std::vector<std::size_t> numbers;
+    for (std::size_t e = 0; e < elements; ++e)
+        if (chosen(e)) numbers.push_back(e + 1);
+    return numbers;
+}
+
+/// As `check_element` has it.
+template <int D>
+bool straight_inverted(const NodalSimplex<D>& element) {
+    const BoundedJacobian<D> plain = bounded_jacobian(element);
+    const BoundedJacobian<D> jacobian = blurred(plain) ? sharp_jacobian(element) : plain;
+    return !(jacobian.straight > jacobian.error);
+}
+
+/// One check in D dimensions, step by step.
+template <int D>
+class Checker {
+  public:
+    Checker(std::optional<QuadraticMesh<D>> mesh, LinearMesh<D> linear, FileNumbers numbers,
+            const CheckOptions& options, const Around& around)
+        : mesh_(std::move(mesh)),
+          linear_(std::move(linear)),
+          numbers_(std::move(numbers)),
+          options_(options),
+          around_(around),
+          degree_(mesh_ ? 2 : 1) {}
+
+    Outcome<CheckReport> check() {
+        count();
+        auto done =
+            step("examine", [&](const Execution& e) {
+                return examine_mesh(e);
+            }).and_then([&](Done) {
+                  return step("validate", [&](const Execution& e) { return judge(e); });
+              }).and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); }); });
+        if (!done) return fail(done.error());
+        return std::move(report_);
+    }
+
+  private:
+    template <class F>
+    Outcome<Done> step(const char* name, F&& f) {
+        return around_(name, [&](const Execution& execution) { return guarded([&] { return f(execution); }); });
+    }
+
+    void count() {
+        report_.mesh = {D,
+                        degree_,
+                        linear_.points.size(),
+                        linear_.points.size() + (mesh_ ? mesh_->edges.size() : 0),
+                        linear_.elements.size(),
+                        linear_.facets.size(),
+                        linear_.edges.size()};
+        report_.elements_by_reference = by_reference(linear_.elements.references);
+        report_.facets_by_reference = by_reference(linear_.facets.references);
+        report_.feature_edges_by_reference = by_reference(linear_.edges.references);
+        report_.elements.references = linear_.elements.references;
+    }
+
+    Outcome<Done> examine_mesh(const Execution& execution) {
+        const ExamineOptions options{.ridge_angle_degrees = options_.ridge_angle_degrees};
+        auto found = mesh_ ? examine(*mesh_, options, execution) : examine(linear_, options, execution);
+        if (!found) return fail(found.error());
+        soundness_ = std::move(*found);
+        report_.soundness = soundness_report(soundness_, numbers_);
+        report_.wall_elements.reserve(soundness_.wall_elements.size());
+        for (const WallElement& wall : soundness_.wall_elements)
+            report_.wall_elements.push_back(wall.element.index() + 1);
+        return Done{};
+    }
+
+    Outcome<Done> judge(const Execution& execution) {
+        if (!mesh_) {
+            auto elevated = elevate(linear_, execution);
+            if (!elevated) return fail(elevated.error());
+            mesh_ = std::move(*elevated);
+        }
+        auto validation = validate(*mesh_, options_.min_scaled_jacobian, execution);
+        if (!validation) return fail(validation.error());
+        validation_ = std::move(*validation);
+        const Validation<D>& v = validation_;
+        report_.validity = {v.bound,     v.invalid,
+                            v.undecided, v.straight_inverted,
+                            v.smallest,  v.worst.valid() ? v.worst.index() + 1 : 0};
+        report_.elements.verdicts = v.verdicts;
+        const auto listed = [&](Verdict verdict) {
+            return numbers_of(v.verdicts.size(), [&](std::size_t e) { return v.verdicts[e] == verdict; });
+        };
+        report_.invalid_elements = listed(Verdict::invalid);
+        report_.undecided_elements = listed(Verdict::undecided);
+        return Done{};
+    }
+
+    Outcome<Done> measure(const Execution& execution) {
+        const std::size_t n = linear_.elements.size();
+        ElementColumns& columns = report_.elements;
+        auto inverted = map_each(execution, n, [&](std::size_t e) {
+            const auto element = nodal_element<D>(*mesh_, mesh_->mid_nodes.view(), ElementId(e));
+            return static_cast<std::uint8_t>(straight_inverted(element));
+        });
+        if (!inverted) return fail(inverted.error());
+        columns.straight_inverted = std::move(*inverted);
+        report_.straight_inverted_elements =
+            numbers_of(n, [&](std::size_t e) { return columns.straight_inverted[e] == 1; });
+        if (degree_ == 2) {
+            columns.min_scaled_jacobian = validation_.min_scaled_jacobian;
+            add_histogram(Quantity::normalised_jacobian, columns.min_scaled_jacobian.view());
+        } else {
+            auto quality = map_each(
+                execution, n, [&](std::size_t e) { return static_cast<float>(mean_ratio<D>(corners_of(linear_, e))); });
+            if (!quality) return fail(quality.error());
+            auto volume =
+                map_each(execution, n, [&](std::size_t e) { return signed_measure<D>(corners_of(linear_, e)); });
+            if (!volume) return fail(volume.error());
+            columns.quality = std::move(*quality);
+            columns.volume = std::move(*volume);
+            add_histogram(Quantity::quality, columns.quality.view());
+        }
+        const Judged<D> judged{*mesh_, validation_, columns, soundness_, numbers_, degree_};
+        auto worst = worst_elements(judged, options_.worst, execution);
+        if (!worst) return fail(worst.error());
+        report_.worst = std::move(*worst);
+        return Done{};
+    }
+
+    void add_histogram(Quantity quantity, std::span<const float> values) {
+        if (values.empty()) return;
+        const std::vector<double> all(values.begin(), values.end());
+        Histogram h{quantity, limits_of(quantity), {}};
+        h.series.push_back(counted("count", h.limits, all));
+        report_.histograms.push_back(std::move(h));
+    }
+
+    std::optional<QuadraticMesh<D>> mesh_;
+    LinearMesh<D> linear_;
+    FileNumbers numbers_;
+    CheckOptions options_;
+    const Around& around_;
+    int degree_;
+    Soundness soundness_;
+    Validation<D> validation_;
+    CheckReport report_;
+};
+
+template <int D>
+Outcome<CheckReport> check(LinearMesh<D> mesh, FileNumbers numbers, const CheckOptions& options, const Around& around) {
+    return Checker<D>(std::nullopt, std::move(mesh), std::move(numbers), options, around).check();
+}
+template <int D>
+Outcome<CheckReport> check(QuadraticMesh<D> mesh, FileNumbers numbers, const CheckOptions& options,
+                           const Around& around) {
+    LinearMesh<D> linear = mesh.linear;
+    return Checker<D>(std::move(mesh), std::move(linear), std::move(numbers), options, around).check();
+}
+
+}  // namespace
+
+Outcome<CheckReport> check_mesh(DecodedMesh mesh, const CheckOptions& options, const Around& around) {
+    auto report =
+        std::visit([&](auto m) { return check(std::move(m), FileNumbers{mesh.node_numbers}, options, around); },
+                   std::move(mesh.mesh));
+    if (!report) return report;
+    report->notices.reserve(mesh.notices.size());
+    for (Notice& notice : mesh.notices) report->notices.push_back(std::move(notice.what));
+    return report;
+}
+
+}  // namespace camber::run

@@ -1,0 +1,119 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+export module camber.run:check;
+import camber.core;
+import camber.io;
+import camber.validity;
+import :histogram;
+import :pipeline;
+import :report;
+
+/// What is right and wrong with a mesh, as it is: `camber check`.
+export namespace camber::run {
+
+struct CheckOptions {
+    double min_scaled_jacobian = 0;   ///< below it an element is invalid
+    double ridge_angle_degrees = 40;  ///< two faces of the boundary that turn by less are one smooth wall
+    std::size_t worst = 10;           ///< elements to look at closely
+};
+
+struct ReferenceCount {
+    Reference reference = 0;
+    std::size_t count = 0;
+};
+
+/// Where det J of an element is lowest.
+struct Witness {
+    std::vector<double> barycentric, point;  ///< of the reference element; in space (model units)
+    double scaled_jacobian = 0;              ///< det J / |det straight|; det J where the straight element is flat
+};
+
+/// One of the worst elements, looked at closely.
+struct ElementReport {
+    std::size_t number = 0;  ///< from 1, as in the file
+    Reference reference = 0;
+    std::vector<std::size_t> vertices;  ///< as the file numbers them
+    Verdict verdict = Verdict::undecided;
+    bool straight_inverted = false;
+    double min_scaled_jacobian = 0;       ///< see ElementValidity; of degree 2
+    double quality = 0, volume = 0;       ///< see ElementColumns; of degree 1
+    std::optional<Witness> witness = {};  ///< of degree 2
+    std::string reason;
+};
+
+/// One entry an element. Of degree 2 the normalised Jacobians, of degree 1 quality and volume.
+struct ElementColumns {
+    Column<Reference> references;
+    Column<Verdict> verdicts;
+    Column<std::uint8_t> straight_inverted;
+    Column<float> min_scaled_jacobian;
+    Column<float>
+        quality;  ///< mean ratio: 1 for an equilateral element, 0 for a flat one, negative for an inverted one
+    Column<double> volume;  ///< with sign; area in 2D
+};
+
+/// What the defects are about, in the order in which they are told.
+enum class Concern : std::uint8_t { conformity, orientation, nodes, boundary, closure, walls };
+inline constexpr std::size_t concern_count = 6;
+[[nodiscard]] Concern concern_of(Defect defect);
+/// "conformity" …, and what was looked at, as one says it when all is well.
+struct ConcernText {
+    std::string_view name, good;
+};
+[[nodiscard]] ConcernText text_of(Concern concern);
+
+/// What the mesh was found to be: one entry a defect, also of those not found.
+struct SoundnessReport {
+    struct Entry {
+        std::string key;
+        Concern concern = Concern::conformity;
+        std::size_t count = 0;
+        std::size_t first = 0, other = 0;  ///< numbers from 1, as in the file; 0: none
+        bool harms = false;                ///< not sound if there is one
+        std::string sentence;              ///< of what was found; empty otherwise
+    };
+    bool sound = true, empty = false;
+    std::vector<Entry> findings;
+};
+
+struct CheckReport {
+    MeshReport mesh;
+    std::vector<ReferenceCount> elements_by_reference, facets_by_reference, feature_edges_by_reference;
+    SoundnessReport soundness;
+    ValidityReport validity;
+    /// Elements, from 1; all of them.
+    std::vector<std::size_t> invalid_elements, undecided_elements, straight_inverted_elements, wall_elements;
+    std::vector<ElementReport> worst;   ///< the worst first
+    std::vector<Histogram> histograms;  ///< of the elements; none without elements
+    ElementColumns elements;
+    std::vector<std::string> notices;
+
+    [[nodiscard]] bool all_good() const { return soundness.sound && validity.invalid == 0 && validity.undecided == 0; }
+};
+
+/// The mesh as it is, nothing mended: its soundness, and verdicts of its elements.
+[[nodiscard]] Outcome<CheckReport> check_mesh(DecodedMesh mesh, const CheckOptions& options, const Around& around);
+
+/// Lines for a terminal, without colours.
+[[nodiscard]] std::string check_table(const CheckReport& report);
+
+/// The object of `camber check --json`; `name` is the file's. It ends before its last brace, so that members may
+/// follow.
+[[nodiscard]] std::string check_json_head(const CheckReport& report, std::string_view name);
+
+/// The columns of the elements by name, each in pieces: items [begin, end) as JSON without brackets.
+[[nodiscard]] std::vector<std::string> column_names(const CheckReport& report);
+[[nodiscard]] std::string column_items(const CheckReport& report, std::string_view column, std::size_t begin,
+                                       std::size_t end);
+
+/// The same as CSV: the line of titles, and the lines of elements [begin, end).
+[[nodiscard]] std::string csv_titles(const CheckReport& report);
+[[nodiscard]] std::string csv_lines(const CheckReport& report, std::size_t begin, std::size_t end);
+
+}  // namespace camber::run

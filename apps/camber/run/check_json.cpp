@@ -1,0 +1,103 @@
+module;
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+module camber.run;
+import camber.core;
+import camber.validity;
+import :check;
+import :check_parts;
+import :histogram;
+import :report;
+
+namespace camber::run {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json(const std::vector<ReferenceCount>& counts) {
+    Json j = Json::object();
+    for (const auto& [reference, count] : counts) j[std::to_string(reference)] = count;
+    return j;
+}
+
+/// The counts under their keys; `first` and the sentences of what was found.
+Json json(const SoundnessReport& s) {
+    Json j{{"sound", s.sound}, {"empty", s.empty}};
+    for (const SoundnessReport::Entry& found : s.findings) j[found.key] = found.count;
+    Json first = Json::object(), findings = Json::object();
+    for (const SoundnessReport::Entry& found : s.findings) {
+        if (found.count == 0) continue;
+        first[found.key] = found.other > 0 ? Json{found.first, found.other} : Json{found.first};
+        findings[found.key] = {{"count", found.count},
+                               {"first", first[found.key]},
+                               {"concern", text_of(found.concern).name},
+                               {"harms", found.harms},
+                               {"text", found.sentence}};
+    }
+    j["first"] = std::move(first);
+    j["findings"] = std::move(findings);
+    return j;
+}
+
+Json json(const ElementReport& e, int degree) {
+    Json j{{"element", e.number}, {"reference", e.reference}, {"verdict", word(e.verdict)}, {"vertices", e.vertices}};
+    if (degree == 2) {
+        j["min_scaled_jacobian"] = e.min_scaled_jacobian;
+        j["straight_inverted"] = e.straight_inverted;
+        if (e.witness)
+            j["witness"] = {{"barycentric", e.witness->barycentric},
+                            {"point", e.witness->point},
+                            {"scaled_jacobian", e.witness->scaled_jacobian}};
+    } else {
+        j["quality"] = e.quality;
+        j["volume"] = e.volume;
+    }
+    j["reason"] = e.reason;
+    return j;
+}
+
+Json json(const MeshReport& m) {
+    return {{"dimension", m.dimension}, {"degree", m.degree}, {"vertices", m.vertices},          {"nodes", m.nodes},
+            {"elements", m.elements},   {"facets", m.facets}, {"feature_edges", m.feature_edges}};
+}
+
+}  // namespace
+
+std::string check_json_head(const CheckReport& report, std::string_view name) {
+    Json j{{"file", name}};
+    j.update(json(report.mesh));
+    j["elements_by_reference"] = json(report.elements_by_reference);
+    j["facets_by_reference"] = json(report.facets_by_reference);
+    j["feature_edges_by_reference"] = json(report.feature_edges_by_reference);
+    const ValidityReport& v = report.validity;
+    j["all_good"] = report.all_good();
+    j["bound"] = v.bound;
+    j["valid"] = report.mesh.elements - v.invalid - v.undecided;
+    j["invalid"] = v.invalid;
+    j["undecided"] = v.undecided;
+    j["straight_inverted"] = v.straight_inverted;
+    // Of no element there is no such number.
+    j["min_scaled_jacobian"] = report.mesh.elements > 0 ? Json(v.smallest) : Json(nullptr);
+    j["worst_element"] = v.worst;
+    Json worst = Json::array();
+    for (const ElementReport& element : report.worst) worst.push_back(json(element, report.mesh.degree));
+    j["worst"] = std::move(worst);
+    if (!report.histograms.empty()) j["histograms"] = Json::parse(histograms_json(report.histograms));
+    j["invalid_elements"] = report.invalid_elements;
+    j["undecided_elements"] = report.undecided_elements;
+    j["straight_inverted_elements"] = report.straight_inverted_elements;
+    j["wall_elements"] = report.wall_elements;
+    j["soundness"] = json(report.soundness);
+    j["notices"] = report.notices;
+    std::string text = j.dump(2, ' ', false, Json::error_handler_t::replace);
+    text.resize(text.size() - 2);  // "\n}"
+    return text;
+}
+
+}  // namespace camber::run

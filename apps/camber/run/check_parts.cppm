@@ -1,0 +1,58 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+export module camber.run:check_parts;
+import camber.core;
+import camber.validity;
+import :check;
+
+namespace camber::run {
+
+/// The numbers that the file gives to vertices, and to the nodes that follow them (DecodedMesh::node_numbers).
+struct FileNumbers {
+    Column<std::uint32_t> of;
+    [[nodiscard]] std::size_t operator()(std::size_t node) const { return of.empty() ? node + 1 : of[node]; }
+};
+
+/// "valid", "invalid", "undecided".
+[[nodiscard]] constexpr std::string_view word(Verdict verdict) {
+    return verdict == Verdict::valid ? "valid" : verdict == Verdict::invalid ? "invalid" : "undecided";
+}
+
+/// As the file numbers what was found.
+[[nodiscard]] SoundnessReport soundness_report(Soundness soundness, const FileNumbers& numbers);
+
+/// A mesh and what is known of its elements.
+template <int D>
+struct Judged {
+    const QuadraticMesh<D>& mesh;
+    const Validation<D>& validation;
+    const ElementColumns& columns;
+    const Soundness& soundness;
+    const FileNumbers& numbers;
+    int degree = 2;
+};
+
+/// The n worst elements: those not valid first, then by their smallest normalised Jacobian (degree 2) or their quality.
+template <int D>
+[[nodiscard]] Outcome<std::vector<ElementReport>> worst_elements(const Judged<D>& judged, std::size_t n,
+                                                                 const Execution& execution);
+
+/// Mean ratio with the sign of the volume: 12 (3V)^(2/3) / Σ l², in 2D 4 √3 A / Σ l².
+template <int D>
+[[nodiscard]] double mean_ratio(const std::array<Vec<D>, D + 1>& corners);
+/// Volume with its sign, area in 2D.
+template <int D>
+[[nodiscard]] double signed_measure(const std::array<Vec<D>, D + 1>& corners);
+
+template <int D>
+[[nodiscard]] std::array<Vec<D>, D + 1> corners_of(const LinearMesh<D>& mesh, std::size_t e) {
+    std::array<Vec<D>, D + 1> corners;
+    for (int i = 0; i <= D; ++i) corners[i] = mesh.points[mesh.elements.vertices[e][i]];
+    return corners;
+}
+
+}  // namespace camber::run

@@ -1,0 +1,126 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+module camber.run;
+import camber.core;
+import camber.validity;
+import :check;
+import :check_parts;
+import :histogram;
+import :report;
+import :rows;
+
+namespace camber::run {
+
+namespace {
+
+constexpr std::array<std::string_view, 4> simplices{"", "edges", "triangles", "tetrahedra"};
+std::string_view elements_of(const MeshReport& m) { return simplices[static_cast<std::size_t>(m.dimension)]; }
+std::string_view facets_of(const MeshReport& m) { return simplices[static_cast<std::size_t>(m.dimension) - 1]; }
+
+/// "1: 20 000, 2: 48 and 3 more"; empty where there is one reference alone, 0.
+std::string listed(const std::vector<ReferenceCount>& counts) {
+    constexpr std::size_t shown = 8;
+    if (counts.size() == 1 && counts[0].reference == 0) return {};
+    std::string text;
+    for (std::size_t i = 0; i < std::min(shown, counts.size()); ++i)
+        text += fmt::format("{}{}: {}", i > 0 ? ", " : "", counts[i].reference, grouped(counts[i].count));
+    if (counts.size() > shown) text += fmt::format(" and {} more", counts.size() - shown);
+    return text;
+}
+
+std::string count_rows(std::string_view name, std::size_t count, const std::vector<ReferenceCount>& by_reference) {
+    std::string text = table_row(name, count);
+    const std::string references = count > 0 ? listed(by_reference) : std::string();
+    return references.empty() ? text : text + table_row("  by reference", references);
+}
+
+std::string mesh_rows(const CheckReport& report) {
+    const MeshReport& m = report.mesh;
+    std::string text = table_row("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
+                       table_row("vertices", m.vertices) + table_row("nodes", m.nodes) +
+                       count_rows(elements_of(m), m.elements, report.elements_by_reference) +
+                       count_rows(fmt::format("boundary {}", facets_of(m)), m.facets, report.facets_by_reference);
+    if (m.feature_edges > 0) text += count_rows("feature edges", m.feature_edges, report.feature_edges_by_reference);
+    return text;
+}
+
+std::string validity_rows(const CheckReport& report) {
+    const ValidityReport& v = report.validity;
+    const std::size_t elements = report.mesh.elements;
+    if (elements == 0)
+        return table_row("valid elements", report.mesh.facets > 0 ? "none to judge: a surface alone" : "none to judge");
+    std::string text = table_row("valid elements", elements - v.invalid - v.undecided) +
+                       table_row("invalid elements", v.invalid) + table_row("undecided elements", v.undecided) +
+                       table_row("inverted or flat when straight", v.straight_inverted);
+    if (report.mesh.degree == 2) {
+        text += table_row("smallest normalised Jacobian",
+                          v.worst > 0 ? fmt::format("{:.4g}, of element {}", v.smallest, v.worst) : "none: all flat");
+    } else if (!report.worst.empty()) {
+        text +=
+            table_row("smallest quality", fmt::format("{:.4g}, of element {} (det J says nothing of a straight mesh)",
+                                                      report.worst[0].quality, report.worst[0].number));
+    }
+    return text;
+}
+
+std::string soundness_rows(const SoundnessReport& s) {
+    if (s.empty) return table_row("sound", "no: the mesh is empty");
+    std::string text = table_row("sound", s.sound ? "yes" : "no");
+    for (std::size_t c = 0; c < concern_count; ++c) {
+        const ConcernText concern = text_of(static_cast<Concern>(c));
+        bool good = true;
+        for (const SoundnessReport::Entry& found : s.findings) {
+            if (found.count == 0 || found.concern != static_cast<Concern>(c)) continue;
+            text += fmt::format("  {} {:<14}{}\n", found.harms ? "!" : "-", good ? concern.name : "", found.sentence);
+            good = false;
+        }
+        if (good) text += fmt::format("    {:<14}good: {}\n", concern.name, concern.good);
+    }
+    return text;
+}
+
+std::string numbers(const std::vector<double>& values, std::string_view format) {
+    std::string text;
+    for (const double x : values) text += (text.empty() ? "" : ", ") + fmt::format(fmt::runtime(format), x);
+    return "(" + text + ")";
+}
+
+/// What a semicolon divides, on lines of their own.
+std::string on_lines(std::string text, std::size_t indent) {
+    for (std::size_t at = text.find("; "); at != std::string::npos; at = text.find("; ", at))
+        text.replace(at, 2, ",\n" + std::string(indent, ' '));
+    return text;
+}
+
+std::string worst_rows(const CheckReport& report) {
+    if (report.worst.empty()) return {};
+    const bool curved = report.mesh.degree == 2;
+    std::string text =
+        fmt::format("\n  The worst {} of {} {}\n  {:>10}{:>11}  {:<10}{:>12}  {}\n", report.worst.size(),
+                    grouped(report.mesh.elements), elements_of(report.mesh), "element", "reference", "verdict",
+                    curved ? "min det J" : "quality", curved ? "lowest at: barycentric; point" : "reason");
+    for (const ElementReport& e : report.worst) {
+        const double value = curved ? e.min_scaled_jacobian : e.quality;
+        text += fmt::format("  {:>10}{:>11}  {:<10}{:>12.4g}  ", e.number, e.reference, word(e.verdict), value);
+        if (curved && e.witness)
+            text += fmt::format("{}; {}\n  {:47}", numbers(e.witness->barycentric, "{:.3g}"),
+                                numbers(e.witness->point, "{:.6g}"), "");
+        text += on_lines(e.reason, 49) + "\n";
+    }
+    return text;
+}
+
+}  // namespace
+
+std::string check_table(const CheckReport& report) {
+    return mesh_rows(report) + validity_rows(report) + soundness_rows(report.soundness) + worst_rows(report);
+}
+
+}  // namespace camber::run

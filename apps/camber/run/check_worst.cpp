@@ -1,0 +1,252 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+module camber.run;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+import :check;
+import :check_parts;
+
+namespace camber::run {
+
+namespace {
+
+/// The n elements of the lowest scores, the worst first; those that are not valid before all others.
+std::vector<std::uint32_t> lowest(const Column<Verdict>& verdicts, const Buffer<double>& scores, std::size_t n) {
+    std::vector<std::uint32_t> order(scores.size());
+    std::iota(order.begin(), order.end(), 0U);
+    const auto worse = [&](std::uint32_t a, std::uint32_t b) {
+        const auto rank = [&](std::uint32_t e) { return std::tuple(verdicts[e] == Verdict::valid, scores[e], e); };
+        return rank(a) < rank(b);
+    };
+    const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(n, order.size()));
+    std::partial_sort(order.begin(), end, order.end(), worse);
+    order.erase(end, order.end());
+    return order;
+}
+
+template <int D>
+NodalSimplex<D> element_at(const Judged<D>& judged, std::size_t e) {
+    return nodal_element<D>(judged.mesh, judged.mesh.mid_nodes.view(), ElementId(e));
+}
+
+template <int D>
+ElementValidity precise(const Judged<D>& judged, std::size_t e) {
+    return check_element(element_at(judged, e), judged.validation.bound);
+}
+
+/// The stored bounds may lie far below the values: first the values of the n lowest bounds are found, then those of all
+/// elements whose bounds are below the highest of them.
+template <int D>
+Outcome<std::vector<std::uint32_t>> lowest_jacobians(const Judged<D>& judged, std::size_t n,
+                                                     const Execution& execution) {
+    const Column<float>& bounds = judged.columns.min_scaled_jacobian;
+    const Column<Verdict>& verdicts = judged.columns.verdicts;
+    Buffer<double> scores(bounds.begin(), bounds.end());
+    const auto refine = [&](std::size_t e) { scores[e] = precise(judged, e).min_scaled_jacobian; };
+    const auto first = lowest(verdicts, scores, n);
+    auto refined = each(execution, first.size(), [&](std::size_t i) { refine(first[i]); }, 16);
+    if (!refined) return fail(refined.error());
+    double ceiling = 0;
+    for (const std::uint32_t e : first)
+        if (std::isfinite(scores[e])) ceiling = std::max(ceiling, scores[e]);
+    ceiling -= 0.1 * scaled_jacobian_tolerance * std::max(1.0, ceiling);
+    refined = each(execution, scores.size(), [&](std::size_t e) {
+        if (std::isfinite(bounds[e]) && scores[e] == bounds[e] && scores[e] < ceiling) refine(e);
+    });
+    if (!refined) return fail(refined.error());
+    return lowest(verdicts, scores, n);
+}
+
+/// "at vertex 12", "on the edge 12-17", "in the face 12-17-3", "inside".
+template <int D>
+std::string place(const Barycentric<D>& at, const std::vector<std::size_t>& vertices) {
+    std::string names;
+    int n = 0;
+    for (int i = 0; i <= D; ++i)
+        if (at[i] > 0) names += (n++ > 0 ? "-" : "") + std::to_string(vertices[static_cast<std::size_t>(i)]);
+    if (n == 1) return "at vertex " + names;
+    if (n == 2) return "on the edge " + names;
+    if (n == D) return "in the face " + names;
+    return "inside";
+}
+
+template <int D>
+double jacobian_at(const BoundedJacobian<D>& jacobian, const Barycentric<D>& at) {
+    double value = 0;
+    for (int p = 0; p < jacobian_coefficients<D>; ++p)
+        value += jacobian.coefficients[p] * bernstein<D>(jacobian_indices<D>[p], at);
+    return value;
+}
+
+/// Where det J is lowest; of an invalid element a point where the condition certainly fails, when there is a nearer one
+/// to be had.
+template <int D>
+LowestPoint<D> low_point(const BoundedJacobian<D>& jacobian, Verdict verdict, double bound) {
+    const LowestPoint<D> low = lowest_point(jacobian);
+    const double asked = std::max(bound, 0.0) * std::abs(jacobian.straight);
+    if (verdict != Verdict::invalid || low.jacobian < asked - 8 * jacobian.error) return low;
+    const auto certain = witness(jacobian, bound);
+    return certain ? LowestPoint<D>{*certain, jacobian_at(jacobian, *certain)} : low;
+}
+
+/// What the element's two faces on a smooth wall say; empty without.
+template <int D>
+std::string wall_words(const Judged<D>& judged, ElementId e) {
+    const auto& walls = judged.soundness.wall_elements;
+    const auto at = std::lower_bound(walls.begin(), walls.end(), e,
+                                     [](const WallElement& wall, ElementId id) { return wall.element < id; });
+    if (at == walls.end() || at->element != e) return {};
+    const std::size_t a = judged.numbers(at->hinge[0].index());
+    if (D == 2) return fmt::format("two edges on one smooth wall (at vertex {}): curved, it needs a swap", a);
+    return fmt::format("two faces on one smooth wall (edge {}-{}): its nodes cannot make it good, it needs a swap", a,
+                       judged.numbers(at->hinge[1].index()));
+}
+
+struct Facts {
+    bool flat = false, inverted_all_over = false;
+    double bound = 0;
+    std::string where;
+};
+
+std::string words(const ElementReport& element, const Facts& facts) {
+    const double value = element.witness->scaled_jacobian;
+    if (facts.flat) return fmt::format("flat when straight, and det J = {:.4g} {}", value, facts.where);
+    if (element.verdict == Verdict::valid && std::abs(value - 1) < 1e-6) return "as good as straight";
+    if (facts.inverted_all_over) return "inverted: det J is negative all over";
+    const std::string share = fmt::format("det J = {:.4g} of the straight element's {}", value, facts.where);
+    switch (element.verdict) {
+        case Verdict::valid: return element.straight_inverted ? share + "; inverted when straight, yet valid" : share;
+        case Verdict::undecided:
+            return fmt::format("not to be told: within rounding of the bound {:g} {}", facts.bound, facts.where);
+        case Verdict::invalid: break;
+    }
+    if (element.straight_inverted) return share + "; inverted when straight";
+    return value > 0 ? share + fmt::format(", below the bound {:g}", facts.bound) : share;
+}
+
+template <int D>
+void describe_curved(const Judged<D>& judged, ElementReport& element, std::size_t e) {
+    const NodalSimplex<D> nodes = element_at(judged, e);
+    const double bound = judged.validation.bound;
+    const BoundedJacobian<D> plain = bounded_jacobian(nodes);
+    const BoundedJacobian<D> jacobian = blurred(plain) ? sharp_jacobian(nodes) : plain;
+    element.min_scaled_jacobian = precise(judged, e).min_scaled_jacobian;
+    const LowestPoint<D> low = low_point(jacobian, element.verdict, bound);
+    const bool flat = !(std::abs(jacobian.straight) > 2 * jacobian.error);
+    const Vec<D> point = element_of(judged.mesh, ElementId(e)).point(low.at);
+    element.witness = Witness{{low.at.begin(), low.at.end()},
+                              {point.c.begin(), point.c.end()},
+                              flat ? low.jacobian : low.jacobian / std::abs(jacobian.straight)};
+    const double highest = *std::max_element(jacobian.coefficients.begin(), jacobian.coefficients.end());
+    element.reason = words(element, {flat, highest < -jacobian.error, bound, place<D>(low.at, element.vertices)});
+}
+
+template <int D>
+void describe_straight(const Judged<D>& judged, ElementReport& element, std::size_t e) {
+    element.quality = judged.columns.quality[e];
+    element.volume = judged.columns.volume[e];
+    const char* measure = D == 2 ? "area" : "volume";
+    if (element.verdict == Verdict::valid) {
+        const auto corners = corners_of(judged.mesh.linear, e);
+        double shortest = distance(corners[0], corners[1]), longest = shortest;
+        for (const auto& [a, b] : local_edges<D>) {
+            const double length = distance(corners[static_cast<std::size_t>(a)], corners[static_cast<std::size_t>(b)]);
+            shortest = std::min(shortest, length);
+            longest = std::max(longest, length);
+        }
+        element.reason = fmt::format("edges from {:.4g} to {:.4g}", shortest, longest);
+    } else if (element.volume < 0 && element.verdict == Verdict::invalid) {
+        element.reason = fmt::format("inverted: its {} is negative", measure);
+    } else {
+        element.reason = fmt::format("flat: its {} is 0 to rounding", measure);
+    }
+}
+
+template <int D>
+ElementReport described(const Judged<D>& judged, std::size_t e) {
+    ElementReport element;
+    element.number = e + 1;
+    element.reference = judged.columns.references[e];
+    element.verdict = judged.columns.verdicts[e];
+    element.straight_inverted = judged.columns.straight_inverted[e] == 1;
+    element.vertices.reserve(D + 1);
+    for (const VertexId v : judged.mesh.linear.elements.vertices[e])
+        element.vertices.push_back(judged.numbers(v.index()));
+    judged.degree == 2 ? describe_curved(judged, element, e) : describe_straight(judged, element, e);
+    if (const std::string wall = wall_words(judged, ElementId(e)); !wall.empty()) element.reason += "; " + wall;
+    return element;
+}
+
+}  // namespace
+
+template <int D>
+double signed_measure(const std::array<Vec<D>, D + 1>& p) {
+    if constexpr (D == 2)
+        return det(p[1] - p[0], p[2] - p[0]) / 2;
+    else
+        return det(p[1] - p[0], p[2] - p[0], p[3] - p[0]) / 6;
+}
+
+template <int D>
+double mean_ratio(const std::array<Vec<D>, D + 1>& corners) {
+    double longest = 0;
+    for (const auto& [a, b] : local_edges<D>)
+        longest =
+            std::max(longest, distance(corners[static_cast<std::size_t>(a)], corners[static_cast<std::size_t>(b)]));
+    if (!(longest > 0) || !std::isfinite(longest)) return 0;
+    // In units of the longest edge, so that nothing overflows.
+    std::array<Vec<D>, D + 1> p;
+    for (int i = 0; i <= D; ++i) p[i] = (corners[i] - corners[0]) / longest;
+    double squares = 0;
+    for (const auto& [a, b] : local_edges<D>)
+        squares += norm_squared(p[static_cast<std::size_t>(a)] - p[static_cast<std::size_t>(b)]);
+    const double measure = signed_measure<D>(p);
+    if constexpr (D == 2) return 4 * std::sqrt(3.0) * measure / squares;
+    return std::copysign(12 * std::pow(3 * std::abs(measure), 2.0 / 3) / squares, measure);
+}
+
+template <int D>
+Outcome<std::vector<ElementReport>> worst_elements(const Judged<D>& judged, std::size_t n, const Execution& execution) {
+    std::vector<std::uint32_t> chosen;
+    if (judged.degree == 2) {
+        auto found = lowest_jacobians(judged, n, execution);
+        if (!found) return fail(found.error());
+        chosen = std::move(*found);
+    } else {
+        const Column<float>& quality = judged.columns.quality;
+        chosen = lowest(judged.columns.verdicts, Buffer<double>(quality.begin(), quality.end()), n);
+    }
+    std::vector<ElementReport> worst(chosen.size());
+    auto done = each(execution, chosen.size(), [&](std::size_t i) { worst[i] = described(judged, chosen[i]); }, 16);
+    if (!done) return fail(done.error());
+    const auto rank = [&](const ElementReport& e) {
+        return std::tuple(e.verdict == Verdict::valid, judged.degree == 2 ? e.min_scaled_jacobian : e.quality,
+                          e.number);
+    };
+    std::sort(worst.begin(), worst.end(),
+              [&](const ElementReport& a, const ElementReport& b) { return rank(a) < rank(b); });
+    return worst;
+}
+
+#define CAMBER_INSTANTIATE(D)                                            \
+    template double signed_measure<D>(const std::array<Vec<D>, D + 1>&); \
+    template double mean_ratio<D>(const std::array<Vec<D>, D + 1>&);     \
+    template Outcome<std::vector<ElementReport>> worst_elements<D>(const Judged<D>&, std::size_t, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber::run

@@ -1,0 +1,397 @@
+module;
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <new>
+#include <optional>
+#include <utility>
+#include <boost/multiprecision/cpp_int.hpp>
+module camber.validity;
+import camber.core;
+import camber.bezier;
+import :certificate;
+import :coefficients;
+import :jacobian;
+import :motion;
+import :subdivide;
+import :tensor;
+import :verdict;
+
+// The level without rounding. Doubles are whole multiples of a power of two; that of an axis may be taken out, since it
+// multiplies det J and det of the straight element alike. So all is integers, and bisection needs no division.
+namespace camber {
+
+/// Up to 512 bits in place, which holds a tetrahedron of ordinary nodes; more on the heap.
+using Integer =
+    boost::multiprecision::number<boost::multiprecision::cpp_int_backend<512>, boost::multiprecision::et_off>;
+
+template <>
+struct Halving<Integer> {
+    [[nodiscard]] static Integer of(const Integer& x, int m, int n) { return x << (n - m); }
+};
+
+namespace {
+
+/// mantissa · 2^exponent, the mantissa odd or 0.
+struct Dyadic {
+    std::int64_t mantissa = 0;
+    int exponent = 0;
+};
+Dyadic dyadic(double x) {
+    if (x == 0) return {};
+    int exponent = 0;
+    const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));
+    const int zeros = std::countr_zero(static_cast<std::uint64_t>(mantissa));
+    return {mantissa >> zeros, exponent - 53 + zeros};
+}
+
+template <int D>
+using Points = std::array<Vec<D>, quadratic_nodes<D>>;
+template <int D>
+using IntegerPoints = std::array<std::array<Integer, D>, quadratic_nodes<D>>;
+
+/// The points of both elements times a power of two for each axis.
+template <int D, std::size_t N>
+std::array<IntegerPoints<D>, N> integers(const std::array<Points<D>, N>& elements) {
+    std::array<IntegerPoints<D>, N> out;
+    for (int c = 0; c < D; ++c) {
+        int lowest = 2000;
+        for (const auto& points : elements)
+            for (const Vec<D>& p : points)
+                if (p[c] != 0) lowest = std::min(lowest, dyadic(p[c]).exponent);
+        for (std::size_t n = 0; n < N; ++n)
+            for (int i = 0; i < quadratic_nodes<D>; ++i) {
+                const Dyadic x = dyadic(elements[n][i][c]);
+                if (x.mantissa != 0) out[n][i][c] = Integer(x.mantissa) << (x.exponent - lowest);
+            }
+    }
+    return out;
+}
+
+/// Which points an element is given by.
+enum class Form : std::uint8_t { nodes, control_points };
+
+/// Twice the columns' control vectors.
+template <int D>
+ColumnPoints<D, Integer> doubled_columns(const IntegerPoints<D>& n, Form form) {
+    ColumnPoints<D, Integer> d;
+    for (int a = 1; a <= D; ++a)
+        for (int i = 0; i <= D; ++i)
+            for (int c = 0; c < D; ++c) {
+                const Integer chord = n[node_between<D>[i][a]][c] - n[node_between<D>[i][0]][c];
+                d[a - 1][i][c] = form == Form::nodes ? Integer(4 * chord - (n[a][c] - n[0][c])) : Integer(2 * chord);
+            }
+    return d;
+}
+
+/// Σ over the ordered D-tuples of vertices that make up α of the determinants of the columns' vectors: multinomial(α)
+/// times the coefficient, for `doubled_columns` without a further factor 2^D.
+template <int D>
+std::array<Integer, jacobian_coefficients<D>> ordered_sums(const ColumnPoints<D, Integer>& d) {
+    const auto pairs = [&]<std::size_t... B>(std::index_sequence<B...>) {
+        return std::array{pair_product<D, B>(d)...};
+    }(std::make_index_sequence<node_count<2, D>>{});
+    std::array<Integer, jacobian_coefficients<D>> sums;
+    for (int b = 0; b < node_count<2, D>; ++b)
+        if constexpr (D == 2) {
+            sums[b] = pairs[b][0];
+        } else {
+            for (int i = 0; i <= D; ++i) {
+                auto alpha = multi_indices<2, D>[b];
+                ++alpha[i];
+                Integer& sum = sums[position<D, D>(alpha)];
+                for (int c = 0; c < D; ++c) sum += d[0][i][c] * pairs[b][c];
+            }
+        }
+    return sums;
+}
+
+template <int D>
+std::array<std::array<Integer, D>, D> straight_edges(const IntegerPoints<D>& n) {
+    std::array<std::array<Integer, D>, D> edges;
+    for (int a = 1; a <= D; ++a)
+        for (int c = 0; c < D; ++c) edges[a - 1][c] = n[a][c] - n[0][c];
+    return edges;
+}
+
+/// det J, and bound · det of the straight element, in one unit: coefficients over ξ, and over s for two elements.
+template <int D, int S, std::size_t N>
+Tensor<D, S, Integer> tensor_of(const std::array<Points<D>, N>& elements, Form form, double bound) {
+    const auto points = integers<D>(elements);
+    std::array<ColumnPoints<D, Integer>, N> columns;
+    std::array<std::array<std::array<Integer, D>, D>, N> edges;
+    for (std::size_t n = 0; n < N; ++n) {
+        columns[n] = doubled_columns<D>(points[n], form);
+        edges[n] = straight_edges<D>(points[n]);
+    }
+    // det is linear in each column: the coefficient of s^k (1 − s)^(S−k) is the mean over the choices of k columns.
+    Tensor<D, S, Integer> t;
+    for (unsigned chosen = 0; chosen < (S > 0 ? 1U << D : 1U); ++chosen) {
+        auto d = columns[0];
+        auto e = edges[0];
+        for (int a = 0; a < D; ++a)
+            if ((chosen >> a) & 1U) d[a] = columns[N - 1][a], e[a] = edges[N - 1][a];
+        const auto sums = ordered_sums<D>(d);
+        auto& row = t.values[std::popcount(chosen)];
+        for (int p = 0; p < jacobian_coefficients<D>; ++p) row[p] += sums[p];
+        t.straight[std::popcount(chosen)] += determinant<D, Integer>(e);
+    }
+    // The common unit: D!, times D in s, times the power of two that makes the bound whole.
+    constexpr int unit = D == 2 ? 2 : 6;
+    const Dyadic asked = bound > 0 ? dyadic(bound) : Dyadic{};
+    for (int k = 0; k <= S; ++k) {
+        const int mean = S == 0 ? 1 : D / binomial(D, k);
+        for (int p = 0; p < jacobian_coefficients<D>; ++p) {
+            t.values[k][p] *= mean * unit / static_cast<int>(multinomial<D>(jacobian_indices<D>[p]));
+            t.values[k][p] <<= std::max(0, -asked.exponent);
+        }
+        t.straight[k] *= Integer(asked.mantissa) * (mean * unit);
+        t.straight[k] <<= std::max(0, asked.exponent);
+    }
+    return t;
+}
+
+Integer magnitude_of(const Integer& x) { return x < 0 ? Integer(-x) : x; }
+
+/// Whether a value is good enough, and so are coefficients: det J > 0 and det J ≥ bound · |det straight|.
+bool holds(const Integer& value, const Integer& least) { return value > 0 && value >= least; }
+
+template <int D, int S>
+PartVerdict judge(const Tensor<D, S, Integer>& part) {
+    bool good = true;
+    for (int k = 0; k <= S; ++k) {
+        const Integer least = magnitude_of(part.straight[k]);
+        for (const Integer& c : part.values[k]) good = good && holds(c, least);
+        if (k % (S > 0 ? S : 1) == 0)
+            for (const int i : corner_coefficients<D>)
+                if (!holds(part.values[k][i], least)) return PartVerdict::bad;
+    }
+    return good ? PartVerdict::good : PartVerdict::split;
+}
+
+/// The first corner in ξ and s that fails: row and local vertex.
+template <int D, int S>
+std::pair<int, int> failing_corner(const Tensor<D, S, Integer>& part) {
+    for (const int k : {0, S})
+        for (int i = 0; i <= D; ++i)
+            if (!holds(part.values[k][corner_coefficients<D>[i]], magnitude_of(part.straight[k]))) return {k, i};
+    return {0, 0};
+}
+
+template <int D>
+using Weights = std::array<Integer, D + 1>;
+
+/// Whether the condition fails at w/Σw: (Σw)^D det J = Σ multinomial(α) w^α c_α.
+template <int D>
+bool fails_at(const Tensor<D, 0, Integer>& t, const Weights<D>& w) {
+    Integer value;
+    for (int p = 0; p < jacobian_coefficients<D>; ++p) {
+        Integer term = t.values[0][p] * static_cast<int>(multinomial<D>(jacobian_indices<D>[p]));
+        for (int i = 0; i <= D; ++i)
+            for (int m = 0; m < jacobian_indices<D>[p][i]; ++m) term *= w[i];
+        value += term;
+    }
+    Integer sum;
+    for (const Integer& x : w) sum += x;
+    Integer least = magnitude_of(t.straight[0]);
+    for (int i = 0; i < D; ++i) least *= sum;
+    return !holds(value, least);
+}
+
+/// The weights in doubles, where their rounding does not spoil what they show (`still` fails there).
+template <int D, class Still>
+std::optional<Barycentric<D>> in_doubles(Weights<D> w, Still&& still) {
+    Integer common = 0;
+    Integer sum;
+    for (const Integer& x : w) {
+        common = boost::multiprecision::gcd(common, x);
+        sum += x;
+    }
+    sum /= common;
+    unsigned longest = 0;
+    for (Integer& x : w) {
+        x /= common;
+        if (x != 0) longest = std::max<unsigned>(longest, static_cast<unsigned>(msb(x)));
+    }
+    if (longest > 1000)
+        for (Integer& x : w) x >>= longest - 1000;
+    Barycentric<D> point;
+    for (int i = 0; i <= D; ++i) point[i] = w[i].template convert_to<double>();
+    const bool power_of_two = (sum & (sum - 1)) == 0;
+    if (longest <= 1000 && power_of_two)
+        for (double& x : point) x = std::ldexp(x, -static_cast<int>(msb(sum)));
+    int lowest = 2000;
+    for (const double x : point)
+        if (x != 0) lowest = std::min(lowest, dyadic(x).exponent);
+    Weights<D> taken;
+    for (int i = 0; i <= D; ++i) {
+        const Dyadic x = dyadic(point[i]);
+        if (x.mantissa != 0) taken[i] = Integer(x.mantissa) << (x.exponent - lowest);
+    }
+    if (!still(taken)) return {};
+    return point;
+}
+
+template <int D>
+Certificate<D> refuted(const Tensor<D, 0, Integer>& whole, const Weights<D>& w) {
+    return {Verdict::invalid, Level::exact,
+            in_doubles<D>(w, [&](const Weights<D>& taken) { return fails_at<D>(whole, taken); })};
+}
+
+/// Triangles in closed form: det J − bound |det straight| is one quadratic form wᵀ M w of the weights. Its minimum is
+/// at a corner, where an edge's quadratic is stationary, or where all of it is: at adj(M) 1, with the value det
+/// M/1ᵀadj(M)1, if it is convex there (1ᵀ adj(M) 1 is the determinant of the form on Σw = 0).
+Certificate<2> decide_triangle(const Tensor<2, 0, Integer>& t) {
+    const Integer least = magnitude_of(t.straight[0]);
+    const bool touching_fails = least == 0;  // then det J > 0 is asked for, and det J ≥ least else
+    const auto fails = [&](const Integer& x) { return x < 0 || (touching_fails && x == 0); };
+    std::array<std::array<Integer, 3>, 3> m;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            MultiIndex<2> alpha{};
+            ++alpha[i], ++alpha[j];
+            m[i][j] = t.values[0][position<2, 2>(alpha)] - least;
+        }
+    for (int i = 0; i < 3; ++i)
+        if (fails(m[i][i])) {
+            Weights<2> w;
+            w[i] = 1;
+            return refuted<2>(t, w);
+        }
+    for (const auto& [i, j] : local_edges<2>)
+        if (m[i][j] < 0 && fails(m[i][i] * m[j][j] - m[i][j] * m[i][j])) {
+            Weights<2> w;
+            w[i] = m[j][j] - m[i][j];
+            w[j] = m[i][i] - m[i][j];
+            return refuted<2>(t, w);
+        }
+    Weights<2> w;  // adj(M) 1
+    Integer determinant_of_m;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+            const Integer cofactor = m[i1][j1] * m[i2][j2] - m[i1][j2] * m[i2][j1];
+            w[i] += cofactor;
+            if (i == 0) determinant_of_m += m[i][j] * cofactor;
+        }
+    const bool inside = w[0] > 0 && w[1] > 0 && w[2] > 0 && m[0][0] - 2 * m[0][1] + m[1][1] > 0;
+    if (inside && fails(determinant_of_m)) return refuted<2>(t, w);
+    return {Verdict::valid, Level::exact, {}};
+}
+
+/// Whole weights near a point where the condition fails, if there are small ones. Where a cubic with whole coefficients
+/// just touches 0 it is singular, at a point that is rational unless there are several; bisection at middles comes as
+/// near as it likes to, say, a third without ever meeting it.
+std::optional<Weights<3>> rational_failure(const Tensor<3, 0, Integer>& whole, const Tensor<3, 0, Integer>& part) {
+    const auto place = place_of<3, 0, Integer, double>(part);
+    const auto& near = place.corners[lowest_corner(part).second];
+    const double blur = std::ldexp(1.0, 3 - part.depth / 3);
+    for (int q = 1; q <= (part.depth < 48 ? 64 : 1024); ++q) {
+        std::array<int, 4> w{};
+        int left = q;
+        bool close = true;
+        for (int i = 0; i < 4; ++i) {
+            w[i] = static_cast<int>(std::lround(q * near[i]));
+            left -= w[i];
+            close = close && std::abs(q * near[i] - w[i]) < std::min(0.25, q * blur + 1e-9);
+        }
+        if (!close || left != 0) continue;
+        const Weights<3> weights{Integer(w[0]), Integer(w[1]), Integer(w[2]), Integer(w[3])};
+        if (fails_at<3>(whole, weights)) return weights;
+    }
+    return {};
+}
+
+Certificate<3> decide_tetrahedron(const Tensor<3, 0, Integer>& whole) {
+    Certificate<3> certificate{Verdict::undecided, Level::exact, {}};
+    Weights<3> failure;
+    bool found = false;
+    int tries = 0;
+    certificate.verdict = search<3, 0, Integer>(
+        whole, {exact_depth, exact_parts},
+        [&](const Tensor<3, 0, Integer>& part) {
+            const PartVerdict verdict = judge(part);
+            if (verdict != PartVerdict::split || part.depth == 0 || part.depth % 24 != 0 || tries >= 10) return verdict;
+            ++tries;
+            if (const auto w = rational_failure(whole, part)) {
+                failure = *w;
+                found = true;
+                return PartVerdict::bad;
+            }
+            return verdict;
+        },
+        [&](const Tensor<3, 0, Integer>& part) {
+            if (!found) failure = place_of(part).corners[lowest_corner(part).second];
+        });
+    if (certificate.verdict == Verdict::invalid) return refuted<3>(whole, failure);
+    return certificate;
+}
+
+/// The condition cannot be put in numbers for such a bound.
+bool usable(double bound) { return std::isfinite(bound); }
+
+template <int D>
+bool all_finite(const Points<D>& points) {
+    return std::all_of(points.begin(), points.end(), [](const Vec<D>& p) { return is_finite(p); });
+}
+
+template <int D>
+Certificate<D> decide_exactly(const Points<D>& points, Form form, double bound) {
+    if (!all_finite<D>(points)) return {Verdict::invalid, Level::filter, {}};
+    if (!usable(bound)) return {Verdict::undecided, Level::filter, {}};
+    try {
+        const auto whole = tensor_of<D, 0>(std::array<Points<D>, 1>{points}, form, bound);
+        if constexpr (D == 2)
+            return decide_triangle(whole);
+        else
+            return decide_tetrahedron(whole);
+    } catch (const std::bad_alloc&) {
+        return {Verdict::undecided, Level::exact, {}};  // never valid for want of memory
+    }
+}
+
+}  // namespace
+
+template <int D>
+Certificate<D> certify_exactly(const NodalSimplex<D>& element, double bound) {
+    return decide_exactly<D>(element.nodes, Form::nodes, bound);
+}
+
+template <int D>
+Certificate<D> certify_exactly(const QuadraticSimplex<D, D>& element, double bound) {
+    return decide_exactly<D>(element.control, Form::control_points, bound);
+}
+
+template <int D>
+MotionCertificate<D> certify_motion_exactly(const NodalSimplex<D>& from, const NodalSimplex<D>& to, double bound) {
+    MotionCertificate<D> certificate{Verdict::undecided, Level::exact, {}};
+    if (!usable(bound)) return certificate;
+    try {
+        const auto whole = tensor_of<D, D>(std::array<Points<D>, 2>{from.nodes, to.nodes}, Form::nodes, bound);
+        certificate.verdict = search<D, D, Integer>(
+            whole, {exact_depth, exact_motion_parts}, [](const auto& part) { return judge(part); },
+            [&](const auto& part) {
+                if (part.depth > exact_places) return;
+                const auto place = place_of<D, D, Integer, double>(part);
+                const auto [k, i] = failing_corner(part);
+                certificate.witness = MotionWitness<D>{place.steps[k > 0], place.corners[i]};
+            });
+    } catch (const std::bad_alloc&) {
+        certificate.verdict = Verdict::undecided;
+    }
+    return certificate;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                          \
+    template Certificate<D> certify_exactly<D>(const NodalSimplex<D>&, double);        \
+    template Certificate<D> certify_exactly<D>(const QuadraticSimplex<D, D>&, double); \
+    template MotionCertificate<D> certify_motion_exactly<D>(const NodalSimplex<D>&, const NodalSimplex<D>&, double);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,11 @@
+// The libFuzzer program of the target that CAMBER_FUZZ_TARGET names.
+#include "targets.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    fuzz::CAMBER_FUZZ_TARGET(std::as_bytes(std::span(data, size)));
+    return 0;
+}

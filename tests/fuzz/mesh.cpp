@@ -1,0 +1,117 @@
+#include "targets.hpp"
+
+#include <cstddef>
+#include <variant>
+#include <vector>
+
+import camber.core;
+import camber.bezier;
+import camber.io;
+import camber.validity;
+
+namespace fuzz {
+
+namespace {
+
+using namespace camber;
+
+const Execution alone{.threads = 1};
+
+template <int D>
+const LinearMesh<D>& linear_part(const LinearMesh<D>& mesh) {
+    return mesh;
+}
+template <int D>
+const LinearMesh<D>& linear_part(const QuadraticMesh<D>& mesh) {
+    return mesh.linear;
+}
+
+template <int D>
+void expect_consistent(const LinearMesh<D>& mesh) {
+    const std::size_t n = mesh.points.size();
+    expect(mesh.point_references.size() == n, "a reference for each vertex");
+    for (const auto& p : mesh.points) expect(is_finite(p), "coordinates are finite");
+    const auto check = [&](const auto& kind) {
+        expect(kind.references.size() == kind.size(), "a reference for each simplex");
+        for (const auto& simplex : kind.vertices)
+            for (std::size_t i = 0; i < simplex.size(); ++i) {
+                expect(simplex[i].index() < n, "vertices of simplices exist");
+                for (std::size_t j = 0; j < i; ++j) expect(simplex[i] != simplex[j], "vertices of a simplex differ");
+            }
+        for (const auto i : kind.required) expect(i < kind.size(), "required simplices exist");
+    };
+    check(mesh.elements);
+    check(mesh.facets);
+    check(mesh.edges);
+    for (const auto i : mesh.ridges) expect(i < (D == 2 ? mesh.facets.size() : mesh.edges.size()), "ridges exist");
+    for (const VertexId v : mesh.corners) expect(v.index() < n, "corners exist");
+    for (const VertexId v : mesh.required_vertices) expect(v.index() < n, "required vertices exist");
+}
+
+std::vector<std::byte> joined(const Chunks& chunks) {
+    std::vector<std::byte> bytes;
+    for (const auto& chunk : chunks) bytes.insert(bytes.end(), chunk.begin(), chunk.end());
+    return bytes;
+}
+
+template <class Mesh>
+void expect_survival(const Mesh& mesh, GmfOptions options) {
+    const auto written = encode_gmf_mesh(mesh, options, alone);
+    expect(written.has_value(), "what was read can be written");
+    const auto bytes = joined(*written);
+    const auto again = decode_gmf_mesh(bytes, "again", alone);
+    expect(again.has_value(), "what was written can be read");
+    // Without simplices of degree 2 a file does not tell that its mesh is of degree 2; there is then no edge either.
+    if (!std::holds_alternative<Mesh>(again->mesh)) {
+        expect(
+            linear_part(mesh).elements.size() + linear_part(mesh).facets.size() + linear_part(mesh).edges.size() == 0,
+            "the degree is the same");
+        return;
+    }
+    expect(std::get<Mesh>(again->mesh) == mesh, "the mesh is the same");
+}
+
+template <int D>
+void judge(const LinearMesh<D>& mesh) {
+    const auto found = examine(mesh, alone);
+    expect(found.has_value(), "a mesh can be examined");
+}
+template <int D>
+void judge(const QuadraticMesh<D>& mesh) {
+    expect(mesh.mid_nodes.size() == mesh.edges.size(), "a node for each edge");
+    expect(examine(mesh, alone).has_value(), "a mesh can be examined");
+    const auto validation = validate(mesh, 0, alone);
+    expect(validation.has_value(), "elements can be judged");
+    expect(validation->verdicts.size() == mesh.linear.elements.size(), "a verdict for each element");
+}
+
+}  // namespace
+
+void mesh(Bytes bytes) {
+    const auto decoded = decode_gmf_mesh(bytes, "file", alone);
+    if (!decoded) {
+        expect(!decoded.error().what.empty(), "an error says what is wrong");
+        expect(decoded.error().where.starts_with("file"), "an error says where");
+        return;
+    }
+    std::visit(
+        [&](const auto& mesh) {
+            expect_consistent(linear_part(mesh));
+            expect_survival(mesh, {GmfEncoding::binary, 0});
+            expect_survival(mesh, {GmfEncoding::ascii, 0});
+            judge(mesh);
+        },
+        decoded->mesh);
+    const std::size_t numbers = decoded->node_numbers.size();
+    std::visit(
+        [&]<class Mesh>(const Mesh& mesh) {
+            if constexpr (requires { mesh.edges.of_elements; })
+                expect(numbers == 0 || numbers == mesh.linear.points.size() + mesh.edges.size(),
+                       "a number for each node");
+            else
+                expect(numbers == 0, "no numbers of nodes");
+        },
+        decoded->mesh);
+}
+
+}  // namespace fuzz

@@ -1,0 +1,46 @@
+#include "targets.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+import camber.core;
+import camber.io;
+
+namespace fuzz {
+
+namespace {
+
+using namespace camber;
+
+const Execution alone{.threads = 1};
+
+void expect_survival(const Solution& solution, GmfEncoding encoding) {
+    const auto written = encode_gmf_solution(solution, {encoding, 0}, alone);
+    expect(written.has_value(), "what was read can be written");
+    std::vector<std::byte> bytes;
+    for (const auto& chunk : *written) bytes.insert(bytes.end(), chunk.begin(), chunk.end());
+    auto again = decode_gmf_solution(bytes, "again", alone);
+    expect(again.has_value(), "what was written can be read");
+    again->solution.single_precision = solution.single_precision;  // encoders write 8 bytes
+    expect(again->solution == solution, "the solution is the same");
+}
+
+}  // namespace
+
+void solution(Bytes bytes) {
+    const auto decoded = decode_gmf_solution(bytes, "file", alone);
+    if (!decoded) {
+        expect(!decoded.error().what.empty(), "an error says what is wrong");
+        expect(decoded.error().where.starts_with("file"), "an error says where");
+        return;
+    }
+    const Solution& s = decoded->solution;
+    expect(!s.fields.empty(), "a solution has fields");
+    expect(s.values.size() == s.rows * row_width(s), "as many values as the fields of the rows have");
+    for (const double x : s.values) expect(std::isfinite(x), "values are finite");
+    expect_survival(s, GmfEncoding::binary);
+    expect_survival(s, GmfEncoding::ascii);
+}
+
+}  // namespace fuzz

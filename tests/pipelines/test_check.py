@@ -1,0 +1,267 @@
+"""`camber check` as its users meet it: laws against the oracle, what was broken on purpose is found with its number.
+
+    python3 tests/pipelines/test_check.py build/bin/camber [unittest arguments]
+"""
+import csv
+import io
+import json
+import subprocess
+import sys
+import unittest
+
+import numpy as np
+
+from made_meshes import Mesh, elevated, lattice, permuted
+from program import CAMBER, Folder
+
+import gmf  # of the oracle
+import jacobian
+
+WORD = {jacobian.INVALID: "invalid", jacobian.UNDECIDED: "undecided"}
+
+
+def verdicts(mesh):
+    out = jacobian.examine(mesh.points, np.array(mesh.elements))
+    return [WORD.get(v, "valid") for v in out["verdict"]]
+
+
+def scaled_jacobian(mesh, element, barycentric):
+    """det J / |det straight| of an element, from 0, by the oracle's coefficients."""
+    nodes = mesh.points[list(mesh.elements[element])]
+    k = mesh.dim
+    values = jacobian.coefficients(nodes[None])[0][0]
+    straight = np.linalg.det(nodes[1:k + 1] - nodes[0])
+    return float(jacobian.bernstein_rows(k, [barycentric])[0] @ values / abs(straight))
+
+
+class Check(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+        self.random = np.random.default_rng(20)
+
+    def write(self, mesh, name="m.mesh"):
+        (self.folder.path / name).write_text(mesh if isinstance(mesh, str) else mesh.text())
+        return name
+
+    def check(self, mesh, *arguments, code=None):
+        done = self.folder.camber("check", self.write(mesh), *arguments)
+        if code is not None:
+            self.assertEqual(done.returncode, code, done.stderr + done.stdout)
+        return done
+
+    def report(self, mesh, *arguments, code=None):
+        return json.loads(self.check(mesh, "--json", *arguments, code=code).stdout)
+
+    def test_every_verdict_and_witness_is_the_oracle_s(self):
+        for dim, n, amplitude in ((2, 4, 0.4), (3, 2, 0.35)):
+            mesh = elevated(lattice(dim, n), self.random, amplitude)
+            wanted = verdicts(mesh)
+            self.assertGreater(wanted.count("invalid"), 2)
+            self.assertGreater(wanted.count("valid"), 2)
+            found = self.report(mesh, "--elements", "--worst", "1000", code=1)
+            self.assertEqual(found["element_verdicts"]["verdict"], wanted)
+            self.assertEqual(found["invalid_elements"], [i + 1 for i, w in enumerate(wanted) if w == "invalid"])
+            self.assertEqual((found["valid"], found["invalid"], found["undecided"]),
+                             tuple(wanted.count(w) for w in ("valid", "invalid", "undecided")))
+            self.assertEqual(sum(found["histograms"]["normalised_jacobian"]["count"]), len(mesh.elements))
+            self.assertEqual([w["element"] for w in found["worst"]], sorted(
+                (w["element"] for w in found["worst"]),
+                key=lambda e: next((v["verdict"] == "valid", v["min_scaled_jacobian"], e) for v in found["worst"]
+                                   if v["element"] == e)))
+            for worst in found["worst"]:
+                element = worst["element"] - 1
+                self.assertEqual(worst["verdict"], wanted[element])
+                self.assertEqual(worst["vertices"], [v + 1 for v in mesh.elements[element][:dim + 1]])
+                witness = worst["witness"]
+                value = scaled_jacobian(mesh, element, witness["barycentric"])
+                self.assertAlmostEqual(value, witness["scaled_jacobian"], delta=1e-9)
+                self.assertEqual(value <= 0, worst["verdict"] == "invalid")
+                # Where it is lowest: the certified bound is just below.
+                self.assertLessEqual(worst["min_scaled_jacobian"], value)
+                self.assertLess(value - worst["min_scaled_jacobian"], 4e-3 * max(1, abs(value)))
+
+    def test_the_worst_are_the_worst(self):
+        mesh = elevated(lattice(3, 2), self.random, 0.2)
+        all_of_them = self.report(mesh, "--worst", "1000")["worst"]
+        few = self.report(mesh, "--worst", "4")["worst"]
+        self.assertEqual(few, all_of_them[:4])
+        self.assertEqual(self.report(mesh, "--worst", "0")["worst"], [])
+        self.assertEqual(len(self.report(mesh)["worst"]), 10)
+
+    def test_one_element_broken_on_purpose(self):
+        mesh = elevated(lattice(3, 2), self.random, 0.02)
+        self.check(mesh, code=0)
+        element = 17
+        mid = mesh.elements[element][9]
+        mesh.points[mid] += 3 * (mesh.points[mesh.elements[element][0]] - mesh.points[mid])
+        around = [i + 1 for i, row in enumerate(mesh.elements) if mid in row[4:]]
+        found = self.report(mesh, code=1)
+        self.assertIn(element + 1, found["invalid_elements"])
+        self.assertLessEqual(set(found["invalid_elements"]), set(around))
+        self.assertIn(found["worst"][0]["element"], around)
+        self.assertIn("of the straight element's", found["worst"][0]["reason"])
+        text = self.check(mesh).stdout
+        self.assertRegex(text, rf"\n +{found['worst'][0]['element']} +1 +invalid ")
+        self.assertRegex(text, r"invalid elements +" + str(found["invalid"]))
+        self.assertIn("Normalised Jacobian", text)
+        self.assertNotIn("Normalised Jacobian", self.check(mesh, "--no-histogram").stdout)
+
+    def test_another_order_is_the_same_mesh(self):
+        for dim in (2, 3):
+            mesh = elevated(lattice(dim, 2), self.random, 0.3)
+            other, order = permuted(mesh, self.random)
+            one, two = self.report(mesh), self.report(other, "--worst", "5")
+            for key in ("valid", "invalid", "undecided", "min_scaled_jacobian", "vertices", "nodes", "histograms"):
+                self.assertEqual(one[key], two[key], key)
+            self.assertEqual(one["soundness"], two["soundness"])
+            self.assertEqual(one["invalid_elements"], sorted(order[e - 1] + 1 for e in two["invalid_elements"]))
+            for worst in two["worst"]:  # numbers as the file has them, mid nodes among the vertices
+                self.assertEqual(worst["vertices"], [v + 1 for v in other.elements[worst["element"] - 1][:dim + 1]])
+
+    def test_numbers_of_vertices_are_the_file_s(self):
+        mesh, _ = permuted(elevated(lattice(2, 2)), self.random)
+        mesh.points = np.vstack([mesh.points[:3], [[9, 9]], mesh.points[3:]])  # one that belongs to nothing
+        shift = lambda rows: [tuple(v + (v >= 3) for v in row) for row in rows]
+        mesh.elements, mesh.facets = shift(mesh.elements), shift(mesh.facets)
+        found = self.report(mesh, code=0)["soundness"]
+        self.assertEqual(found["first"], {"unused_vertices": [4]})
+        self.assertEqual(found["findings"]["unused_vertices"]["count"], 1)
+        self.assertEqual(found["findings"]["unused_vertices"]["text"], "vertex 4 belongs to nothing")
+
+    def test_nodes_at_one_place(self):
+        mesh = elevated(lattice(2, 2))
+        moved, vertex = mesh.elements[0][3], mesh.elements[5][2]
+        mesh.points[moved] = mesh.points[vertex]
+        found = self.report(mesh, code=1)["soundness"]
+        self.assertEqual(found["first"]["coincident_nodes"], [moved + 1, vertex + 1])
+        self.assertFalse(found["sound"])
+        self.assertIn(f"! nodes         node {moved + 1} is at the very place of node {vertex + 1}", self.check(mesh).stdout)
+
+    def test_a_slit_has_no_nodes_at_one_place(self):
+        # Two triangles with an edge each at the same place, and the boundary listed on both sides.
+        mesh = elevated(Mesh([[0, 0], [1, 0], [0, 1], [1, 0], [0, 1], [1, 1]], [(0, 1, 2), (3, 5, 4)],
+                             [(0, 1), (1, 2), (2, 0), (3, 5), (5, 4), (4, 3)]))
+        found = self.report(mesh, code=0)["soundness"]
+        self.assertEqual(found["first"], {"slit_vertices": [4, 2]})
+
+    def test_faces_on_one_smooth_wall(self):
+        points = [[0, 0, 0], [1, 0, 0], [0.5, 1, -0.05], [0.5, -1, -0.05]]
+        element, facets = (0, 2, 1, 3), [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
+        mesh = Mesh(points, [element], facets)
+        found = self.report(mesh, code=0)
+        self.assertEqual(found["wall_elements"], [1])
+        self.assertIn("it needs a swap", found["worst"][0]["reason"])
+        self.assertIn("- walls         tetrahedron 1 has two triangles on one smooth wall", self.check(mesh).stdout)
+        self.assertEqual(self.report(mesh, "--ridge-angle", "4")["wall_elements"], [])
+        mesh.facet_references = [1, 2, 3, 4]  # walls of their own
+        self.assertEqual(self.report(mesh)["wall_elements"], [])
+        flat = Mesh([[0, 0], [1, 0], [0.5, 0.05]], [(0, 1, 2)], [(0, 1), (1, 2), (2, 0)])
+        found = self.report(elevated(flat), code=0)
+        self.assertEqual(found["wall_elements"], [1])
+        self.assertIn("two edges on one smooth wall (at vertex 3)", found["worst"][0]["reason"])
+
+    def test_surfaces_alone(self):
+        corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+        for degree in (1, 2):
+            closed = Mesh(corners, [], faces)
+            closed = elevated(closed) if degree == 2 else closed
+            text = self.check(closed, code=0).stdout
+            self.assertIn("a surface alone", text)
+            self.assertIn("the boundary is closed", text)
+            found = self.report(closed, code=0)
+            self.assertEqual((found["elements"], found["facets"], found["degree"]), (0, 4, degree))
+            self.assertIsNone(found["min_scaled_jacobian"])
+            self.assertEqual(self.report(closed, "--elements")["element_verdicts"]["verdict"], [])
+            closed.facets = closed.facets[:3]
+            closed.facet_references = [1] * 3
+            found = self.report(closed, code=0)["soundness"]
+            self.assertEqual(found["open_edges"], 3)
+        open_curve = Mesh([[0, 0], [1, 0], [1, 1]], [], [(0, 1), (1, 2)])
+        self.assertEqual(self.report(open_curve, code=0)["soundness"]["first"]["open_edges"][0], 1)
+
+    def test_straight_meshes_tell_their_quality(self):
+        for dim in (2, 3):
+            mesh = lattice(dim, 2)
+            found = self.report(mesh, "--elements", code=0)
+            columns = found["element_verdicts"]
+            self.assertEqual(set(columns), {"reference", "verdict", "quality", "volume"})
+            self.assertAlmostEqual(sum(columns["volume"]), 2 ** dim)
+            for e, row in enumerate(mesh.elements):
+                p = mesh.points[list(row)]
+                volume = np.linalg.det(p[1:] - p[0]) / (2 if dim == 2 else 6)
+                squares = sum(((p[i] - p[j]) ** 2).sum() for i in range(dim + 1) for j in range(i))
+                ratio = 4 * 3 ** 0.5 * volume / squares if dim == 2 else 12 * (3 * volume) ** (2 / 3) / squares
+                self.assertAlmostEqual(columns["quality"][e], ratio, places=6)
+            self.assertEqual(sum(found["histograms"]["quality"]["count"]), len(mesh.elements))
+            self.assertIn("Quality", self.check(mesh).stdout)
+        equilateral = Mesh([[0, 0], [1, 0], [0.5, 0.75 ** 0.5]], [(0, 1, 2)], [(0, 1), (1, 2), (2, 0)])
+        self.assertAlmostEqual(self.report(equilateral)["worst"][0]["quality"], 1, places=6)
+
+    def test_flat_and_inverted_elements(self):
+        points = [[0, 0], [1, 0], [0, 1], [1, 1], [0.5, 0.5]]
+        mesh = Mesh(points, [(0, 1, 2), (1, 3, 2), (1, 4, 2)], [])
+        for degree in (1, 2):
+            found = self.report(mesh if degree == 1 else elevated(mesh), "--elements", code=1)
+            self.assertIn(3, found["straight_inverted_elements"])
+            self.assertEqual(found["worst"][0]["element"], 3)
+            self.assertIn("flat", found["worst"][0]["reason"])
+            if degree == 2:
+                self.assertIsNone(found["element_verdicts"]["min_scaled_jacobian"][2])
+        inverted = lattice(3, 1)
+        a, b, *rest = inverted.elements[2]
+        inverted.elements[2] = (b, a, *rest)
+        for degree in (1, 2):
+            found = self.report(inverted if degree == 1 else elevated(inverted), code=1)
+            self.assertEqual((found["invalid_elements"], found["straight_inverted_elements"]), ([3], [3]))
+            self.assertEqual(found["straight_inverted"], 1)
+            self.assertIn("inverted", found["worst"][0]["reason"])
+
+    def test_a_line_for_each_element(self):
+        mesh = elevated(lattice(3, 2), self.random, 0.3)
+        done = self.check(mesh, "--elements", code=1)
+        rows = list(csv.DictReader(io.StringIO(done.stdout)))
+        self.assertEqual([int(r["element"]) for r in rows], list(range(1, len(mesh.elements) + 1)))
+        self.assertEqual([r["verdict"] for r in rows], verdicts(mesh))
+        columns = self.report(mesh, "--elements")["element_verdicts"]
+        self.assertEqual([float(r["min_scaled_jacobian"]) for r in rows], columns["min_scaled_jacobian"])
+        self.assertEqual(self.report(mesh).get("element_verdicts"), None)
+
+    def test_a_reader_that_leaves_and_a_full_disk(self):
+        name = self.write(elevated(lattice(3, 6)))
+        with subprocess.Popen([CAMBER, "check", name, "--elements"], cwd=self.folder.path, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE) as run:
+            run.stdout.readline()
+            run.stdout.close()
+            self.assertEqual(run.stderr.read(), b"")
+            self.assertEqual(run.wait(), 0)
+        with open("/dev/full", "w", encoding="ascii") as full:
+            done = subprocess.run([CAMBER, "check", name], cwd=self.folder.path, stdout=full, stderr=subprocess.PIPE,
+                                  text=True, check=False)
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("standard output: cannot be written", done.stderr)
+
+    def test_the_bound(self):
+        mesh = elevated(lattice(2, 3), self.random, 0.05)
+        smallest = self.report(mesh, code=0)["min_scaled_jacobian"]
+        self.assertLess(smallest, 1)
+        self.assertEqual(self.report(mesh, "--min-scaled-jacobian", smallest - 1e-3, code=0)["invalid"], 0)
+        found = self.report(mesh, "--min-scaled-jacobian", smallest + 3e-3, code=1)
+        self.assertGreater(found["invalid"], 0)
+        self.assertIn("below the bound", found["worst"][0]["reason"])
+        for value in ("1", "-0.1", "nan", "much"):
+            self.assertEqual(self.check(mesh, "--min-scaled-jacobian", value).returncode, 2, value)
+
+    def test_every_concern_is_told_of_in_a_good_mesh(self):
+        text = self.check(elevated(lattice(3, 1)), code=0).stdout
+        for concern in ("conformity", "orientation", "nodes", "boundary", "closure", "walls"):
+            self.assertRegex(text, rf"\n    {concern} +good: ")
+
+    def test_the_same_for_any_number_of_threads(self):
+        mesh = elevated(lattice(3, 3), self.random, 0.2)
+        self.assertEqual(*(self.check(mesh, "--json", "--elements", "--threads", n).stdout for n in (1, 2)))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
