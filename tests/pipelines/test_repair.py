@@ -123,10 +123,10 @@ class Repair(unittest.TestCase):
         self.mended(mesh, 3)
 
     def test_every_repair_keeps_the_boundary(self):
-        for repair in ("edge", "segment", "relax"):
+        for repair, share in (("segment", 0.6), ("relax", 0.6)):
             mesh = elevate(cube(2))
-            throw_volume_nodes(mesh, 0.6)
-            self.mended(mesh, 10, "--set", f"stages/relax/repair={repair}")
+            throw_volume_nodes(mesh, share)
+            self.mended(mesh, 3, "--set", f"stages/relax/repair={repair}")
 
     def test_a_valid_mesh_stays_as_it_is(self):
         mesh = elevate(cube(2))
@@ -216,7 +216,8 @@ class Repair(unittest.TestCase):
         text = self.folder.camber("repair", "in.meshb", "-o", "out.meshb", "--boundary-tolerance", 0.5,
                                   "--min-scaled-jacobian", 0.01, "--print-config").stdout
         stages = json.loads(text)["stages"]
-        self.assertEqual([next(iter(s)) for s in stages], ["validate", "relax", "commit"])
+        self.assertEqual([s if isinstance(s, str) else next(iter(s)) for s in stages],
+                         ["validate", "relax", "commit"])
         self.assertEqual(stages[1]["relax"]["boundary_tolerance"], 0.5)
         self.assertEqual(stages[1]["relax"]["min_scaled_jacobian"], 0.01)
         self.assertNotIn("out.meshb", self.folder.files())

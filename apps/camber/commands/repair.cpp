@@ -1,6 +1,7 @@
 module;
 #include <optional>
 #include <variant>
+#include <vector>
 module camber.commands;
 import camber.core;
 import camber.config;
