@@ -189,6 +189,27 @@ class Repair(unittest.TestCase):
         self.assertLessEqual(max(off), 0.1)
         self.assertAlmostEqual(max(off), kept["largest_shift"], delta=1e-12)
 
+    def test_folded_sides_slide_in_their_planes(self):
+        """A thin layer at x = 0 whose wall bulges through it, at the sides too, where the boundary's triangles are
+        folded: mended by sliding nodes within the sides, which stay plane; the wall stays where it is."""
+        straight = cube(3)
+        straight.points[:, 0] = np.interp(straight.points[:, 0], [0, 1 / 3, 2 / 3, 1], [0, 0.04, 0.5, 1])
+        mesh = elevate(straight)
+        wall = [n for n, (a, b) in mid_nodes(mesh).items() if mesh.points[a][0] == 0 and mesh.points[b][0] == 0]
+        mesh.points[wall, 0] = 0.06
+        self.write(mesh)
+        done, report = self.repair(code=1)
+        self.assertIn("its boundary triangle is folded", done.stdout)
+        self.assertEqual(boundary_places(self.result()), boundary_places(mesh))
+        _, report = self.repair("--boundary-tolerance", 0.2)
+        self.assertGreater(report["kept_boundary"]["moved_nodes"], 0)
+        self.assertLessEqual(report["kept_boundary"]["largest_shift"], 0.2)
+        out = self.result()
+        was, now = ({tuple(p) for p in m.points[boundary_nodes(m)]} for m in (mesh, out))
+        self.assertLessEqual({tuple(p) for p in mesh.points[wall]}, now)
+        for p in now - was:
+            self.assertLess(min(abs(c) for c in (p[1], 1 - p[1], p[2], 1 - p[2], 1 - p[0])), 1e-12, p)
+
     def test_inverted_vertices_are_listed(self):
         """The middle of the side x = 0 beyond the inner vertex: elements between are on the wrong side of their faces."""
         straight = cube(2)

@@ -102,6 +102,29 @@ Outcome<Mended<D>> mend(const QuadraticMesh<D>& mesh, const Proposal<D>& proposa
                      s.moved_vertices};
 }
 
+namespace {
+
+/// What mending gives from nodes that slid in planes, or `kept` if that is no better.
+Outcome<Mended<3>> mend_after_slide(const QuadraticMesh<3>& mesh, const Mended<3>& kept,
+                                    const Column<QuadraticModel<3>>& models, const config::Relax& options,
+                                    const Proposal<3>& given, const std::vector<std::uint8_t>& held,
+                                    const Execution& execution) {
+    // The kinds of the boundary, not those that hold it.
+    Proposal<3> proposal = kept.proposal;
+    proposal.kinds = given.kinds;
+    auto slid = slid_in_planes(mesh, proposal, kept.validation, options.boundary_tolerance, execution);
+    if (!slid) return fail(slid.error());
+    const Proposal<3> start = with_held(std::move(*slid), held);
+    auto validation = validate(mesh, start, kept.validation.bound, execution);
+    if (!validation) return fail(validation.error());
+    auto mended = mend(mesh, start, *validation, models, options, execution);
+    if (!mended) return mended;
+    const auto left = [](const Mended<3>& m) { return m.validation.invalid + m.validation.undecided; };
+    return left(*mended) < left(kept) ? std::move(*mended) : kept;
+}
+
+}  // namespace
+
 template <int D>
 Outcome<Mended<D>> mend_within(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
@@ -111,9 +134,16 @@ Outcome<Mended<D>> mend_within(const QuadraticMesh<D>& mesh, const Proposal<D>& 
     if (!kept) return kept;
     if (kept->validation.all_valid() || options.boundary_tolerance == 0)
         return counted(mesh, proposal, validation, std::move(*kept));
-    std::ranges::fill(held, std::uint8_t{0});
     QuadraticMesh<D> start = mesh;
     start.linear = kept->linear;
+    if constexpr (D == 3) {
+        auto better = mend_after_slide(start, *kept, models, options, proposal, held, execution);
+        if (!better) return better;
+        kept = std::move(better);
+        if (kept->validation.all_valid()) return counted(mesh, proposal, validation, std::move(*kept));
+        start.linear = kept->linear;
+    }
+    std::ranges::fill(held, std::uint8_t{0});
     Proposal<D> free = kept->proposal;
     free.kinds = proposal.kinds;
     for (int round = 0; round < most_rounds; ++round) {

@@ -33,9 +33,16 @@ template <int D>
                                       const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
                                       const config::Relax& options, const Execution& execution);
 
-/// The same with the boundary given: its nodes stay while that is enough, then move by no more than the options'
-/// boundary_tolerance; its vertices always stay. A node that would go further is held where it was, and what is left
-/// is mended again without it.
+/// Volume nodes around elements that are not valid, and nodes of the boundary's plane pieces within their planes by at
+/// most the tolerance, go where a linear extension of all other boundary nodes' displacements has them, as far out as
+/// that breaks elements. The boundary's shape stays. The proposal need not be better. Errors: stopped.
+[[nodiscard]] Outcome<Proposal<3>> slid_in_planes(const QuadraticMesh<3>& mesh, const Proposal<3>& proposal,
+                                                  const Validation<3>& validation, double tolerance,
+                                                  const Execution& execution);
+
+/// The same as `mend` with the boundary given: its nodes stay while that is enough; then they slide in planes, then
+/// they move, by no more than the options' boundary_tolerance; its vertices always stay. A node that would go further
+/// is held where it was, and what is left is mended again without it.
 template <int D>
 [[nodiscard]] Outcome<Mended<D>> mend_within(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                              const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
@@ -56,7 +63,8 @@ template <int D>
 
 /// The elements that are not certified valid, in the mesh's order, and why, as far as that can be told: a straight
 /// element without volume; a determinant at a vertex that boundary nodes alone decide (there the columns are
-/// 4 P_ij − 3 P_i − P_j); nodes that are all on the boundary; else nothing that forbids it is known.
+/// 4 P_ij − 3 P_i − P_j); a facet of the boundary that is folded, seen from its straight form; nodes that are all on
+/// the boundary; else nothing that forbids it is known.
 template <int D>
 [[nodiscard]] std::vector<RemainingReport> remaining(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                                      const Validation<D>& validation);

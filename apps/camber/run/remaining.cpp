@@ -1,7 +1,8 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,9 +65,55 @@ bool is_flat(const QuadraticMesh<D>& mesh, std::size_t e) {
     return !(determinant<D>(columns) > 0);
 }
 
+/// Where a facet of the boundary is folded: a vertex at which its normal points away from the straight facet's.
+struct Fold {
+    VertexId vertex;
+    double jacobian = 0;
+};
+template <int D>
+using Folds = std::map<std::array<VertexId, D>, Fold>;
+
+template <int D>
+Folds<D> find_folds(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal) {
+    Folds<D> folds;
+    if constexpr (D == 3)
+        for (std::size_t f = 0; f < mesh.linear.facets.size(); ++f) {
+            auto v = mesh.linear.facets.vertices[f];
+            const auto point = [&](int i) { return mesh.linear.points[v[i % 3]]; };
+            const auto node = [&](int i) { return proposal.mid_nodes[mesh.edges.of_facets[f][i % 3]].point; };
+            const Vec<3> straight = cross(point(1) - point(0), point(2) - point(0));
+            // Edge i of a triangle is from vertex i to vertex i + 1.
+            for (int i = 0; i < 3; ++i) {
+                const Vec<3> along = 4.0 * node(i) - 3.0 * point(i) - point(i + 1);
+                const Vec<3> back = 4.0 * node(i + 2) - 3.0 * point(i) - point(i + 2);
+                const double jacobian = dot(cross(along, back), straight) / norm_squared(straight);
+                if (jacobian > 0) continue;
+                std::array<VertexId, 3> key{v[0], v[1], v[2]};
+                std::ranges::sort(key);
+                folds.insert({key, {v[i], jacobian}});
+                break;
+            }
+        }
+    return folds;
+}
+
+/// The fold of one of the element's facets; none when they have none.
+template <int D>
+const Fold* fold_of(const QuadraticMesh<D>& mesh, const Folds<D>& folds, std::size_t e) {
+    const auto& v = mesh.linear.elements.vertices[e];
+    for (int opposite = 0; opposite <= D; ++opposite) {
+        std::array<VertexId, D> key;
+        for (int i = 0, n = 0; i <= D; ++i)
+            if (i != opposite) key[n++] = v[i];
+        std::ranges::sort(key);
+        if (const auto found = folds.find(key); found != folds.end()) return &found->second;
+    }
+    return nullptr;
+}
+
 template <int D>
 std::string reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Validation<D>& validation,
-                      std::size_t e) {
+                      const Folds<D>& folds, std::size_t e) {
     if (is_flat(mesh, e)) return "its vertices alone make it flat or inverted";
     for (int i = 0; i <= D; ++i) {
         if (!is_given(mesh, proposal, e, i)) continue;
@@ -75,6 +122,9 @@ std::string reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
             return fmt::format("the boundary alone makes its normalised Jacobian {:.3g} at vertex {}", given,
                                mesh.linear.elements.vertices[e][i].index() + 1);
     }
+    if (const Fold* fold = fold_of<D>(mesh, folds, e))
+        return fmt::format("its boundary triangle is folded: normalised Jacobian {:.3g} at vertex {}", fold->jacobian,
+                           fold->vertex.index() + 1);
     int free = 0;
     for (const EdgeId edge : mesh.edges.of_elements[e]) free += proposal.kinds[edge] == EdgeKind::volume;
     if (free == 0) return "all its nodes are on the boundary";
@@ -88,10 +138,12 @@ std::string reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
 template <int D>
 std::vector<RemainingReport> remaining(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                        const Validation<D>& validation) {
+    const Folds<D> folds = find_folds<D>(mesh, proposal);
     std::vector<RemainingReport> all;
     all.reserve(validation.invalid + validation.undecided);
     for (std::size_t e = 0; e < validation.verdicts.size(); ++e)
-        if (validation.verdicts[e] != Verdict::valid) all.push_back({e + 1, reason_of(mesh, proposal, validation, e)});
+        if (validation.verdicts[e] != Verdict::valid)
+            all.push_back({e + 1, reason_of<D>(mesh, proposal, validation, folds, e)});
     return all;
 }
 
