@@ -22,6 +22,7 @@ EdgeShell<3> ring(std::mt19937_64& random, double amplitude) {
     constexpr int count = 6;
     const auto uniform = [&] { return amplitude * (2 * (static_cast<double>(random() >> 11) * 0x1p-53) - 1); };
     std::vector<Vec<3>> points{{{0, 0, -0.6}}, {{0, 0, 0.6}}};
+    points.reserve(2 + count);
     for (int i = 0; i < count; ++i) {
         const double angle = 2 * std::numbers::pi * i / count;
         points.push_back({{std::cos(angle), std::sin(angle), 0}});
@@ -31,6 +32,7 @@ EdgeShell<3> ring(std::mt19937_64& random, double amplitude) {
         for (std::size_t j = 0; j <= i; ++j)
             nodes[i][j] = nodes[j][i] = midpoint(points[i], points[j]) + Vec<3>{{uniform(), uniform(), uniform()}};
     EdgeShell<3> shell{{nodes[0][1]}, {}};
+    shell.elements.reserve(count);
     for (int i = 0; i < count; ++i) {
         const std::array<int, 4> v{0, 1, 2 + i, 2 + (i + 1) % count};
         ShellElement<3> s;
@@ -45,6 +47,7 @@ const std::vector<EdgeShell<3>>& rings() {
     static const std::vector<EdgeShell<3>> made = [] {
         std::mt19937_64 random(1);
         std::vector<EdgeShell<3>> all;
+        all.reserve(256);
         for (int i = 0; i < 256; ++i) all.push_back(ring(random, 0.15));
         return all;
     }();

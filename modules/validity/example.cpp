@@ -46,6 +46,14 @@ static Outcome<bool> example(const Execution& execution) {
     const auto& node = relaxed->proposal.mid_nodes[spoke].point;
     std::printf("after:  %zu invalid, smallest scaled Jacobian %.3f; the node is at (%.3f, %.3f)\n",
                 relaxed->validation.invalid, relaxed->validation.smallest, node[0], node[1]);
+
+    // What the spoke's node alone could do: the largest smallest scaled Jacobian of the two triangles beside it.
+    const auto around = shells(mesh->edges, execution);
+    if (!around) return fail(around.error());
+    const auto best = highest_node(edge_shell<2>(*mesh, proposal.mid_nodes.view(), (*around)[spoke], spoke));
+    if (!best || best->lower < relaxed->validation.smallest) return false;
+    std::printf("best:   scaled Jacobian %.3f with the node at (%.3f, %.3f)\n", best->lower, best->node.point[0],
+                best->node.point[1]);
     // Valid now, and not for the price of a straight edge.
     return before->invalid > 0 && relaxed->validation.all_valid() && distance(node, Vec<2>{{-0.5, -0.5}}) > 0.1;
 }

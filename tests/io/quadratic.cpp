@@ -232,6 +232,7 @@ TEST_CASE("simplices of both degrees") {
     REQUIRE(back);
     const auto& mesh = std::get<QuadraticMesh<2>>(back->mesh);
     CHECK(mesh.linear.points.size() == 4);
+    CHECK(back->node_numbers == Column<std::uint32_t>(Buffer<std::uint32_t>{1, 2, 3, 7, 4, 6, 5, 0}));
     REQUIRE(mesh.linear.facets.size() == 2);
     CHECK(mesh.linear.facets.references[0] == 5);
     const EdgeId curved = mesh.edges.of_facets[0][0], straight = mesh.edges.of_facets[1][0];

@@ -389,7 +389,7 @@ TEST_CASE("edge programmes: cuts repair what coefficients cannot") {
         REQUIRE(by_cuts.has_value());
         CHECK(holds(s, by_cuts->node, bound));
     }
-    MESSAGE(more << " raised by cuts, " << reached << " valid by cuts alone");
+    INFO(more << " raised by cuts, " << reached << " valid by cuts alone");
     CHECK(more > 0);
     CHECK(reached > 0);
 }

@@ -237,6 +237,7 @@ void quadratic_laws() {
                  auto random = random_source();
                  const auto q = model<M>(random);
                  std::vector<AffineFunction<M>> functions;
+                 functions.reserve(64);
                  const std::size_t n = 1 + random() % 9;
                  for (std::size_t i = 0; i < n; ++i)
                      functions.push_back({vector<M>(random), uniform(random, -0.5, 0.5)});
@@ -245,6 +246,7 @@ void quadratic_laws() {
                  if (nearest.feasible != expected.has_value()) {
                      // Both may be right where the feasible set is a point.
                      std::vector<RaisedFunction<M>> raised;
+                     raised.reserve(functions.size());
                      for (const auto& f : functions) raised.push_back({f, 1});
                      RC_ASSERT(std::abs(highest_point<M>(raised, 1e3)->lower) < 1e-8);
                      return;
@@ -261,6 +263,7 @@ void quadratic_laws() {
                  auto raised = raised_functions<M>(random, random() % 30);
                  const double shift = uniform(random, -0.2, 0.2) - highest_point<M>(raised, 1e6)->lower;
                  std::vector<AffineFunction<M>> functions;
+                 functions.reserve(64);
                  for (auto& f : raised) {
                      f.function.offset += shift;
                      functions.push_back(f.function);
@@ -273,6 +276,7 @@ void quadratic_laws() {
                  else {
                      // What it names contradicts itself.
                      std::vector<RaisedFunction<M>> named;
+                     named.reserve(M + 1);
                      for (int i = 0; i < nearest.active_count; ++i) named.push_back({functions[nearest.active[i]], 1});
                      RC_ASSERT(highest_point<M>(named, 1e6)->lower < 1e-9);
                  }
@@ -288,6 +292,7 @@ void anisotropic_laws() {
                  const auto q = model<M>(random);
                  const Vec<M> inside = vector<M>(random);
                  std::vector<AffineFunction<M>> functions;
+                 functions.reserve(64);
                  for (int i = 0; i < 60; ++i) {
                      const Vec<M> g = vector<M>(random);
                      functions.push_back({g, uniform(random, 0.01, 0.3) - dot(g, inside)});
@@ -343,6 +348,7 @@ TEST_CASE("programmes: degenerate ones") {
     REQUIRE(highest_point<3>(many, 10).has_value());
     CHECK(highest_point<3>(many, 10)->lower == 0.5);
     std::vector<AffineFunction<3>> planes;
+    planes.reserve(many.size());
     for (const auto& f : many) planes.push_back({f.function.gradient, f.function.offset - 1});
     planes.pop_back();
     const auto between = nearest_point<3>(QuadraticModel<3>{{{4, 5, 6}}}, planes);
