@@ -194,8 +194,11 @@ def optimise(part, name, path, seconds):
     """The mesh again (Gmsh makes the same one), and one optimiser on it; the time goes into `seconds`."""
     generate(part)
     start = time.perf_counter()
-    for method in OPTIMISERS[name]:
-        gmsh.model.mesh.optimize(method)
+    try:
+        for method in OPTIMISERS[name]:
+            gmsh.model.mesh.optimize(method)
+    except Exception as error:  # Gmsh raises nothing more precise
+        sys.exit(f"{part}: Gmsh {name}: {error}")
     seconds.value = time.perf_counter() - start
     write_gmf(path)
 

@@ -110,7 +110,7 @@ void add_repair(CLI::App& app, Verb& verb) {
         "and, if need be, its vertices. With --boundary-tolerance T the nodes of boundary edges may move too where\n"
         "nothing else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary\n"
         "vertices never do. Elements that cannot be mended are listed with the reason, the mesh is written with\n"
-        "them, and the exit code is 1. Options: camber explain relax");
+        "them, and the exit code is 1. How it is done: docs/algorithms/repair.md");
     RepairArguments& a = verb.repair;
     repair->add_option("input", a.input, "The curved mesh (.mesh, .meshb)")->required();
     repair->add_option("-o,--output", a.output, "Where the mended mesh goes (.mesh, .meshb, .vtu)")->required();

@@ -120,7 +120,8 @@ Outcome<Mended<3>> mend_after_slide(const QuadraticMesh<3>& mesh, const Mended<3
     auto mended = mend(mesh, start, *validation, models, options, execution);
     if (!mended) return mended;
     const auto left = [](const Mended<3>& m) { return m.validation.invalid + m.validation.undecided; };
-    return left(*mended) < left(kept) ? std::move(*mended) : kept;
+    if (left(*mended) < left(kept)) return mended;
+    return kept;
 }
 
 }  // namespace
