@@ -124,12 +124,10 @@ Outcome<Mended<3>> mend_after_slide(const QuadraticMesh<3>& mesh, const Mended<3
     return kept;
 }
 
-}  // namespace
-
 template <int D>
-Outcome<Mended<D>> mend_within(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
-                               const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
-                               const config::Relax& options, const Execution& execution) {
+Outcome<Mended<D>> mend_to_bound(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
+                                 const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
+                                 const config::Relax& options, const Execution& execution) {
     std::vector<std::uint8_t> held(mesh.edges.size(), 1);
     auto kept = mend(mesh, with_held(proposal, held), validation, models, options, execution);
     if (!kept) return kept;
@@ -154,6 +152,39 @@ Outcome<Mended<D>> mend_within(const QuadraticMesh<D>& mesh, const Proposal<D>& 
             return counted(mesh, proposal, validation, std::move(*freed));
     }
     return counted(mesh, proposal, validation, std::move(*kept));
+}
+
+/// The same mesh, with the points of a later state.
+template <int D>
+QuadraticMesh<D> with_points(QuadraticMesh<D> mesh, const LinearMesh<D>& linear) {
+    mesh.linear = linear;
+    return mesh;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Mended<D>> mend_within(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
+                               const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
+                               const config::Relax& options, const Execution& execution) {
+    config::Relax lower = options;
+    lower.min_scaled_jacobian = config::Relax{}.min_scaled_jacobian;
+    auto asked = mend_to_bound(mesh, proposal, validation, models, options, execution);
+    if (!asked || asked->validation.all_valid() || options.min_scaled_jacobian <= lower.min_scaled_jacobian)
+        return asked;
+    // To the passes elements below the bound are alike: what cannot reach it may have become invalid.
+    auto now = validate(with_points(mesh, asked->linear), asked->proposal, lower.min_scaled_jacobian, execution);
+    if (!now) return fail(now.error());
+    if (now->all_valid()) return asked;
+    auto before = validate(mesh, proposal, lower.min_scaled_jacobian, execution);
+    if (!before) return fail(before.error());
+    auto plain = mend_to_bound(mesh, proposal, *before, models, lower, execution);
+    if (!plain) return plain;
+    if (now->invalid + now->undecided <= plain->validation.invalid + plain->validation.undecided) return asked;
+    auto judged = validate(with_points(mesh, plain->linear), plain->proposal, options.min_scaled_jacobian, execution);
+    if (!judged) return fail(judged.error());
+    plain->validation = std::move(*judged);
+    return counted(mesh, proposal, validation, std::move(*plain));
 }
 
 template <int D>

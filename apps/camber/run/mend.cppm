@@ -42,7 +42,8 @@ template <int D>
 
 /// The same as `mend` with the boundary given: its nodes stay while that is enough; then they slide in planes, then
 /// they move, by no more than the options' boundary_tolerance; its vertices always stay. A node that would go further
-/// is held where it was, and what is left is mended again without it.
+/// is held where it was, and what is left is mended again without it. Where the bound cannot be had, no more elements
+/// are left invalid than with the default bound.
 template <int D>
 [[nodiscard]] Outcome<Mended<D>> mend_within(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                              const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
