@@ -17,6 +17,7 @@ using namespace camber::app;
 constexpr const char* description =
     "Camber: curved (P2) meshes from straight ones, driven by a metric and by the geometry; always valid.\n\n"
     "  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its own metric\n"
+    "  camber repair broken-p2.meshb -o valid-p2.meshb   mend a curved mesh made elsewhere\n"
     "  camber run configs/spheres.json                   run a pipeline\n"
     "  camber check wing-p2.meshb                        is it a good mesh?\n"
     "  camber convert wing-p2.meshb -o wing-p2.vtu       for ParaView\n"
@@ -32,6 +33,7 @@ constexpr const char* exit_codes =
 struct Verb {
     RunArguments run;
     CurveArguments curve;
+    RepairArguments repair;
     ConvertArguments convert;
     PlotArguments plot;
     CheckArguments check;
@@ -64,6 +66,17 @@ void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optio
                    "Also print how gains, lengths, curvatures and Jacobians are spread, before and after correction");
 }
 
+/// What the verbs that are a pipeline have in common.
+void add_pipeline(CLI::App* verb, PipelineArguments& a) {
+    verb->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
+                     "Every element's normalised Jacobian is to be at least this, from 0 and below 1")
+        ->check(share_below_one());
+    verb->add_option("--report", a.report, "Also write the figures as JSON");
+    verb->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
+    verb->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
+    add_settings(verb, a.settings, a.threads, a.print_config, a.histogram, a.dry_run);
+}
+
 void add_run(CLI::App& app, Verb& verb) {
     CLI::App* run = app.add_subcommand("run", "Run a pipeline described in JSON");
     run->add_option("config", verb.run.config, "The pipeline; paths of inputs are relative to its folder")->required();
@@ -84,14 +97,28 @@ void add_curve(CLI::App& app, Verb& verb) {
                      "surrogate (from the mesh), straight, or JSON such as "
                      "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}'")
         ->default_str("surrogate");
-    curve
-        ->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
-                     "Every element's normalised Jacobian is to be at least this, from 0 and below 1")
-        ->check(share_below_one());
-    curve->add_option("--report", a.report, "Also write the figures as JSON");
-    curve->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
-    curve->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
-    add_settings(curve, a.settings, a.threads, a.print_config, a.histogram, a.dry_run);
+    add_pipeline(curve, a);
+}
+
+void add_repair(CLI::App& app, Verb& verb) {
+    CLI::App* repair = app.add_subcommand(
+        "repair",
+        "Mend a curved mesh made elsewhere: validate, relax, commit.\n\n"
+        "  camber repair broken.meshb -o valid.meshb\n"
+        "  camber repair broken.meshb -o valid.meshb --boundary-tolerance 1e-3\n\n"
+        "The boundary stays as it is, bit for bit, interfaces between materials too: nodes of the volume move,\n"
+        "and, if need be, its vertices. With --boundary-tolerance T the nodes of boundary edges may move too where\n"
+        "nothing else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary\n"
+        "vertices never do. Elements that cannot be mended are listed with the reason, the mesh is written with\n"
+        "them, and the exit code is 1. How it is done: docs/algorithms/repair.md");
+    RepairArguments& a = verb.repair;
+    repair->add_option("input", a.input, "The curved mesh (.mesh, .meshb)")->required();
+    repair->add_option("-o,--output", a.output, "Where the mended mesh goes (.mesh, .meshb, .vtu)")->required();
+    repair
+        ->add_option("--boundary-tolerance", a.boundary_tolerance,
+                     "How far the node of a boundary edge may move, in model units; 0 (the default): not at all")
+        ->check(CLI::NonNegativeNumber);
+    add_pipeline(repair, a);
 }
 
 void add_check(CLI::App& app, Verb& verb) {
@@ -177,6 +204,7 @@ void add_others(CLI::App& app, Verb& verb) {
 int dispatch(const CLI::App& app, const Verb& verb) {
     if (app.got_subcommand("run")) return run_command(verb.run);
     if (app.got_subcommand("curve")) return curve_command(verb.curve);
+    if (app.got_subcommand("repair")) return repair_command(verb.repair);
     if (app.got_subcommand("plot")) return plot_command(verb.plot);
     if (app.got_subcommand("convert")) return convert_command(verb.convert);
     if (app.got_subcommand("check")) return check_command(verb.check);
@@ -196,6 +224,7 @@ int main(int argc, char** argv) {
         Verb verb;
         add_run(app, verb);
         add_curve(app, verb);
+        add_repair(app, verb);
         add_convert(app, verb);
         add_plot(app, verb);
         add_check(app, verb);

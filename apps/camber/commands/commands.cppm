@@ -2,6 +2,7 @@ module;
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 /// The program's verbs. Each prints its result to standard output, messages to standard error, and returns the exit
 /// code: 0 done; 1 done, but the result misses what was asked; 2 bad usage or config; 3 bad input or output file; 4
@@ -20,15 +21,24 @@ struct RunArguments {
 };
 [[nodiscard]] int run_command(const RunArguments& arguments);
 
-struct CurveArguments {
+/// Of the verbs that are a pipeline from one mesh to another.
+struct PipelineArguments {
     std::string input, output, report, vtu, plots;
-    std::optional<std::string> metric, geometry;  ///< none: those of the settings, or natural and surrogate
-    std::vector<std::string> settings;
+    std::vector<std::string> settings;  ///< path=value
     std::optional<int> threads;
     std::optional<double> min_scaled_jacobian;
     bool print_config = false, histogram = false, dry_run = false;
 };
+
+struct CurveArguments : PipelineArguments {
+    std::optional<std::string> metric, geometry;  ///< none: those of the settings, or natural and surrogate
+};
 [[nodiscard]] int curve_command(const CurveArguments& arguments);
+
+struct RepairArguments : PipelineArguments {
+    std::optional<double> boundary_tolerance;  ///< none: that of the settings, or 0
+};
+[[nodiscard]] int repair_command(const RepairArguments& arguments);
 
 struct ConvertArguments {
     std::string input, output;
@@ -61,5 +71,15 @@ struct InfoArguments {
 
 [[nodiscard]] int explain_command(const std::string& topic);
 [[nodiscard]] int schema_command();
+
+}  // namespace camber::app
+
+namespace camber::app {
+
+/// The pipeline that a verb stands for (`base`, JSON without an input) with what the arguments say.
+[[nodiscard]] Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArguments& arguments);
+
+/// Prints the pipeline or the plan if that is asked for, else runs it, prints what came out, and returns the exit code.
+[[nodiscard]] int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments);
 
 }  // namespace camber::app

@@ -4,6 +4,7 @@ module;
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -67,25 +68,17 @@ int finish(const config::Pipeline& pipeline, bool histogram) {
     return 1;
 }
 
-Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments) {
+}  // namespace
+
+Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArguments& arguments) {
     // Settings are made on the default pipeline; the arguments of their own come after.
     for (const std::string& setting : arguments.settings)
         if (setting.starts_with("input") || setting.starts_with("output/mesh"))
             return fail(ErrorKind::usage, "\"" + setting + "\" is the verb's own argument", "--set", {},
                         "give the mesh and -o, or use camber run");
-    auto pipeline = config::read_pipeline(R"({"input": {"mesh": "-"}})", "command line", arguments.settings);
+    auto pipeline = config::read_pipeline(base, "command line", arguments.settings);
     if (!pipeline) return pipeline;
     pipeline->input = config::FilePath{arguments.input};
-    if (arguments.metric) {
-        auto metric = config::read_metric(*arguments.metric, "--metric");
-        if (!metric) return fail(metric.error());
-        pipeline->metric = std::move(*metric);
-    }
-    if (arguments.geometry) {
-        auto geometry = config::read_geometry(*arguments.geometry, "--geometry");
-        if (!geometry) return fail(geometry.error());
-        pipeline->geometry = std::move(*geometry);
-    }
     if (arguments.min_scaled_jacobian) {
         for (config::Stage& stage : pipeline->stages) {
             if (auto* validate = std::get_if<config::Validate>(&stage))
@@ -105,7 +98,14 @@ Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments) {
     return pipeline;
 }
 
-}  // namespace
+int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments) {
+    if (!pipeline) return report_error(pipeline.error());
+    if (arguments.print_config) {
+        fmt::print("{}", config::write_pipeline(*pipeline));
+        return 0;
+    }
+    return arguments.dry_run ? print_plan(*pipeline) : finish(*pipeline, arguments.histogram);
+}
 
 int run_command(const RunArguments& arguments) {
     auto text = read_file(arguments.config);
@@ -124,16 +124,6 @@ int run_command(const RunArguments& arguments) {
     const config::Pipeline below =
         config::with_inputs_below(*pipeline, std::filesystem::path(arguments.config).parent_path().string());
     return arguments.dry_run ? print_plan(below) : finish(below, arguments.histogram);
-}
-
-int curve_command(const CurveArguments& arguments) {
-    auto pipeline = pipeline_of(arguments);
-    if (!pipeline) return report_error(pipeline.error());
-    if (arguments.print_config) {
-        fmt::print("{}", config::write_pipeline(*pipeline));
-        return 0;
-    }
-    return arguments.dry_run ? print_plan(*pipeline) : finish(*pipeline, arguments.histogram);
 }
 
 int explain_command(const std::string& topic) {

@@ -99,6 +99,11 @@ const Description<Relax>& Described<Relax>::get() {
                "determinant; keeps them off the very edge of validity")
              .at_least(0)
              .below(1),
+         field("boundary_tolerance", &S::boundary_tolerance,
+               "of a mesh that was read with its curves: how far the node of a boundary edge may move where nothing "
+               "else helps; 0: the boundary stays as it is. After curve, such nodes may always go back to their chords")
+             .unit("model units")
+             .at_least(0),
          field("theta", &S::theta, "what a correction leaves of a node's offset")
              .unit("shares of the offset")
              .above(0)

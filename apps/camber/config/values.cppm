@@ -145,6 +145,7 @@ struct Validate {
 struct Relax {
     Repair repair = Repair::cavity;
     double target = 1e-2;
+    double boundary_tolerance = 0;
     double theta = 0.75;
     int max_corrections = 40;
     double min_scaled_jacobian = 1e-9;

@@ -44,6 +44,7 @@ class Runner {
           operands_(std::move(operands)),
           around_(around) {
         measure_mesh();
+        read_curved_ = state_.mesh.has_value();
     }
 
     Outcome<Run> run() {
@@ -125,11 +126,20 @@ class Runner {
         return step("validate",
                     [&](State<D> s, const Execution& e) { return validate_stage(std::move(s), options, report_, e); });
     }
+    /// A mesh that was read with its curves brings what else the stage "curve" proposes.
+    Outcome<Done> adopt_own_nodes() {
+        if (state_.proposal || !read_curved_) return Done{};
+        return step("features", [&](State<D> s, const Execution& e) {
+            return adopt_stage(std::move(s), pipeline_.features, report_, e);
+        });
+    }
     Outcome<Done> apply(const config::Relax& options) {
+        if (auto adopted = adopt_own_nodes(); !adopted) return adopted;
         return step("relax",
                     [&](State<D> s, const Execution& e) { return relax_stage(std::move(s), options, report_, e); });
     }
     Outcome<Done> apply(const config::Commit&) {
+        if (auto adopted = adopt_own_nodes(); !adopted) return adopted;
         return step("commit", [&](State<D> s, const Execution& e) { return commit_stage(std::move(s), report_, e); });
     }
 
@@ -144,6 +154,7 @@ class Runner {
     std::optional<MetricFile> metric_;
     std::vector<MetricFile> operands_;
     const Around& around_;
+    bool read_curved_ = false;
     Report report_;
 };
 

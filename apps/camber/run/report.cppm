@@ -63,6 +63,20 @@ struct RelaxReport {
     std::size_t corrected_elements = 0, relaxed_volume_edges = 0, relaxed_surface_edges = 0, moved_vertices = 0;
 };
 
+/// What became of the boundary of a mesh that was read with its curves.
+struct KeptBoundaryReport {
+    double tolerance = 0;
+    std::size_t moved_nodes = 0;
+    double largest_shift = 0;           ///< of a node (model units)
+    double largest_relative_shift = 0;  ///< the same by the length of its edge's chord
+};
+
+/// An element of such a mesh that could not be mended.
+struct RemainingReport {
+    std::size_t element = 0;  ///< from 1
+    std::string reason;
+};
+
 struct ReinsertReport {
     std::size_t turns = 0, rounds = 0, patches = 0;
     std::size_t rejected_not_valid = 0, rejected_no_gain = 0;
@@ -81,6 +95,8 @@ struct Report {
     std::optional<CurveReport> curve;
     std::optional<ValidityReport> validity_before, validity;
     std::optional<RelaxReport> relax;
+    std::optional<KeptBoundaryReport> kept_boundary;
+    std::vector<RemainingReport> remaining;
     std::optional<ReinsertReport> reinsert;
     bool committed = false;
     /// Elements, from 1, that are not certified valid in the end (all of them).

@@ -73,6 +73,17 @@ Json json(const RelaxReport& r) {
             {"relaxed_surface_edges", r.relaxed_surface_edges},
             {"moved_vertices", r.moved_vertices}};
 }
+Json json(const KeptBoundaryReport& k) {
+    return {{"tolerance", k.tolerance},
+            {"moved_nodes", k.moved_nodes},
+            {"largest_shift", k.largest_shift},
+            {"largest_relative_shift", k.largest_relative_shift}};
+}
+Json json(const std::vector<RemainingReport>& remaining) {
+    Json all = Json::array();
+    for (const RemainingReport& r : remaining) all.push_back({{"element", r.element}, {"reason", r.reason}});
+    return all;
+}
 Json json(const ReinsertReport& r) {
     return {{"turns", r.turns},
             {"rounds", r.rounds},
@@ -90,6 +101,10 @@ std::string to_json(const Report& report) {
     if (report.curve) j["curve"] = json(*report.curve);
     if (report.validity_before) j["validity_before_correction"] = json(*report.validity_before);
     if (report.relax) j["relax"] = json(*report.relax);
+    if (report.kept_boundary) {
+        j["kept_boundary"] = json(*report.kept_boundary);
+        j["remaining_elements"] = json(report.remaining);
+    }
     if (report.reinsert) j["reinsert"] = json(*report.reinsert);
     if (report.validity) j["validity"] = json(*report.validity);
     if (!report.histograms.empty()) j["histograms"] = Json::parse(histograms_json(report.histograms));

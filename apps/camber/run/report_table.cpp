@@ -91,6 +91,21 @@ std::string validity_rows(const Report& report) {
     return text;
 }
 
+std::string kept_boundary_rows(const Report& report) {
+    const KeptBoundaryReport& k = *report.kept_boundary;
+    std::string moved = fmt::format("{} (tolerance {:g})", grouped(k.moved_nodes), k.tolerance);
+    if (k.moved_nodes > 0)
+        moved += fmt::format(", by at most {:.4g}, {:.4g} of the edge", k.largest_shift, k.largest_relative_shift);
+    std::string text = table_row("moved boundary nodes", moved);
+    constexpr std::size_t shown = 10;
+    for (std::size_t i = 0; i < report.remaining.size() && i < shown; ++i)
+        text += fmt::format("  ! {} {}: {}\n", report.mesh.dimension == 2 ? "triangle" : "tetrahedron",
+                            report.remaining[i].element, report.remaining[i].reason);
+    if (report.remaining.size() > shown)
+        text += fmt::format("  ! and {} more, all of them in the report\n", report.remaining.size() - shown);
+    return text;
+}
+
 std::string boundary_rows(const BoundaryReport& b) {
     std::string text =
         table_row("surface edges, ridges, corners",
@@ -121,6 +136,7 @@ std::string table(const Report& report) {
     if (report.boundary) text += boundary_rows(*report.boundary);
     if (report.curve) text += curve_rows(*report.curve);
     text += validity_rows(report);
+    if (report.kept_boundary) text += kept_boundary_rows(report);
     if (!report.times.empty()) text += time_rows(report);
     return text;
 }

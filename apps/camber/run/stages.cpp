@@ -17,6 +17,7 @@ import camber.metric;
 import camber.surface;
 import camber.validity;
 import :measures;
+import :mend;
 import :report;
 import :stages;
 import :state;
@@ -28,6 +29,14 @@ namespace {
 Outcome<Done> need(bool there, const char* stage, const char* before) {
     if (there) return Done{};
     return fail(ErrorKind::usage, std::string("stage \"") + stage + "\" needs \"" + before + "\" before it");
+}
+
+template <int D>
+Outcome<Done> need_curves(const State<D>& state, const char* stage) {
+    if (state.mesh) return Done{};
+    return fail(ErrorKind::input,
+                std::string("the mesh is of degree 1, and stage \"") + stage + "\" needs one of degree 2", {}, {},
+                "camber curve makes it curved; in a config, put \"elevate\" before");
 }
 
 /// The mid nodes of the straight mesh.
@@ -76,16 +85,6 @@ EdgeMinimiserOptions edge_options(const config::Curve& options) {
     return edge;
 }
 
-RelaxOptions relax_options(const config::Relax& options) {
-    RelaxOptions relax;
-    relax.strategy = options.repair == config::Repair::relax ? RelaxStrategy::paper : RelaxStrategy::shell;
-    relax.target = options.target;
-    relax.theta = options.theta;
-    relax.max_corrections = options.max_corrections;
-    relax.min_scaled_jacobian = options.min_scaled_jacobian;
-    return relax;
-}
-
 const char* repair_name(config::Repair repair) {
     switch (repair) {
         case config::Repair::cavity: return "cavity";
@@ -99,9 +98,14 @@ const char* repair_name(config::Repair repair) {
 /// Models of what a node off its wanted place costs: in the field, or in the mesh's own metric where there is none.
 template <int D>
 Outcome<Column<QuadraticModel<D>>> models_of(const State<D>& state, const Execution& execution) {
-    const Column<LagrangeNode<D>>& wanted = state.curved ? state.curved->proposal.mid_nodes : state.proposal->mid_nodes;
     auto around = state.shells ? Outcome<Incidence<ElementId>>(*state.shells) : shells(state.mesh->edges, execution);
     if (!around) return fail(around.error());
+    Column<LagrangeNode<D>> wanted = state.curved ? state.curved->proposal.mid_nodes : state.proposal->mid_nodes;
+    if (state.adopted) {
+        auto own = own_wishes(*state.mesh, *state.proposal, *state.validation, *around, execution);
+        if (!own) return fail(own.error());
+        wanted = std::move(*own);
+    }
     auto models = state.back ? edge_models(*state.mesh, wanted, *around, *state.back, execution)
                              : implied_edge_models(*state.mesh, wanted, *around, execution);
     if (!models) return fail(models.error());
@@ -263,6 +267,7 @@ Outcome<State<D>> curve_stage(State<D> state, const config::Curve& options, Repo
 
     report.curve = curve_report(mesh, *curved, seconds.count());
     state.proposal = curved->proposal;
+    state.adopted = false;
     state.curved = std::move(*curved);
     state.validation.reset();
     return state;
@@ -271,7 +276,7 @@ Outcome<State<D>> curve_stage(State<D> state, const config::Curve& options, Repo
 template <int D>
 Outcome<State<D>> validate_stage(State<D> state, const config::Validate& options, Report& report,
                                  const Execution& execution) {
-    if (auto ok = need(state.mesh.has_value(), "validate", "elevate"); !ok) return fail(ok.error());
+    if (auto ok = need_curves(state, "validate"); !ok) return fail(ok.error());
     auto validation = state.proposal ? validate(*state.mesh, *state.proposal, options.min_scaled_jacobian, execution)
                                      : validate(*state.mesh, options.min_scaled_jacobian, execution);
     if (!validation) return fail(validation.error());
@@ -286,6 +291,7 @@ Outcome<State<D>> validate_stage(State<D> state, const config::Validate& options
 template <int D>
 Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Report& report,
                               const Execution& execution) {
+    if (auto ok = need_curves(state, "relax"); !ok) return fail(ok.error());
     if (auto ok = need(state.proposal.has_value(), "relax", "curve"); !ok) return fail(ok.error());
     if (!state.validation || state.validation->bound != options.min_scaled_jacobian) {
         auto validated =
@@ -293,36 +299,27 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
         if (!validated) return fail(validated.error());
         state = std::move(*validated);
     }
+    Column<QuadraticModel<D>> models;
+    if (needs_models(options.repair)) {
+        auto made = models_of(state, execution);
+        if (!made) return fail(made.error());
+        models = std::move(*made);
+    }
+    auto mended = (state.adopted ? mend_within<D> : mend<D>)(*state.mesh, *state.proposal, *state.validation, models,
+                                                             options, execution);
+    if (!mended) return fail(mended.error());
     // After the cavities' own relaxation: what both did.
     RelaxReport& sum = report.relax ? *report.relax : report.relax.emplace();
     sum.repair = repair_name(options.repair);
-    if (options.repair == config::Repair::cavity || options.repair == config::Repair::edge) {
-        auto models = models_of(state, execution);
-        if (!models) return fail(models.error());
-        auto repaired = repair(
-            *state.mesh, *state.proposal, *state.validation, *models,
-            RepairOptions{.min_scaled_jacobian = options.min_scaled_jacobian,
-                          .target = options.target,
-                          .scope = options.repair == config::Repair::edge ? RepairScope::edges : RepairScope::cavities},
-            execution);
-        if (!repaired) return fail(repaired.error());
-        const RepairStatistics& s = repaired->statistics;
-        sum.corrected_elements += s.corrected_elements;
-        sum.relaxed_volume_edges += s.moved_volume_nodes;
-        sum.relaxed_surface_edges += s.relaxed_surface_nodes;
-        sum.moved_vertices += s.moved_vertices;
-        state.mesh->linear = std::move(repaired->linear);
-        state.proposal = std::move(repaired->proposal);
-        judged(state, std::move(repaired->validation), report);
-        return state;
-    }
-    auto relaxed = relax(*state.mesh, *state.proposal, *state.validation, relax_options(options), execution);
-    if (!relaxed) return fail(relaxed.error());
-    sum.corrected_elements += relaxed->corrected_elements;
-    sum.relaxed_volume_edges += relaxed->relaxed_volume_edges;
-    sum.relaxed_surface_edges += relaxed->relaxed_surface_edges;
-    state.proposal = std::move(relaxed->proposal);
-    judged(state, std::move(relaxed->validation), report);
+    sum.corrected_elements += mended->corrected_elements;
+    sum.relaxed_volume_edges += mended->moved_volume_nodes;
+    sum.relaxed_surface_edges += mended->moved_surface_nodes;
+    sum.moved_vertices += mended->moved_vertices;
+    if (state.adopted) report.kept_boundary = kept_boundary(*state.mesh, mended->proposal, options.boundary_tolerance);
+    state.mesh->linear = std::move(mended->linear);
+    state.proposal = std::move(mended->proposal);
+    judged(state, std::move(mended->validation), report);
+    if (state.adopted) report.remaining = remaining(*state.mesh, *state.proposal, *state.validation);
     return state;
 }
 

@@ -29,6 +29,11 @@ Outcome<State<D>> prepare_stage(State<D> state, Report& report, const Execution&
 template <int D>
 Outcome<State<D>> elevate_stage(State<D> state, Report& report, const Execution& execution);
 
+/// The nodes of a mesh that was read with its curves become the proposal: its boundary's features tell what is given.
+template <int D>
+Outcome<State<D>> adopt_stage(State<D> state, const config::Features& features, Report& report,
+                              const Execution& execution);
+
 /// Features and geometry of the boundary.
 template <int D>
 Outcome<State<D>> surface_stage(State<D> state, const config::Features& features, const config::Geometry& geometry,

@@ -1,0 +1,69 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+module camber.run;
+import camber.core;
+import camber.bezier;
+import camber.cavity;
+import camber.config;
+import camber.surface;
+import camber.validity;
+import :mend;
+import :report;
+import :stages;
+import :state;
+
+namespace camber::run {
+
+template <int D>
+Outcome<State<D>> adopt_stage(State<D> state, const config::Features& options, Report& report,
+                              const Execution& execution) {
+    const QuadraticMesh<D>& mesh = *state.mesh;
+    auto features = find_features(mesh.linear, mesh.edges,
+                                  FeatureOptions<D>{.ridge_angle_degrees = options.ridge_angle}, execution);
+    if (!features) return fail(features.error());
+    report.boundary = BoundaryReport{
+        features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}};
+    Buffer<EdgeChange> changes(mesh.edges.size());
+    for (std::size_t e = 0; e < changes.size(); ++e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        const bool straight = mesh.mid_nodes[e].point == midpoint(mesh.linear.points[a], mesh.linear.points[b]);
+        const bool volume = features->edge_kinds[e] == EdgeKind::volume;
+        changes[e] = straight ? EdgeChange::straight : volume ? EdgeChange::optimised : EdgeChange::projected;
+    }
+    state.proposal = Proposal<D>{mesh.mid_nodes, features->edge_kinds, std::move(changes)};
+    state.features = std::move(*features);
+    state.adopted = true;
+    return state;
+}
+
+template <int D>
+Outcome<Column<LagrangeNode<D>>> own_wishes(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
+                                            const Validation<D>& validation, const Incidence<ElementId>& shells,
+                                            const Execution& execution) {
+    if (validation.all_valid()) return proposal.mid_nodes;
+    auto extended = extend_boundary(mesh, proposal.kinds, proposal.mid_nodes, shells, {}, execution);
+    if (!extended) return fail(extended.error());
+    Buffer<LagrangeNode<D>> wanted(proposal.mid_nodes.begin(), proposal.mid_nodes.end());
+    for (std::size_t e = 0; e < validation.verdicts.size(); ++e) {
+        if (validation.verdicts[e] == Verdict::valid) continue;
+        for (const EdgeId edge : mesh.edges.of_elements[e])
+            if (proposal.kinds[edge] == EdgeKind::volume) wanted[edge.index()] = extended->nodes[edge.index()];
+    }
+    return Column<LagrangeNode<D>>(std::move(wanted));
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template Outcome<State<D>> adopt_stage<D>(State<D>, const config::Features&, Report&, const Execution&);   \
+    template Outcome<Column<LagrangeNode<D>>> own_wishes<D>(const QuadraticMesh<D>&, const Proposal<D>&,       \
+                                                            const Validation<D>&, const Incidence<ElementId>&, \
+                                                            const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber::run

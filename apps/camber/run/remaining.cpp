@@ -1,0 +1,153 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+module camber.run;
+import camber.core;
+import camber.bezier;
+import camber.cavity;
+import camber.validity;
+import :mend;
+import :report;
+
+namespace camber::run {
+
+namespace {
+
+template <int D>
+double determinant(const std::array<Vec<D>, D>& c) {
+    if constexpr (D == 2)
+        return det(c[0], c[1]);
+    else
+        return det(c[0], c[1], c[2]);
+}
+
+/// det J at local vertex i by that of the straight element, in Lagrange nodes: the columns are 4 P_ij − 3 P_i − P_j.
+template <int D>
+double at_vertex(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std::size_t e, int i) {
+    const auto& vertices = mesh.linear.elements.vertices[e];
+    const Vec<D>& p = mesh.linear.points[vertices[i]];
+    std::array<Vec<D>, D> curved{}, straight{};
+    int column = 0;
+    for (int edge = 0; edge < edges_per_simplex<D>; ++edge) {
+        const auto [a, b] = local_edges<D>[edge];
+        if (a != i && b != i) continue;
+        const Vec<D>& q = mesh.linear.points[vertices[a == i ? b : a]];
+        const Vec<D>& node = proposal.mid_nodes[mesh.edges.of_elements[e][edge]].point;
+        curved[column] = 4.0 * node - 3.0 * p - q;
+        straight[column] = q - p;
+        ++column;
+    }
+    return determinant<D>(curved) / determinant<D>(straight);
+}
+
+/// Whether all edges of the element at local vertex i are on the boundary.
+template <int D>
+bool is_given(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std::size_t e, int i) {
+    for (int edge = 0; edge < edges_per_simplex<D>; ++edge) {
+        const auto [a, b] = local_edges<D>[edge];
+        if ((a == i || b == i) && proposal.kinds[mesh.edges.of_elements[e][edge]] == EdgeKind::volume) return false;
+    }
+    return true;
+}
+
+template <int D>
+bool is_flat(const QuadraticMesh<D>& mesh, std::size_t e) {
+    const auto& v = mesh.linear.elements.vertices[e];
+    std::array<Vec<D>, D> columns{};
+    for (int i = 0; i < D; ++i) columns[i] = mesh.linear.points[v[i + 1]] - mesh.linear.points[v[0]];
+    return !(determinant<D>(columns) > 0);
+}
+
+/// Where a facet of the boundary is folded: a vertex at which its normal points away from the straight facet's.
+struct Fold {
+    VertexId vertex;
+    double jacobian = 0;
+};
+template <int D>
+using Folds = std::map<std::array<VertexId, D>, Fold>;
+
+template <int D>
+Folds<D> find_folds(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal) {
+    Folds<D> folds;
+    if constexpr (D == 3)
+        for (std::size_t f = 0; f < mesh.linear.facets.size(); ++f) {
+            auto v = mesh.linear.facets.vertices[f];
+            const auto point = [&](int i) { return mesh.linear.points[v[i % 3]]; };
+            const auto node = [&](int i) { return proposal.mid_nodes[mesh.edges.of_facets[f][i % 3]].point; };
+            const Vec<3> straight = cross(point(1) - point(0), point(2) - point(0));
+            // Edge i of a triangle is from vertex i to vertex i + 1.
+            for (int i = 0; i < 3; ++i) {
+                const Vec<3> along = 4.0 * node(i) - 3.0 * point(i) - point(i + 1);
+                const Vec<3> back = 4.0 * node(i + 2) - 3.0 * point(i) - point(i + 2);
+                const double jacobian = dot(cross(along, back), straight) / norm_squared(straight);
+                if (jacobian > 0) continue;
+                std::array<VertexId, 3> key{v[0], v[1], v[2]};
+                std::ranges::sort(key);
+                folds.insert({key, {v[i], jacobian}});
+                break;
+            }
+        }
+    return folds;
+}
+
+/// The fold of one of the element's facets; none when they have none.
+template <int D>
+const Fold* fold_of(const QuadraticMesh<D>& mesh, const Folds<D>& folds, std::size_t e) {
+    const auto& v = mesh.linear.elements.vertices[e];
+    for (int opposite = 0; opposite <= D; ++opposite) {
+        std::array<VertexId, D> key;
+        for (int i = 0, n = 0; i <= D; ++i)
+            if (i != opposite) key[n++] = v[i];
+        std::ranges::sort(key);
+        if (const auto found = folds.find(key); found != folds.end()) return &found->second;
+    }
+    return nullptr;
+}
+
+template <int D>
+std::string reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Validation<D>& validation,
+                      const Folds<D>& folds, std::size_t e) {
+    if (is_flat(mesh, e)) return "its vertices alone make it flat or inverted";
+    for (int i = 0; i <= D; ++i) {
+        if (!is_given(mesh, proposal, e, i)) continue;
+        const double given = at_vertex(mesh, proposal, e, i);
+        if (!(given > validation.bound))
+            return fmt::format("the boundary alone makes its normalised Jacobian {:.3g} at vertex {}", given,
+                               mesh.linear.elements.vertices[e][i].index() + 1);
+    }
+    if (const Fold* fold = fold_of<D>(mesh, folds, e))
+        return fmt::format("its boundary triangle is folded: normalised Jacobian {:.3g} at vertex {}", fold->jacobian,
+                           fold->vertex.index() + 1);
+    int free = 0;
+    for (const EdgeId edge : mesh.edges.of_elements[e]) free += proposal.kinds[edge] == EdgeKind::volume;
+    if (free == 0) return "all its nodes are on the boundary";
+    if (validation.verdicts[e] == Verdict::undecided) return "too close to the bound to be decided";
+    return fmt::format("no place was found for its {} in the volume",
+                       free == 1 ? "node" : std::to_string(free) + " nodes");
+}
+
+}  // namespace
+
+template <int D>
+std::vector<RemainingReport> remaining(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
+                                       const Validation<D>& validation) {
+    const Folds<D> folds = find_folds<D>(mesh, proposal);
+    std::vector<RemainingReport> all;
+    all.reserve(validation.invalid + validation.undecided);
+    for (std::size_t e = 0; e < validation.verdicts.size(); ++e)
+        if (validation.verdicts[e] != Verdict::valid)
+            all.push_back({e + 1, reason_of<D>(mesh, proposal, validation, folds, e)});
+    return all;
+}
+
+template std::vector<RemainingReport> remaining<2>(const QuadraticMesh<2>&, const Proposal<2>&, const Validation<2>&);
+template std::vector<RemainingReport> remaining<3>(const QuadraticMesh<3>&, const Proposal<3>&, const Validation<3>&);
+
+}  // namespace camber::run

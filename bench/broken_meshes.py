@@ -1,0 +1,302 @@
+"""Broken meshes of degree 2 from CAD, made with Gmsh: coarse curved parts, high order not optimised; and, if asked,
+what Gmsh's own optimisers and Camber's repair make of them.
+
+    python3 bench/broken_meshes.py FOLDER                                        the meshes (.mesh), and Gmsh's .msh
+    python3 bench/broken_meshes.py FOLDER --camber build/bin/camber --optimise   and a table of both repairs
+
+Needs Gmsh with its OpenCASCADE kernel and its Python module: `apt-get install gmsh python3-gmsh` (on Debian they are of
+the system's Python, /usr/bin/python3), or `pip install gmsh`. The same version of Gmsh makes the same meshes.
+
+Gmsh's optimisers work beside the CAD model, along which they may slide boundary nodes, on the mesh as it was generated,
+with their default options. Their seconds are of the call alone; Camber's are of the whole program, files included.
+Judged by `camber check`: an element is invalid when the determinant of its Jacobian is not certified positive; `min` is
+the least of them as a share of the straight element's. Camber's first repair keeps the boundary bit for bit; elements
+that remain are mostly those whose boundary triangles Gmsh folded. `moved`: boundary nodes that are not where they were, and how far
+the farthest is from any such place.
+"""
+import argparse
+import json
+import math
+import multiprocessing
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+try:
+    import gmsh
+except ImportError:
+    sys.exit("broken_meshes.py: the Python module gmsh is missing: apt-get install gmsh python3-gmsh, and run "
+             "/usr/bin/python3; or pip install gmsh")
+
+
+# ---------------------------------------------------------------- the parts: each leaves a model, ready to be meshed
+
+def sizes(least, most, per_turn=0):
+    """Edge lengths; elements per turn of curvature (0: not looked at)."""
+    for option, value in (("MeshSizeMin", least), ("MeshSizeMax", most), ("MeshSizeFromCurvature", per_turn)):
+        gmsh.option.setNumber("Mesh." + option, value)
+
+
+def bore():
+    """A block with a bore that leaves a thin wall on one side."""
+    occ = gmsh.model.occ
+    occ.cut([(3, occ.addBox(0, 0, 0, 4, 3, 2))], [(3, occ.addCylinder(2, 1.03, 0, 0, 0, 2, 1))])
+    occ.synchronize()
+    sizes(0.9, 0.9)
+
+
+def elbow():
+    """A quarter of a bent pipe with a thin wall."""
+    occ = gmsh.model.occ
+    occ.cut([(3, occ.addTorus(0, 0, 0, 3, 1, angle=math.pi / 2))],
+            [(3, occ.addTorus(0, 0, 0, 3, 0.88, angle=math.pi / 2))])
+    occ.synchronize()
+    sizes(0.7, 0.7)
+
+
+def gap():
+    """The space between a box and a sphere that nearly touches it."""
+    occ = gmsh.model.occ
+    occ.cut([(3, occ.addBox(-1.5, -1.5, -1.02, 3, 3, 3))], [(3, occ.addSphere(0, 0, 0, 1))])
+    occ.synchronize()
+    sizes(0.6, 0.6)
+
+
+def fillet():
+    """A block, some of whose edges are rounded, with a pocket close to them."""
+    occ = gmsh.model.occ
+    block = occ.addBox(0, 0, 0, 3, 2, 1)
+    occ.synchronize()
+    upper = [tag for _, tag in gmsh.model.getEntitiesInBoundingBox(-0.1, -0.1, 0.9, 3.1, 2.1, 1.1, 1)]
+    occ.fillet([block], upper, [0.5])
+    pocket = occ.addCylinder(1.5, 1, 0, 0, 0, 0.93, 0.85)
+    occ.cut([(3, block)], [(3, pocket)])
+    occ.synchronize()
+    sizes(0.85, 0.85)
+
+
+def crossing():
+    """Two hollow cylinders that intersect."""
+    occ = gmsh.model.occ
+    outer, _ = occ.fuse([(3, occ.addCylinder(-3, 0, 0, 6, 0, 0, 1))], [(3, occ.addCylinder(0, 0, 0, 0.5, 0, 3, 0.7))])
+    inner, _ = occ.fuse([(3, occ.addCylinder(-3, 0, 0, 6, 0, 0, 0.92))],
+                        [(3, occ.addCylinder(0, 0, 0, 0.5, 0, 3, 0.64))])
+    occ.cut(outer, inner)
+    occ.synchronize()
+    sizes(0.55, 0.55)
+
+
+def layer():
+    """Layers around a quarter of a cylinder that know nothing of its curvature: the first is 1/60 of an edge high."""
+    occ, turn = gmsh.model.occ, math.pi / 2
+    at = lambda r, angle: occ.addPoint(r * math.cos(angle), r * math.sin(angle), 0)
+    centre, a, b, c, d = occ.addPoint(0, 0, 0), at(1, 0), at(1, turn), at(3, turn), at(3, 0)
+    inner, outer = occ.addCircleArc(a, centre, b), occ.addCircleArc(d, centre, c)
+    sides = occ.addLine(a, d), occ.addLine(b, c)
+    section = occ.addPlaneSurface([occ.addCurveLoop([inner, sides[1], -outer, -sides[0]])])
+    occ.extrude([(2, section)], 0, 0, 2, numElements=[4])
+    occ.synchronize()
+    mesh = gmsh.model.mesh
+    for curve in (inner, outer):
+        mesh.setTransfiniteCurve(curve, 5)
+    for curve in sides:
+        mesh.setTransfiniteCurve(curve, 15, "Progression", 1.4)
+    mesh.setTransfiniteSurface(section)
+    sizes(0.01, 2)
+
+
+def wing():
+    """The air around a swept, tapered wing with a sharp trailing edge, with a thin layer about the skin: all coarse."""
+    occ = gmsh.model.occ
+
+    def section(y, x, chord, points=24):
+        def half(t):  # NACA 0015; the last coefficient closes the trailing edge
+            return 0.75 * (0.2969 * math.sqrt(t) - 0.1260 * t - 0.3516 * t ** 2 + 0.2843 * t ** 3 - 0.1036 * t ** 4)
+        along = [0.5 * (1 - math.cos(math.pi * i / points)) for i in range(points + 1)]
+        nose, tail = occ.addPoint(x, y, 0), occ.addPoint(x + chord, y, 0)
+        side = lambda up: occ.addBSpline([nose, *(occ.addPoint(x + chord * t, y, up * chord * half(t))
+                                                  for t in along[1:-1]), tail])
+        return occ.addWire([side(1), -side(-1)])
+
+    def blade(scale, tip):
+        """About the wing's quarter chord, larger by `scale`."""
+        sections = [section(y, x + 0.25 * chord * (1 - scale), chord * scale) for y, x, chord in
+                    ((0, 0, 1), (tip, 0.4 * tip, 1 - 0.275 * tip))]
+        return occ.addThruSections(sections, makeSolid=True, makeRuled=True)
+
+    skin, rim = blade(1, 2), blade(1.1, 2.04)
+    layer, _ = occ.cut(rim, skin, removeObject=True, removeTool=False)
+    air, _ = occ.cut([(3, occ.addBox(-1.5, 0, -1.5, 4.5, 3.5, 3))], skin)
+    occ.fragment(air, layer)
+    occ.synchronize()
+    near = gmsh.model.getEntitiesInBoundingBox(-0.2, -0.1, -0.2, 2, 2.2, 0.2, 0)
+    gmsh.model.mesh.setSize(near, 0.12)
+    sizes(0.01, 0.9)
+
+
+PARTS = {part.__name__: part for part in (bore, elbow, gap, fillet, crossing, layer, wing)}
+OPTIMISERS = {  # as numbered by Mesh.HighOrderOptimize
+    "1 optimise": ["HighOrder"], "2 elastic, optimise": ["HighOrderElastic", "HighOrder"],
+    "3 elastic": ["HighOrderElastic"], "4 fast curving": ["HighOrderFastCurving"]}
+
+
+# ---------------------------------------------------------------- meshes and files
+
+def generate(part):
+    """The part's mesh, in a process of its own; what Gmsh prints is thrown away."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    gmsh.initialize([], False)
+    for option, value in (("General.Terminal", 0), ("General.NumThreads", 1), ("Mesh.ElementOrder", 2),
+                          ("Mesh.HighOrderOptimize", 0), ("Mesh.Binary", 0)):
+        gmsh.option.setNumber(option, value)
+    PARTS[part]()
+    gmsh.model.mesh.generate(3)
+
+
+def rows_of(dimension, kind, order, numbers):
+    """Elements of a kind in GMF's node order, with their CAD entity as the reference."""
+    rows = []
+    for _, entity in gmsh.model.getEntities(dimension):
+        _, nodes = gmsh.model.mesh.getElementsByType(kind, entity)
+        for at in range(0, len(nodes), len(order)):
+            rows.append([numbers[int(nodes[at + i])] for i in order] + [entity])
+    return rows
+
+
+def write_gmf(path):
+    """The mesh of degree 2 in GMF (ASCII). Gmsh orders a tetrahedron's nodes e01 e12 e02 e03 e23 e13: the last two
+    change places."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    point = {int(tag): coordinates[3 * i:3 * i + 3] for i, tag in enumerate(tags)}
+    used = sorted({int(n) for n in gmsh.model.mesh.getElementsByType(11)[1]})
+    numbers = {tag: i + 1 for i, tag in enumerate(used)}
+    blocks = {"TetrahedraP2": rows_of(3, 11, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], numbers),
+              "TrianglesP2": rows_of(2, 9, [0, 1, 2, 3, 4, 5], numbers)}
+    with open(path, "w") as file:
+        file.write(f"MeshVersionFormatted 2\nDimension 3\nVertices\n{len(used)}\n")
+        for tag in used:
+            file.write(" ".join(repr(float(x)) for x in point[tag]) + " 0\n")
+        for name, rows in blocks.items():
+            file.write(f"{name}\n{len(rows)}\n")
+            file.writelines(" ".join(map(str, row)) + "\n" for row in rows)
+        file.write("End\n")
+
+
+def make(part, folder):
+    generate(part)
+    write_gmf(folder / f"{part}.mesh")
+    gmsh.write(str(folder / f"{part}.msh"))
+
+
+def optimise(part, name, path, seconds):
+    """The mesh again (Gmsh makes the same one), and one optimiser on it; the time goes into `seconds`."""
+    generate(part)
+    start = time.perf_counter()
+    try:
+        for method in OPTIMISERS[name]:
+            gmsh.model.mesh.optimize(method)
+    except Exception as error:  # Gmsh raises nothing more precise
+        sys.exit(f"{part}: Gmsh {name}: {error}")
+    seconds.value = time.perf_counter() - start
+    write_gmf(path)
+
+
+# ---------------------------------------------------------------- the table
+
+def check(camber, path):
+    """Elements, those not certified valid, and the least normalised Jacobian."""
+    found = json.loads(subprocess.run([camber, "check", path, "--json"], capture_output=True, text=True).stdout)
+    return found["elements"], found["invalid"] + found["undecided"], found["min_scaled_jacobian"]
+
+
+def boundary_of(path):
+    """Where the nodes of the boundary triangles of an ASCII file are."""
+    words = iter(path.read_text().split())
+    points, nodes = [], set()
+    for word in words:
+        if word == "Vertices":
+            points = [tuple(float(next(words)) for _ in range(4))[:3] for _ in range(int(next(words)))]
+        elif word == "TrianglesP2":
+            for _ in range(int(next(words))):
+                nodes.update([int(next(words)) for _ in range(7)][:6])
+    return {points[n - 1] for n in nodes}
+
+
+def row(part, what, camber, path, original, seconds):
+    moved = boundary_of(path) - original
+    farthest = max((min(math.dist(p, q) for q in original) for p in moved), default=0)
+    elements, invalid, least = check(camber, path)
+    print(f"{part:10}{what:26}{elements:>9}{invalid:>9}{least:>11.3g}{seconds:>9}{len(moved):>8}{farthest:>10.2g}",
+          flush=True)
+
+
+def run_optimiser(part, name, folder, camber, original, limit):
+    path = folder / f"{part}-gmsh-{name[0]}.mesh"
+    seconds = multiprocessing.Value("d", 0)
+    process = multiprocessing.Process(target=optimise, args=(part, name, path, seconds))
+    process.start()
+    process.join(limit)
+    if process.is_alive():
+        process.kill()
+        print(f"{part:10}Gmsh {name}: not done in {limit:g} s", flush=True)
+    elif process.exitcode != 0:
+        print(f"{part:10}Gmsh {name}: ended with {process.exitcode}", flush=True)
+    else:
+        row(part, "Gmsh " + name, camber, path, original, f"{seconds.value:.2f}")
+
+
+def run_repair(part, folder, camber, original, tolerance):
+    path = folder / f"{part}-camber-{tolerance:g}.mesh"
+    start = time.perf_counter()
+    done = subprocess.run([camber, "repair", folder / f"{part}.mesh", "-o", path, "--boundary-tolerance", str(tolerance)],
+                          capture_output=True, text=True)
+    seconds = time.perf_counter() - start
+    if done.returncode > 1:
+        sys.exit(f"broken_meshes.py: {done.stderr}")
+    row(part, f"Camber, tolerance {tolerance:g}", camber, path, original, f"{seconds:.2f}")
+
+
+def in_process_of_its_own(target, *arguments):
+    """Gmsh keeps options from one model to the next; a process forgets them."""
+    process = multiprocessing.Process(target=target, args=arguments)
+    process.start()
+    process.join()
+    if process.exitcode != 0:
+        sys.exit(f"broken_meshes.py: Gmsh failed on {arguments[0]}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, help="where the meshes go")
+    parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; none: all")
+    parser.add_argument("--camber", help="the program: print the table, with its repair")
+    parser.add_argument("--optimise", action="store_true", help="run Gmsh's optimisers too (needs --camber to judge)")
+    parser.add_argument("--tolerance", type=float, default=0.1,
+                        help="of the boundary in a second repair (the parts are 3 to 6 across)")
+    parser.add_argument("--limit", type=float, default=600, help="seconds for an optimiser")
+    arguments = parser.parse_args()
+    if unknown := set(arguments.parts) - set(PARTS):
+        parser.error(f"no part is called {', '.join(sorted(unknown))}")
+    if arguments.optimise and not arguments.camber:
+        parser.error("--optimise needs --camber, which judges what comes out")
+    arguments.folder.mkdir(parents=True, exist_ok=True)
+    if arguments.camber:
+        print(f"{'part':10}{'':26}{'elements':>9}{'invalid':>9}{'min':>11}{'seconds':>9}{'moved':>8}{'by':>10}")
+    for part in arguments.parts or PARTS:
+        in_process_of_its_own(make, part, arguments.folder)
+        path = arguments.folder / f"{part}.mesh"
+        if not arguments.camber:
+            print(path, flush=True)
+            continue
+        original = boundary_of(path)
+        row(part, "as generated", arguments.camber, path, original, "")
+        for tolerance in (0, arguments.tolerance):
+            run_repair(part, arguments.folder, arguments.camber, original, tolerance)
+        for name in OPTIMISERS if arguments.optimise else ():
+            run_optimiser(part, name, arguments.folder, arguments.camber, original, arguments.limit)
+
+
+if __name__ == "__main__":
+    main()
