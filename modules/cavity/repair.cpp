@@ -56,10 +56,12 @@ struct Passes {
         const auto plan = [&](ElementId e) { return plan_edge_repair(state, e); };
         return finish(in_rounds(state, queue, execution, needless, claim, plan, [](ElementId, bool) {}));
     }
-    [[nodiscard]] Outcome<Done> by_cavities(Reach reach) {
+    [[nodiscard]] Outcome<Done> by_cavities(Reach reach, double asked) {
         const auto needless = [&](ElementId e) { return state.good(e); };
         const auto claim = [&](ElementId e) { return repair_cavity(state, e, reach).elements; };
-        const auto plan = [&](ElementId e) { return plan_cavity_repair(state, repair_cavity(state, e, reach), e); };
+        const auto plan = [&](ElementId e) {
+            return plan_cavity_repair(state, repair_cavity(state, e, reach), e, asked);
+        };
         return finish(in_rounds(state, queue, execution, needless, claim, plan, [](ElementId, bool) {}));
     }
     [[nodiscard]] Outcome<Done> by_extension(const Incidence<ElementId>& shells) {
@@ -115,17 +117,19 @@ Outcome<Done> run(Passes<D>& passes, RepairStatistics& s, const Incidence<Elemen
         counter += before - passes.queue.size();
         return done;
     };
-    const auto cavities = [&](std::size_t& counter, Reach reach) {
-        return counted(counter, [&] { return passes.by_cavities(reach); });
+    const double target = passes.state.options.target;
+    const auto cavities = [&](std::size_t& counter, Reach reach, double asked) {
+        return counted(counter, [&] { return passes.by_cavities(reach, asked); });
     };
     auto done = counted(s.by_edges, [&] { return passes.by_edges(); });
     if (done && passes.state.options.scope == RepairScope::cavities) {
-        done = cavities(s.by_cavities, {Moves::volume_nodes, 0});
-        if (done) done = cavities(s.by_cavities, {Moves::volume_nodes, 1});
+        done = cavities(s.by_cavities, {Moves::volume_nodes, 0}, target);
+        if (done) done = cavities(s.by_cavities, {Moves::volume_nodes, 1}, target);
+        if (done) done = cavities(s.by_cavities, {Moves::volume_nodes, 1}, 0);
         if (done) done = counted(s.by_extension, [&] { return passes.by_extension(shells); });
-        if (done) done = cavities(s.by_cavities, {Moves::volume_nodes, 2});
-        if (done) done = cavities(s.by_vertices, {Moves::vertices, 1});
-        if (done) done = cavities(s.by_surface, {Moves::surface_nodes, 1});
+        if (done) done = cavities(s.by_cavities, {Moves::volume_nodes, 2}, 0);
+        if (done) done = cavities(s.by_vertices, {Moves::vertices, 1}, 0);
+        if (done) done = cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
     }
     return done ? passes.returns() : done;
 }

@@ -19,6 +19,9 @@ struct RepairOptions {
     /// What is aimed at where it can be had: keeps mended elements off the very edge of validity.
     double target = 1e-2;
     RepairScope scope = RepairScope::cavities;
+    /// How far a surface node may go, last, from where it is wanted: to the distance of the middle of its chord, as
+    /// relaxation takes it, or to this one if that is more (model units).
+    double surface_tolerance = 0;
 };
 
 /// How repair went.

@@ -165,9 +165,23 @@ NodalSimplex<D> changed_element(const RepairState<D>& state, const RepairPlan<D>
     return s;
 }
 
+/// Whether a surface node stays as near to its place as relaxation would leave it, or as the tolerance says.
+template <int D>
+bool within_reach(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D>& node) {
+    const auto& [a, b] = state.mesh.edges.vertices[edge];
+    const Vec<D>& p = state.points[a.index()];
+    const Vec<D>& q = state.points[b.index()];
+    const Vec<D> wanted = state.model(edge).centre;
+    const double rounding = 1e-12 * distance(p, q);
+    return distance(node.point, wanted) <=
+           std::max(distance(midpoint(p, q), wanted) + rounding, state.options.surface_tolerance);
+}
+
 /// The verdicts that the plan changes; false when it breaks an element or leaves the seed as it is.
 template <int D>
 bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed, RepairPlan<D>& plan) {
+    for (const auto& [edge, node] : plan.nodes)
+        if (state.kinds[edge] != EdgeKind::volume && !within_reach(state, edge, node)) return false;
     for (const ElementId e : cavity.elements) {
         const NodalSimplex<D> next = changed_element(state, plan, e);
         const Verdict now = decide(next, state.options.min_scaled_jacobian);
@@ -205,22 +219,19 @@ RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach
 
 template <int D>
 std::optional<RepairPlan<D>> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity,
-                                                ElementId seed) {
+                                                ElementId seed, double asked) {
     if (cavity.edges.empty() && cavity.vertices.empty()) return {};
-    const double bound = state.options.min_scaled_jacobian + slack;
-    for (const double asked : {std::max(bound, state.options.target), bound}) {
-        const auto solution = solve(programme_of(state, cavity, seed, asked));
-        RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
-        if (judge(state, cavity, seed, plan)) return plan;
-        if (!(bound < state.options.target)) break;
-    }
-    return {};
+    const double floor = std::max(state.options.min_scaled_jacobian + slack, asked);
+    const auto solution = solve(programme_of(state, cavity, seed, floor));
+    RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
+    if (!judge(state, cavity, seed, plan)) return {};
+    return plan;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                  \
     template RepairCavity<D> repair_cavity<D>(const RepairState<D>&, ElementId, Reach);                        \
     template std::optional<RepairPlan<D>> plan_cavity_repair<D>(const RepairState<D>&, const RepairCavity<D>&, \
-                                                                ElementId);
+                                                                ElementId, double);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -85,7 +85,8 @@ std::optional<RepairPlan<D>> plan_edge_repair(const RepairState<D>& state, Eleme
     };
     const double target = std::max(bound, state.options.target);
     if (try_all(target, none) || try_all(target, no_other)) return best;
-    if (target > bound && !try_all(bound, none)) try_all(bound, no_other);
+    // Cavities may still reach the target.
+    if (target > bound && state.options.scope == RepairScope::edges && !try_all(bound, none)) try_all(bound, no_other);
     return best;
 }
 

@@ -48,8 +48,10 @@ struct RepairState {
 template <int D>
 [[nodiscard]] inline double kept_of(const RepairState<D>& state, ElementId e, double asked) {
     const NodalSimplex<D> element = state.element(e);
-    if (smallest_scaled_coefficient(bounded_jacobian(element)) >= asked) return asked;
-    const double now = check_element(element, 0).min_scaled_jacobian;
+    const double weak = smallest_scaled_coefficient(bounded_jacobian(element));
+    if (weak >= asked) return asked;
+    const double sharp = check_element(element, 0).min_scaled_jacobian;
+    const double now = sharp > weak ? sharp : weak;
     return now < asked ? now : asked;
 }
 
@@ -96,11 +98,12 @@ struct RepairCavity {
 template <int D>
 [[nodiscard]] RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach reach);
 
-/// The cavity's nodes and vertices together: mends the seed; no other element that is good enough stops being so. None
-/// when that is not found.
+/// The cavity's nodes and vertices together: mends the seed, to `asked` as a scaled Jacobian; no other element that is
+/// good enough stops being so. None when that is not found.
 template <int D>
 [[nodiscard]] std::optional<RepairPlan<D>> plan_cavity_repair(const RepairState<D>& state,
-                                                              const RepairCavity<D>& cavity, ElementId seed);
+                                                              const RepairCavity<D>& cavity, ElementId seed,
+                                                              double asked);
 
 /// Volume nodes around the elements of `seeds` go to `extended`, and those around the elements that this breaks, until
 /// none is broken; what would break for good stays as it is. The plan breaks nothing.

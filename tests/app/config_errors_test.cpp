@@ -47,7 +47,7 @@ TEST_CASE("wrong types are refused with what was expected") {
           "config.json: /features/ridge_angle: expected a number, got null");
     CHECK(error_with(R"("stages": {})") == "config.json: /stages: expected an array, got an object");
     CHECK(error_with(R"("stages": [{"curve": {"objective": 3}}])") ==
-          "config.json: /stages/0/curve/objective: expected \"energy\" or \"length\", got 3");
+          "config.json: /stages/0/curve/objective: expected \"energy\" or \"length\" or \"shape\", got 3");
     CHECK(error_with(R"("output": {"mesh": 3})") == "config.json: /output/mesh: expected a string, got 3");
     CHECK(error_with(R"("metric": {"file": 3})") == "config.json: /metric/file: expected a file's path, got 3");
     CHECK(error_with(R"("metric": {"natural": {}, "file": "a"})") ==
