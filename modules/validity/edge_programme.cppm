@@ -43,7 +43,8 @@ struct HighestNode {
     LagrangeNode<D> node;
     /// Certified: det J / |det straight| is nowhere less in the elements that `keep` nothing, with this node.
     double lower = 0;
-    /// No node reaches more, but for rounding (without cuts: none by its coefficients); ∞ if `enough` was there at once.
+    /// No node reaches more, but for rounding (without cuts: none by its coefficients); ∞ if `enough` was there at
+    /// once.
     double upper = 0;
     int cuts = 0;  ///< bisections made
 };
