@@ -99,7 +99,7 @@ void laws(const std::array<int, D>& cells) {
                  else
                      RC_ASSERT(again.all_valid());
              },
-             {D == 2 ? 20 : 6});
+             {D == 2 ? 10 : 3});
 }
 
 template <int D>
@@ -168,11 +168,11 @@ TEST_CASE("repair: laws, 2D") { laws<2>({8, 5}); }
 TEST_CASE("repair: laws, 3D") { laws<3>({4, 4, 3}); }
 TEST_CASE("repair: cavities lose less than relaxing by theta") {
     loses_less<2>({16, 8});
-    loses_less<3>({6, 6, 4});
+    loses_less<3>({5, 5, 3});
 }
 TEST_CASE("repair: the same bytes for any number of threads") {
     threads<2>({16, 8});
-    threads<3>({5, 5, 4});
+    threads<3>({4, 4, 3});
 }
 TEST_CASE("repair: models are the energy's second order") {
     model_of_energy<2>({6, 4});
