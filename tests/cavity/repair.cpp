@@ -123,7 +123,7 @@ void loses_less(const std::array<int, D>& cells) {
 template <int D>
 void threads(const std::array<int, D>& cells) {
     const auto b = shell_block<D>(cells, 5);
-    const auto p = thrown(b, 6, 0.3);
+    const auto p = thrown(b, 6, 0.15);
     RepairOptions options;
     options.min_scaled_jacobian = 0.1;
     const auto one = repaired(b, p, options, 1);
