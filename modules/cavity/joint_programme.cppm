@@ -12,6 +12,11 @@ template <int D>
 struct OffsetModel {
     Vec<D> centre;
     Sym<D> hessian;
+
+    [[nodiscard]] double operator()(const Vec<D>& offset) const {
+        const Vec<D> r = offset - centre;
+        return 0.5 * dot(r, hessian * r);
+    }
 };
 
 /// Edge nodes and vertices that move together, and the elements that watch them. A vertex takes half of its

@@ -8,6 +8,7 @@ module;
 #include <variant>
 #include <vector>
 module camber.cavity;
+import :boundary_vertices;
 import camber.core;
 import camber.metric;
 
@@ -118,16 +119,6 @@ Outcome<Done> reinsert_each(Walk<D>& walk, std::vector<VertexId> pending, std::s
     return Done{};
 }
 
-/// 1 for vertices on the boundary: at an end of an edge that is not of the volume.
-template <int D>
-std::vector<std::uint8_t> on_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds) {
-    std::vector<std::uint8_t> marks(mesh.linear.points.size(), 0);
-    for (std::size_t e = 0; e < kinds.size(); ++e)
-        if (kinds[e] != EdgeKind::volume)
-            for (const VertexId v : mesh.edges.vertices[e]) marks[v.index()] = 1;
-    return marks;
-}
-
 /// 1 for vertices with an edge whose node is short of its target.
 template <int D>
 std::vector<std::uint8_t> short_of_target(const Curving<D>& c) {
@@ -140,8 +131,8 @@ std::vector<std::uint8_t> short_of_target(const Curving<D>& c) {
 
 /// One turn over the vertices that `wanted` marks: volume, then boundary. 0 when there were none.
 template <int D>
-Outcome<std::size_t> turn(Walk<D>& walk, const std::vector<std::uint8_t>& boundary,
-                          const std::vector<std::uint8_t>& wanted, const Execution& execution) {
+Outcome<std::size_t> turn(Walk<D>& walk, const Buffer<std::uint8_t>& boundary, const std::vector<std::uint8_t>& wanted,
+                          const Execution& execution) {
     const auto total = static_cast<std::size_t>(std::count(wanted.begin(), wanted.end(), 1));
     walk.done = 0;
     for (const int side : {0, 1}) {
@@ -185,7 +176,7 @@ Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind
     const auto topology = cavity_topology(mesh, execution);
     if (!topology) return fail(topology.error());
     const std::size_t vertices = mesh.linear.points.size();
-    const auto boundary = on_boundary(mesh, kinds);
+    const auto boundary = boundary_vertices(mesh, kinds);
     Walk<D> walk{with_bare_edges(nothing_known(std::move(mesh), kinds, boundary_nodes), topology->shells),
                  *topology,
                  back,

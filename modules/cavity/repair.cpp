@@ -6,6 +6,7 @@ module;
 #include <utility>
 #include <vector>
 module camber.cavity;
+import :boundary_vertices;
 import :repair_rounds;
 import :repair_state;
 import camber.core;
@@ -33,16 +34,6 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, s
     return Done{};
 }
 
-/// 1 for the ends of edges that are not of the volume.
-template <int D>
-Buffer<std::uint8_t> boundary_vertices(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds) {
-    Buffer<std::uint8_t> marks(mesh.linear.points.size(), 0);
-    for (std::size_t e = 0; e < kinds.size(); ++e)
-        if (kinds[e] != EdgeKind::volume)
-            for (const VertexId v : mesh.edges.vertices[e]) marks[v.index()] = 1;
-    return marks;
-}
-
 /// The passes of a repair over the elements that are not good enough yet, the queue.
 template <int D>
 struct Passes {
@@ -64,40 +55,38 @@ struct Passes {
         };
         return finish(in_rounds(state, queue, execution, needless, claim, plan, [](ElementId, bool) {}));
     }
-    [[nodiscard]] Outcome<Done> by_extension(const Incidence<ElementId>& shells) {
+    /// Around what is left the nodes extend the boundary's displacement; what this spoils is mended as before, or stays
+    /// as it was.
+    [[nodiscard]] Outcome<Done> by_extension() {
         auto extended =
-            extend_boundary(state.mesh, state.kinds, Column<LagrangeNode<D>>(state.nodes), shells, {}, execution);
+            extend_boundary(state.mesh, state.kinds, Column<LagrangeNode<D>>(state.nodes), state.shells, {}, execution);
         if (!extended) return fail(extended.error());
-        apply(state, plan_extension(state, queue, extended->nodes));
-        return finish(Done{});
+        Passes trial{state, {}, execution};
+        apply(trial.state, plan_extension(state, queue, extended->nodes));
+        for (std::size_t e = 0; e < state.verdicts.size(); ++e)
+            if (trial.state.verdicts[e] != Verdict::valid) trial.queue.push_back(ElementId(e));
+        auto done = trial.by_cavities({Reach::Moves::volume_nodes, 0}, state.options.target);
+        if (done) done = trial.by_edges();
+        if (done) done = trial.by_cavities({Reach::Moves::volume_nodes, 1}, 0);
+        if (done) apply(state, plan_towards(state, trial.state.nodes));
+        return finish(std::move(done));
     }
-    /// Nodes that are off their places come as near as they may.
+    /// Nodes that are off their places come as near as they may, one at a time.
     [[nodiscard]] Outcome<Done> returns() {
-        std::vector<EdgeId> items;
+        std::vector<EdgeId> edges;
         for (std::size_t e = 0; e < state.nodes.size(); ++e)
             if (state.kinds[e] == EdgeKind::volume && state.nodes[e].point != state.models[e].centre)
-                items.push_back(EdgeId(e));
-        for (int turn = 0; turn < most_returns && !items.empty(); ++turn) {
-            std::vector<EdgeId> moved;
-            const auto claim = [&](EdgeId e) {
-                return std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end());
-            };
-            const auto plan = [&](EdgeId e) { return plan_return(state, e); };
-            auto done = in_rounds(
-                state, items, execution, [](EdgeId) { return false; }, claim, plan,
-                [&](EdgeId e, bool planned) {
-                    if (planned) moved.push_back(e);
-                });
-            if (!done) return done;
-            // What moved may have made room around it.
-            std::vector<std::uint8_t> near(state.mesh.linear.elements.size(), 0);
-            for (const EdgeId e : moved)
-                for (const ElementId element : state.shells[e]) near[element.index()] = 1;
-            std::erase_if(items, [&](EdgeId e) {
-                return std::ranges::none_of(state.shells[e], [&](ElementId x) { return near[x.index()] != 0; });
-            });
-        }
-        return Done{};
+                edges.push_back(EdgeId(e));
+        const auto claim = [&](EdgeId e) {
+            return std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end());
+        };
+        return while_moving(std::move(edges), claim, [&](EdgeId e) { return plan_return(state, e); });
+    }
+    /// And those of one of `elements` together.
+    [[nodiscard]] Outcome<Done> joint_returns(std::vector<ElementId> elements, Reach reach) {
+        const auto claim = [&](ElementId e) { return repair_cavity(state, e, reach).elements; };
+        const auto plan = [&](ElementId e) { return plan_joint_return(state, repair_cavity(state, e, reach)); };
+        return while_moving(std::move(elements), claim, plan);
     }
 
   private:
@@ -105,33 +94,53 @@ struct Passes {
         std::erase_if(queue, [&](ElementId e) { return state.good(e); });
         return done;
     }
+    /// Turns over the items, each next one over those with an element that the last one claimed and moved: there may be
+    /// room now.
+    template <class Item, class Claim, class Plan>
+    Outcome<Done> while_moving(std::vector<Item> items, Claim&& claim, Plan&& plan) {
+        for (int turn = 0; turn < most_returns && !items.empty(); ++turn) {
+            std::vector<std::uint8_t> near(state.mesh.linear.elements.size(), 0);
+            const auto mark = [&](const Item& item, bool moved) {
+                if (!moved) return;
+                for (const ElementId e : claim(item)) near[e.index()] = 1;
+            };
+            auto done = in_rounds(state, items, execution, [](const Item&) { return false; }, claim, plan, mark);
+            if (!done) return done;
+            std::erase_if(items, [&](const Item& item) {
+                return std::ranges::none_of(claim(item), [&](ElementId e) { return near[e.index()] != 0; });
+            });
+        }
+        return Done{};
+    }
 };
 
 template <int D>
-Outcome<Done> run(Passes<D>& passes, RepairStatistics& s, const Incidence<ElementId>& shells) {
+Outcome<Done> run(Passes<D>& passes, RepairStatistics& s) {
     using Moves = Reach::Moves;
-    const auto counted = [&](std::size_t& counter, auto&& pass) -> Outcome<Done> {
-        if (passes.queue.empty()) return Done{};
-        const std::size_t before = passes.queue.size();
-        auto done = pass();
-        counter += before - passes.queue.size();
-        return done;
-    };
+    const bool with_cavities = passes.state.options.scope == RepairScope::cavities;
     const double target = passes.state.options.target;
-    const auto cavities = [&](std::size_t& counter, Reach reach, double asked) {
-        return counted(counter, [&] { return passes.by_cavities(reach, asked); });
+    Outcome<Done> done = Done{};
+    const auto counted = [&](std::size_t& counter, auto&& pass) {
+        if (!done || passes.queue.empty()) return;
+        const std::size_t before = passes.queue.size();
+        done = pass();
+        counter += before - passes.queue.size();
     };
-    auto done = counted(s.by_edges, [&] { return passes.by_edges(); });
-    if (done && passes.state.options.scope == RepairScope::cavities) {
-        done = cavities(s.by_cavities, {Moves::volume_nodes, 0}, target);
-        if (done) done = cavities(s.by_cavities, {Moves::volume_nodes, 1}, target);
-        if (done) done = cavities(s.by_cavities, {Moves::volume_nodes, 1}, 0);
-        if (done) done = counted(s.by_extension, [&] { return passes.by_extension(shells); });
-        if (done) done = cavities(s.by_cavities, {Moves::volume_nodes, 2}, 0);
-        if (done) done = cavities(s.by_vertices, {Moves::vertices, 1}, 0);
-        if (done) done = cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
-    }
-    return done ? passes.returns() : done;
+    const auto cavities = [&](std::size_t& counter, Reach reach, double asked) {
+        if (with_cavities) counted(counter, [&] { return passes.by_cavities(reach, asked); });
+    };
+    cavities(s.by_cavities, {Moves::volume_nodes, 0}, target);
+    std::vector<ElementId> harder = passes.queue;
+    counted(s.by_edges, [&] { return passes.by_edges(); });
+    cavities(s.by_cavities, {Moves::volume_nodes, 1}, target);
+    cavities(s.by_cavities, {Moves::volume_nodes, 1}, 0);
+    if (with_cavities) counted(s.by_extension, [&] { return passes.by_extension(); });
+    cavities(s.by_cavities, {Moves::volume_nodes, 2}, 0);
+    cavities(s.by_vertices, {Moves::vertices, 1}, 0);
+    cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
+    if (done) done = passes.returns();
+    if (done && with_cavities) done = passes.joint_returns(std::move(harder), {Moves::volume_nodes, 0});
+    return done;
 }
 
 /// The state as a mesh and a proposal, judged as a whole.
@@ -185,7 +194,7 @@ Outcome<Repaired<D>> repair(const QuadraticMesh<D>& mesh, Proposal<D> proposal, 
         for (std::size_t e = 0; e < passes.state.verdicts.size(); ++e)
             if (passes.state.verdicts[e] != Verdict::valid) passes.queue.push_back(ElementId(e));
         RepairStatistics statistics;
-        if (auto done = run(passes, statistics, *around); !done) return fail(done.error());
+        if (auto done = run(passes, statistics); !done) return fail(done.error());
         return summed_up(std::move(passes.state), proposal, validation, statistics, execution);
     });
 }

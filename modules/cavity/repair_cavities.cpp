@@ -53,18 +53,6 @@ int position_in(const std::vector<T>& sorted, const T& wanted) {
     return it != sorted.end() && *it == wanted ? static_cast<int>(it - sorted.begin()) : -1;
 }
 
-/// The element in Bézier form, as far as rounding goes: the verdict is of the nodes.
-template <int D>
-QuadraticSimplex<D, D> bezier_of(const NodalSimplex<D>& s) {
-    QuadraticSimplex<D, D> q;
-    for (int i = 0; i <= D; ++i) q.control[i] = s.nodes[i];
-    for (int e = 0; e < edges_per_simplex<D>; ++e) {
-        const auto [i, j] = local_edges<D>[e];
-        q.control[D + 1 + e] = control_point(s.nodes[i], LagrangeNode<D>{s.nodes[D + 1 + e]}, s.nodes[j]).point;
-    }
-    return q;
-}
-
 /// All of what the cavity can move is asked for; elements that it moves in part only keep what they have, but for the
 /// seed.
 template <int D>
@@ -100,9 +88,9 @@ OffsetModel<D> model_of(const RepairState<D>& state, VertexId vertex) {
     return model;
 }
 
-template <int D>
-JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
-                               double asked) {
+/// The cavity's programme; `floor_of(e)`: what element e is to have.
+template <int D, class FloorOf>
+JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D>& cavity, FloorOf&& floor_of) {
     JointProgramme<D> programme;
     programme.unknowns.reserve(cavity.edges.size() + cavity.vertices.size());
     for (const EdgeId edge : cavity.edges) programme.unknowns.push_back(model_of(state, edge));
@@ -110,8 +98,7 @@ JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D
     programme.elements.reserve(cavity.elements.size());
     const int edges = static_cast<int>(cavity.edges.size());
     for (const ElementId e : cavity.elements) {
-        typename JointProgramme<D>::Element element{
-            bezier_of(state.element(e)), {}, floor_of(state, cavity, e, seed, asked)};
+        typename JointProgramme<D>::Element element{bezier_form(state.element(e)), {}, floor_of(e)};
         for (int i = 0; i <= D; ++i) {
             const int at = position_in(cavity.vertices, state.mesh.linear.elements.vertices[e][i]);
             element.unknowns[i] = at < 0 ? JointProgramme<D>::fixed : edges + at;
@@ -177,18 +164,31 @@ bool within_reach(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D
            std::max(distance(midpoint(p, q), wanted) + rounding, state.options.surface_tolerance);
 }
 
-/// The verdicts that the plan changes; false when it breaks an element or leaves the seed as it is.
+/// The verdicts that the plan changes; false when it breaks an element.
 template <int D>
-bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed, RepairPlan<D>& plan) {
+bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, RepairPlan<D>& plan) {
     for (const auto& [edge, node] : plan.nodes)
         if (state.kinds[edge] != EdgeKind::volume && !within_reach(state, edge, node)) return false;
     for (const ElementId e : cavity.elements) {
         const NodalSimplex<D> next = changed_element(state, plan, e);
         const Verdict now = decide(next, state.options.min_scaled_jacobian);
-        if (spoilt(state, e, next, now) || (e == seed && now != Verdict::valid)) return false;
+        if (spoilt(state, e, next, now)) return false;
         plan.verdicts.emplace_back(e, now);
     }
     return true;
+}
+
+template <int D>
+bool mends(const RepairPlan<D>& plan, ElementId seed) {
+    return std::ranges::find(plan.verdicts, std::pair{seed, Verdict::valid}) != plan.verdicts.end();
+}
+
+/// What the programme's models cost at the offsets.
+template <int D>
+double cost_of(const JointProgramme<D>& programme, const std::vector<Vec<D>>& offsets) {
+    double sum = 0;
+    for (std::size_t u = 0; u < offsets.size(); ++u) sum += programme.unknowns[u](offsets[u]);
+    return sum;
 }
 
 }  // namespace
@@ -222,16 +222,31 @@ std::optional<RepairPlan<D>> plan_cavity_repair(const RepairState<D>& state, con
                                                 ElementId seed, double asked) {
     if (cavity.edges.empty() && cavity.vertices.empty()) return {};
     const double floor = std::max(state.options.min_scaled_jacobian + slack, asked);
-    const auto solution = solve(programme_of(state, cavity, seed, floor));
+    const auto solution =
+        solve(programme_of(state, cavity, [&](ElementId e) { return floor_of(state, cavity, e, seed, floor); }));
     RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
-    if (!judge(state, cavity, seed, plan)) return {};
+    if (!judge(state, cavity, plan) || !mends(plan, seed)) return {};
+    return plan;
+}
+
+template <int D>
+std::optional<RepairPlan<D>> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity) {
+    const double target = std::max(state.options.min_scaled_jacobian, state.options.target) + slack;
+    const auto programme = programme_of(state, cavity, [&](ElementId e) { return kept_of(state, e, target); });
+    const double now = cost_of(programme, std::vector<Vec<D>>(programme.unknowns.size()));
+    if (!(now > least_return)) return {};
+    const auto solution = solve(programme);
+    if (!(cost_of(programme, solution.offsets) < now - least_return)) return {};
+    RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
+    if (!judge(state, cavity, plan)) return {};
     return plan;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                  \
     template RepairCavity<D> repair_cavity<D>(const RepairState<D>&, ElementId, Reach);                        \
     template std::optional<RepairPlan<D>> plan_cavity_repair<D>(const RepairState<D>&, const RepairCavity<D>&, \
-                                                                ElementId, double);
+                                                                ElementId, double);                            \
+    template std::optional<RepairPlan<D>> plan_joint_return<D>(const RepairState<D>&, const RepairCavity<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -16,9 +16,6 @@ namespace camber {
 
 namespace {
 
-/// A return that wins less of an edge's length is not made.
-constexpr double least_return = 1e-7;
-
 /// The elements around an edge with what they are to keep where `asked` is wished for: all that are good, and all that
 /// `keeps` says of the others.
 template <int D, class Keeps>

@@ -17,19 +17,19 @@ namespace camber {
 
 namespace {
 
-/// Which edges have their extended nodes, and the elements around them with these.
+/// Which edges have their nodes of `there`, and the elements around them with these.
 template <int D>
-struct Extending {
+struct Moving {
     const RepairState<D>& state;
-    const Buffer<LagrangeNode<D>>& extended;
+    const Buffer<LagrangeNode<D>>& there;
     std::vector<std::uint8_t> chosen;  ///< of edges
-    std::vector<EdgeId> edges;         ///< those chosen, in the order in which they were
+    std::vector<EdgeId> edges;         ///< those chosen
 
     [[nodiscard]] NodalSimplex<D> element(ElementId e) const {
         NodalSimplex<D> element = state.element(e);
         const auto& edges_of = state.mesh.edges.of_elements[e];
         for (int i = 0; i < edges_per_simplex<D>; ++i)
-            if (chosen[edges_of[i].index()] != 0) element.nodes[D + 1 + i] = extended[edges_of[i].index()].point;
+            if (chosen[edges_of[i].index()] != 0) element.nodes[D + 1 + i] = there[edges_of[i].index()].point;
         return element;
     }
     [[nodiscard]] Verdict verdict(ElementId e) const { return decide(element(e), state.options.min_scaled_jacobian); }
@@ -55,34 +55,44 @@ struct Extending {
 
 /// Outwards: whatever is not good with the nodes chosen so far gets its own.
 template <int D>
-void grow(Extending<D>& extending, const std::vector<ElementId>& seeds) {
+void grow(Moving<D>& moving, const std::vector<ElementId>& seeds) {
     std::vector<ElementId> queue = seeds;
     while (!queue.empty()) {
         std::vector<EdgeId> added;
         for (const ElementId e : queue) {
-            const auto own = extending.choose(e);
+            const auto own = moving.choose(e);
             added.insert(added.end(), own.begin(), own.end());
         }
         queue.clear();
-        for (const ElementId e : extending.around(added))
-            if (extending.verdict(e) != Verdict::valid) queue.push_back(e);
+        for (const ElementId e : moving.around(added))
+            if (moving.verdict(e) != Verdict::valid) queue.push_back(e);
     }
 }
 
 /// Inwards again: around elements that would be spoilt nodes stay.
 template <int D>
-void shrink(Extending<D>& extending) {
-    std::vector<ElementId> suspects = extending.around(extending.edges);
+void shrink(Moving<D>& moving) {
+    std::vector<ElementId> suspects = moving.around(moving.edges);
     while (!suspects.empty()) {
         std::vector<EdgeId> removed;
         for (const ElementId e : suspects) {
-            if (!spoilt(extending.state, e, extending.element(e), extending.verdict(e))) continue;
-            for (const EdgeId edge : extending.state.mesh.edges.of_elements[e])
-                if (std::exchange(extending.chosen[edge.index()], std::uint8_t{0}) != 0) removed.push_back(edge);
+            if (!spoilt(moving.state, e, moving.element(e), moving.verdict(e))) continue;
+            for (const EdgeId edge : moving.state.mesh.edges.of_elements[e])
+                if (std::exchange(moving.chosen[edge.index()], std::uint8_t{0}) != 0) removed.push_back(edge);
         }
-        suspects = extending.around(removed);
+        suspects = moving.around(removed);
     }
-    std::erase_if(extending.edges, [&](EdgeId e) { return extending.chosen[e.index()] == 0; });
+    std::erase_if(moving.edges, [&](EdgeId e) { return moving.chosen[e.index()] == 0; });
+}
+
+template <int D>
+RepairPlan<D> plan_of(Moving<D>& moving) {
+    RepairPlan<D> plan;
+    for (const ElementId e : moving.around(moving.edges)) plan.verdicts.emplace_back(e, moving.verdict(e));
+    moving.edges |= ranges::actions::sort;
+    plan.nodes.reserve(moving.edges.size());
+    for (const EdgeId edge : moving.edges) plan.nodes.emplace_back(edge, moving.there[edge.index()]);
+    return plan;
 }
 
 }  // namespace
@@ -90,20 +100,30 @@ void shrink(Extending<D>& extending) {
 template <int D>
 RepairPlan<D> plan_extension(const RepairState<D>& state, const std::vector<ElementId>& seeds,
                              const Buffer<LagrangeNode<D>>& extended) {
-    Extending<D> extending{state, extended, std::vector<std::uint8_t>(state.mesh.edges.size(), 0), {}};
-    grow(extending, seeds);
-    shrink(extending);
-    RepairPlan<D> plan;
-    for (const ElementId e : extending.around(extending.edges)) plan.verdicts.emplace_back(e, extending.verdict(e));
-    extending.edges |= ranges::actions::sort;
-    plan.nodes.reserve(extending.edges.size());
-    for (const EdgeId edge : extending.edges) plan.nodes.emplace_back(edge, extended[edge.index()]);
-    return plan;
+    Moving<D> moving{state, extended, std::vector<std::uint8_t>(state.mesh.edges.size(), 0), {}};
+    grow(moving, seeds);
+    return plan_of(moving);
 }
 
-template RepairPlan<2> plan_extension<2>(const RepairState<2>&, const std::vector<ElementId>&,
-                                         const Buffer<LagrangeNode<2>>&);
-template RepairPlan<3> plan_extension<3>(const RepairState<3>&, const std::vector<ElementId>&,
-                                         const Buffer<LagrangeNode<3>>&);
+template <int D>
+RepairPlan<D> plan_towards(const RepairState<D>& state, const Buffer<LagrangeNode<D>>& there) {
+    Moving<D> moving{state, there, std::vector<std::uint8_t>(state.mesh.edges.size(), 0), {}};
+    for (std::size_t e = 0; e < there.size(); ++e) {
+        if (there[e] == state.nodes[e]) continue;
+        moving.chosen[e] = 1;
+        moving.edges.push_back(EdgeId(e));
+    }
+    shrink(moving);
+    return plan_of(moving);
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                      \
+    template RepairPlan<D> plan_extension<D>(const RepairState<D>&, const std::vector<ElementId>&, \
+                                             const Buffer<LagrangeNode<D>>&);                      \
+    template RepairPlan<D> plan_towards<D>(const RepairState<D>&, const Buffer<LagrangeNode<D>>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

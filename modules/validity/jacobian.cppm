@@ -35,6 +35,18 @@ template <int D>
     return s;
 }
 
+/// The element in Bézier form, as far as rounding goes: what is certified is certified of the nodes.
+template <int D>
+[[nodiscard]] inline QuadraticSimplex<D, D> bezier_form(const NodalSimplex<D>& s) {
+    QuadraticSimplex<D, D> q;
+    for (int i = 0; i <= D; ++i) q.control[i] = s.nodes[i];
+    for (int e = 0; e < edges_per_simplex<D>; ++e) {
+        const auto [i, j] = local_edges<D>[e];
+        q.control[D + 1 + e] = control_point(s.nodes[i], LagrangeNode<D>{s.nodes[D + 1 + e]}, s.nodes[j]).point;
+    }
+    return q;
+}
+
 }  // namespace camber
 
 namespace camber {

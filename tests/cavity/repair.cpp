@@ -41,7 +41,8 @@ Proposal<D> thrown(const Block<D>& b, std::uint64_t seed, double amplitude) {
 
 template <int D>
 Column<QuadraticModel<D>> models_of(const Block<D>& b, const Proposal<D>& proposal) {
-    return must(edge_models(b.mesh, proposal.mid_nodes, b.shells, b.back, alone));
+    const auto validation = must(validate(b.mesh, proposal, 0, alone));
+    return must(edge_models(b.mesh, proposal.mid_nodes, validation, b.shells, b.back, alone));
 }
 
 template <int D>
@@ -135,7 +136,8 @@ void threads(const std::array<int, D>& cells) {
     }
 }
 
-/// A model is the energy's second order: half of the energy's share, to the third order of the offset.
+/// In a constant metric, about a straight edge: across the edge a model is the energy's second order, half of the
+/// energy's share; where it is fitted, the length's; along the edge a twentieth of the energy's.
 template <int D>
 void model_of_energy(const std::array<int, D>& cells) {
     const auto b = shell_block<D>(cells, 7);
@@ -146,18 +148,37 @@ void model_of_energy(const std::array<int, D>& cells) {
     const auto back =
         must(make_back_mesh(b.mesh.linear, around,
                             Column<LogMetric<D>>(Buffer<LogMetric<D>>(b.mesh.linear.points.size(), constant)), alone));
-    const auto models = must(edge_models(b.mesh, b.mesh.mid_nodes, b.shells, back, alone));
+    const auto valid = must(validate(b.mesh, 0, alone));
+    Validation<D> broken = valid;
+    broken.verdicts = Column<Verdict>(Buffer<Verdict>(valid.verdicts.size(), Verdict::invalid));
+    const auto plain = must(edge_models(b.mesh, b.mesh.mid_nodes, valid, b.shells, back, alone));
+    const auto fitted = must(edge_models(b.mesh, b.mesh.mid_nodes, broken, b.shells, back, alone));
     const auto implied = must(implied_edge_models(b.mesh, b.mesh.mid_nodes, b.shells, alone));
     const Quadrature rule = gauss_legendre(12);
-    for (std::size_t e = 0; e < models.size(); e += 7) {
+    const SpectralMetric<D> metric(constant);
+    for (std::size_t e = 0; e < plain.size(); e += 7) {
         const auto [p, q] = b.mesh.edges.vertices[e];
-        const auto energy = edge_objective(back, rule, EdgeObjectiveKind::energy, EdgeFieldKind::back,
-                                           b.mesh.linear.points[p], b.mesh.linear.points[q], b.shells[e].front());
+        const Vec<D> chord = b.mesh.linear.points[q] - b.mesh.linear.points[p];
         const Vec<D> middle = b.mesh.mid_nodes[e].point;
+        const auto share = [&](EdgeObjectiveKind kind, const Vec<D>& offset) {
+            const auto objective = edge_objective(back, rule, kind, EdgeFieldKind::back, b.mesh.linear.points[p],
+                                                  b.mesh.linear.points[q], b.shells[e].front());
+            return objective.value(middle + offset) / objective.value(middle) - 1;
+        };
         Vec<D> offset;
         for (int i = 0; i < D; ++i) offset[i] = 0.01 * (i + 1);
-        const double share = 0.5 * (energy.value(middle + offset) / energy.value(middle) - 1);
-        CHECK(models[e](middle + offset) == doctest::Approx(share).epsilon(1e-9));
+        const Vec<D> along = dot(offset, metric.times(chord)) / metric.length_squared(chord) * chord;
+        const Vec<D> across = offset - along;
+        const double slide = 0.05 * 0.5 * share(EdgeObjectiveKind::energy, along);
+        CHECK(plain[e](middle + across) ==
+              doctest::Approx(0.5 * share(EdgeObjectiveKind::energy, across)).epsilon(1e-9));
+        CHECK(plain[e](middle + along) == doctest::Approx(slide).epsilon(1e-9));
+        CHECK(plain[e](middle + offset) ==
+              doctest::Approx(plain[e](middle + across) + plain[e](middle + along)).epsilon(1e-9));
+        const double small = 0.01 / std::sqrt(metric.length_squared(across) / metric.length_squared(chord));
+        CHECK(fitted[e](middle + small * across) ==
+              doctest::Approx(share(EdgeObjectiveKind::length, small * across)).epsilon(1e-2));
+        CHECK(fitted[e](middle + along) == doctest::Approx(slide).epsilon(1e-6));
         CHECK(implied[e](middle + offset) > 0);
     }
 }

@@ -285,8 +285,8 @@ TEST_CASE("certificates of Bézier points") {
         const auto n = families::lattice_element<3>(random, 1, 2);
         const auto s = families::in_doubles<3>(n);
         const double bound = some_bound(random);
-        RC_ASSERT(certify(elements::bezier(s), bound).verdict == certify(s, bound).verdict);
-        RC_ASSERT(certify_exactly(elements::bezier(s), bound).verdict == certify_exactly(s, bound).verdict);
-        RC_ASSERT(check_element(elements::bezier(s), bound).verdict == certify(s, bound).verdict);
+        RC_ASSERT(certify(bezier_form(s), bound).verdict == certify(s, bound).verdict);
+        RC_ASSERT(certify_exactly(bezier_form(s), bound).verdict == certify_exactly(s, bound).verdict);
+        RC_ASSERT(check_element(bezier_form(s), bound).verdict == certify(s, bound).verdict);
     });
 }

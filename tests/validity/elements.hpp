@@ -25,17 +25,6 @@ NodalSimplex<D> nodal(const IntegerNodes<D>& nodes) {
 }
 
 template <int D>
-QuadraticSimplex<D, D> bezier(const NodalSimplex<D>& s) {
-    QuadraticSimplex<D, D> b;
-    for (int i = 0; i <= D; ++i) b.control[i] = s.nodes[i];
-    for (int e = 0; e < edges_per_simplex<D>; ++e) {
-        const auto [i, j] = local_edges<D>[e];
-        b.control[D + 1 + e] = control_point(s.nodes[i], LagrangeNode<D>{s.nodes[D + 1 + e]}, s.nodes[j]).point;
-    }
-    return b;
-}
-
-template <int D>
 int node_of(int i, int j) {
     if (i == j) return i;
     for (int e = 0; e < edges_per_simplex<D>; ++e) {

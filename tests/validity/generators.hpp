@@ -49,7 +49,7 @@ QuadraticSimplex<D, D> element(std::mt19937_64& random, double amplitude) {
         s.nodes[D + 1 + e] = midpoint(s.nodes[i], s.nodes[j]);
         for (int c = 0; c < D; ++c) s.nodes[D + 1 + e][c] += uniform(random, -amplitude, amplitude);
     }
-    return elements::bezier(s);
+    return bezier_form(s);
 }
 
 template <int D>

@@ -253,5 +253,5 @@ TEST_CASE("a triangle whose straight one is flat may be valid") {
                Vec<2>{{0, -1}}, Vec<2>{{0.6, 0.3}}, Vec<2>{{-0.6, 0.3}}};
     const auto v = check_element<2>(n, 0);
     CHECK(v.straight_inverted);
-    CHECK(v.verdict == (sampled_minimum<2>(elements::bezier(n), 40) > 0 ? Verdict::valid : Verdict::invalid));
+    CHECK(v.verdict == (sampled_minimum<2>(bezier_form(n), 40) > 0 ? Verdict::valid : Verdict::invalid));
 }

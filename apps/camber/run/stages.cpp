@@ -106,7 +106,7 @@ Outcome<Column<QuadraticModel<D>>> models_of(const State<D>& state, const Execut
         if (!own) return fail(own.error());
         wanted = std::move(*own);
     }
-    auto models = state.back ? edge_models(*state.mesh, wanted, *around, *state.back, execution)
+    auto models = state.back ? edge_models(*state.mesh, wanted, *state.validation, *around, *state.back, execution)
                              : implied_edge_models(*state.mesh, wanted, *around, execution);
     if (!models) return fail(models.error());
     return Column<QuadraticModel<D>>(std::move(*models));
