@@ -36,23 +36,36 @@ inline constexpr auto control_between = [] {
     return {cross(c[1], c[2]), cross(c[2], c[0]), cross(c[0], c[1])};
 }
 
+/// One ordered way to write α = Σ_a e_{i_a}, as c_α needs it.
+template <int D>
+struct CoefficientWay {
+    int position = 0;         ///< of α
+    std::array<int, D> at{};  ///< i_a
+    double weight = 0;        ///< 2^D by the number of such ways
+};
+
+template <int D>
+inline constexpr auto coefficient_ways = [] {
+    std::array<CoefficientWay<D>, D == 2 ? 9 : 64> ways{};
+    for (int w = 0; w < static_cast<int>(ways.size()); ++w) {
+        MultiIndex<D> alpha{};
+        for (int a = 0, rest = w; a < D; ++a, rest /= D + 1) ++alpha[ways[w].at[a] = rest % (D + 1)];
+        ways[w].position = position<D, D>(alpha);
+        ways[w].weight = (1 << D) / static_cast<double>(multinomial<D>(alpha));
+    }
+    return ways;
+}();
+
 /// c_α is the mean over the ordered ways α = Σ_a e_{i_a} of 2^D det(d_1[i_1] … d_D[i_D]), d_a[i] = P_{e_i+e_a} −
 /// P_{e_i+e_0} (Johnen, Remacle, Geuzaine 2013); each summand is linear in each of its columns.
 template <int D>
 [[nodiscard]] inline JacobianGradient<D> jacobian_gradient(const QuadraticSimplex<D, D>& element) {
     JacobianGradient<D> out;
-    constexpr int ways = D == 2 ? 9 : 64;
-    for (int way = 0; way < ways; ++way) {
-        MultiIndex<D> alpha{};
+    for (const auto& [p, at, weight] : coefficient_ways<D>) {
         std::array<Vec<D>, D> columns;
-        std::array<int, D> at{};
-        for (int a = 0, rest = way; a < D; ++a, rest /= D + 1) {
-            const int i = at[a] = rest % (D + 1);
-            ++alpha[i];
-            columns[a] = element.control[control_between<D>[i][a + 1]] - element.control[control_between<D>[i][0]];
-        }
-        const int p = position<D, D>(alpha);
-        const double weight = (1 << D) / static_cast<double>(multinomial<D>(alpha));
+        for (int a = 0; a < D; ++a)
+            columns[a] =
+                element.control[control_between<D>[at[a]][a + 1]] - element.control[control_between<D>[at[a]][0]];
         const auto cofactor = determinant_gradient(columns);
         out.value[p] += weight * dot(columns[0], cofactor[0]);
         for (int a = 0; a < D; ++a) {

@@ -17,10 +17,11 @@ namespace camber {
 
 namespace {
 
-constexpr int most_updates = 12;  // of the multipliers
+constexpr int most_updates = 20;  // of the multipliers
 constexpr int most_steps = 8;     // between two of them
 constexpr int patience = 4;       // updates without progress
-constexpr double first_penalty = 10;
+/// Weak, so that the first steps choose the way that costs little.
+constexpr double first_penalty = 0.1;
 constexpr double largest_penalty = 1e8;
 
 /// An augmented Lagrangian while it is minimised, with the slacks where it is.
@@ -30,7 +31,8 @@ class Descent {
     using Programme = JointProgramme<D>;
     using Offsets = std::vector<Vec<D>>;
 
-    explicit Descent(const Programme& p) : programme_(p), offsets_(p.unknowns.size()), multipliers_(p.elements.size()) {
+    Descent(const Programme& p, Offsets start)
+        : programme_(p), offsets_(std::move(start)), multipliers_(p.elements.size()) {
         scales_.reserve(p.elements.size());
         for (const auto& e : p.elements) scales_.push_back(slack_scale<D>(e.bezier));
         slacks_ = slacks(offsets_);
@@ -166,8 +168,8 @@ bool Descent<D>::step() {
 }  // namespace
 
 template <int D>
-JointSolution<D> solve(const JointProgramme<D>& programme) {
-    Descent<D> descent(programme);
+JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> start) {
+    Descent<D> descent(programme, std::move(start));
     const double first = descent.shortfall();
     double before = first;
     double shortfall = first;
@@ -176,7 +178,7 @@ JointSolution<D> solve(const JointProgramme<D>& programme) {
             if (!descent.step()) break;
         shortfall = descent.shortfall();
         descent.update_multipliers();
-        if (shortfall < 1e-6) break;
+        if (shortfall < largest_shortfall) break;
         // Stuck in a fold: neither penalty nor multipliers have moved it.
         if (update >= patience && shortfall > 0.5 * first) break;
         if (shortfall > 0.3 * before) descent.raise_penalty();
@@ -185,7 +187,7 @@ JointSolution<D> solve(const JointProgramme<D>& programme) {
     return {descent.offsets(), shortfall};
 }
 
-template JointSolution<2> solve<2>(const JointProgramme<2>&);
-template JointSolution<3> solve<3>(const JointProgramme<3>&);
+template JointSolution<2> solve<2>(const JointProgramme<2>&, std::vector<Vec<2>>);
+template JointSolution<3> solve<3>(const JointProgramme<3>&, std::vector<Vec<3>>);
 
 }  // namespace camber

@@ -34,6 +34,9 @@ struct JointProgramme {
     std::vector<Element> elements;
 };
 
+/// How far below its floor a coefficient may end, as a share of |det straight|.
+inline constexpr double largest_shortfall = 1e-6;
+
 /// Where the unknowns ended.
 template <int D>
 struct JointSolution {
@@ -42,10 +45,10 @@ struct JointSolution {
 };
 
 /// Minimises the sum of the models subject to c ≥ floor · |det straight| for every Bézier coefficient c of det J of
-/// every element: an augmented Lagrangian (Hestenes, Powell, Rockafellar) of Gauss–Newton steps, from offsets 0, which
-/// need not be feasible. The unknowns are in the metric's frame by their models, and the constraints by the division,
-/// so thin elements are not punished for being thin. A local minimum; deterministic; one thread.
+/// every element: an augmented Lagrangian (Hestenes, Powell, Rockafellar) of Gauss–Newton steps from the offsets
+/// `start`, which need not be feasible. The unknowns are in the metric's frame by their models, and the constraints by
+/// the division, so thin elements are not punished for being thin. A local minimum; deterministic; one thread.
 template <int D>
-[[nodiscard]] JointSolution<D> solve(const JointProgramme<D>& programme);
+[[nodiscard]] JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> start);
 
 }  // namespace camber

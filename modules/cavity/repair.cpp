@@ -17,8 +17,11 @@ namespace camber {
 
 namespace {
 
-/// Turns over the nodes that are not where they are wanted, while they come nearer.
-constexpr int most_returns = 12;
+/// Turns over what may return, while any of it does.
+constexpr int most_edge_turns = 4;
+constexpr int most_joint_turns = 12;
+/// Elements with an edge that costs less of its length return by single edges only.
+constexpr double costly = 1e-3;
 
 template <int D>
 Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std::size_t models,
@@ -55,19 +58,18 @@ struct Passes {
         };
         return finish(in_rounds(state, queue, execution, needless, claim, plan, [](ElementId, bool) {}));
     }
-    /// Around what is left the nodes extend the boundary's displacement; what this spoils is mended as before, or stays
-    /// as it was.
-    [[nodiscard]] Outcome<Done> by_extension() {
+    /// Around what is left, and outwards until all is above `bound`, the nodes extend the boundary's displacement; what
+    /// this spoils is mended as before, or stays as it was.
+    [[nodiscard]] Outcome<Done> by_extension(double bound) {
         auto extended =
             extend_boundary(state.mesh, state.kinds, Column<LagrangeNode<D>>(state.nodes), state.shells, {}, execution);
         if (!extended) return fail(extended.error());
         Passes trial{state, {}, execution};
-        apply(trial.state, plan_extension(state, queue, extended->nodes));
+        apply(trial.state, plan_extension(state, queue, extended->nodes, bound));
         for (std::size_t e = 0; e < state.verdicts.size(); ++e)
             if (trial.state.verdicts[e] != Verdict::valid) trial.queue.push_back(ElementId(e));
         auto done = trial.by_cavities({Reach::Moves::volume_nodes, 0}, state.options.target);
         if (done) done = trial.by_edges();
-        if (done) done = trial.by_cavities({Reach::Moves::volume_nodes, 1}, 0);
         if (done) apply(state, plan_towards(state, trial.state.nodes));
         return finish(std::move(done));
     }
@@ -80,16 +82,23 @@ struct Passes {
         const auto claim = [&](EdgeId e) {
             return std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end());
         };
-        return while_moving(std::move(edges), claim, [&](EdgeId e) { return plan_return(state, e); });
+        return while_moving(std::move(edges), most_edge_turns, claim, [&](EdgeId e) { return plan_return(state, e); });
     }
-    /// And those of one of `elements` together.
-    [[nodiscard]] Outcome<Done> joint_returns(std::vector<ElementId> elements, Reach reach) {
-        const auto claim = [&](ElementId e) { return repair_cavity(state, e, reach).elements; };
-        const auto plan = [&](ElementId e) { return plan_joint_return(state, repair_cavity(state, e, reach)); };
-        return while_moving(std::move(elements), claim, plan);
+    /// And those of an element together, where one of them costs much.
+    [[nodiscard]] Outcome<Done> joint_returns() {
+        std::vector<ElementId> elements;
+        for (std::size_t e = 0; e < state.verdicts.size(); ++e)
+            if (std::ranges::any_of(state.mesh.edges.of_elements[e], [&](EdgeId edge) { return is_costly(edge); }))
+                elements.push_back(ElementId(e));
+        const auto claim = [&](ElementId e) { return repair_cavity(state, e, Reach{}).elements; };
+        const auto plan = [&](ElementId e) { return plan_joint_return(state, repair_cavity(state, e, Reach{})); };
+        return while_moving(std::move(elements), most_joint_turns, claim, plan);
     }
 
   private:
+    [[nodiscard]] bool is_costly(EdgeId edge) const {
+        return state.kinds[edge] == EdgeKind::volume && state.model(edge)(state.nodes[edge.index()].point) > costly;
+    }
     Outcome<Done> finish(Outcome<Done> done) {
         std::erase_if(queue, [&](ElementId e) { return state.good(e); });
         return done;
@@ -97,8 +106,8 @@ struct Passes {
     /// Turns over the items, each next one over those with an element that the last one claimed and moved: there may be
     /// room now.
     template <class Item, class Claim, class Plan>
-    Outcome<Done> while_moving(std::vector<Item> items, Claim&& claim, Plan&& plan) {
-        for (int turn = 0; turn < most_returns && !items.empty(); ++turn) {
+    Outcome<Done> while_moving(std::vector<Item> items, int most_turns, Claim&& claim, Plan&& plan) {
+        for (int turn = 0; turn < most_turns && !items.empty(); ++turn) {
             std::vector<std::uint8_t> near(state.mesh.linear.elements.size(), 0);
             const auto mark = [&](const Item& item, bool moved) {
                 if (!moved) return;
@@ -117,8 +126,8 @@ struct Passes {
 template <int D>
 Outcome<Done> run(Passes<D>& passes, RepairStatistics& s) {
     using Moves = Reach::Moves;
-    const bool with_cavities = passes.state.options.scope == RepairScope::cavities;
-    const double target = passes.state.options.target;
+    const RepairOptions& options = passes.state.options;
+    const bool with_cavities = options.scope == RepairScope::cavities;
     Outcome<Done> done = Done{};
     const auto counted = [&](std::size_t& counter, auto&& pass) {
         if (!done || passes.queue.empty()) return;
@@ -129,17 +138,20 @@ Outcome<Done> run(Passes<D>& passes, RepairStatistics& s) {
     const auto cavities = [&](std::size_t& counter, Reach reach, double asked) {
         if (with_cavities) counted(counter, [&] { return passes.by_cavities(reach, asked); });
     };
-    cavities(s.by_cavities, {Moves::volume_nodes, 0}, target);
-    std::vector<ElementId> harder = passes.queue;
+    const auto extension = [&](double bound) {
+        if (with_cavities) counted(s.by_extension, [&] { return passes.by_extension(bound); });
+    };
+    cavities(s.by_cavities, {Moves::volume_nodes, 0}, options.target);
     counted(s.by_edges, [&] { return passes.by_edges(); });
-    cavities(s.by_cavities, {Moves::volume_nodes, 1}, target);
+    extension(0);
+    extension(options.min_scaled_jacobian);
+    cavities(s.by_cavities, {Moves::volume_nodes, 1}, options.target);
     cavities(s.by_cavities, {Moves::volume_nodes, 1}, 0);
-    if (with_cavities) counted(s.by_extension, [&] { return passes.by_extension(); });
     cavities(s.by_cavities, {Moves::volume_nodes, 2}, 0);
     cavities(s.by_vertices, {Moves::vertices, 1}, 0);
     cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
     if (done) done = passes.returns();
-    if (done && with_cavities) done = passes.joint_returns(std::move(harder), {Moves::volume_nodes, 0});
+    if (done && with_cavities) done = passes.joint_returns();
     return done;
 }
 

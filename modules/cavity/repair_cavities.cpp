@@ -25,6 +25,8 @@ constexpr std::size_t most_edges = 240;
 /// What a surface node weighs more than one of the volume, and a vertex more than an edge's node.
 constexpr double surface_weight = 1e4;
 constexpr double vertex_weight = 4;
+/// A joint return that wins less, as a share of an edge's length, is not made.
+constexpr double least_joint_return = 1e-5;
 /// Floors lie this much above the bound: the programme ends within a part of it.
 constexpr double slack = 2e-6;
 
@@ -222,8 +224,9 @@ std::optional<RepairPlan<D>> plan_cavity_repair(const RepairState<D>& state, con
                                                 ElementId seed, double asked) {
     if (cavity.edges.empty() && cavity.vertices.empty()) return {};
     const double floor = std::max(state.options.min_scaled_jacobian + slack, asked);
-    const auto solution =
-        solve(programme_of(state, cavity, [&](ElementId e) { return floor_of(state, cavity, e, seed, floor); }));
+    const std::vector<Vec<D>> as_it_is(cavity.edges.size() + cavity.vertices.size());
+    const auto solution = solve(
+        programme_of(state, cavity, [&](ElementId e) { return floor_of(state, cavity, e, seed, floor); }), as_it_is);
     RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
     if (!judge(state, cavity, plan) || !mends(plan, seed)) return {};
     return plan;
@@ -233,13 +236,24 @@ template <int D>
 std::optional<RepairPlan<D>> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity) {
     const double target = std::max(state.options.min_scaled_jacobian, state.options.target) + slack;
     const auto programme = programme_of(state, cavity, [&](ElementId e) { return kept_of(state, e, target); });
-    const double now = cost_of(programme, std::vector<Vec<D>>(programme.unknowns.size()));
-    if (!(now > least_return)) return {};
-    const auto solution = solve(programme);
-    if (!(cost_of(programme, solution.offsets) < now - least_return)) return {};
-    RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
-    if (!judge(state, cavity, plan)) return {};
-    return plan;
+    std::vector<Vec<D>> as_it_is(programme.unknowns.size());
+    const double now = cost_of(programme, as_it_is);
+    double least = now - std::max(least_joint_return, least_returned_share * now);
+    if (!(least > 0)) return {};
+    std::vector<Vec<D>> as_wanted;
+    as_wanted.reserve(programme.unknowns.size());
+    for (const auto& unknown : programme.unknowns) as_wanted.push_back(unknown.centre);
+    std::optional<RepairPlan<D>> best;
+    for (auto* start : {&as_it_is, &as_wanted}) {
+        const auto solution = solve(programme, std::move(*start));
+        const double cost = cost_of(programme, solution.offsets);
+        if (!(cost < least) || !(solution.shortfall < largest_shortfall)) continue;
+        RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
+        if (!judge(state, cavity, plan)) continue;
+        best = std::move(plan);
+        least = cost;
+    }
+    return best;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                  \

@@ -16,6 +16,9 @@ namespace camber {
 
 namespace {
 
+/// A return that wins less of an edge's length is not made.
+constexpr double least_return = 1e-7;
+
 /// The elements around an edge with what they are to keep where `asked` is wished for: all that are good, and all that
 /// `keeps` says of the others.
 template <int D, class Keeps>
@@ -91,10 +94,11 @@ template <int D>
 std::optional<RepairPlan<D>> plan_return(const RepairState<D>& state, EdgeId edge) {
     const QuadraticModel<D> model = state.model(edge);
     const double now = model(state.nodes[edge.index()].point);
-    if (!(now > least_return)) return {};
+    const double worth = std::max(least_return, least_returned_share * now);
+    if (!(now > worth)) return {};
     const double target = std::max(state.options.min_scaled_jacobian, state.options.target);
     const auto nearest = nearest_node(shell_of(state, edge, target, [](ElementId) { return true; }), model, target);
-    if (!nearest || !(nearest->cost < now - least_return)) return {};
+    if (!nearest || !(nearest->cost < now - worth)) return {};
     return plan_of(state, edge, nearest->node);
 }
 

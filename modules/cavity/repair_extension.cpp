@@ -53,9 +53,9 @@ struct Moving {
     }
 };
 
-/// Outwards: whatever is not good with the nodes chosen so far gets its own.
+/// Outwards: whatever is not above the bound with the nodes chosen so far gets its own.
 template <int D>
-void grow(Moving<D>& moving, const std::vector<ElementId>& seeds) {
+void grow(Moving<D>& moving, const std::vector<ElementId>& seeds, double bound) {
     std::vector<ElementId> queue = seeds;
     while (!queue.empty()) {
         std::vector<EdgeId> added;
@@ -65,7 +65,7 @@ void grow(Moving<D>& moving, const std::vector<ElementId>& seeds) {
         }
         queue.clear();
         for (const ElementId e : moving.around(added))
-            if (moving.verdict(e) != Verdict::valid) queue.push_back(e);
+            if (decide(moving.element(e), bound) != Verdict::valid) queue.push_back(e);
     }
 }
 
@@ -99,9 +99,9 @@ RepairPlan<D> plan_of(Moving<D>& moving) {
 
 template <int D>
 RepairPlan<D> plan_extension(const RepairState<D>& state, const std::vector<ElementId>& seeds,
-                             const Buffer<LagrangeNode<D>>& extended) {
+                             const Buffer<LagrangeNode<D>>& extended, double bound) {
     Moving<D> moving{state, extended, std::vector<std::uint8_t>(state.mesh.edges.size(), 0), {}};
-    grow(moving, seeds);
+    grow(moving, seeds, bound);
     return plan_of(moving);
 }
 
@@ -119,7 +119,7 @@ RepairPlan<D> plan_towards(const RepairState<D>& state, const Buffer<LagrangeNod
 
 #define CAMBER_INSTANTIATE(D)                                                                      \
     template RepairPlan<D> plan_extension<D>(const RepairState<D>&, const std::vector<ElementId>&, \
-                                             const Buffer<LagrangeNode<D>>&);                      \
+                                             const Buffer<LagrangeNode<D>>&, double);              \
     template RepairPlan<D> plan_towards<D>(const RepairState<D>&, const Buffer<LagrangeNode<D>>&);
 
 CAMBER_INSTANTIATE(2)

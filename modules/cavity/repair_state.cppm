@@ -77,8 +77,8 @@ struct RepairPlan {
 template <int D>
 [[nodiscard]] std::optional<RepairPlan<D>> plan_edge_repair(const RepairState<D>& state, ElementId seed);
 
-/// A return that wins less of an edge's length is not made.
-inline constexpr double least_return = 1e-7;
+/// A return that wins less of what its nodes cost is not made.
+inline constexpr double least_returned_share = 0.01;
 
 /// An edge's node nearer to where it is wanted, as far as the elements around it allow; none if that is not worth it.
 template <int D>
@@ -108,17 +108,17 @@ template <int D>
                                                               const RepairCavity<D>& cavity, ElementId seed,
                                                               double asked);
 
-/// The cavity's nodes together nearer to where they are wanted, as far as its elements allow; none if that is not worth
-/// it.
+/// The cavity's nodes together nearer to where they are wanted, as far as its elements allow: from where they are, and
+/// from where they are wanted, whichever costs less; none if that is not worth it.
 template <int D>
 [[nodiscard]] std::optional<RepairPlan<D>> plan_joint_return(const RepairState<D>& state,
                                                              const RepairCavity<D>& cavity);
 
-/// Volume nodes around the elements of `seeds` go to `extended`, and those around the elements that are not good then,
-/// outwards; it may spoil elements.
+/// Volume nodes around the elements of `seeds` go to `extended`, and those around the elements that are not above
+/// `bound` then, outwards; it may spoil elements.
 template <int D>
 [[nodiscard]] RepairPlan<D> plan_extension(const RepairState<D>& state, const std::vector<ElementId>& seeds,
-                                           const Buffer<LagrangeNode<D>>& extended);
+                                           const Buffer<LagrangeNode<D>>& extended, double bound);
 
 /// As many nodes to where they are `there` as spoil no element: around such nodes stay.
 template <int D>
