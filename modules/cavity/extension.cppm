@@ -8,7 +8,9 @@ export namespace camber {
 
 /// How far the linear extension goes.
 struct ExtensionOptions {
-    double tolerance = 1e-3;  ///< of the residual, relative to the first
+    /// Of the residual, relative to the first: below the first layer's height as a share of the wall's sagitta, or the
+    /// layer folds (1e-3 at anisotropy 10^4).
+    double tolerance = 1e-6;
     int max_iterations = 1000;
     /// Elements count with (mean |det straight| / |det straight|)^stiffening: 0 is the plain Dirichlet energy; more
     /// makes small elements stiffer, so that large ones take up the deformation.
