@@ -20,8 +20,6 @@ namespace {
 constexpr int most_updates = 20;  // of the multipliers
 constexpr int most_steps = 8;     // between two of them
 constexpr int patience = 4;       // updates without progress
-/// Weak, so that the first steps choose the way that costs little.
-constexpr double first_penalty = 0.1;
 constexpr double largest_penalty = 1e8;
 
 /// An augmented Lagrangian while it is minimised, with the slacks where it is.
@@ -32,7 +30,7 @@ class Descent {
     using Offsets = std::vector<Vec<D>>;
 
     Descent(const Programme& p, Offsets start)
-        : programme_(p), offsets_(std::move(start)), multipliers_(p.elements.size()) {
+        : programme_(p), offsets_(std::move(start)), multipliers_(p.elements.size()), penalty_(p.first_penalty) {
         scales_.reserve(p.elements.size());
         for (const auto& e : p.elements) scales_.push_back(slack_scale<D>(e.bezier));
         slacks_ = slacks(offsets_);
@@ -85,7 +83,7 @@ class Descent {
     Offsets offsets_;
     std::vector<Slacks<D>> slacks_;
     std::vector<Slacks<D>> multipliers_;
-    double penalty_ = first_penalty;
+    double penalty_;
 };
 
 /// Σ models + Σ max(0, λ − μ g)² / 2μ.

@@ -32,6 +32,10 @@ struct JointProgramme {
     };
     std::vector<OffsetModel<D>> unknowns;
     std::vector<Element> elements;
+    double first_penalty = weak;  ///< of a shortfall, beside the models
+
+    static constexpr double weak = 0.1;   ///< the first steps choose the way that costs little
+    static constexpr double strong = 10;  ///< they go where the constraints hold
 };
 
 /// How far below its floor a coefficient may end, as a share of |det straight|.

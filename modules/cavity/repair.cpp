@@ -141,14 +141,18 @@ Outcome<Done> run(Passes<D>& passes, RepairStatistics& s) {
     const auto extension = [&](double bound) {
         if (with_cavities) counted(s.by_extension, [&] { return passes.by_extension(bound); });
     };
-    cavities(s.by_cavities, {Moves::volume_nodes, 0}, options.target);
-    counted(s.by_edges, [&] { return passes.by_edges(); });
-    extension(0);
-    extension(options.min_scaled_jacobian);
-    cavities(s.by_cavities, {Moves::volume_nodes, 1}, options.target);
-    cavities(s.by_cavities, {Moves::volume_nodes, 1}, 0);
-    cavities(s.by_cavities, {Moves::volume_nodes, 2}, 0);
+    const auto by_volume_nodes = [&] {
+        cavities(s.by_cavities, {Moves::volume_nodes, 0}, options.target);
+        counted(s.by_edges, [&] { return passes.by_edges(); });
+        extension(0);
+        extension(options.min_scaled_jacobian);
+        cavities(s.by_cavities, {Moves::volume_nodes, 1}, options.target);
+        cavities(s.by_cavities, {Moves::volume_nodes, 1}, 0);
+        cavities(s.by_cavities, {Moves::volume_nodes, 2}, 0);
+    };
+    by_volume_nodes();
     cavities(s.by_vertices, {Moves::vertices, 1}, 0);
+    if (s.by_vertices > 0) by_volume_nodes();
     cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
     if (done) done = passes.returns();
     if (done && with_cavities) done = passes.joint_returns();

@@ -224,9 +224,9 @@ std::optional<RepairPlan<D>> plan_cavity_repair(const RepairState<D>& state, con
                                                 ElementId seed, double asked) {
     if (cavity.edges.empty() && cavity.vertices.empty()) return {};
     const double floor = std::max(state.options.min_scaled_jacobian + slack, asked);
-    const std::vector<Vec<D>> as_it_is(cavity.edges.size() + cavity.vertices.size());
-    const auto solution = solve(
-        programme_of(state, cavity, [&](ElementId e) { return floor_of(state, cavity, e, seed, floor); }), as_it_is);
+    auto programme = programme_of(state, cavity, [&](ElementId e) { return floor_of(state, cavity, e, seed, floor); });
+    if (asked == 0) programme.first_penalty = JointProgramme<D>::strong;
+    const auto solution = solve(programme, std::vector<Vec<D>>(programme.unknowns.size()));
     RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
     if (!judge(state, cavity, plan) || !mends(plan, seed)) return {};
     return plan;

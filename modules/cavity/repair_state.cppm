@@ -102,7 +102,7 @@ template <int D>
 [[nodiscard]] RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach reach);
 
 /// The cavity's nodes and vertices together: mends the seed, to `asked` as a scaled Jacobian; no other element that is
-/// good enough stops being so. None when that is not found.
+/// good enough stops being so. `asked` 0: to the bound, at whatever cost. None when that is not found.
 template <int D>
 [[nodiscard]] std::optional<RepairPlan<D>> plan_cavity_repair(const RepairState<D>& state,
                                                               const RepairCavity<D>& cavity, ElementId seed,

@@ -53,10 +53,13 @@ def started(case, folder, arguments):
     return folder.camber(*arguments, **options)
 
 
-def line_of(done):
-    """What is printed on standard error, without the program's name; in whichever stage memory ran out."""
+def line_of(case, done):
+    """What is printed on standard error, without the program's name; in whichever stage memory ran out, or, where the
+    case is not about that, it was stopped."""
     text = done.stderr.strip()
     text = text.removeprefix("camber: ")
+    if case.given == "Ctrl-C at any other time":
+        text = re.sub(r"^\S+: stopped on request", "stopped on request", text)
     return re.sub(r"^\w+: not enough memory", "curve: not enough memory", text)
 
 
@@ -82,7 +85,7 @@ class BadInput(unittest.TestCase):
                 self.check_output(folder, case)
             if case.finds:
                 self.check_finding(folder, case)
-            SEEN[id(case)] = line_of(done)
+            SEEN[id(case)] = line_of(case, done)
 
     def check_output(self, folder, case):
         """What is written is sound and valid, unless the exit code says otherwise, or it is too small for its volumes."""

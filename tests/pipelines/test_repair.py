@@ -222,16 +222,27 @@ class Repair(unittest.TestCase):
         for p in now - was:
             self.assertLess(min(abs(c) for c in (p[1], 1 - p[1], p[2], 1 - p[2], 1 - p[0])), 1e-12, p)
 
-    def test_inverted_vertices_are_listed(self):
-        """The middle of the side x = 0 beyond the inner vertex: elements between are on the wrong side of their faces."""
-        straight = cube(2)
-        side = next(i for i, p in enumerate(straight.points) if tuple(p) == (0, 0.5, 0.5))
-        straight.points[side][0] = 0.6
+    def test_inverted_vertices_of_the_boundary_are_listed(self):
+        """A corner moved in its side across the diagonal: an element on the wrong side of its face, all of it boundary."""
+        straight = cube(1)
+        corner = next(i for i, p in enumerate(straight.points) if tuple(p) == (1, 0, 0))
+        straight.points[corner][:2] = 0.4, 0.6
         mesh = elevate(straight)
         self.write(mesh)
         done, report = self.repair(code=1)
         self.assertIn("its vertices alone make it flat or inverted", done.stdout)
         self.assertGreater(len(report["remaining_elements"]), 0)
+        self.assertEqual(boundary_places(self.result()), boundary_places(mesh))
+
+    def test_inverted_vertices_of_the_volume_move(self):
+        """The middle of the side x = 0 beyond the inner vertex, which gets out of its way."""
+        straight = cube(2)
+        side = next(i for i, p in enumerate(straight.points) if tuple(p) == (0, 0.5, 0.5))
+        straight.points[side][0] = 0.6
+        mesh = elevate(straight)
+        self.write(mesh)
+        _, report = self.repair()
+        self.assertEqual(report["relax"]["moved_vertices"], 1)
         self.assertEqual(boundary_places(self.result()), boundary_places(mesh))
 
     def test_straight_meshes_are_refused(self):
