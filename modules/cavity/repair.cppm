@@ -10,7 +10,7 @@ export namespace camber {
 /// How far repair goes.
 enum class RepairScope : std::uint8_t {
     edges,     ///< one volume node at a time, by the programmes of camber.validity
-    cavities,  ///< then several together, larger cavities, vertices, and, last, surface nodes
+    cavities,  ///< several together first; larger cavities, vertices, and, last, surface nodes
 };
 
 /// What repair asks of the elements.
@@ -42,14 +42,14 @@ struct Repaired {
     RepairStatistics statistics;
 };
 
-/// Mends what is not good enough in a mesh with the nodes of `proposal`, at the least cost by the models: one volume
-/// node of the element; then for each such element a cavity, whose volume nodes move together (joint_programme) while
-/// its surroundings and the boundary stay; then the nodes around it that extend the boundary's displacement, as far out
-/// as they must, from where they return as near to their places as they may; then the vertices of the volume; last,
-/// surface nodes, which are counted. No element that is good enough ever stops being so. Cavities that do not overlap
-/// are planned in parallel; the result is the same for any number of threads. What cannot be mended remains, and the
-/// validation says so. `models`: one an edge, about where its node is wanted. Errors: options out of range (usage),
-/// columns that do not fit (internal), stopped.
+/// Mends what is not good enough in a mesh with the nodes of `proposal`, at the least cost by the models: for each such
+/// element a cavity, its volume nodes, which move together (joint_programme) while its surroundings and the boundary
+/// stay; then one volume node; then the nodes around it extend the boundary's displacement, as far out as they must;
+/// then larger cavities, and the vertices of the volume; last, surface nodes, which are counted. Then nodes return as
+/// near to their places as they may, one at a time and together. No element that is good enough ever stops being so.
+/// Cavities that do not overlap are planned in parallel; the result is the same for any number of threads. What cannot
+/// be mended remains, and the validation says so. `models`: one an edge, about where its node is wanted. Errors:
+/// options out of range (usage), columns that do not fit (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Repaired<D>> repair(const QuadraticMesh<D>& mesh, Proposal<D> proposal,
                                           const Validation<D>& validation, const Column<QuadraticModel<D>>& models,

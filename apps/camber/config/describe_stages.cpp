@@ -88,12 +88,13 @@ const Description<Relax>& Described<Relax>::get() {
         "relax",
         "Mends what is not valid, at the least loss of what the stage before wanted: volume edges first, surface edges "
         "last.",
-        {field("repair", &S::repair,
-               "cavity: an edge, then the nodes of a cavity together, then larger cavities, then vertices; edge: one "
-               "node "
-               "at a time, nearest to where it is wanted; segment: the same "
-               "towards the middle of the chord, each as little as its elements need; relax: each edge of an invalid "
-               "element by theta, as in the paper"),
+        {field(
+             "repair", &S::repair,
+             "cavity: the nodes of an element together, else one edge, then larger cavities, then vertices; edge: one "
+             "node "
+             "at a time, nearest to where it is wanted; segment: the same "
+             "towards the middle of the chord, each as little as its elements need; relax: each edge of an invalid "
+             "element by theta, as in the paper"),
          field("target", &S::target,
                "what is aimed at in mended elements where it can be had, as a share of the straight element's "
                "determinant; keeps them off the very edge of validity")
