@@ -64,6 +64,11 @@ struct Passes {
         auto extended =
             extend_boundary(state.mesh, state.kinds, Column<LagrangeNode<D>>(state.nodes), state.shells, {}, execution);
         if (!extended) return fail(extended.error());
+        // It is of the mesh's own vertices, some of which may have moved.
+        for (std::size_t e = 0; e < state.nodes.size(); ++e) {
+            const auto& [a, b] = state.mesh.edges.vertices[e];
+            extended->nodes[e].point += 0.5 * (state.shifts[a.index()] + state.shifts[b.index()]);
+        }
         Passes trial{state, {}, execution};
         apply(trial.state, plan_extension(state, queue, extended->nodes, bound));
         for (std::size_t e = 0; e < state.verdicts.size(); ++e)
