@@ -88,7 +88,7 @@ def main():
                     cells.append(f"{f['lost']:.2g}, {share}, {f['min']:.2g}, {f['surface']}, {f['left']}, "
                                  f"{f['seconds']:.2f}{moved}")
                 below = next(iter(found.values()))["before"]
-                print(f"| {Path(case).stem} | {bound} | {below} | " + " | ".join(cells) + " |", flush=True)
+                print(f"| {case if case.startswith('steep:') else Path(case).stem} | {bound} | {below} | " + " | ".join(cells) + " |", flush=True)
 
 
 if __name__ == "__main__":

@@ -96,7 +96,7 @@ QuadraticModel<D> model_in(const LogMetric<D>& log_metric, const Vec<D>& chord, 
 /// Where no element tells of a metric: that of the chord alone.
 template <int D>
 QuadraticModel<D> isotropic_model(const Vec<D>& chord, const Vec<D>& centre) {
-    return {centre, (stretch / norm_squared(chord)) * Sym<D>::identity(), 0};
+    return {centre, (stretch / std::max(norm_squared(chord), 1e-300)) * Sym<D>::identity(), 0};
 }
 
 template <int D>
@@ -174,7 +174,8 @@ Outcome<Buffer<QuadraticModel<D>>> implied_edge_models(const QuadraticMesh<D>& m
         }
         if (n == 0) return isotropic_model(chord, wanted[e].point);
         mean.l *= 1.0 / static_cast<double>(n);
-        return model_in(mean, chord, wanted[e].point);
+        const auto model = model_in(mean, chord, wanted[e].point);
+        return is_finite(model.hessian) ? model : isotropic_model(chord, wanted[e].point);
     });
 }
 

@@ -168,17 +168,18 @@ bool Descent<D>::step() {
 template <int D>
 JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> start) {
     Descent<D> descent(programme, std::move(start));
-    const double first = descent.shortfall();
-    double before = first;
-    double shortfall = first;
+    double largest = descent.shortfall();
+    double before = largest;
+    double shortfall = largest;
     for (int update = 0; update < most_updates; ++update) {
         for (int i = 0; i < most_steps; ++i)
             if (!descent.step()) break;
         shortfall = descent.shortfall();
+        largest = std::max(largest, shortfall);
         descent.update_multipliers();
         if (shortfall < largest_shortfall) break;
         // Stuck in a fold: neither penalty nor multipliers have moved it.
-        if (update >= patience && shortfall > 0.5 * first) break;
+        if (update >= patience && shortfall > 0.5 * largest) break;
         if (shortfall > 0.3 * before) descent.raise_penalty();
         before = shortfall;
     }

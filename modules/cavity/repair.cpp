@@ -75,8 +75,11 @@ struct Passes {
             if (trial.state.verdicts[e] != Verdict::valid) trial.queue.push_back(ElementId(e));
         auto done = trial.by_cavities({Reach::Moves::volume_nodes, 0}, state.options.target);
         if (done) done = trial.by_edges();
-        if (done) apply(state, plan_towards(state, trial.state.nodes));
-        return finish(std::move(done));
+        if (!done) return done;
+        const auto plan = plan_towards(state, trial.state.nodes);
+        const auto mended = [&](const auto& v) { return v.second == Verdict::valid && !state.good(v.first); };
+        if (std::ranges::any_of(plan.verdicts, mended)) apply(state, plan);
+        return finish(Done{});
     }
     /// Nodes that are off their places come as near as they may, one at a time.
     [[nodiscard]] Outcome<Done> returns() {

@@ -55,12 +55,18 @@ int position_in(const std::vector<T>& sorted, const T& wanted) {
     return it != sorted.end() && *it == wanted ? static_cast<int>(it - sorted.begin()) : -1;
 }
 
+/// A good element holds the bound, though it lies on it or its coefficients are too weak a test.
+template <int D>
+double kept_good(const RepairState<D>& state, ElementId e, double asked) {
+    return std::max(kept_of(state, e, asked), state.options.min_scaled_jacobian + slack);
+}
+
 /// All of what the cavity can move is asked for; elements that it moves in part only keep what they have, but for the
 /// seed.
 template <int D>
 double floor_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, ElementId seed, double asked) {
     if (e == seed) return asked;
-    if (state.good(e)) return kept_of(state, e, asked);
+    if (state.good(e)) return kept_good(state, e, asked);
     for (const EdgeId edge : state.mesh.edges.of_elements[e])
         if (state.kinds[edge] == EdgeKind::volume && position_in(cavity.edges, edge) < 0)
             return kept_of(state, e, asked);
@@ -235,7 +241,9 @@ std::optional<RepairPlan<D>> plan_cavity_repair(const RepairState<D>& state, con
 template <int D>
 std::optional<RepairPlan<D>> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity) {
     const double target = std::max(state.options.min_scaled_jacobian, state.options.target) + slack;
-    const auto programme = programme_of(state, cavity, [&](ElementId e) { return kept_of(state, e, target); });
+    const auto programme = programme_of(state, cavity, [&](ElementId e) {
+        return state.good(e) ? kept_good(state, e, target) : kept_of(state, e, target);
+    });
     std::vector<Vec<D>> as_it_is(programme.unknowns.size());
     const double now = cost_of(programme, as_it_is);
     double least = now - std::max(least_joint_return, least_returned_share * now);

@@ -44,7 +44,7 @@ struct RepairState {
     }
 };
 
-/// What an element is to have where `asked` is wished for: good ones keep what they have below it.
+/// What an element is to have where `asked` is wished for: what it has if that is below.
 template <int D>
 [[nodiscard]] inline double kept_of(const RepairState<D>& state, ElementId e, double asked) {
     const NodalSimplex<D> element = state.element(e);
