@@ -105,6 +105,37 @@ Outcome<Mended<D>> mend(const QuadraticMesh<D>& mesh, const Proposal<D>& proposa
 
 namespace {
 
+/// The same mesh, with the points of a later state.
+template <int D>
+QuadraticMesh<D> with_points(QuadraticMesh<D> mesh, const LinearMesh<D>& linear) {
+    mesh.linear = linear;
+    return mesh;
+}
+
+template <int D>
+std::size_t left(const Validation<D>& validation) {
+    return validation.invalid + validation.undecided;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Mended<D>> mend_or_straighten(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
+                                      const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
+                                      const config::Relax& options, const Execution& execution) {
+    auto kept = mend(mesh, proposal, validation, models, options, execution);
+    if (!kept || kept->validation.all_valid() || options.repair != config::Repair::cavity) return kept;
+    auto done =
+        relax(with_points(mesh, kept->linear), kept->proposal, kept->validation, relax_options(options), execution);
+    if (!done) return fail(done.error());
+    if (left(done->validation) >= left(kept->validation)) return kept;
+    return counted(
+        mesh, proposal, validation,
+        Mended<D>{std::move(kept->linear), std::move(done->proposal), std::move(done->validation), 0, 0, 0, 0});
+}
+
+namespace {
+
 /// What mending gives from nodes that slid in planes, or `kept` if that is no better.
 Outcome<Mended<3>> mend_after_slide(const QuadraticMesh<3>& mesh, const Mended<3>& kept,
                                     const Column<QuadraticModel<3>>& models, const config::Relax& options,
@@ -120,8 +151,7 @@ Outcome<Mended<3>> mend_after_slide(const QuadraticMesh<3>& mesh, const Mended<3
     if (!validation) return fail(validation.error());
     auto mended = mend(mesh, start, *validation, models, options, execution);
     if (!mended) return mended;
-    const auto left = [](const Mended<3>& m) { return m.validation.invalid + m.validation.undecided; };
-    if (left(*mended) < left(kept)) return mended;
+    if (left(mended->validation) < left(kept.validation)) return mended;
     return kept;
 }
 
@@ -155,13 +185,6 @@ Outcome<Mended<D>> mend_to_bound(const QuadraticMesh<D>& mesh, const Proposal<D>
     return counted(mesh, proposal, validation, std::move(*kept));
 }
 
-/// The same mesh, with the points of a later state.
-template <int D>
-QuadraticMesh<D> with_points(QuadraticMesh<D> mesh, const LinearMesh<D>& linear) {
-    mesh.linear = linear;
-    return mesh;
-}
-
 }  // namespace
 
 template <int D>
@@ -181,7 +204,7 @@ Outcome<Mended<D>> mend_within(const QuadraticMesh<D>& mesh, const Proposal<D>& 
     if (!before) return fail(before.error());
     auto plain = mend_to_bound(mesh, proposal, *before, models, lower, execution);
     if (!plain) return plain;
-    if (now->invalid + now->undecided <= plain->validation.invalid + plain->validation.undecided) return asked;
+    if (left(*now) <= left(plain->validation)) return asked;
     auto judged = validate(with_points(mesh, plain->linear), plain->proposal, options.min_scaled_jacobian, execution);
     if (!judged) return fail(judged.error());
     plain->validation = std::move(*judged);
@@ -206,6 +229,9 @@ KeptBoundaryReport kept_boundary(const QuadraticMesh<D>& mesh, const Proposal<D>
 #define CAMBER_INSTANTIATE(D)                                                                                      \
     template Outcome<Mended<D>> mend<D>(const QuadraticMesh<D>&, const Proposal<D>&, const Validation<D>&,         \
                                         const Column<QuadraticModel<D>>&, const config::Relax&, const Execution&); \
+    template Outcome<Mended<D>> mend_or_straighten<D>(const QuadraticMesh<D>&, const Proposal<D>&,                 \
+                                                      const Validation<D>&, const Column<QuadraticModel<D>>&,      \
+                                                      const config::Relax&, const Execution&);                     \
     template Outcome<Mended<D>> mend_within<D>(const QuadraticMesh<D>&, const Proposal<D>&, const Validation<D>&,  \
                                                const Column<QuadraticModel<D>>&, const config::Relax&,             \
                                                const Execution&);                                                  \

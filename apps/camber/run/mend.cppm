@@ -33,6 +33,14 @@ template <int D>
                                       const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
                                       const config::Relax& options, const Execution& execution);
 
+/// The same as `mend`; what cavities leave is relaxed towards the straight mesh, surface edges last, if that mends any:
+/// an element then remains only if its straight one is not valid.
+template <int D>
+[[nodiscard]] Outcome<Mended<D>> mend_or_straighten(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
+                                                    const Validation<D>& validation,
+                                                    const Column<QuadraticModel<D>>& models,
+                                                    const config::Relax& options, const Execution& execution);
+
 /// Volume nodes around elements that are not valid, and nodes of the boundary's plane pieces within their planes by at
 /// most the tolerance, go where a linear extension of all other boundary nodes' displacements has them, as far out as
 /// that breaks elements. The boundary's shape stays. The proposal need not be better. Errors: stopped.

@@ -305,8 +305,9 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
         if (!made) return fail(made.error());
         models = std::move(*made);
     }
-    auto mended = (state.adopted ? mend_within<D> : mend<D>)(*state.mesh, *state.proposal, *state.validation, models,
-                                                             options, execution);
+    auto mended =
+        (state.adopted ? mend_within<D> : mend_or_straighten<D>)(*state.mesh, *state.proposal, *state.validation,
+                                                                 models, options, execution);
     if (!mended) return fail(mended.error());
     // After the cavities' own relaxation: what both did.
     RelaxReport& sum = report.relax ? *report.relax : report.relax.emplace();
