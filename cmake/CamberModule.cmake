@@ -24,7 +24,7 @@ function(camber_common TARGET)
     set_target_properties(${TARGET} PROPERTIES CXX_STANDARD 20 CXX_STANDARD_REQUIRED ON CXX_EXTENSIONS OFF CXX_SCAN_FOR_MODULES ON)
     target_compile_options(${TARGET} PUBLIC -pthread -ffp-contract=off)
     target_link_options(${TARGET} PUBLIC -pthread)
-    target_link_libraries(${TARGET} PRIVATE $<BUILD_INTERFACE:camber_warnings>)
+    target_link_libraries(${TARGET} PRIVATE $<BUILD_INTERFACE:camber_warnings> $<BUILD_INTERFACE:camber_header_module>)
 endfunction()
 
 # Headers and nothing else: who links an installed module does not need them.

@@ -1,4 +1,5 @@
 module;
+#include <cstddef>
 #include <span>
 #include <string_view>
 #include <utility>

@@ -1,6 +1,7 @@
 module;
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <span>
 #include <utility>
 export module camber.metric:edge_sectors;

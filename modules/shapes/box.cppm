@@ -1,5 +1,6 @@
 module;
 #include <array>
+#include <cstddef>
 #include <cstdint>
 export module camber.shapes:box;
 import camber.core;

@@ -1,6 +1,7 @@
 module;
 #include <array>
 #include <cstddef>
+#include <type_traits>
 #include <utility>
 export module camber.validity:coefficients;
 import camber.core;

@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <cstddef>
 #include <optional>
 #include <span>
 module camber.validity;

@@ -1,4 +1,5 @@
 module;
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <utility>

@@ -4,6 +4,7 @@ module;
 #include <chrono>
 #include <cstddef>
 #include <fstream>
+#include <ostream>
 #include <string>
 module camber.app_shell;
 

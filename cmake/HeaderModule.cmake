@@ -1,0 +1,85 @@
+# camber_header_module: an interface library that gives a unit the standard library's headers compiled once, as one clang header
+# module, instead of a copy of their text in each unit: merging those copies was most of what a unit cost. The sources know nothing
+# of it; `#include <vector>` is written as ever, and means an import where this is on.
+#
+# Only for building Camber itself: behind $<BUILD_INTERFACE:…>, so that no installed package has it, and off for who embeds us. The
+# price is that a missing `#include` of a standard header goes unnoticed; the tests of tests/embedding compile everything without it.
+include_guard(GLOBAL)
+
+option(CAMBER_HEADER_MODULE "Compile the standard headers once for a build directory" ${PROJECT_IS_TOP_LEVEL})
+add_library(camber_header_module INTERFACE)
+
+# Not <cassert>, which NDEBUG of the place decides; not <iostream>, which would set up its streams in every unit.
+set(camber_standard_headers
+    algorithm array atomic bit cctype cerrno charconv chrono climits cmath compare concepts csignal cstddef cstdint cstdio cstdlib cstring
+    deque exception filesystem fstream functional initializer_list iomanip ios iosfwd istream iterator limits list locale map memory
+    memory_resource mutex new numbers numeric optional ostream queue random ranges ratio set shared_mutex span sstream stack stdexcept
+    stop_token string string_view system_error thread tuple type_traits typeinfo unordered_map unordered_set utility variant vector version)
+
+# The folder of libstdc++'s headers, from the preprocessor's own line for <vector>; empty for another library.
+function(camber_standard_folder RESULT)
+    set(probe "${PROJECT_BINARY_DIR}/CMakeFiles/vector.cpp")
+    file(WRITE "${probe}" "#include <vector>\n")
+    execute_process(COMMAND ${CMAKE_CXX_COMPILER} ${ARGN} -E "${probe}" OUTPUT_VARIABLE text ERROR_QUIET RESULT_VARIABLE failed)
+    set(${RESULT} "" PARENT_SCOPE)
+    if(NOT failed AND text MATCHES "# 1 \"([^\"]*/c\\+\\+/[0-9.]+)/vector\"")
+        set(${RESULT} "${CMAKE_MATCH_1}" PARENT_SCOPE)
+    endif()
+endfunction()
+
+function(camber_make_header_module)
+    get_property(several GLOBAL PROPERTY GENERATOR_IS_MULTI_CONFIG)
+    if(several)
+        return() # its flags would be those of one configuration
+    endif()
+    string(TOUPPER "${CMAKE_BUILD_TYPE}" type)
+    separate_arguments(flags UNIX_COMMAND "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${type}}")
+    list(APPEND flags -std=c++20 -pthread -ffp-contract=off)
+    camber_standard_folder(folder ${flags})
+    if(NOT folder)
+        message(STATUS "CAMBER_HEADER_MODULE: not libstdc++, so each unit reads the standard headers itself")
+        return()
+    endif()
+
+    set(map "module camber_headers [system] {\n")
+    file(REAL_PATH "${CMAKE_CXX_COMPILER}" compiler)
+    set(watched "${compiler}")
+    foreach(name IN LISTS camber_standard_headers)
+        if(EXISTS "${folder}/${name}")
+            string(APPEND map "    header \"${folder}/${name}\"\n")
+            list(APPEND watched "${folder}/${name}")
+        endif()
+    endforeach()
+    string(APPEND map "    export *\n}\n")
+
+    # Another compiler, other flags or other headers are another file, and so other flags for every unit: all is compiled again.
+    set(key "${CMAKE_CXX_COMPILER_VERSION} ${flags} ${map}")
+    foreach(file IN LISTS watched)
+        file(TIMESTAMP "${file}" time)
+        string(APPEND key " ${time}")
+    endforeach()
+    set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${watched})
+    string(SHA256 key "${key}")
+    string(SUBSTRING "${key}" 0 16 key)
+    set(stem "${PROJECT_BINARY_DIR}/headers/${key}")
+    set(modules -fmodules -fno-implicit-modules -fno-implicit-module-maps)
+    if(NOT EXISTS "${stem}.pcm")
+        file(REMOVE_RECURSE "${PROJECT_BINARY_DIR}/headers")
+        file(WRITE "${stem}.modulemap" "${map}")
+        execute_process(
+            COMMAND ${CMAKE_CXX_COMPILER} ${flags} ${modules} -Xclang -emit-module -fmodule-name=camber_headers -x c++ -c "${stem}.modulemap"
+                -o "${stem}.part"
+            RESULT_VARIABLE failed ERROR_VARIABLE said)
+        if(failed)
+            message(WARNING "CAMBER_HEADER_MODULE: the standard headers do not compile as a module, so each unit reads them itself:\n${said}")
+            return()
+        endif()
+        file(RENAME "${stem}.part" "${stem}.pcm")
+    endif()
+    target_compile_options(camber_header_module INTERFACE
+        ${modules} "-fmodule-map-file=${stem}.modulemap" "-fmodule-file=camber_headers=${stem}.pcm")
+endfunction()
+
+if(CAMBER_HEADER_MODULE)
+    camber_make_header_module()
+endif()
