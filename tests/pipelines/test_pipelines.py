@@ -39,10 +39,21 @@ def figures(report):
 
 
 class Configs(unittest.TestCase):
-    def run_config(self, folder, name, *arguments):
-        done = folder.camber("run", CONFIGS / f"{name}.json", *arguments)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return report_of(folder.path / "out" / f"{name}.report.json")
+    runs = {}  # (config, arguments) → the folder it ran in: none is run twice
+
+    def folder_of(self, name, *arguments):
+        """The folder in which the config ran, with its outputs in out/. Runs are by two threads unless they say."""
+        arguments = arguments if "--threads" in arguments else (*arguments, "--threads", "2")
+        if (name, *arguments) not in self.runs:
+            folder = Folder()
+            self.addClassCleanup(folder.cleanup)
+            done = folder.camber("run", CONFIGS / f"{name}.json", *arguments)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.runs[name, *arguments] = folder.path
+        return self.runs[name, *arguments]
+
+    def report_of(self, name, *arguments):
+        return report_of(self.folder_of(name, *arguments) / "out" / f"{name}.report.json")
 
     def check_golden(self, name, report):
         self.assertIn(name, GOLDEN, f"golden.json has no {name}: {json.dumps(figures(report))}")
@@ -66,12 +77,10 @@ class Configs(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def run_and_check(self, name, mesh, *oracle_arguments):
-        folder = Folder()
-        with folder:
-            report = self.run_config(folder, name)
-            self.check_promises(name, report)
-            self.check_oracle(folder.path / "out" / mesh, *oracle_arguments)
-            self.check_golden(name, report)
+        report = self.report_of(name)
+        self.check_promises(name, report)
+        self.check_oracle(self.folder_of(name) / "out" / mesh, *oracle_arguments)
+        self.check_golden(name, report)
 
     def test_spheres(self):
         self.run_and_check("spheres", "spheres.meshb", "--sphere", "1,5", "--sphere", "2,1")
@@ -104,9 +113,7 @@ class Configs(unittest.TestCase):
         """The paper's §4.1: thin along the walls' normals, carried inwards by gradation."""
         name = "paper-spheres-coarse"
         self.run_and_check(name, name + ".meshb", "--sphere", "1,5", "--sphere", "2,1")
-        folder = Folder()
-        with folder:
-            metric = self.run_config(folder, name)["metric"]
+        metric = self.report_of(name)["metric"]
         self.assertLessEqual(metric["largest_anisotropy"], 10.001)
         gradation, = metric["gradations"]
         self.assertTrue(gradation["converged"])
@@ -120,24 +127,19 @@ class Configs(unittest.TestCase):
     def test_paper_larger(self):
         """The paper's two larger sphere cases; the oracle in Python would take a minute for each."""
         for name in ("paper-spheres-fine", "paper-layer-double"):
-            folder = Folder()
-            with folder:
-                report = self.run_config(folder, name)
-                self.check_promises(name, report)
-                self.check_golden(name, report)
+            report = self.report_of(name)
+            self.check_promises(name, report)
+            self.check_golden(name, report)
 
     def test_coated_sphere(self):
         """Two materials, cavity by cavity: the interface is a sphere as the walls are."""
         radius = 1 + 0.03 * (1 + 1.3 + 1.3 ** 2 + 1.3 ** 3)
         self.run_and_check("coated-sphere", "coated-sphere.meshb", "--sphere", "1,3", "--sphere", "2,1",
                            "--sphere", f"3,{radius}")
-        folder = Folder()
-        with folder:
-            report = self.run_config(folder, "coated-sphere")
-            self.assertEqual(report["boundary"]["patches"], 3)
-            self.assertEqual(report["boundary"]["ridge_edges"], 0)
-            whole = self.run_config(folder, "coated-sphere", "--set",
-                                    'stages=["elevate", "curve", "validate", "relax", "commit"]')
+        report = self.report_of("coated-sphere")
+        self.assertEqual(report["boundary"]["patches"], 3)
+        self.assertEqual(report["boundary"]["ridge_edges"], 0)
+        whole = self.report_of("coated-sphere", "--set", 'stages=["elevate", "curve", "validate", "relax", "commit"]')
         self.assertAlmostEqual(report["curve"]["after_correction"]["mean_gain"],
                                whole["curve"]["after_correction"]["mean_gain"],
                                delta=0.01 * whole["curve"]["after_correction"]["mean_gain"])
@@ -154,10 +156,7 @@ class Configs(unittest.TestCase):
     def test_polar_2d(self):
         """An analytic field, bounded and graded; every kind of output."""
         self.run_and_check("polar-2d", "polar-2d.meshb", "--planes")
-        folder = Folder()
-        with folder:
-            self.run_config(folder, "polar-2d")
-            written = {p.name for p in (folder.path / "out").rglob("*") if p.is_file()}
+        written = {p.name for p in (self.folder_of("polar-2d") / "out").rglob("*") if p.is_file()}
         self.assertEqual(written, {"polar-2d.meshb", "polar-2d.vtu", "polar-2d.report.json", "length_gain.svg",
                                    "riemannian_length.svg", "curvature.svg", "normalised_jacobian.svg"})
 
@@ -169,11 +168,8 @@ class Configs(unittest.TestCase):
         for name in ("layers", "annulus-2d", "paper-spheres-coarse", "coated-sphere"):
             bytes_of = []
             for threads in (1, 2, 5):
-                folder = Folder()
-                with folder:
-                    self.run_config(folder, name, "--threads", str(threads))
-                    mesh, = (folder.path / "out").glob("*.mesh*")
-                    bytes_of.append(mesh.read_bytes())
+                mesh, = (self.folder_of(name, "--threads", str(threads)) / "out").glob("*.mesh*")
+                bytes_of.append(mesh.read_bytes())
             self.assertEqual(bytes_of[0], bytes_of[1])
             self.assertEqual(bytes_of[0], bytes_of[2])
 
