@@ -27,6 +27,55 @@ function(camber_common TARGET)
     target_link_libraries(${TARGET} PRIVATE $<BUILD_INTERFACE:camber_warnings> $<BUILD_INTERFACE:camber_header_module>)
 endfunction()
 
+# What find_package wants to hear for a library; a package that is not here needs no more than its name.
+set(CAMBER_FIND_Boost Boost 1.74 CONFIG) # Multiprecision
+set(CAMBER_FIND_Eigen3 Eigen3 3.4 NO_MODULE)
+set(CAMBER_FIND_tl tl-expected)
+
+# camber_find(Package::target …): the packages of libraries that are not there yet. Each module asks for its own, so that whoever embeds
+# one needs what that one needs, and nothing else.
+function(camber_find)
+    foreach(library IN LISTS ARGN)
+        if(TARGET ${library} OR NOT library MATCHES "^(.+)::")
+            continue()
+        endif()
+        set(package ${CMAKE_MATCH_1})
+        if(DEFINED CAMBER_FIND_${package})
+            set(package ${CAMBER_FIND_${package}})
+        endif()
+        find_package(${package} REQUIRED)
+    endforeach()
+endfunction()
+
+# camber_with_used(LIST): the modules in LIST and all that they use, by their manifests, in the order of the floors.
+function(camber_with_used LIST)
+    set(wanted "${${LIST}}")
+    set(floors ${camber_floors})
+    foreach(name IN LISTS wanted)
+        if(NOT name IN_LIST floors)
+            list(JOIN floors ", " names)
+            message(FATAL_ERROR "CAMBER_MODULES: there is no module '${name}'; there are ${names}")
+        endif()
+    endforeach()
+    list(REVERSE floors)
+    foreach(name IN LISTS floors)
+        if(name IN_LIST wanted)
+            file(READ "${PROJECT_SOURCE_DIR}/modules/${name}/CMakeLists.txt" manifest)
+            if(manifest MATCHES "USES ([a-z_ ]+)")
+                string(REPLACE " " ";" used "${CMAKE_MATCH_1}")
+                list(APPEND wanted ${used})
+            endif()
+        endif()
+    endforeach()
+    set(found "")
+    foreach(name IN LISTS camber_floors)
+        if(name IN_LIST wanted)
+            list(APPEND found ${name})
+        endif()
+    endforeach()
+    set(${LIST} "${found}" PARENT_SCOPE)
+endfunction()
+
 # Headers and nothing else: who links an installed module does not need them.
 set(CAMBER_HEADER_ONLY Boost::headers Eigen3::Eigen range-v3::range-v3 nlohmann_json::nlohmann_json fmt::fmt-header-only CLI11::CLI11)
 
@@ -51,6 +100,7 @@ function(camber_module NAME)
         target_link_libraries(${target} PUBLIC camber::${used})
     endforeach()
 
+    camber_find(${MODULE_LINK_PUBLIC} ${MODULE_LINK_PRIVATE})
     set(packages ${MODULE_PACKAGES})
     foreach(library IN LISTS MODULE_LINK_PUBLIC MODULE_LINK_PRIVATE)
         if(library IN_LIST MODULE_LINK_PUBLIC)
@@ -74,6 +124,7 @@ function(camber_module NAME)
     set_property(GLOBAL APPEND PROPERTY CAMBER_MODULES ${NAME})
     set_property(GLOBAL PROPERTY CAMBER_USES_${NAME} "${MODULE_USES}")
     set_property(GLOBAL PROPERTY CAMBER_PACKAGES_${NAME} "${packages}")
+    set_property(GLOBAL PROPERTY CAMBER_LIBRARIES_${NAME} ${MODULE_LINK_PUBLIC} ${MODULE_LINK_PRIVATE})
 
     if(CAMBER_INSTALL)
         install(TARGETS ${target} EXPORT camberTargets

@@ -1,5 +1,6 @@
 # cmake -DSOURCE=… -DBUILD=… -P outside.cmake -- OPTION…: configures the project in SOURCE with these options in a directory without a past,
-# builds it, and runs its tests.
+# builds it, and runs its tests; with -DONLY_CONFIGURE=ON among the options it only configures.
+cmake_minimum_required(VERSION 3.28)
 set(options "")
 set(behind FALSE)
 math(EXPR last "${CMAKE_ARGC} - 1")
@@ -12,5 +13,8 @@ foreach(i RANGE ${last})
 endforeach()
 file(REMOVE_RECURSE "${BUILD}")
 execute_process(COMMAND "${CMAKE_COMMAND}" -S "${SOURCE}" -B "${BUILD}" -G Ninja ${options} COMMAND_ERROR_IS_FATAL ANY)
+if("-DONLY_CONFIGURE=ON" IN_LIST options)
+    return()
+endif()
 execute_process(COMMAND "${CMAKE_COMMAND}" --build "${BUILD}" --parallel 2 COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND "${CMAKE_CTEST_COMMAND}" --test-dir "${BUILD}" --verbose --no-tests=error COMMAND_ERROR_IS_FATAL ANY)
