@@ -147,7 +147,7 @@ Outcome<std::size_t> turn(Walk<D>& walk, const Buffer<std::uint8_t>& boundary, c
 
 /// Edges that no cavity holds (of facets without elements) go straight to the geometry: no element is in the way.
 template <int D>
-Curving<D> with_bare_edges(Curving<D> c, const Incidence<ElementId>& shells) {
+Outcome<Curving<D>> with_bare_edges(Curving<D> c, const Incidence<ElementId>& shells) {
     std::vector<Reinsertion<D>> bare(1);
     Patch<D> patch;
     for (std::size_t e = 0; e < c.mesh.edges.size(); ++e) {
@@ -159,7 +159,7 @@ Curving<D> with_bare_edges(Curving<D> c, const Incidence<ElementId>& shells) {
         patch.nodes.push_back({c.mesh.edges.vertices[edge], edge, target.node, target.change});
     }
     c = with_targets(std::move(c), bare);
-    return std::move(*commit<D>(std::move(c), std::span(&patch, 1)));
+    return commit<D>(std::move(c), std::span(&patch, 1));
 }
 
 }  // namespace
@@ -177,7 +177,9 @@ Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind
     if (!topology) return fail(topology.error());
     const std::size_t vertices = mesh.linear.points.size();
     const auto boundary = boundary_vertices(mesh, kinds);
-    Walk<D> walk{with_bare_edges(nothing_known(std::move(mesh), kinds, boundary_nodes), topology->shells),
+    auto begun = with_bare_edges(nothing_known(std::move(mesh), kinds, boundary_nodes), topology->shells);
+    if (!begun) return fail(begun.error());
+    Walk<D> walk{std::move(*begun),
                  *topology,
                  back,
                  options,

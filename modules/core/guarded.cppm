@@ -2,10 +2,18 @@ module;
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <system_error>
 export module camber.core:guarded;
 import :outcome;
 
 export namespace camber {
+
+/// Whether an exception says that there is no thread to be had: TBB tells it by a runtime_error of the call's name.
+[[nodiscard]] inline bool tells_of_threads(const std::runtime_error& error) {
+    return dynamic_cast<const std::system_error*>(&error) != nullptr ||
+           std::string_view(error.what()).starts_with("pthread_");
+}
 
 /// Runs f() → Outcome at a module's face: memory or a thread that is not to be had becomes an error of kind memory.
 /// Other exceptions are broken promises and pass.
@@ -18,7 +26,8 @@ template <class F>
         return fail(ErrorKind::memory, "not enough memory", {}, {}, remedy);
     } catch (const std::length_error&) {
         return fail(ErrorKind::memory, "not enough memory", {}, {}, remedy);
-    } catch (const std::runtime_error& error) {  // std::system_error, and what the thread library throws instead
+    } catch (const std::runtime_error& error) {
+        if (!tells_of_threads(error)) throw;
         return fail(ErrorKind::memory, std::string("the system refuses: ") + error.what(), {}, {},
                     "use fewer threads: --threads 1");
     }

@@ -26,7 +26,15 @@ constexpr const char* remedy =
     "it may use x, y, z (3D), pi, numbers, + - * / ^, comparisons, c ? a : b and functions as sqrt, exp, log, sin, "
     "tanh, atan2, abs, min, max";
 
-std::string quoted(const std::string& expression) { return "the expression \"" + expression + "\""; }
+/// As much of a text as a message has place for.
+std::string shortened(const std::string& text) {
+    std::size_t most = 80;
+    if (text.size() <= most) return text;
+    const auto continues = [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; };
+    while (most > 0 && continues(text[most])) --most;  // whole letters of UTF-8
+    return text.substr(0, most) + "…";
+}
+std::string quoted(const std::string& expression) { return "the expression \"" + shortened(expression) + "\""; }
 
 /// An expression bound to a place of its own; neither copied nor moved, since the parser holds addresses.
 template <int D>
@@ -64,7 +72,7 @@ Outcome<Done> check(const std::string& expression) {
         const auto position = static_cast<long>(error.GetPos());
         std::string what = quoted(expression) + " cannot be read";
         if (position >= 0) what += " at position " + std::to_string(position + 1);
-        if (!error.GetToken().empty()) what += ", at \"" + error.GetToken() + "\"";
+        if (!error.GetToken().empty()) what += ", at \"" + shortened(error.GetToken()) + "\"";
         return fail(ErrorKind::usage, std::move(what), {}, {}, remedy);
     } catch (const std::bad_alloc&) {
         throw;  // no fault of the expression: guarded names it

@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <span>
 #include <string>
 #include <utility>
@@ -17,6 +18,25 @@ namespace camber {
 
 namespace {
 
+/// About how many points a shell takes: volume over that of a regular simplex' share of a point, and the layers.
+template <int D>
+double expected_points(const ShellOptions<D>& o) {
+    const auto on_sphere = [](double radius, double size) {
+        return D == 2 ? 2 * std::numbers::pi * radius / size
+                      : 8 * std::numbers::pi * radius * radius / (std::numbers::sqrt3 * size * size);
+    };
+    constexpr int samples = 1024;
+    const double step = (o.outer_radius - o.inner_radius) / samples;
+    double points = (o.inner_layer.count + 1) * on_sphere(o.inner_radius, o.inner_size) +
+                    (o.outer_layer.count + 1) * on_sphere(o.outer_radius, o.outer_size);
+    for (int k = 0; k < samples; ++k) {
+        const double share = (k + 0.5) / samples;
+        const double size = std::lerp(o.inner_size, o.outer_size, share);
+        points += on_sphere(std::lerp(o.inner_radius, o.outer_radius, share), size) * step / size;
+    }
+    return points;
+}
+
 template <int D>
 Outcome<Done> check(const ShellOptions<D>& o) {
     const auto bad = [](std::string what) { return fail(ErrorKind::usage, std::move(what)); };
@@ -29,6 +49,8 @@ Outcome<Done> check(const ShellOptions<D>& o) {
             return bad("a boundary layer needs a positive first height and growth");
     if (!(thickness(o.inner_layer) + thickness(o.outer_layer) < o.outer_radius - o.inner_radius))
         return bad("the boundary layers are thicker than the shell");
+    if (!(expected_points(o) * 6 < static_cast<double>(max_entities)))
+        return bad("a shell of too many points for these sizes");
     return Done{};
 }
 

@@ -7,6 +7,7 @@
 #include <new>
 #include <stdexcept>
 #include <stop_token>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -149,8 +150,21 @@ TEST_CASE("memory that is not there is an error of the loop, in whichever thread
             [](double a, double b) { return a + b; });
         REQUIRE(!sum);
         CHECK(sum.error().kind == ErrorKind::memory);
-        const auto refused = each(with_threads(threads), 1, [](std::size_t) { throw std::runtime_error("no thread"); });
+        const auto refused = each(with_threads(threads), 1, [](std::size_t) {
+            throw std::runtime_error("pthread_create has failed: no thread");
+        });
         REQUIRE(!refused);
         CHECK(refused.error().what.ends_with("no thread"));
     }
+}
+
+TEST_CASE("guarded: memory and threads that are not to be had are errors, other exceptions pass") {
+    const auto thrown = [](auto exception) { return guarded([&]() -> Outcome<Done> { throw exception; }); };
+    CHECK(thrown(std::bad_alloc()).error().kind == ErrorKind::memory);
+    CHECK(thrown(std::length_error("vector")).error().kind == ErrorKind::memory);
+    CHECK(thrown(std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again))).error().remedy ==
+          "use fewer threads: --threads 1");
+    CHECK(thrown(std::runtime_error("pthread_create has failed: Resource temporarily unavailable")).error().kind ==
+          ErrorKind::memory);
+    CHECK_THROWS_AS(static_cast<void>(thrown(std::runtime_error("a stack is empty"))), std::runtime_error);
 }

@@ -66,6 +66,7 @@ TEST_CASE("what cannot be read is named, with the place in it and what may be wr
     CHECK(error_of<3>(SizeExpression{"1, 2"}, points).find("gives 2 values") != std::string::npos);
     CHECK(error_of<3>(SizeExpression{"\"text\""}, points).find("cannot be read") != std::string::npos);
     CHECK(error_of<3>(SizeExpression{std::string(100000, '(')}, points).find("cannot be read") != std::string::npos);
+    CHECK(error_of<3>(SizeExpression{std::string(300000, 'q')}, points).size() < 400);
     CHECK(error_of<3>(SizesExpression{{"1", "1"}}, points).find("expected 3 expressions") != std::string::npos);
     CHECK(error_of<3>(TensorExpression{{"1", "0", "1"}}, points).find("expected 6 expressions") != std::string::npos);
 }

@@ -160,6 +160,14 @@ class Configs(unittest.TestCase):
         self.assertEqual(written, {"polar-2d.meshb", "polar-2d.vtu", "polar-2d.report.json", "length_gain.svg",
                                    "riemannian_length.svg", "curvature.svg", "normalised_jacobian.svg"})
 
+    def test_a_stage_that_comes_twice_is_blamed_on_the_config(self):
+        folder = Folder()
+        with folder:
+            done = folder.camber("run", CONFIGS / "annulus-2d.json", "--set", 'stages=["elevate", "elevate"]')
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("/stages/1", done.stderr)
+        self.assertIn("\"elevate\" before", done.stderr)
+
     def test_every_config_is_tested(self):
         names = {p.stem for p in CONFIGS.glob("*.json")} - {"schema"}
         self.assertEqual(names, set(GOLDEN))

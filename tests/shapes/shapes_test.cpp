@@ -182,6 +182,8 @@ TEST_CASE("sizes that do not fit together are refused") {
     refused(BoxOptions<2>{.low = {{0, 1}}});
     refused(ShellOptions<3>{.inner_radius = 5});
     refused(ShellOptions<3>{.inner_size = -1});
+    refused(ShellOptions<3>{.inner_size = 1e-9});
+    refused(ShellOptions<2>{.inner_size = 1e-12, .outer_size = 1e-12});
     refused(ShellOptions<3>{.inner_layer = {.count = 100, .first_height = 1, .growth = 1}});
     refused(BumpOptions{.bump_height = 2});
 }

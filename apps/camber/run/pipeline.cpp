@@ -101,6 +101,9 @@ class Runner {
     }
 
     Outcome<Done> apply(const config::Elevate&) {
+        if (state_.mesh && !read_curved_)
+            return fail(ErrorKind::usage, "the mesh is quadratic already, by an \"elevate\" before", {}, {},
+                        "leave one of them out");
         return step("elevate", [&](State<D> s, const Execution& e) { return elevate_stage(std::move(s), report_, e); });
     }
     Outcome<Done> prepare_surface() {
