@@ -86,30 +86,48 @@ Outcome<Curved<D>> curve_boundary(const QuadraticMesh<D>& mesh, const Column<Edg
 }
 
 template <int D>
-Outcome<Buffer<double>> updated_lengths(const QuadraticMesh<D>& mesh, const Proposal<D>& before,
-                                        const Column<double>& lengths, const Proposal<D>& after,
-                                        const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                        const Execution& execution) {
+Outcome<EdgeLengths> updated_lengths(const QuadraticMesh<D>& mesh, const LinearMesh<D>& straight,
+                                     const Curved<D>& curved, const Proposal<D>& after,
+                                     const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                     const Execution& execution) {
     const Quadrature rule = gauss_legendre(report_points);
-    return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
-        if (after.kinds[e] != EdgeKind::volume || shells[e].empty() || after.mid_nodes[e] == before.mid_nodes[e])
-            return lengths[e];
+    struct Lengths {
+        double straight = 0, curved = 0;
+    };
+    const auto lengths = map_each(execution, mesh.edges.size(), [&](std::size_t e) {
+        const Lengths before{curved.straight_lengths[e], curved.lengths[e]};
+        if (after.kinds[e] != EdgeKind::volume || shells[e].empty()) return before;
         const auto& [a, b] = mesh.edges.vertices[e];
-        const QuadraticEdge<D> edge{mesh.linear.points[a], after.mid_nodes[e], mesh.linear.points[b]};
-        return riemannian_length(back, edge, rule, shells[e].front()).length;
+        const Vec<D>& p = mesh.linear.points[a];
+        const Vec<D>& q = mesh.linear.points[b];
+        const auto length = [&](const LagrangeNode<D>& node) {
+            return riemannian_length(back, QuadraticEdge<D>{p, node, q}, rule, shells[e].front()).length;
+        };
+        if (p != straight.points[a] || q != straight.points[b])
+            return Lengths{length({midpoint(p, q)}), length(after.mid_nodes[e])};
+        if (after.mid_nodes[e] == curved.proposal.mid_nodes[e]) return before;
+        return Lengths{before.straight, length(after.mid_nodes[e])};
     });
+    if (!lengths) return fail(lengths.error());
+    Buffer<double> chords(lengths->size());
+    Buffer<double> curves(lengths->size());
+    for (std::size_t e = 0; e < lengths->size(); ++e) {
+        chords[e] = (*lengths)[e].straight;
+        curves[e] = (*lengths)[e].curved;
+    }
+    return EdgeLengths{std::move(chords), std::move(curves)};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                \
-    template Curved<D> in_columns<D>(std::span<const EdgeTarget<D>>, const Column<EdgeKind>&);               \
-    template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                   \
-                                         const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,        \
-                                         const BackMesh<D>&, const EdgeMinimiserOptions&, const Execution&); \
-    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,          \
-                                                  const Column<LagrangeNode<D>>&, const Execution&);         \
-    template Outcome<Buffer<double>> updated_lengths<D>(                                                     \
-        const QuadraticMesh<D>&, const Proposal<D>&, const Column<double>&, const Proposal<D>&,              \
-        const Incidence<ElementId>&, const BackMesh<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Curved<D> in_columns<D>(std::span<const EdgeTarget<D>>, const Column<EdgeKind>&);                        \
+    template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                            \
+                                         const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,                 \
+                                         const BackMesh<D>&, const EdgeMinimiserOptions&, const Execution&);          \
+    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                   \
+                                                  const Column<LagrangeNode<D>>&, const Execution&);                  \
+    template Outcome<EdgeLengths> updated_lengths<D>(const QuadraticMesh<D>&, const LinearMesh<D>&, const Curved<D>&, \
+                                                     const Proposal<D>&, const Incidence<ElementId>&,                 \
+                                                     const BackMesh<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

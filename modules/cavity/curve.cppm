@@ -48,12 +48,18 @@ template <int D>
                                                 const Column<LagrangeNode<D>>& boundary_nodes,
                                                 const Execution& execution);
 
-/// Lengths on the true field of the volume edges of a later proposal; those that did not change since `before` are
-/// taken from `lengths`.
+/// Lengths on the true field of the volume edges, by report_points; 0 on boundary edges.
+struct EdgeLengths {
+    Column<double> straight;  ///< of the chords
+    Column<double> curved;
+};
+
+/// Lengths of a later proposal in a mesh whose vertices may have moved since `curved` was made on `straight`: against
+/// the chords as they are now. What did not change is not measured again. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<Buffer<double>> updated_lengths(const QuadraticMesh<D>& mesh, const Proposal<D>& before,
-                                                      const Column<double>& lengths, const Proposal<D>& after,
-                                                      const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                                      const Execution& execution);
+[[nodiscard]] Outcome<EdgeLengths> updated_lengths(const QuadraticMesh<D>& mesh, const LinearMesh<D>& straight,
+                                                   const Curved<D>& curved, const Proposal<D>& after,
+                                                   const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                                   const Execution& execution);
 
 }  // namespace camber

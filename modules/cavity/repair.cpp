@@ -210,7 +210,8 @@ Outcome<Repaired<D>> repair(const QuadraticMesh<D>& mesh, Proposal<D> proposal, 
         const auto vertex_balls = balls(mesh.linear, execution);
         if (!vertex_balls) return fail(vertex_balls.error());
         Passes<D> passes{
-            {mesh, *around, *vertex_balls, models, options, proposal.kinds, boundary_vertices(mesh, proposal.kinds),
+            {mesh, *around, *vertex_balls, models, options, proposal.kinds,
+             held_vertices(mesh, proposal.kinds, options.vertices),
              Buffer<Vec<D>>(mesh.linear.points.begin(), mesh.linear.points.end()),
              Buffer<Vec<D>>(mesh.linear.points.size(), Vec<D>{}), take(proposal.mid_nodes), take(validation.verdicts)},
             {},

@@ -13,6 +13,8 @@ enum class RepairScope : std::uint8_t {
     cavities,  ///< several together first; larger cavities, vertices, and, last, surface nodes
 };
 
+enum class VertexMoves : std::uint8_t { allowed, never };
+
 /// What repair asks of the elements.
 struct RepairOptions {
     double min_scaled_jacobian = 1e-12;  ///< det J / |det straight| that makes an element good enough
@@ -22,6 +24,8 @@ struct RepairOptions {
     /// How far a surface node may go, last, from where it is wanted: to the distance of the middle of its chord, as
     /// relaxation takes it, or to this one if that is more (model units).
     double surface_tolerance = 0;
+    /// Vertices of the volume may move where nodes alone do not help; required ones never do.
+    VertexMoves vertices = VertexMoves::allowed;
 };
 
 /// How repair went.

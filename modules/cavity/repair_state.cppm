@@ -21,7 +21,7 @@ struct RepairState {
     const Column<QuadraticModel<D>>& models;
     const RepairOptions& options;
     Column<EdgeKind> kinds;
-    Buffer<std::uint8_t> on_boundary;  ///< of vertices: 1 if they must stay
+    Buffer<std::uint8_t> on_boundary;  ///< of vertices: 1 if they must stay, since they are on the boundary or required
     Buffer<Vec<D>> points;
     Buffer<Vec<D>> shifts;  ///< of vertices: how far each is from where it was
     Buffer<LagrangeNode<D>> nodes;

@@ -9,5 +9,6 @@ export import :column;
 export import :execution;
 export import :each;
 export import :mesh;
+export import :required;
 export import :topology;
 export import :box_tree;

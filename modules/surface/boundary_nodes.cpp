@@ -104,18 +104,6 @@ Vec<2> node_on(const AnalyticGeometry<2>& geometry, const LinearMesh<2>& mesh, c
     return middle;
 }
 
-/// Edges that must stay as they are.
-template <int D>
-Buffer<EdgeId> required_edges(const QuadraticMesh<D>& mesh) {
-    Buffer<EdgeId> required;
-    for (const std::uint32_t f : mesh.linear.facets.required)
-        for (const EdgeId e : mesh.edges.of_facets[f]) required.push_back(e);
-    for (const std::uint32_t e : mesh.linear.edges.required)
-        if (e < mesh.edges.of_edges.size()) required.push_back(mesh.edges.of_edges[e]);
-    std::sort(required.begin(), required.end());
-    return required;
-}
-
 }  // namespace
 
 template <int D>
@@ -131,7 +119,7 @@ Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, co
         const auto& [low, high] = mesh.edges.vertices[e];
         const BoundaryEdge<D> edge{EdgeId(e), features.edge_kinds[e], mesh.linear.points[low], mesh.linear.points[high],
                                    (*shells)[e]};
-        if (std::binary_search(required.begin(), required.end(), edge.id)) return {edge.middle()};
+        if (required[e] != 0) return {edge.middle()};
         return {std::visit([&](const auto& g) { return node_on(g, mesh.linear, edge); }, geometry)};
     });
 }

@@ -89,13 +89,39 @@ void curve_laws(const std::array<int, D>& cells) {
                          ++relaxed;
                      }
                  after.mid_nodes = nodes;
-                 const auto lengths = *updated_lengths(b.mesh, c.proposal, c.lengths, after, b.shells, b.back, alone);
+                 const auto lengths = updated_lengths(b.mesh, b.mesh.linear, c, after, b.shells, b.back, alone)->curved;
                  for (std::size_t e = 0; e < nodes.size(); ++e) {
                      const bool same = after.mid_nodes[e] == c.proposal.mid_nodes[e];
                      const double expected = same ? c.lengths[e] : c.straight_lengths[e];
                      RC_ASSERT(std::abs(lengths[e] - expected) <= (same ? 0.0 : 1e-12 * expected));
                  }
                  RC_ASSERT(relaxed > 0U);
+             },
+             {.count = 3});
+    property("updated lengths: where a vertex moved, against the chords as they are now",
+             [&](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto b = shell_block<D>(cells, seed + 1);
+                 const auto c = *curved(b, alone);
+                 QuadraticMesh<D> mesh = b.mesh;
+                 Buffer<Vec<D>> points(mesh.linear.points.begin(), mesh.linear.points.end());
+                 for (Vec<D>& p : points)
+                     if (dice.below(4) == 0) p += dice.vector<D>(-0.01, 0.01);
+                 mesh.linear.points = std::move(points);
+                 Proposal<D> straight = c.proposal;
+                 auto nodes = take(straight.mid_nodes);
+                 for (std::size_t e = 0; e < nodes.size(); ++e) {
+                     const auto& [p, q] = mesh.edges.vertices[e];
+                     nodes[e].point = midpoint(mesh.linear.points[p], mesh.linear.points[q]);
+                 }
+                 straight.mid_nodes = std::move(nodes);
+                 const auto lengths = *updated_lengths(mesh, b.mesh.linear, c, straight, b.shells, b.back, alone);
+                 std::size_t moved = 0;
+                 for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+                     RC_ASSERT(std::abs(lengths.curved[e] - lengths.straight[e]) <= 1e-12 * lengths.straight[e]);
+                     moved += lengths.straight[e] != c.straight_lengths[e];
+                 }
+                 RC_ASSERT(moved > 0U);
              },
              {.count = 3});
     property("without a field volume edges stay straight",

@@ -39,7 +39,7 @@ def row_pattern(name, dim):
         return "i" * UNSUPPORTED[name]
     return {"Vertices": "r" * dim + "i", "Normals": "r" * dim, "Tangents": "r" * dim,
             "Corners": "i", "Ridges": "i", "RequiredVertices": "i", "RequiredEdges": "i",
-            "RequiredTriangles": "i", "NormalAtVertices": "ii", "TangentAtVertices": "ii",
+            "RequiredTriangles": "i", "RequiredTetrahedra": "i", "NormalAtVertices": "ii", "TangentAtVertices": "ii",
             "VerticesOnGeometricVertices": "ii", "VerticesOnGeometricEdges": "iirr",
             "VerticesOnGeometricTriangles": "iirrr", "EdgesP2Ordering": "i",
             "TrianglesP2Ordering": "iii", "TetrahedraP2Ordering": "iiii"}.get(name)

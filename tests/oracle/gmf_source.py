@@ -8,7 +8,7 @@ END = "End"
 SOLUTION = "SolAtVertices"
 
 CODES = {3: "Dimension", 4: "Vertices", 5: "Edges", 6: "Triangles", 7: "Quadrilaterals",
-         8: "Tetrahedra", 9: "Prisms", 10: "Hexahedra", 13: "Corners", 14: "Ridges",
+         8: "Tetrahedra", 9: "Prisms", 10: "Hexahedra", 12: "RequiredTetrahedra", 13: "Corners", 14: "Ridges",
          15: "RequiredVertices", 16: "RequiredEdges", 17: "RequiredTriangles",
          20: "NormalAtVertices", 24: "TrianglesP2", 25: "EdgesP2", 30: "TetrahedraP2",
          40: "VerticesOnGeometricVertices", 41: "VerticesOnGeometricEdges",

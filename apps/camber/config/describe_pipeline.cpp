@@ -22,15 +22,23 @@ const Choice<Input>& Described<Input>::get() {
     return choice;
 }
 
+const Words& Described<Required>::get() {
+    static const Words words{{"keep", "geometry"}};
+    return words;
+}
 const Description<Features>& Described<Features>::get() {
     using S = Features;
     static const Description<S> description{
         "features",
-        "What counts as a ridge where neither the file's edges nor references say so.",
+        "What counts as a ridge where neither the file's edges nor references say so; what required entities of the "
+        "boundary hold.",
         {field("ridge_angle", &S::ridge_angle, "facets that meet at more than this angle make a ridge")
              .unit("degrees")
              .above(0)
-             .at_most(180)},
+             .at_most(180),
+         field("required_boundary", &S::required_boundary,
+               "nodes of required edges and facets on the boundary: keep, where they are; geometry, onto it as all "
+               "others. In the volume they always stay, and so do required vertices")},
         {}};
     return description;
 }

@@ -36,6 +36,11 @@ const Words& Described<Repair>::get() {
     return words;
 }
 
+const Words& Described<Vertices>::get() {
+    static const Words words{{"move", "keep"}};
+    return words;
+}
+
 const Description<Elevate>& Described<Elevate>::get() {
     static const Description<Elevate> description{
         "elevate", "Linear to quadratic: each edge gets a node at its middle; no point of the mesh moves.", {}, {}};
@@ -105,6 +110,9 @@ const Description<Relax>& Described<Relax>::get() {
                "else helps; 0: the boundary stays as it is. After curve, such nodes may always go back to their chords")
              .unit("model units")
              .at_least(0),
+         field("vertices", &S::vertices,
+               "vertices of the volume: move, where nodes alone do not mend an element; keep, all stay. Required ones "
+               "never move"),
          field("theta", &S::theta, "what a correction leaves of a node's offset")
              .unit("shares of the offset")
              .above(0)

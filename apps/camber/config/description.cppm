@@ -91,6 +91,14 @@ template <>
 struct Described<Repair> {
     static const Words& get();
 };
+template <>
+struct Described<Vertices> {
+    static const Words& get();
+};
+template <>
+struct Described<Required> {
+    static const Words& get();
+};
 
 template <>
 struct Described<GradationSpace> {

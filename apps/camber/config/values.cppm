@@ -114,8 +114,11 @@ struct Analytic {
 };
 using Geometry = std::variant<Surrogate, Straight, Analytic>;
 
+enum class Required : std::uint8_t { keep, geometry };
+
 struct Features {
     double ridge_angle = 40;
+    Required required_boundary = Required::keep;
     friend bool operator==(const Features&, const Features&) = default;
 };
 
@@ -124,6 +127,7 @@ struct Features {
 enum class Objective : std::uint8_t { energy, length, shape };
 enum class FieldOfEdge : std::uint8_t { back, edge };
 enum class Repair : std::uint8_t { cavity, edge, segment, relax };
+enum class Vertices : std::uint8_t { move, keep };
 
 struct Elevate {
     friend bool operator==(const Elevate&, const Elevate&) = default;
@@ -146,6 +150,7 @@ struct Relax {
     Repair repair = Repair::cavity;
     double target = 1e-2;
     double boundary_tolerance = 0;
+    Vertices vertices = Vertices::move;
     double theta = 0.75;
     int max_corrections = 40;
     double min_scaled_jacobian = 1e-9;

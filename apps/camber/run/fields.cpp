@@ -150,10 +150,9 @@ Outcome<MeshFields> mesh_fields(const State<D>& state, const Execution& executio
                                                           [](std::size_t) { return true; }));
     if (state.proposal && state.proposal->changes.size() == edges)
         fields = std::move(fields).with(edge_changes(mesh, *state.proposal));
-    if (state.curved && state.lengths && state.proposal && state.lengths->size() == edges &&
-        state.curved->straight_lengths.size() == edges)
+    if (state.lengths && state.proposal && state.lengths->curved.size() == edges)
         fields = std::move(fields).with(
-            edge_field_with_means(mesh, "length_gain", length_gains(state.curved->straight_lengths, *state.lengths),
+            edge_field_with_means(mesh, "length_gain", length_gains(state.lengths->straight, state.lengths->curved),
                                   [&](std::size_t e) { return state.proposal->kinds[e] == EdgeKind::volume; }));
     if (state.geometry) {
         auto made = distances(mesh, *state.geometry, execution);

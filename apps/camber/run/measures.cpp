@@ -69,17 +69,17 @@ std::vector<Histogram> run_histograms(const State<D>& state) {
     Counter counter;
     // A stage that changed the edges themselves leaves nothing to compare with.
     const bool curved = state.curved && state.proposal && state.lengths &&
-                        state.curved->lengths.size() == state.lengths->size() &&
-                        state.proposal->mid_nodes.size() == state.lengths->size();
+                        state.curved->lengths.size() == state.lengths->curved.size() &&
+                        state.proposal->mid_nodes.size() == state.lengths->curved.size();
     if (curved) {
         const Column<EdgeKind>& kinds = state.proposal->kinds;
         const auto count = [&](Quantity quantity, const char* name, std::span<const double> values) {
             counter.count(quantity, name, of_volume(values, kinds));
         };
         const auto& [proposal, straight, before, statistics] = *state.curved;
-        const Column<double>& after = *state.lengths;
+        const auto& [chords, after] = *state.lengths;
         count(Quantity::length_gain, "before", length_gains(straight, before));
-        count(Quantity::length_gain, "after", length_gains(straight, after));
+        count(Quantity::length_gain, "after", length_gains(chords, after));
         count(Quantity::length, "straight", straight.view());
         count(Quantity::length, "before", before.view());
         count(Quantity::length, "after", after.view());

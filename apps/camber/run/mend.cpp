@@ -94,7 +94,8 @@ Outcome<Mended<D>> mend(const QuadraticMesh<D>& mesh, const Proposal<D>& proposa
         .min_scaled_jacobian = options.min_scaled_jacobian,
         .target = options.target,
         .scope = options.repair == config::Repair::edge ? RepairScope::edges : RepairScope::cavities,
-        .surface_tolerance = options.boundary_tolerance};
+        .surface_tolerance = options.boundary_tolerance,
+        .vertices = options.vertices == config::Vertices::move ? VertexMoves::allowed : VertexMoves::never};
     auto done = repair(mesh, proposal, validation, models, repair_options, execution);
     if (!done) return fail(done.error());
     const RepairStatistics& s = done->statistics;

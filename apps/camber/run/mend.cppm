@@ -72,10 +72,16 @@ template <int D>
 
 /// The elements that are not certified valid, in the mesh's order, and why, as far as that can be told: a straight
 /// element without volume; a determinant at a vertex that boundary nodes alone decide (there the columns are
-/// 4 P_ij − 3 P_i − P_j); a facet of the boundary that is folded, seen from its straight form; nodes that are all on
-/// the boundary; else nothing that forbids it is known.
+/// 4 P_ij − 3 P_i − P_j); required edges and vertices; a facet of the boundary that is folded, seen from its straight
+/// form; nodes that are all on the boundary; else nothing that forbids it is known.
 template <int D>
 [[nodiscard]] std::vector<RemainingReport> remaining(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                                      const Validation<D>& validation);
+
+/// Those of them that hold something required, with that reason: the others had all the freedom there is.
+template <int D>
+[[nodiscard]] std::vector<RemainingReport> remaining_by_requirement(const QuadraticMesh<D>& mesh,
+                                                                    const Proposal<D>& proposal,
+                                                                    const Validation<D>& validation);
 
 }  // namespace camber::run

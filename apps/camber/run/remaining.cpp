@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <string>
 #include <utility>
@@ -111,6 +112,18 @@ const Fold* fold_of(const QuadraticMesh<D>& mesh, const Folds<D>& folds, std::si
     return nullptr;
 }
 
+/// What of the element must not change; empty without any.
+template <int D>
+std::string required_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Buffer<std::uint8_t>& required,
+                        std::size_t e) {
+    int edges = 0, vertices = 0;
+    for (const EdgeId edge : mesh.edges.of_elements[e]) edges += proposal.kinds[edge] == EdgeKind::fixed;
+    for (const VertexId v : mesh.linear.elements.vertices[e]) vertices += required[v.index()] != 0;
+    if (edges > 0) return fmt::format("{} of its {} edges must stay, being required", edges, edges_per_simplex<D>);
+    if (vertices > 0) return fmt::format("{} of its {} vertices must stay, being required", vertices, D + 1);
+    return {};
+}
+
 template <int D>
 std::string reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Validation<D>& validation,
                       const Folds<D>& folds, std::size_t e) {
@@ -139,15 +152,36 @@ template <int D>
 std::vector<RemainingReport> remaining(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                        const Validation<D>& validation) {
     const Folds<D> folds = find_folds<D>(mesh, proposal);
+    const auto required = required_vertices(mesh.linear);
     std::vector<RemainingReport> all;
     all.reserve(validation.invalid + validation.undecided);
-    for (std::size_t e = 0; e < validation.verdicts.size(); ++e)
-        if (validation.verdicts[e] != Verdict::valid)
-            all.push_back({e + 1, reason_of<D>(mesh, proposal, validation, folds, e)});
+    for (std::size_t e = 0; e < validation.verdicts.size(); ++e) {
+        if (validation.verdicts[e] == Verdict::valid) continue;
+        std::string reason = required_of<D>(mesh, proposal, required, e);
+        if (reason.empty()) reason = reason_of<D>(mesh, proposal, validation, folds, e);
+        all.push_back({e + 1, std::move(reason)});
+    }
+    return all;
+}
+
+template <int D>
+std::vector<RemainingReport> remaining_by_requirement(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
+                                                      const Validation<D>& validation) {
+    const auto required = required_vertices(mesh.linear);
+    std::vector<RemainingReport> all;
+    for (std::size_t e = 0; e < validation.verdicts.size(); ++e) {
+        if (validation.verdicts[e] == Verdict::valid) continue;
+        std::string reason = required_of<D>(mesh, proposal, required, e);
+        if (!reason.empty()) all.push_back({e + 1, std::move(reason)});
+    }
     return all;
 }
 
 template std::vector<RemainingReport> remaining<2>(const QuadraticMesh<2>&, const Proposal<2>&, const Validation<2>&);
 template std::vector<RemainingReport> remaining<3>(const QuadraticMesh<3>&, const Proposal<3>&, const Validation<3>&);
+template std::vector<RemainingReport> remaining_by_requirement<2>(const QuadraticMesh<2>&, const Proposal<2>&,
+                                                                  const Validation<2>&);
+template std::vector<RemainingReport> remaining_by_requirement<3>(const QuadraticMesh<3>&, const Proposal<3>&,
+                                                                  const Validation<3>&);
 
 }  // namespace camber::run

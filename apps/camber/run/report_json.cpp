@@ -101,10 +101,8 @@ std::string to_json(const Report& report) {
     if (report.curve) j["curve"] = json(*report.curve);
     if (report.validity_before) j["validity_before_correction"] = json(*report.validity_before);
     if (report.relax) j["relax"] = json(*report.relax);
-    if (report.kept_boundary) {
-        j["kept_boundary"] = json(*report.kept_boundary);
-        j["remaining_elements"] = json(report.remaining);
-    }
+    if (report.kept_boundary) j["kept_boundary"] = json(*report.kept_boundary);
+    if (report.kept_boundary || !report.remaining.empty()) j["remaining_elements"] = json(report.remaining);
     if (report.reinsert) j["reinsert"] = json(*report.reinsert);
     if (report.validity) j["validity"] = json(*report.validity);
     if (!report.histograms.empty()) j["histograms"] = Json::parse(histograms_json(report.histograms));

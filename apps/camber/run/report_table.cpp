@@ -96,7 +96,11 @@ std::string kept_boundary_rows(const Report& report) {
     std::string moved = fmt::format("{} (tolerance {:g})", grouped(k.moved_nodes), k.tolerance);
     if (k.moved_nodes > 0)
         moved += fmt::format(", by at most {:.4g}, {:.4g} of the edge", k.largest_shift, k.largest_relative_shift);
-    std::string text = table_row("moved boundary nodes", moved);
+    return table_row("moved boundary nodes", moved);
+}
+
+std::string remaining_rows(const Report& report) {
+    std::string text;
     constexpr std::size_t shown = 10;
     for (std::size_t i = 0; i < report.remaining.size() && i < shown; ++i)
         text += fmt::format("  ! {} {}: {}\n", report.mesh.dimension == 2 ? "triangle" : "tetrahedron",
@@ -137,6 +141,7 @@ std::string table(const Report& report) {
     if (report.curve) text += curve_rows(*report.curve);
     text += validity_rows(report);
     if (report.kept_boundary) text += kept_boundary_rows(report);
+    text += remaining_rows(report);
     if (!report.times.empty()) text += time_rows(report);
     return text;
 }

@@ -112,6 +112,14 @@ Outcome<Column<QuadraticModel<D>>> models_of(const State<D>& state, const Execut
     return Column<QuadraticModel<D>>(std::move(*models));
 }
 
+/// Where boundary nodes are wanted.
+template <int D>
+Outcome<Buffer<LagrangeNode<D>>> wanted_boundary(const State<D>& state, const Execution& execution) {
+    const bool keeps = state.required == RequiredBoundary::keep;
+    return boundary_nodes(keeps ? *state.mesh : without_required(*state.mesh), *state.features, *state.geometry,
+                          execution);
+}
+
 /// The proposal of `shape` as one of `curve`, without lengths: there is no field to measure them in.
 template <int D>
 Outcome<Curved<D>> shaped(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
@@ -210,6 +218,7 @@ Outcome<State<D>> surface_stage(State<D> state, const config::Features& options,
     report.boundary = BoundaryReport{
         features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}};
     state.features = std::move(*features);
+    state.required = required_boundary(options);
     auto made = make_geometry(geometry, state, execution);
     if (!made) return fail(made.error());
     state.geometry = std::move(*made);
@@ -253,15 +262,15 @@ Outcome<State<D>> curve_stage(State<D> state, const config::Curve& options, Repo
     auto around = shells(mesh.edges, execution);
     if (!around) return fail(around.error());
     state.shells = std::move(*around);
-    auto boundary = boundary_nodes(mesh, *state.features, *state.geometry, execution);
+    auto boundary = wanted_boundary(state, execution);
     if (!boundary) return fail(boundary.error());
+    const auto kinds = held_kinds(mesh, state.features->edge_kinds, state.required);
 
     const auto begin = std::chrono::steady_clock::now();
     const Column<LagrangeNode<D>> nodes(std::move(*boundary));
     auto curved = options.objective == config::Objective::shape
-                      ? shaped(mesh, state.features->edge_kinds, nodes, *state.shells, execution)
-                      : curve(mesh, state.features->edge_kinds, nodes, *state.shells, *state.back,
-                              edge_options(options), execution);
+                      ? shaped(mesh, kinds, nodes, *state.shells, execution)
+                      : curve(mesh, kinds, nodes, *state.shells, *state.back, edge_options(options), execution);
     if (!curved) return fail(curved.error());
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
 
@@ -320,7 +329,8 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
     state.mesh->linear = std::move(mended->linear);
     state.proposal = std::move(mended->proposal);
     judged(state, std::move(mended->validation), report);
-    if (state.adopted) report.remaining = remaining(*state.mesh, *state.proposal, *state.validation);
+    report.remaining = state.adopted ? remaining(*state.mesh, *state.proposal, *state.validation)
+                                     : remaining_by_requirement(*state.mesh, *state.proposal, *state.validation);
     return state;
 }
 
@@ -346,12 +356,13 @@ Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options
     auto around = shells(state.mesh->edges, execution);
     if (!around) return fail(around.error());
     state.shells = std::move(*around);
-    auto boundary = boundary_nodes(*state.mesh, *state.features, *state.geometry, execution);
+    auto boundary = wanted_boundary(state, execution);
     if (!boundary) return fail(boundary.error());
+    const auto kinds = held_kinds(*state.mesh, state.features->edge_kinds, state.required);
     const ReinsertAllOptions all{{edge_options(options.curve), relax_options(options.relax)}, options.max_turns};
     const auto begin = std::chrono::steady_clock::now();
-    auto done = reinsert_all(*state.mesh, state.features->edge_kinds, Column<LagrangeNode<D>>(std::move(*boundary)),
-                             *state.back, all, execution);
+    auto done =
+        reinsert_all(*state.mesh, kinds, Column<LagrangeNode<D>>(std::move(*boundary)), *state.back, all, execution);
     if (!done) return fail(done.error());
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     const double bound = options.relax.min_scaled_jacobian;
@@ -380,11 +391,11 @@ Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options
 template <int D>
 Outcome<State<D>> measure_stage(State<D> state, Report& report, const Execution& execution) {
     if (state.curved && state.proposal && state.back) {
-        auto lengths = updated_lengths(*state.mesh, state.curved->proposal, state.curved->lengths, *state.proposal,
-                                       *state.shells, *state.back, execution);
+        auto lengths = updated_lengths(*state.mesh, state.linear, *state.curved, *state.proposal, *state.shells,
+                                       *state.back, execution);
         if (!lengths) return fail(lengths.error());
-        state.lengths = Column<double>(std::move(*lengths));
-        report.curve->after = edge_report(*state.mesh, *state.proposal, state.curved->straight_lengths, *state.lengths);
+        state.lengths = std::move(*lengths);
+        report.curve->after = edge_report(*state.mesh, *state.proposal, state.lengths->straight, state.lengths->curved);
     }
     if (state.features && state.geometry && state.proposal) {
         auto chords = chord_middles(*state.mesh, execution);

@@ -18,12 +18,13 @@ struct State {
     std::optional<QuadraticMesh<D>> mesh;  ///< from `elevate`, or read; `commit` gives it new nodes
     std::optional<Incidence<ElementId>> shells;
     std::optional<Features<D>> features;
+    RequiredBoundary required = RequiredBoundary::keep;
     std::optional<Geometry<D>> geometry;
     std::optional<BackMesh<D>> back;
     std::optional<Curved<D>> curved;
     std::optional<Proposal<D>> proposal;  ///< not committed yet
     bool adopted = false;  ///< the proposal began with the nodes that the mesh was read with: its boundary is given
-    std::optional<Column<double>> lengths;          ///< of the volume edges in the end; see Curved::lengths
+    std::optional<EdgeLengths> lengths;             ///< in the end, against the chords as they are then
     std::optional<Validation<D>> first_validation;  ///< before any correction
     std::optional<Validation<D>> validation;        ///< of the proposal, or of the mesh when there is none
 };

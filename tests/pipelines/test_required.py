@@ -1,0 +1,120 @@
+"""What a file says is required stays: vertices, and the nodes of required edges, triangles and tetrahedra, bit for bit.
+
+    python3 tests/pipelines/test_required.py build/bin/camber [unittest arguments]
+"""
+import sys
+import unittest
+
+from program import CONFIGS, Folder, report_of
+
+import gmf  # noqa: E402  (program puts the oracle on the path)
+import numpy as np
+from sample_meshes import ascii_file, cube, elevate
+
+ENDS = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+
+
+def indices(*numbers):
+    """Rows of a Required block, numbered from 1."""
+    return np.asarray(numbers, np.int64).reshape(-1, 1), np.empty((len(numbers), 0))
+
+
+def nodes_of(mesh, name):
+    """{the ends of an edge, lower first: its node} over the P2 cells of that name."""
+    cells = mesh.cells[name]
+    corners = 4 if name.startswith("Tetra") else 3
+    ends = ENDS if corners == 4 else ENDS[:3]
+    return {tuple(sorted((int(row[a]), int(row[b])))): tuple(mesh.points[row[corners + i]])
+            for row in cells.nodes for i, (a, b) in enumerate(ends)}
+
+
+class Required(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+
+    def run_camber(self, *arguments, codes=(0,)):
+        done = self.folder.camber(*arguments)
+        self.assertIn(done.returncode, codes, done.stdout + done.stderr)
+        return done
+
+    def shell(self, **lists):
+        """The straight mesh of configs/spheres.json with these Required blocks; it, and its nodes when elevated."""
+        self.run_camber("run", CONFIGS / "spheres.json", "--set", "stages=[]", "--set", "output/mesh=plain.mesh")
+        mesh = gmf.read(self.folder.path / "plain.mesh")
+        for name, numbers in lists.items():
+            mesh.lists[name] = indices(*numbers)
+        (self.folder.path / "in.mesh").write_bytes(ascii_file(mesh))
+        self.run_camber("convert", "in.mesh", "-o", "straight.meshb", "--elevate")
+        return mesh, nodes_of(gmf.read(self.folder.path / "straight.meshb"), "TetrahedraP2")
+
+    def curved(self, *arguments, codes=(0,)):
+        self.run_camber("curve", "in.mesh", "-o", "out.meshb", "--report", "r.json", *arguments, codes=codes)
+        return gmf.read(self.folder.path / "out.meshb"), report_of(self.folder.path / "r.json")
+
+    def repaired_block(self, *arguments, code, **lists):
+        """A cube whose side has its middle beyond the inner vertex, which would get out of its way."""
+        straight = cube(2)
+        side = next(i for i, p in enumerate(straight.points) if tuple(p) == (0, 0.5, 0.5))
+        straight.points[side][0] = 0.6
+        mesh = elevate(straight)
+        for name, numbers in lists.items():
+            mesh.lists[name] = indices(*numbers)
+        (self.folder.path / "in.mesh").write_bytes(ascii_file(mesh))
+        self.run_camber("repair", "in.mesh", "-o", "out.meshb", "--report", "r.json", *arguments, codes=(code,))
+        out = gmf.read(self.folder.path / "out.meshb")
+        moved = (out.points[:len(straight.points)] != straight.points).any(axis=1)
+        return np.flatnonzero(moved), report_of(self.folder.path / "r.json")
+
+    def test_vertices(self):
+        (inner,), report = self.repaired_block(code=0)
+        self.assertEqual(report["relax"]["moved_vertices"], 1)
+        moved, report = self.repaired_block(code=1, RequiredVertices=[inner + 1])
+        self.assertEqual((len(moved), report["relax"]["moved_vertices"]), (0, 0))
+        remaining = report["remaining_elements"]
+        self.assertEqual([entry["element"] for entry in remaining], report["invalid_elements"])
+        self.assertTrue(any("being required" in entry["reason"] for entry in remaining), remaining)
+
+    def test_all_vertices_by_an_option(self):
+        moved, report = self.repaired_block("--set", "stages/relax/vertices=keep", code=1)
+        self.assertEqual((len(moved), report["relax"]["moved_vertices"]), (0, 0))
+
+    def test_edges_triangles_and_tetrahedra(self):
+        tetrahedra, triangles = range(1, 200, 7), range(1, 60, 3)
+        mesh, straight = self.shell(RequiredTetrahedra=tetrahedra, RequiredTriangles=triangles)
+        held = {tuple(sorted((int(row[a]), int(row[b])))) for row in mesh.cells["Tetrahedra"].nodes[[t - 1 for t in tetrahedra]]
+                for a, b in ENDS}
+        on_triangles = {tuple(sorted((int(row[a]), int(row[b])))) for row in mesh.cells["Triangles"].nodes[[t - 1 for t in triangles]]
+                        for a, b in ENDS[:3]}
+        held |= on_triangles
+        for stages in ((), ("--set", 'stages=["elevate", "reinsert"]')):
+            out, _ = self.curved(*stages, codes=(0, 1))
+            nodes = nodes_of(out, "TetrahedraP2")
+            self.assertEqual({e: nodes[e] for e in held}, {e: straight[e] for e in held}, stages)
+            self.assertTrue(any(nodes[e] != straight[e] for e in nodes if e not in held))
+        out, _ = self.curved("--set", "features/required_boundary=geometry", codes=(0, 1))
+        nodes = nodes_of(out, "TetrahedraP2")
+        facets = nodes_of(out, "TrianglesP2")
+        self.assertTrue(all(nodes[e] == straight[e] for e in held if e not in facets))
+        self.assertTrue(all(nodes[e] != straight[e] for e in on_triangles))
+
+    def test_curved_input(self):
+        """A required triangle whose node is kinked stays so; the element behind it is listed with that reason."""
+        mesh = elevate(cube(2))
+        triangles = mesh.cells["TrianglesP2"].nodes
+        row = next(i for i, t in enumerate(triangles) if all(mesh.points[t[:3]][:, 2] == 0))
+        a, b, node = triangles[row][0], triangles[row][1], triangles[row][3]
+        mesh.points[node] = 0.85 * mesh.points[a] + 0.15 * mesh.points[b]
+        mesh.lists["RequiredTriangles"] = indices(row + 1)
+        (self.folder.path / "in.mesh").write_bytes(ascii_file(mesh))
+        self.run_camber("repair", "in.mesh", "-o", "out.meshb", "--report", "r.json", "--boundary-tolerance", 1, codes=(1,))
+        out = gmf.read(self.folder.path / "out.meshb")
+        edge = tuple(sorted((int(a), int(b))))
+        self.assertEqual(nodes_of(out, "TrianglesP2")[edge], tuple(mesh.points[node]))
+        reasons = [entry["reason"] for entry in report_of(self.folder.path / "r.json")["remaining_elements"]]
+        self.assertGreater(len(reasons), 0)
+        self.assertTrue(all("edges must stay, being required" in reason for reason in reasons), reasons)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
