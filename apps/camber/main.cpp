@@ -1,12 +1,18 @@
 // The program: arguments to verbs.
+#include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <exception>
 #include <map>
+#include <memory>
 #include <new>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 #include <CLI/CLI.hpp>
+import camber.core;
+import camber.app_shell;
 import camber.commands;
 import camber.config;
 
@@ -24,10 +30,37 @@ constexpr const char* description =
     "  camber explain curve                              what a stage does, and its options\n";
 
 constexpr const char* exit_codes =
-    "Exit codes: 0 done; 1 done, but elements remain that are not certified valid (check: or the mesh has\nother "
-    "defects); 2 bad usage or config;\n"
-    "3 bad input or output file; 4 not enough memory, or an internal error; 130 interrupted.\nWhat becomes of every "
-    "kind of bad input: docs/input.md.";
+    "Exit codes: 0 done; 1 done, but elements remain that are not certified valid (check: or the mesh has other "
+    "defects); 2 bad usage or config; 3 bad input or output file; 4 not enough memory, or an internal error; 130 "
+    "interrupted. What becomes of every kind of bad input: docs/input.md.";
+
+/// Help in lines that fit; of the verbs only the first line in the list of all.
+class Help : public CLI::Formatter {
+  public:
+    Help() { column_width(width_before_text); }
+    std::string make_description(const CLI::App* app) const override {
+        return wrapped(app->get_description(), text_width()) + "\n\n";
+    }
+    std::string make_footer(const CLI::App* app) const override {
+        const std::string footer = wrapped(app->get_footer(), text_width());
+        return footer.empty() ? footer : footer + "\n";
+    }
+    std::string make_subcommand(const CLI::App* verb) const override {
+        const std::string text = verb->get_description();
+        return entry(verb->get_name(), text.substr(0, text.find('\n')));
+    }
+    std::string make_option(const CLI::Option* option, bool is_positional) const override {
+        return entry(make_option_name(option, is_positional) + make_option_opts(option), make_option_desc(option));
+    }
+
+  private:
+    static constexpr std::size_t width_before_text = 30;
+    [[nodiscard]] static std::string entry(const std::string& name, const std::string& text) {
+        std::ostringstream out;
+        CLI::detail::format_help(out, name, wrapped(text, text_width() - width_before_text), width_before_text);
+        return out.str();
+    }
+};
 
 /// Subcommands store what is to be done; main does it.
 struct Verb {
@@ -49,7 +82,7 @@ CLI::Validator share_below_one() {
             const bool holds = CLI::detail::lexical_cast(text, x) && x >= 0 && x < 1;
             return holds ? std::string() : "must be at least 0 and below 1, got " + text;
         },
-        "FLOAT in [0, 1)");
+        "[0, 1)");
 }
 
 void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
@@ -106,11 +139,11 @@ void add_repair(CLI::App& app, Verb& verb) {
         "Mend a curved mesh made elsewhere: validate, relax, commit.\n\n"
         "  camber repair broken.meshb -o valid.meshb\n"
         "  camber repair broken.meshb -o valid.meshb --boundary-tolerance 1e-3\n\n"
-        "The boundary stays as it is, bit for bit, interfaces between materials too: nodes of the volume move,\n"
-        "and, if need be, its vertices. With --boundary-tolerance T the nodes of boundary edges may move too where\n"
-        "nothing else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary\n"
-        "vertices never do. Elements that cannot be mended are listed with the reason, the mesh is written with\n"
-        "them, and the exit code is 1. How it is done: docs/algorithms/repair.md");
+        "The boundary stays as it is, bit for bit, interfaces between materials too: nodes of the volume move, and, if "
+        "need be, its vertices. With --boundary-tolerance T the nodes of boundary edges may move too where nothing "
+        "else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary vertices never "
+        "do. Elements that cannot be mended are listed with the reason, the mesh is written with them, and the exit "
+        "code is 1. How it is done: docs/algorithms/repair.md");
     RepairArguments& a = verb.repair;
     repair->add_option("input", a.input, "The curved mesh (.mesh, .meshb)")->required();
     repair->add_option("-o,--output", a.output, "Where the mended mesh goes (.mesh, .meshb, .vtu)")->required();
@@ -128,11 +161,11 @@ void add_check(CLI::App& app, Verb& verb) {
         "  camber check wing-p2.meshb                       the report\n"
         "  camber check wing-p2.meshb --worst 50            with more of the worst elements\n"
         "  camber check wing-p2.meshb --json > check.json   all of it for scripts\n"
-        "  camber check wing-p2.meshb --elements | grep -v ,valid,     each element's verdict, as CSV\n\n"
-        "An element of degree 2 is valid where det J is positive everywhere; its normalised Jacobian is the\n"
-        "smallest det J over that of the straight element with the same vertices. Of a straight mesh the\n"
-        "quality is told: the mean ratio. Beyond its elements the mesh is examined: conformity, orientation,\n"
-        "nodes, boundary. What each line means: docs/algorithms/check.md");
+        "  camber check wing-p2.meshb --elements            each element's verdict, as CSV\n\n"
+        "An element of degree 2 is valid where det J is positive everywhere; its normalised Jacobian is the smallest "
+        "det J over that of the straight element with the same vertices. Of a straight mesh the quality is told: the "
+        "mean ratio. Beyond its elements the mesh is examined: conformity, orientation, nodes, boundary. What each "
+        "line means: docs/algorithms/check.md");
     CheckArguments& a = verb.check;
     check->add_option("input", a.input, "The mesh (.mesh, .meshb)")->required();
     check
@@ -154,19 +187,16 @@ void add_check(CLI::App& app, Verb& verb) {
     check->add_flag("--json", a.json, "One JSON object instead of the report");
     check->add_flag("--elements", a.elements,
                     "A line of CSV for each element instead of the report; with --json as columns in the object");
-    check->footer(
-        "Exit codes: 0 sound, and every element valid; 1 something that a solver stumbles over; 2 bad usage;\n"
-        "3 a file that cannot be read as a mesh; 4 not enough memory, or an internal error; 130 interrupted.");
 }
 
 void add_convert(CLI::App& app, Verb& verb) {
     CLI::App* convert = app.add_subcommand(
         "convert",
         "A mesh or a solution in another format.\n\n"
-        "  camber convert wing.meshb -o wing.mesh                       binary to ASCII, and back\n"
-        "  camber convert wing-p2.meshb -o wing.vtu --cells lagrange    for ParaView, in VTK's Lagrange cells\n"
-        "  camber convert wing.meshb -o wing.vtu --metric wing.solb     with the fields of a solution file\n"
-        "  camber convert wing.solb -o wing.sol                         solutions alone\n\n"
+        "  camber convert wing.meshb -o wing.mesh                      binary to ASCII, and back\n"
+        "  camber convert wing-p2.meshb -o wing.vtu --cells lagrange   for ParaView, Lagrange cells\n"
+        "  camber convert wing.meshb -o wing.vtu --metric wing.solb    with a solution's fields\n"
+        "  camber convert wing.solb -o wing.sol                        solutions alone\n\n"
         "What the format cannot hold is told on standard error. More: docs/formats.md");
     ConvertArguments& a = verb.convert;
     convert->add_option("input", a.input, "A mesh of degree 1 or 2 (.mesh, .meshb) or a solution (.sol, .solb)")
@@ -213,12 +243,48 @@ int dispatch(const CLI::App& app, const Verb& verb) {
     return schema_command();
 }
 
+std::vector<std::string> verbs_of(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::App* verb : app.get_subcommands({})) names.push_back(verb->get_name());
+    return names;
+}
+
+std::vector<std::string> options_of(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::Option* option : app.get_options())
+        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    return names;
+}
+
+/// The line for arguments that are not understood: a word that is misspelt explains also what is missing elsewhere.
+int report_usage(const CLI::App& app, const CLI::ParseError& error) {
+    const CLI::App& verb = app.get_subcommands().empty() ? app : *app.get_subcommands().front();
+    camber::Error told{camber::ErrorKind::usage,
+                       error.what(),
+                       {},
+                       {},
+                       "see " + (&verb == &app ? "" : app.get_name() + " ") + verb.get_name() + " --help"};
+    const std::vector<std::string> words = app.remaining(true);
+    const auto kind = static_cast<CLI::ExitCodes>(error.get_exit_code());
+    const bool about_words = kind == CLI::ExitCodes::RequiredError || kind == CLI::ExitCodes::ExtrasError;
+    if (!about_words || words.empty()) return report_error(told);
+    const auto option =
+        std::find_if(words.begin(), words.end(), [](const auto& word) { return word.starts_with("--"); });
+    if (&verb == &app && !words.front().starts_with('-'))
+        told = {told.kind, "is no command", words.front(), {}, suggestion(words.front(), verbs_of(app))};
+    else if (option != words.end())
+        told = {
+            told.kind, "is no option", *option, {}, suggestion(option->substr(0, option->find('=')), options_of(verb))};
+    return report_error(told);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+    hold_standard_streams();
     try {
         CLI::App app{description, "camber"};
-        app.footer(exit_codes);
+        app.formatter(std::make_shared<Help>());
         app.set_version_flag("--version", CAMBER_VERSION);
         app.require_subcommand(1);
         Verb verb;
@@ -229,10 +295,15 @@ int main(int argc, char** argv) {
         add_plot(app, verb);
         add_check(app, verb);
         add_others(app, verb);
+        app.footer(exit_codes);  // not the verbs', which take theirs when they are made
         try {
             app.parse(argc, argv);
+        } catch (const CLI::Success& asked) {
+            std::ostringstream text;
+            app.exit(asked, text);
+            return end_with(text.str());
         } catch (const CLI::ParseError& error) {
-            return app.exit(error) == 0 ? 0 : 2;
+            return report_usage(app, error);
         }
         return dispatch(app, verb);
     } catch (const std::bad_alloc&) {

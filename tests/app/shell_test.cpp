@@ -204,8 +204,62 @@ TEST_CASE("a meter sees time and memory pass") {
     CHECK(after.peak_bytes >= held.size());
 }
 
-TEST_CASE("progress tells part and time left") {
-    CHECK(progress_line("curve", 50, 100, 10) == "curve      [###############               ]  50 %  10 s left");
-    CHECK(progress_line("curve", 0, 0, 10).find("  0 %") != std::string::npos);
-    CHECK(progress_line("curve", 7, 7, 10).find("100 %") != std::string::npos);
+TEST_CASE("a file may have the longest name that the system knows") {
+    const Folder folder;
+    for (const std::size_t length : {251U, 255U}) {
+        const std::string path = folder / std::string(length, 'n').c_str();
+        const auto written = write(path, {"x"});
+        CHECK_MESSAGE(written.has_value(), (written ? std::string() : describe(written.error())));
+        CHECK(text_of(path) == "x");
+    }
+    CHECK(folder.files() == 2);
+}
+
+TEST_CASE("progress tells part and time left, or the step where nobody knows") {
+    const auto line = [](double part, double left) { return progress_line("curve", {part, left, 1, 3}); };
+    CHECK(line(0.5, 10) == "curve      [###############               ]  50 %  10 s left");
+    CHECK(line(0, -1).ends_with("]   0 %"));
+    CHECK(line(0.99, 0).ends_with("]  99 %"));
+    CHECK(progress_line("relax", {-1, -1, 7, 12}) == "relax      step 7, 12 s");
+}
+
+TEST_CASE("the share of one loop is its own") {
+    StageShare share;
+    for (std::size_t done = 5; done < 100; done += 5) {
+        const Share told = share.tick(done, 100, 0.1 * static_cast<double>(done));
+        CHECK(told.part == doctest::Approx(0.01 * static_cast<double>(done)));
+        CHECK(told.seconds_left == doctest::Approx(10 - 0.1 * static_cast<double>(done)));
+    }
+}
+
+TEST_CASE("the share of a stage never falls, is never all, and is not known of a row of loops") {
+    for (const double second : {0.001, 0.05}) {
+        StageShare share;
+        double before = 0, seconds = 0;
+        for (const std::size_t total : {100U, 100U, 7U, 1U, 2U, 5000U, 3U})
+            for (std::size_t done = 1; done <= total; ++done) {
+                const Share told = share.tick(done, total, seconds += second);
+                CHECK((told.part < 0 || told.part >= before));
+                CHECK(told.part < 1);
+                if (seconds >= 1) before = told.part < 0 ? 1 : told.part;
+            }
+        CHECK(share.tick(1, 2, seconds).part < 0);
+        CHECK(share.tick(2, 2, seconds).loop == 8);
+    }
+    StageShare slow;  // a second loop that takes far longer than the first
+    (void)slow.tick(10, 10, 0.1);
+    CHECK(slow.tick(10, 1000, 1.1).seconds_left < 0);  // too early to tell
+    const Share half = slow.tick(500, 1000, 50.1);
+    CHECK(half.seconds_left == doctest::Approx(50));
+    CHECK(half.part == doctest::Approx(50.1 / 100.1));
+}
+
+TEST_CASE("text is wrapped between words; examples are not") {
+    CHECK(wrapped("one two three four", 9) == "one two\nthree\nfour");
+    CHECK(wrapped("one two three", 9, 4) == "one\n    two\n    three");
+    CHECK(wrapped("one\n\n  an example that is long\ntwo", 9) == "one\n\n  an example that is long\ntwo");
+    CHECK(wrapped("alongwordindeed x", 9) == "alongwordindeed\nx");
+    CHECK(wrapped("", 9).empty());
+    CHECK(text_width() >= 60);
+    CHECK(text_width() <= 100);
 }

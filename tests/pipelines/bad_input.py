@@ -246,6 +246,19 @@ CASES = [
     Case("Output", "a full disk", "refused", 3, "No space left on device", plain(lambda: cube(6)),
          ("curve", "in.mesh", "-o", "disk/out.mesh"), run=bad_moments.on_a_full_disk, needs=bad_moments.no_disk),
 
+    Case("Output", "the report over the mesh that is read", "refused", 2, "what is read is not overwritten", plain(block),
+         (*CURVE, "--report", "in.mesh")),
+    Case("Output", "the report over the metric, through a link", "refused", 2, "--metric m.solb",
+         lambda: plain(block)() | {"m.solb": b""}, (*WITH_METRIC, "--report", "link"),
+         setup=lambda folder: os.symlink("m.solb", folder / "link")),
+    Case("Output", "two in one file", "refused", 2, "give --report a file of its own", plain(block),
+         (*CURVE, "--report", "./out.mesh")),
+    Case("Output", "a path with a NUL character", "refused", 2, "NUL",
+         lambda: {"run.json": b'{"input": {"mesh": "in.mesh"}, "output": {"mesh": "out.mesh", "report": "x\\u0000y"}}'},
+         RUN),
+    Case("Output", "standard output on a full device", "refused", 3, "standard output: cannot be written", plain(block),
+         run=bad_moments.printing_on_a_full_device),
+
     # ------------------------------------------------ memory and threads
     Case("Memory", "less than the run is estimated to need (ulimit -v)", "refused", 4, "the run needs about",
          bad_moments.box_config(30), RUN_SEQUENTIALLY, limits=((resource.RLIMIT_AS, 60 << 20),),

@@ -53,6 +53,13 @@ def on_a_full_disk(folder):
                           text=True)
 
 
+def printing_on_a_full_device(folder):
+    """No output but what is printed."""
+    with open("/dev/full", "w", encoding="ascii") as full:
+        done = subprocess.run([CAMBER, "info", "in.mesh"], cwd=folder.path, stdout=full, stderr=subprocess.PIPE, text=True)
+    return subprocess.CompletedProcess(done.args, done.returncode, "", done.stderr)
+
+
 # ---------------------------------------------------------------- memory
 
 def with_ever_more_memory(folder, threads="1"):

@@ -32,6 +32,8 @@ Triangles 6
 End
 """
 
+SIZES = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices 5\n1 1\n" + "0.25\n" * 5 + "End\n"
+
 
 class CommandLine(unittest.TestCase):
     def setUp(self):
@@ -212,7 +214,7 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(graded["gradations"], [{"sweeps": 2, "changed_vertices": 4, "converged": True}])
 
     def test_an_intersection_with_a_file(self):
-        self.write("sizes.sol", "MeshVersionFormatted 2\nDimension 3\nSolAtVertices 5\n1 1\n" + "0.25\n" * 5 + "End\n")
+        self.write("sizes.sol", SIZES)
         both = self.metric_report({"constant": {"sizes": [0.5]}}, {"intersect": {"file": "sizes.sol"}})
         self.assertAlmostEqual(both["complexity"], 64 * 0.5, places=6)
         self.assertEqual(both["source"], "constant and sizes.sol")
@@ -248,12 +250,152 @@ class CommandLine(unittest.TestCase):
                            'stages=["elevate", "reinsert"]', "--print-config")
         self.assertIn('"min_scaled_jacobian": 0.2', done.stdout)
 
-    def test_two_outputs_in_one_file_are_refused(self):
-        self.write("cube.mesh", CUBE)
-        done = self.camber("curve", "cube.mesh", "-o", "same.mesh", "--report", "same.mesh")
-        self.assertEqual(done.returncode, 2, done.stderr)
-        self.assertIn("same.mesh: is named for two outputs", done.stderr)
-        self.assertNotIn("same.mesh", self.folder.files())
+    def test_outputs_never_overwrite_what_is_needed(self):
+        self.write("m.sol", SIZES)
+        for name in ("r.json", "old.vtu"):
+            self.write(name, "old")
+        (self.folder.path / "link.json").symlink_to("two.mesh")
+        (self.folder.path / "link.vtu").symlink_to("m.sol")
+        (self.folder.path / "here").symlink_to(".")
+        (self.folder.path / "hard.json").hardlink_to(self.folder.path / "two.mesh")
+        (self.folder.path / "plots").mkdir()
+        (self.folder.path / "plots" / "curvature.svg").symlink_to("../two.mesh")
+        self.write("run.json", json.dumps({"input": {"mesh": "two.mesh"}, "metric": {"file": "m.sol"}, "metric_operations":
+                   [{"intersect": {"file": "m.sol"}}], "output": {"mesh": "o.mesh"}}))
+        before = {path: (self.folder.path / path).read_bytes() for path in self.folder.files()}
+        curve, run = ("curve", "two.mesh", "-o", "o.mesh"), ("run", "run.json", "--set")
+        operand = 'metric_operations=[{"intersect": {"file": "m.sol"}}]'
+        for message, arguments in (
+                ("s.mesh: --report is the same file as -o ./s.mesh (give --report a file of its own)",
+                 ("curve", "two.mesh", "-o", "./s.mesh", "--report", "s.mesh")),
+                ("same.mesh: --report is the same file as -o (", ("curve", "two.mesh", "-o", "same.mesh", "--report", "same.mesh")),
+                ("two.mesh: --report is the same file as the input (what is read is not overwritten: give --report a",
+                 (*curve, "--report", "two.mesh")),
+                ("link.json: --report is the same file as the input two.mesh", (*curve, "--report", "link.json")),
+                ("hard.json: --report is the same file as the input two.mesh", (*curve, "--report", "hard.json")),
+                ("here/two.mesh: --report is the same file as the input", (*curve, "--report", "here/two.mesh")),
+                ("here/o.mesh: --report is the same file as -o o.mesh", (*curve, "--report", "here/o.mesh")),
+                ("--plots is the same file as the input two.mesh", (*curve, "--plots", "plots")),
+                ("old.vtu: --vtu is the same file as -o", ("curve", "two.mesh", "-o", "old.vtu", "--vtu", "old.vtu")),
+                ("m.sol: --report is the same file as --metric", (*curve, "--metric", "m.sol", "--report", "m.sol")),
+                ("link.vtu: --vtu is the same file as --metric m.sol", (*curve, "--metric", "m.sol", "--vtu", "link.vtu")),
+                ("m.sol: --report is the same file as /metric_operations/0/intersect/file",
+                 (*curve, "--set", operand, "--report", "m.sol")),
+                ("two.mesh: --report is the same file as the input",
+                 ("repair", "two.mesh", "-o", "o.mesh", "--report", "two.mesh")),
+                ("run.json: /output/report is the same file as the config", (*run, "output/report=run.json")),
+                ("m.sol: /output/report is the same file as /metric/file", (*run, "output/report=m.sol")),
+                ("o.mesh: /output/report is the same file as /output/mesh", (*run, "output/report=o.mesh")),
+                ("link.vtu: -o is the same file as --metric m.sol",
+                 ("convert", "two.mesh", "-o", "link.vtu", "--metric", "m.sol")),
+                ("m.sol: -o is the same file as the input", ("convert", "m.sol", "-o", "m.sol")),
+                ("plots/curvature.svg: -o is the same file as the report two.mesh", ("plot", "two.mesh", "-o", "plots"))):
+            with self.subTest(" ".join(arguments)):
+                self.fails(2, message, *arguments)
+                if arguments[0] in ("curve", "repair", "run"):
+                    self.fails(2, message, *arguments, "--dry-run")
+                self.assertEqual({path: (self.folder.path / path).read_bytes() for path in self.folder.files()}, before)
+
+    def test_the_mesh_that_is_made_may_take_the_place_of_the_one_it_is_made_from(self):
+        (self.folder.path / "link.mesh").symlink_to("two.mesh")
+        done = self.camber("convert", "two.mesh", "-o", "two.mesh", "--elevate")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = self.camber("repair", "two.mesh", "-o", "./link.mesh", "--report", "/dev/stdout")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue((self.folder.path / "link.mesh").is_symlink())
+        self.assertEqual(json.loads(self.camber("info", "two.mesh", "--json").stdout)["degree"], 2)
+
+    def test_what_was_written_before_a_failure_is_told(self):
+        (self.folder.path / "r.json").symlink_to("/dev/full")
+        (self.folder.path / "plots").mkdir()
+        (self.folder.path / "plots" / "curvature.svg").symlink_to("/dev/full")
+        curve = ("curve", "two.mesh", "-o", "o.mesh")
+        for arguments, message in (((*curve, "--report", "r.json"),
+                                    "r.json: cannot be written: No space left on device; written before: o.mesh ("),
+                                   ((*curve, "--plots", "plots"), "plots/curvature.svg: cannot be written: No space left")):
+            done = self.camber(*arguments)
+            self.assertEqual(done.returncode, 3, done.stderr)
+            self.assertIn(message, done.stderr)
+            self.assertIn("written before: o.mesh", done.stderr)
+            self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+            self.assertIn("o.mesh", self.folder.files())
+
+    def test_standard_output_that_fails_is_told_alike_by_all_verbs(self):
+        written = {"curve": "o.mesh", "repair": "p.mesh", "convert": "o.mesh", "plot": "plots"}
+        verbs = (("convert", "two.mesh", "-o", "o.mesh", "--elevate"), ("repair", "o.mesh", "-o", "p.mesh"),
+                 ("curve", "two.mesh", "-o", "o.mesh", "--report", "r.json"), ("plot", "r.json", "-o", "plots"),
+                 ("curve", "two.mesh", "-o", "o.mesh", "--dry-run"), ("repair", "o.mesh", "-o", "p.mesh", "--print-config"),
+                 ("check", "o.mesh"), ("check", "o.mesh", "--json"), ("check", "o.mesh", "--elements"), ("info", "o.mesh"),
+                 ("info", "o.mesh", "--json"), ("explain",), ("explain", "curve"), ("schema",), ("--help",), ("--version",),
+                 ("curve", "--help"))
+        for verb in verbs:
+            with self.subTest(" ".join(verb)):
+                self.assertEqual(self.camber(*verb).returncode, 0)
+                for redirection, reason in ((">/dev/full", "No space left on device"), (">&-", "Bad file descriptor")):
+                    done = self.shell(f'"$@" {redirection}', *verb)
+                    line = done.stderr.splitlines()[-1]
+                    self.assertTrue(line.startswith(f"camber: standard output: cannot be written: {reason}"), line)
+                    self.assertEqual(done.returncode, 3, line)
+                    if verb[0] in written and not {"--dry-run", "--print-config", "--help"} & set(verb):
+                        self.assertIn("; written before: ", line)
+                        self.assertIn(written[verb[0]], line)
+                # The reader is gone before the first byte.
+                done = self.shell('{ sleep 0.05; "$@"; echo $? >code; } | true', *verb)
+                self.assertEqual((self.folder.path / "code").read_text(), "0\n", done.stderr)
+                self.assertNotIn("standard output", done.stderr)
+
+    def shell(self, script, *arguments):
+        return subprocess.run(["sh", "-c", script, "sh", CAMBER, *arguments], cwd=self.folder.name, capture_output=True,
+                              text=True, check=False)
+
+    def test_a_closed_standard_output_is_not_written_into_a_file(self):
+        self.shell('"$@" >&- 2>&-', "curve", "two.mesh", "-o", "o.mesh")
+        self.shell('"$@"', "curve", "two.mesh", "-o", "whole.mesh")
+        self.assertEqual((self.folder.path / "o.mesh").read_bytes(), (self.folder.path / "whole.mesh").read_bytes())
+
+    def test_notes_that_nobody_can_read_change_nothing(self):
+        for redirection in ("2>/dev/full", "2>&-"):
+            self.assertEqual(self.shell(f'"$@" {redirection}', "curve", "two.mesh", "-o", "o.mesh").returncode, 0)
+            self.assertEqual(self.shell(f'"$@" {redirection}', "curve", "absent.mesh", "-o", "o.mesh").returncode, 3)
+
+    def test_a_path_with_a_nul_is_refused(self):
+        for place, config in (("/output/report", {"output": {"mesh": "o.mesh", "report": "x\0y.json"}}),
+                              ("/output/plots", {"output": {"mesh": "o.mesh", "plots": "x\0y"}}),
+                              ("/metric/file", {"metric": {"file": "x\0y"}, "output": {"mesh": "o.mesh"}})):
+            self.write("run.json", json.dumps({"input": {"mesh": "two.mesh"}} | config))
+            self.fails(2, f'{place}: the path has a NUL character after "x', "run", "run.json")
+
+    def test_the_longest_names(self):
+        for length in (251, 255):
+            name = "n" * (length - 5) + ".mesh"
+            done = self.camber("curve", "two.mesh", "-o", name)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn(name, self.folder.files())
+
+    def test_misspelt_words_are_explained(self):
+        self.fails(2, 'camber: cuvre: is no command (did you mean "curve"?)', "cuvre", "two.mesh", "-o", "o.mesh")
+        self.fails(2, "camber: fly: is no command (known: run, curve,", "fly")
+        self.fails(2, 'camber: --jsn: is no option (did you mean "--json"?)', "check", "two.mesh", "--jsn")
+        self.fails(2, 'camber: --ouput=o.mesh: is no option (did you mean "--output"?)', "curve", "two.mesh", "--ouput=o.mesh")
+        self.fails(2, 'did you mean "--boundary-tolerance"?', "repair", "two.mesh", "-o", "o.mesh", "--boundary", "0.1")
+        self.fails(2, "camber: --output is required (see camber curve --help)", "curve", "two.mesh")
+
+    def test_a_metric_that_begins_as_json_is_json(self):
+        curve = ("curve", "two.mesh", "-o", "o.mesh", "--metric")
+        self.fails(2, "--metric: /: expected an object, got an array", *curve, "[1,2]")
+        self.fails(2, "--metric: line 1, column 5: syntax error", *curve, "[1,2")
+        self.fails(2, "--metric: line 1, column 2: syntax error", *curve, "{1,2}")
+        self.write("[1,2].sol", SIZES)
+        self.assertEqual(self.camber(*curve, "./[1,2].sol").returncode, 0)
+
+    def test_help_fits_and_tells_exit_codes_once(self):
+        texts = {verb: self.camber(*verb.split(), "--help").stdout
+                 for verb in ("", "run", "curve", "repair", "convert", "plot", "check", "info", "explain", "schema")}
+        for verb, text in texts.items():
+            self.assertLessEqual(max(map(len, text.splitlines())), 100, text)
+            self.assertEqual(text.count("Exit codes"), 0 if verb else 1, verb)
+        self.assertNotIn("--boundary-tolerance 1e-3", texts[""])
+        self.assertIn("--boundary-tolerance 1e-3", texts["repair"])
 
     def test_a_sphere_without_a_centre_is_about_the_origin(self):
         geometry = '{"analytic": [{"references": [1], "sphere": {"radius": 5}}]}'

@@ -1,14 +1,11 @@
 module;
 #include <algorithm>
-#include <cerrno>
 #include <cstddef>
-#include <cstdio>
 #include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -17,6 +14,7 @@ import camber.core;
 import camber.app_shell;
 import camber.io;
 import camber.run;
+import :ending;
 import :execute;
 
 namespace camber::app {
@@ -32,24 +30,7 @@ void in_pieces(std::size_t elements, F&& f) {
         f(begin, std::min(begin + elements_at_once, elements));
 }
 
-/// Standard output, whose reader may go before all is said (`| head`): that is no failure, a full disk is one.
-class Printer {
-  public:
-    void print(std::string_view text) {
-        if (error_ == 0 && std::fwrite(text.data(), 1, text.size(), stdout) < text.size()) error_ = errno;
-    }
-    [[nodiscard]] Outcome<Done> finish() {
-        if (error_ == 0 && std::fflush(stdout) != 0) error_ = errno;
-        if (error_ == 0 || error_ == EPIPE) return Done{};
-        return fail(ErrorKind::write, "cannot be written: " + std::generic_category().message(error_),
-                    "standard output");
-    }
-
-  private:
-    int error_ = 0;
-};
-
-void print_json(const run::CheckReport& report, const CheckArguments& arguments, Printer& out) {
+void print_json(const run::CheckReport& report, const CheckArguments& arguments, StandardOutput& out) {
     out.print(run::check_json_head(report, arguments.input));
     if (arguments.elements) {
         out.print(",\n  \"element_verdicts\": {");
@@ -67,13 +48,13 @@ void print_json(const run::CheckReport& report, const CheckArguments& arguments,
     out.print("\n}\n");
 }
 
-void print_elements(const run::CheckReport& report, Printer& out) {
+void print_elements(const run::CheckReport& report, StandardOutput& out) {
     out.print(run::csv_titles(report));
     in_pieces(report.mesh.elements,
               [&](std::size_t begin, std::size_t end) { out.print(run::csv_lines(report, begin, end)); });
 }
 
-void print_report(const run::CheckReport& report, const CheckArguments& arguments, Printer& out) {
+void print_report(const run::CheckReport& report, const CheckArguments& arguments, StandardOutput& out) {
     out.print(arguments.input + "\n" + run::check_table(report));
     if (arguments.histogram)
         for (const run::Histogram& histogram : report.histograms) out.print(run::bars(histogram));
@@ -107,8 +88,8 @@ int check_command(const CheckArguments& arguments) {
     const auto report = checked(arguments);
     if (!report) return report_error(report.error());
     if (!arguments.json)
-        for (const std::string& notice : report->notices) fmt::print(stderr, "camber: note: {}\n", notice);
-    Printer out;
+        for (const std::string& notice : report->notices) tell("note: " + notice);
+    StandardOutput out;
     if (arguments.json)
         print_json(*report, arguments, out);
     else if (arguments.elements)

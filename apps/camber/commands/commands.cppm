@@ -8,6 +8,8 @@ module;
 /// code: 0 done; 1 done, but the result misses what was asked; 2 bad usage or config; 3 bad input or output file; 4
 /// not enough memory, or internal; 130 interrupted.
 export module camber.commands;
+export import :ending;
+export import :suggestion;
 import camber.core;
 import camber.config;
 

@@ -1,5 +1,4 @@
 module;
-#include <cstdio>
 #include <string>
 #include <utility>
 #include <variant>
@@ -13,15 +12,24 @@ import camber.bezier;
 import camber.config;
 import camber.io;
 import camber.run;
+import :ending;
 import :execute;
 import :formats;
+import :named_files;
 
 namespace camber::app {
 
 namespace {
 
 void say(const std::vector<Notice>& notices) {
-    for (const Notice& notice : notices) fmt::print(stderr, "camber: note: {}\n", notice.what);
+    for (const Notice& notice : notices) tell("note: " + notice.what);
+}
+
+Outcome<Done> check_names(const ConvertArguments& a, bool solution) {
+    std::vector<NamedFile> files{{a.input, "the input", solution ? Role::input : Role::input_mesh}};
+    if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
+    files.push_back({a.output, "-o", solution ? Role::output : Role::output_mesh});
+    return check_named_files(files);
 }
 
 Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execution) {
@@ -81,12 +89,13 @@ Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution
 }  // namespace
 
 int convert_command(const ConvertArguments& arguments) {
-    const Execution execution{.threads = arguments.threads, .stop = stop_on_signals()};
     const bool solution = is_solution_file(arguments.input) || is_solution_file(arguments.output);
+    if (auto distinct = check_names(arguments, solution); !distinct) return report_error(distinct.error());
+    const Execution execution{.threads = arguments.threads, .stop = stop_on_signals()};
     auto done = solution ? convert_solution(arguments, execution) : convert_mesh(arguments, execution);
-    if (!done) return report_error(done.error());
-    fmt::print("wrote {}\n", arguments.output);
-    return 0;
+    Written written;
+    if (done = written.add(arguments.output, std::move(done)); !done) return report_error(done.error());
+    return end_with(fmt::format("wrote {}\n", arguments.output), written);
 }
 
 }  // namespace camber::app

@@ -10,11 +10,19 @@ namespace camber::app {
 
 namespace {
 
+Outcome<config::Metric> metric_of(const std::string& text) {
+    // An array is no file's name but JSON, though no metric either: the reader of configs says why.
+    const auto first = text.find_first_not_of(" \t\n");
+    if (first != std::string::npos && text[first] == '[')
+        if (auto array = config::read_pipeline(text, "--metric"); !array) return fail(array.error());
+    return config::read_metric(text, "--metric");
+}
+
 Outcome<config::Pipeline> curving(const CurveArguments& arguments) {
     auto pipeline = pipeline_of(R"({"input": {"mesh": "-"}})", arguments);
     if (!pipeline) return pipeline;
     if (arguments.metric) {
-        auto metric = config::read_metric(*arguments.metric, "--metric");
+        auto metric = metric_of(*arguments.metric);
         if (!metric) return fail(metric.error());
         pipeline->metric = std::move(*metric);
     }

@@ -1,6 +1,6 @@
 module;
 #include <algorithm>
-#include <cstdio>
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -18,25 +18,13 @@ import camber.app_shell;
 import camber.config;
 import camber.io;
 import camber.run;
+import :ending;
 import :execute;
 import :formats;
 
 namespace camber::app {
 
 namespace {
-
-int exit_code(ErrorKind kind) {
-    switch (kind) {
-        case ErrorKind::usage: return 2;
-        case ErrorKind::input:
-        case ErrorKind::unsupported:
-        case ErrorKind::write: return 3;
-        case ErrorKind::stopped: return 130;
-        case ErrorKind::memory:
-        case ErrorKind::internal: return 4;
-    }
-    return 4;
-}
 
 Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Execution& execution) {
     const auto* file = std::get_if<config::FilePath>(&pipeline.input);
@@ -85,10 +73,11 @@ Outcome<Done> check_memory(const AnyMesh& mesh) {
 /// The files that the config names, in the order in which they are written.
 std::vector<std::string> named_outputs(const config::Output& output) {
     std::vector<std::string> files;
-    for (const std::string& path : {output.mesh, output.vtu, output.report})
+    for (const std::string& path : {output.mesh, output.vtu})
         if (!path.empty()) files.push_back(path);
     if (!output.plots.empty())
         for (std::string& path : plot_files(output.plots)) files.push_back(std::move(path));
+    if (!output.report.empty()) files.push_back(output.report);
     return files;
 }
 
@@ -102,15 +91,27 @@ Outcome<Done> check_endings(const config::Output& output) {
 
 Outcome<Done> check_outputs(const config::Output& output) {
     if (auto endings = check_endings(output); !endings) return endings;
-    auto files = named_outputs(output);
-    std::sort(files.begin(), files.end());
-    if (const auto twice = std::adjacent_find(files.begin(), files.end()); twice != files.end())
-        return fail(ErrorKind::usage, "is named for two outputs", *twice, {}, "give each a file of its own");
-    for (const std::string& path : files) {
+    const auto files = named_outputs(output);
+    for (const std::string& path : files)
         if (auto made = make_folder_of(path); !made) return made;
+    for (const std::string& path : files)
         if (auto writable = check_writable(path); !writable) return writable;
-    }
     return Done{};
+}
+
+/// The files of a run, but for the report, which tells also what writing them cost.
+Outcome<Done> write_outputs(run::Run& run, const config::Pipeline& pipeline, const run::Around& around,
+                            Written& written) {
+    const config::Output& output = pipeline.output;
+    for (const std::string& path : {output.mesh, output.vtu}) {
+        if (path.empty()) continue;
+        auto done = around(path.ends_with(".vtu") ? "write vtu" : "write", [&](const Execution& execution) {
+            return write_mesh(run.mesh, run.fields, vtu_options(output.vtu_cells), path, execution);
+        });
+        if (done = written.add(path, std::move(done)); !done) return done;
+    }
+    for (Notice& notice : losses(run.mesh, output.mesh)) run.report.notices.push_back(std::move(notice.what));
+    return output.plots.empty() ? Done{} : write_plots(run.report.histograms, output.plots, written);
 }
 
 /// Whether a file could be written, with folders that are not there yet made; makes none.
@@ -137,11 +138,6 @@ Outcome<std::string> plan(const config::Pipeline& pipeline) {
     return text;
 }
 
-int report_error(const Error& error) {
-    std::fprintf(stderr, "camber: %s\n", describe(error).c_str());
-    return exit_code(error.kind);
-}
-
 Error of_file(Error error, const std::string& path) {
     const bool about_file = error.kind == ErrorKind::input || error.kind == ErrorKind::unsupported;
     if (about_file && error.where.empty()) error.where = path;
@@ -154,7 +150,7 @@ Outcome<DecodedMesh> read_mesh(const std::string& path, const Execution& executi
     return decode_gmf_mesh(*bytes, path, execution);
 }
 
-Outcome<run::Run> execute(const config::Pipeline& pipeline) {
+Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
     if (auto outputs = check_outputs(pipeline.output); !outputs) return fail(outputs.error());
     Progress progress;
     std::vector<run::StageTime> times;
@@ -185,25 +181,13 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline) {
         const auto* file = std::get_if<config::FilePath>(&pipeline.input);
         return fail(of_file(run.error(), file != nullptr ? file->path : "the generated mesh"));
     }
-    for (const std::string& path : {pipeline.output.mesh, pipeline.output.vtu}) {
-        if (path.empty()) continue;
-        auto written = around(path.ends_with(".vtu") ? "write vtu" : "write", [&](const Execution& execution) {
-            return write_mesh(run->mesh, run->fields, vtu_options(pipeline.output.vtu_cells), path, execution);
-        });
-        if (!written) return fail(written.error());
-    }
-    for (Notice& notice : losses(run->mesh, pipeline.output.mesh))
-        run->report.notices.push_back(std::move(notice.what));
+    if (auto done = write_outputs(*run, pipeline, around, written); !done) return fail(done.error());
     progress.wipe();
-    if (!pipeline.output.plots.empty())
-        if (auto written = write_plots(run->report.histograms, pipeline.output.plots); !written)
-            return fail(written.error());
     run->report.times = std::move(times);
     run->report.threads = pipeline.threads;
-    if (!pipeline.output.report.empty()) {
-        auto written = write_text(pipeline.output.report, run::to_json(run->report));
-        if (!written) return fail(written.error());
-    }
+    if (const std::string& path = pipeline.output.report; !path.empty())
+        if (auto done = written.add(path, write_text(path, run::to_json(run->report))); !done)
+            return fail(done.error());
     return run;
 }
 

@@ -6,11 +6,9 @@ import camber.core;
 import camber.config;
 import camber.io;
 import camber.run;
+import :ending;
 
 namespace camber::app {
-
-/// `camber: where: entity: what (remedy)` on standard error, and the exit code of the error's kind.
-int report_error(const Error& error);
 
 /// An error that says no place, as one of that file.
 Error of_file(Error error, const std::string& path);
@@ -18,8 +16,9 @@ Error of_file(Error error, const std::string& path);
 /// A file's mesh, by its content.
 Outcome<DecodedMesh> read_mesh(const std::string& path, const Execution& execution);
 
-/// The whole run of a config: reads or generates, runs the stages with clocks and progress, writes the outputs.
-Outcome<run::Run> execute(const config::Pipeline& pipeline);
+/// The whole run of a config: reads or generates, runs the stages with clocks and progress, writes the outputs
+/// and adds them to those written.
+Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written);
 
 /// What `execute` would do, as text: reads or generates the input, checks the outputs, writes nothing.
 Outcome<std::string> plan(const config::Pipeline& pipeline);

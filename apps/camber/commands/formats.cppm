@@ -8,6 +8,7 @@ import camber.core;
 import camber.config;
 import camber.io;
 import camber.run;
+import :ending;
 
 namespace camber::app {
 
@@ -41,7 +42,8 @@ enum class MeshFormat : std::uint8_t { gmf_ascii, gmf_binary, vtu };
 
 /// The files that plots in a folder may become, one a quantity.
 [[nodiscard]] std::vector<std::string> plot_files(const std::string& folder);
-[[nodiscard]] Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder);
+[[nodiscard]] Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder,
+                                        Written& written);
 
 [[nodiscard]] VtuOptions vtu_options(config::VtuCells cells);
 

@@ -1,6 +1,5 @@
 module;
 #include <cstddef>
-#include <cstdio>
 #include <map>
 #include <string>
 #include <utility>
@@ -11,6 +10,7 @@ module;
 module camber.commands;
 import camber.core;
 import camber.io;
+import :ending;
 import :execute;
 
 namespace camber::app {
@@ -72,15 +72,12 @@ int info_command(const InfoArguments& arguments) {
     Json notices = Json::array();
     for (const Notice& notice : decoded->notices) notices.push_back(notice.what);
     j["notices"] = std::move(notices);
-    if (arguments.json) {
-        fmt::print("{}\n", j.dump(2, ' ', false, Json::error_handler_t::replace));
-        return 0;
-    }
-    fmt::print("{}\n", arguments.input);
+    if (arguments.json) return end_with(j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    std::string text = arguments.input + "\n";
     for (const auto& [key, value] : j.items())
         if (!(value.is_number() && value == 0) && !(value.is_structured() && value.empty()) && value != false)
-            fmt::print("  {:<26}{}\n", key, value.dump(-1, ' ', false, Json::error_handler_t::replace));
-    return 0;
+            text += fmt::format("  {:<26}{}\n", key, value.dump(-1, ' ', false, Json::error_handler_t::replace));
+    return end_with(text);
 }
 
 }  // namespace camber::app

@@ -1,5 +1,5 @@
 module;
-#include <cstdio>
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,23 +9,35 @@ module camber.commands;
 import camber.core;
 import camber.app_shell;
 import camber.run;
-import :execute;
+import :ending;
 import :formats;
+import :named_files;
 
 namespace camber::app {
 
 namespace {
 
-Outcome<Done> plot(const PlotArguments& a) {
+/// One picture, or one for each quantity.
+bool is_one_file(const PlotArguments& a) { return a.output.ends_with(".svg"); }
+
+Outcome<Done> check_names(const PlotArguments& a) {
+    std::vector<NamedFile> files{{a.report, "the report", Role::input}};
+    for (const std::string& path : is_one_file(a) ? std::vector{a.output} : plot_files(a.output))
+        files.push_back({path, "-o", Role::output});
+    return check_named_files(files);
+}
+
+Outcome<Done> plot(const PlotArguments& a, Written& written) {
+    if (auto distinct = check_names(a); !distinct) return distinct;
     auto text = read_file(a.report);
     if (!text) return fail(std::move(text.error()));
     const auto histograms = run::histograms_of_report(as_text(*text));
     if (!histograms)
         return fail(ErrorKind::input, "holds no histograms as Camber writes them", a.report, {},
                     "give the report.json of a run: camber curve … --report report.json");
-    if (a.output.ends_with(".svg"))
-        return make_folder_of(a.output).and_then([&](Done) { return write_text(a.output, run::svg(*histograms)); });
-    return write_plots(*histograms, a.output);
+    if (!is_one_file(a)) return write_plots(*histograms, a.output, written);
+    return written.add(
+        a.output, make_folder_of(a.output).and_then([&](Done) { return write_text(a.output, run::svg(*histograms)); }));
 }
 
 std::string plot_file(const std::string& folder, run::Quantity quantity) {
@@ -42,19 +54,19 @@ std::vector<std::string> plot_files(const std::string& folder) {
     return files;
 }
 
-Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder) {
+Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder, Written& written) {
     for (const run::Histogram& h : histograms) {
         const std::string file = plot_file(folder, h.quantity);
         auto done = make_folder_of(file).and_then([&](Done) { return write_text(file, run::svg(h)); });
-        if (!done) return done;
+        if (done = written.add(file, std::move(done)); !done) return done;
     }
     return Done{};
 }
 
 int plot_command(const PlotArguments& arguments) {
-    if (auto done = plot(arguments); !done) return report_error(done.error());
-    fmt::print("wrote {}\n", arguments.output);
-    return 0;
+    Written written;
+    if (auto done = plot(arguments, written); !done) return report_error(done.error());
+    return end_with(fmt::format("wrote {}\n", arguments.output), written);
 }
 
 }  // namespace camber::app

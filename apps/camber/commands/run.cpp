@@ -1,7 +1,6 @@
 module;
 #include <algorithm>
 #include <cstddef>
-#include <cstdio>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -15,7 +14,9 @@ import camber.core;
 import camber.app_shell;
 import camber.config;
 import camber.run;
+import :ending;
 import :execute;
+import :named_files;
 
 namespace camber::app {
 
@@ -31,41 +32,45 @@ std::string listed(const std::vector<std::size_t>& elements) {
     return text;
 }
 
-void print_histograms(const run::Report& report) {
-    for (const run::Histogram& histogram : report.histograms) fmt::print("{}", run::bars(histogram));
-}
-
-void print_run(const run::Run& run, const config::Output& output, bool histogram) {
-    for (const std::string& notice : run.report.notices) fmt::print(stderr, "camber: note: {}\n", notice);
-    fmt::print("{}", run::table(run.report));
-    if (histogram) print_histograms(run.report);
-    fmt::print("\n");
+std::string text_of(const run::Run& run, const config::Output& output, bool histogram) {
+    std::string text = run::table(run.report);
+    if (histogram)
+        for (const run::Histogram& h : run.report.histograms) text += run::bars(h);
+    text += "\n";
     for (const std::string& path : {output.mesh, output.vtu, output.report, output.plots})
-        if (!path.empty()) fmt::print("  wrote {}\n", path);
+        if (!path.empty()) text += "  wrote " + path + "\n";
+    return text;
 }
 
-int print_plan(const config::Pipeline& pipeline) {
-    auto text = plan(pipeline);
-    if (!text) return report_error(text.error());
-    fmt::print("{}\n  nothing was done\n", *text);
-    return 0;
+/// "camber: 3 elements are not certified valid …": what the run misses, and the exit code 1.
+int report_misses(const run::Report& r) {
+    const std::size_t straight = r.validity->straight_inverted;
+    std::string line = fmt::format("{} elements are not certified valid above {:g}",
+                                   r.invalid_elements.size() + r.undecided_elements.size(), r.validity->bound);
+    if (!r.invalid_elements.empty()) line += "; invalid: " + listed(r.invalid_elements);
+    if (!r.undecided_elements.empty()) line += "; undecided: " + listed(r.undecided_elements);
+    if (straight > 0)
+        line += fmt::format(" ({} flat or inverted before it was curved: mend the straight mesh)", straight);
+    tell(line);
+    return 1;
 }
 
 int finish(const config::Pipeline& pipeline, bool histogram) {
-    auto run = execute(pipeline);
+    Written written;
+    const auto run = execute(pipeline, written);
     if (!run) return report_error(run.error());
-    print_run(*run, pipeline.output, histogram);
-    if (run->report.holds_what_was_asked()) return 0;
-    const run::Report& r = run->report;
-    const std::size_t straight = r.validity->straight_inverted;
-    fmt::print(stderr, "camber: {} elements are not certified valid above {:g}",
-               r.invalid_elements.size() + r.undecided_elements.size(), r.validity->bound);
-    if (!r.invalid_elements.empty()) fmt::print(stderr, "; invalid: {}", listed(r.invalid_elements));
-    if (!r.undecided_elements.empty()) fmt::print(stderr, "; undecided: {}", listed(r.undecided_elements));
-    if (straight > 0)
-        fmt::print(stderr, " ({} flat or inverted before it was curved: mend the straight mesh)", straight);
-    fmt::print(stderr, "\n");
-    return 1;
+    for (const std::string& notice : run->report.notices) tell("note: " + notice);
+    const int said = end_with(text_of(*run, pipeline.output, histogram), written);
+    const int held = run->report.holds_what_was_asked() ? 0 : report_misses(run->report);
+    return said != 0 ? said : held;
+}
+
+/// What became of the arguments of a verb: a pipeline, whose files are named so.
+int run_or_plan(const config::Pipeline& pipeline, const std::vector<NamedFile>& files, bool dry_run, bool histogram) {
+    if (auto distinct = check_named_files(files); !distinct) return report_error(distinct.error());
+    if (!dry_run) return finish(pipeline, histogram);
+    const auto text = plan(pipeline);
+    return text ? end_with(*text + "\n  nothing was done\n") : report_error(text.error());
 }
 
 }  // namespace
@@ -100,11 +105,8 @@ Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArgum
 
 int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments) {
     if (!pipeline) return report_error(pipeline.error());
-    if (arguments.print_config) {
-        fmt::print("{}", config::write_pipeline(*pipeline));
-        return 0;
-    }
-    return arguments.dry_run ? print_plan(*pipeline) : finish(*pipeline, arguments.histogram);
+    if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
+    return run_or_plan(*pipeline, files_of(*pipeline, words_of_options), arguments.dry_run, arguments.histogram);
 }
 
 int run_command(const RunArguments& arguments) {
@@ -117,29 +119,20 @@ int run_command(const RunArguments& arguments) {
     auto pipeline = config::read_pipeline(as_text(*text), arguments.config, arguments.settings);
     if (!pipeline) return report_error(pipeline.error());
     if (arguments.threads) pipeline->threads = *arguments.threads;
-    if (arguments.print_config) {
-        fmt::print("{}", config::write_pipeline(*pipeline));
-        return 0;
-    }
+    if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
     const config::Pipeline below =
         config::with_inputs_below(*pipeline, std::filesystem::path(arguments.config).parent_path().string());
-    return arguments.dry_run ? print_plan(below) : finish(below, arguments.histogram);
+    auto files = files_of(below, words_of_config);
+    files.insert(files.begin(), NamedFile{arguments.config, "the config", Role::input});
+    return run_or_plan(below, files, arguments.dry_run, arguments.histogram);
 }
 
 int explain_command(const std::string& topic) {
-    if (topic.empty()) {
-        fmt::print("Topics: {}\n", fmt::join(config::topics(), ", "));
-        return 0;
-    }
-    auto text = config::explain(topic);
-    if (!text) return report_error(text.error());
-    fmt::print("{}", *text);
-    return 0;
+    if (topic.empty()) return end_with(fmt::format("Topics: {}\n", fmt::join(config::topics(), ", ")));
+    const auto text = config::explain(topic);
+    return text ? end_with(*text) : report_error(text.error());
 }
 
-int schema_command() {
-    fmt::print("{}", config::pipeline_schema());
-    return 0;
-}
+int schema_command() { return end_with(config::pipeline_schema()); }
 
 }  // namespace camber::app

@@ -5,3 +5,5 @@ export import :interrupt;
 export import :memory;
 export import :meter;
 export import :progress;
+export import :standard_output;
+export import :terminal;

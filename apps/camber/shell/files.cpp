@@ -119,6 +119,12 @@ std::string folder_of(const std::string& path) {
     return slash == 0 ? "/" : path.substr(0, slash);
 }
 
+/// A name in the folder of another; not made from it, which may be as long as names can be.
+std::string beside(const std::string& path, const std::string& name) {
+    const auto slash = path.rfind('/');
+    return slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
+}
+
 /// A file on its way to its name: without one where the system can (O_TMPFILE), else beside its target.
 class Draft {
   public:
@@ -160,7 +166,7 @@ class Draft {
     template <class Make>
     bool take_name(Make&& make) {
         for (int k = 0; k < 1000; ++k) {
-            const std::string name = target_ + ".part" + std::to_string(::getpid()) + "." + std::to_string(k);
+            const std::string name = beside(target_, ".camber" + std::to_string(::getpid()) + "." + std::to_string(k));
             if (make(name.c_str())) return name_ = name, true;
             if (errno != EEXIST) return false;
         }

@@ -14,6 +14,12 @@ module camber.app_shell;
 
 namespace camber::app {
 
+namespace {
+
+constexpr double shown_from = 1;  // second of a stage
+
+}  // namespace
+
 Progress::Progress() : terminal_(::isatty(STDERR_FILENO) == 1) { begin({}); }
 
 Progress::~Progress() { wipe(); }
@@ -21,6 +27,7 @@ Progress::~Progress() { wipe(); }
 void Progress::begin(std::string stage) {
     wipe();
     stage_ = std::move(stage);
+    share_ = {};
     start_ = last_ = std::chrono::steady_clock::now();
 }
 
@@ -32,27 +39,48 @@ std::function<void(std::size_t, std::size_t)> Progress::ticks() {
 void Progress::show(std::size_t done, std::size_t total) {
     using namespace std::chrono_literals;
     const auto now = std::chrono::steady_clock::now();
-    if (now - start_ < 1s || (shown_ && now - last_ < 100ms)) return;
+    const double seconds = std::chrono::duration<double>(now - start_).count();
+    const Share share = share_.tick(done, total, seconds);
+    if (seconds < shown_from || (shown_ && now - last_ < 100ms)) return;
     last_ = now;
     shown_ = true;
-    const std::string line = progress_line(stage_, done, total, std::chrono::duration<double>(now - start_).count());
-    fmt::print(stderr, "\r\x1b[K{}", line);
+    std::fputs(("\r\x1b[K" + progress_line(stage_, share)).c_str(), stderr);
     std::fflush(stderr);
 }
 
 void Progress::wipe() {
     if (!std::exchange(shown_, false)) return;
-    fmt::print(stderr, "\r\x1b[K");
+    std::fputs("\r\x1b[K", stderr);
     std::fflush(stderr);
 }
 
-std::string progress_line(const std::string& stage, std::size_t done, std::size_t total, double seconds) {
+Share StageShare::tick(std::size_t done, std::size_t total, double seconds) {
+    constexpr double enough_to_judge = 0.02, almost_all = 0.99;
+    if (total != total_ || done < done_) {
+        ++loop_;
+        loop_start_ = last_;
+        if (last_ < shown_from) part_ = 0;
+    }
+    done_ = done;
+    total_ = total;
+    last_ = seconds;
+    if (seconds >= shown_from && loop_start_ > 0.5 * seconds) known_ = false;
+    if (!known_) return {-1, -1, loop_, seconds};
+    const double of_loop = total > 0 ? std::min(1.0, static_cast<double>(done) / static_cast<double>(total)) : 0.0;
+    if (of_loop < enough_to_judge) return {part_, -1, loop_, seconds};
+    const double left = (seconds - loop_start_) * (1 - of_loop) / of_loop;
+    const double part = seconds > 0 ? std::min(almost_all, seconds / (seconds + left)) : 0.0;
+    part_ = seconds < shown_from ? part : std::max(part_, part);
+    return {part_, left, loop_, seconds};
+}
+
+std::string progress_line(const std::string& stage, Share share) {
     constexpr std::size_t width = 30;
-    const double part = total > 0 ? std::min(1.0, static_cast<double>(done) / static_cast<double>(total)) : 0.0;
-    const auto filled = static_cast<std::size_t>(part * static_cast<double>(width));
+    if (share.part < 0) return fmt::format("{:<10} step {}, {:.0f} s", stage, share.loop, share.seconds);
+    const auto filled = static_cast<std::size_t>(share.part * static_cast<double>(width));
     std::string line = fmt::format("{:<10} [{}{}] {:3.0f} %", stage, std::string(filled, '#'),
-                                   std::string(width - filled, ' '), 100 * part);
-    if (part > 0.02 && part < 1) line += fmt::format("  {:.0f} s left", seconds * (1 - part) / part);
+                                   std::string(width - filled, ' '), 100 * share.part);
+    if (share.seconds_left > 0) line += fmt::format("  {:.0f} s left", share.seconds_left);
     return line;
 }
 

@@ -1,0 +1,39 @@
+module;
+#include <string>
+#include <string_view>
+#include <vector>
+export module camber.commands:ending;
+import camber.core;
+
+export namespace camber::app {
+
+/// "camber: …" in a line on standard error. Where that cannot be written there is nobody to tell.
+void tell(const std::string& line);
+
+/// `camber: where: entity: what (remedy)` on standard error, and the exit code of the error's kind.
+int report_error(const Error& error);
+
+/// Prints the whole of what a verb says to standard output, and returns its exit code: 0, or that of the error if the
+/// text cannot be written.
+[[nodiscard]] int end_with(std::string_view text);
+
+}  // namespace camber::app
+
+namespace camber::app {
+
+/// The outputs of a verb as they come to be: an error after the first of them says which were written.
+class Written {
+  public:
+    /// What came of writing the file; it is one of those that were written, or the error tells of them.
+    [[nodiscard]] Outcome<Done> add(const std::string& path, Outcome<Done> outcome);
+    /// An error that comes after them.
+    [[nodiscard]] Error told(Error error) const;
+
+  private:
+    std::vector<std::string> paths_;
+};
+
+/// As above; an error also tells which outputs were written.
+[[nodiscard]] int end_with(std::string_view text, const Written& written);
+
+}  // namespace camber::app

@@ -1,0 +1,13 @@
+module;
+#include <string>
+#include <string_view>
+#include <vector>
+export module camber.commands:suggestion;
+
+export namespace camber::app {
+
+/// `did you mean "curve"?` where the word is one slip away from a known one (a letter too many, missing, wrong, or two
+/// swapped) or its beginning; else `known: …`.
+[[nodiscard]] std::string suggestion(std::string_view word, const std::vector<std::string>& known);
+
+}  // namespace camber::app

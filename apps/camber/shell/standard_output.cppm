@@ -1,0 +1,24 @@
+module;
+#include <string_view>
+export module camber.app_shell:standard_output;
+import camber.core;
+
+export namespace camber::app {
+
+/// Once, before anything is opened or printed: writing to a closed pipe becomes an error of that write, and a standard
+/// stream that the caller closed stays unwritable instead of becoming the next file that is opened.
+void hold_standard_streams();
+
+/// Standard output, under one rule for all verbs: a reader that goes before all is said (`| head`) is no failure;
+/// whatever else keeps the text from being written is one (a full disk, a closed stream).
+class StandardOutput {
+  public:
+    void print(std::string_view text);
+    /// Errors: write, with the system's reason for the first text that was not written.
+    [[nodiscard]] Outcome<Done> finish();
+
+  private:
+    int error_ = 0;
+};
+
+}  // namespace camber::app
