@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 module camber.metric;
@@ -13,7 +14,19 @@ namespace camber {
 
 namespace {
 
-enum class TensorState : std::uint8_t { sound, floored, indefinite, not_finite };
+enum class TensorState : std::uint8_t { sound, floored, indefinite, singular, zero, not_finite };
+
+/// Whether a row of the matrix is zero: then so is an eigenvalue, and no rounding of the entries made it so. That any
+/// other matrix is singular cannot be told from rounding.
+template <int D>
+bool has_zero_row(const Sym<D>& m) {
+    for (int i = 0; i < D; ++i) {
+        bool zero = true;
+        for (int j = 0; j < D; ++j) zero = zero && m(i, j) == 0;
+        if (zero) return true;
+    }
+    return false;
+}
 
 /// What rounding the entries of M by ε each does to an eigenvalue: ε Σ |r_j| |m_jk| |r_k|, at most ε λ_max D and far
 /// less where the axes are those of the coordinates. What the decomposition itself may do comes on top.
@@ -35,6 +48,7 @@ TensorState log_of_tensor(std::span<const double> row, double epsilon, LogMetric
         if (!std::isfinite(row[i])) return TensorState::not_finite;
         m.c[i] = row[i];
     }
+    if (m == Sym<D>{}) return TensorState::zero;
     EigenSystem<D> e = eigen_system(m);
     const Vec<D> rounding = eigenvalue_rounding(m, e, epsilon);
     const double largest = *std::max_element(e.values.c.begin(), e.values.c.end());
@@ -49,8 +63,30 @@ TensorState log_of_tensor(std::span<const double> row, double epsilon, LogMetric
         }
         value = std::log(value);
     }
+    if (has_zero_row(m)) return TensorState::singular;
     out.l = composed(e);
     return state;
+}
+
+/// Why a tensor is refused; nothing where it is not.
+std::optional<Error> refusal_of(TensorState state, const Entity& vertex) {
+    constexpr auto kind = ErrorKind::input;
+    switch (state) {
+        case TensorState::sound:
+        case TensorState::floored: break;
+        case TensorState::not_finite: return Error{kind, "holds a number that is not finite", {}, vertex, {}};
+        case TensorState::zero:
+            return Error{kind, "is zero", {}, vertex, "sizes would be infinite: give each direction a size"};
+        case TensorState::singular:
+            return Error{kind, "is singular", {}, vertex, "a size would be infinite: give each direction a size"};
+        case TensorState::indefinite:
+            return Error{kind,
+                         "is not positive definite",
+                         {},
+                         vertex,
+                         "an eigenvalue is negative beyond the rounding of the file's reals"};
+    }
+    return {};
 }
 
 }  // namespace
@@ -68,12 +104,7 @@ Outcome<TensorLogs<D>> log_metrics_of_tensors(std::span<const double> rows, Tens
     });
     if (!states) return fail(states.error());
     for (std::size_t i = 0; i < n; ++i) {
-        const Entity entity{"metric at vertex", i + 1};
-        if ((*states)[i] == TensorState::not_finite)
-            return fail(ErrorKind::input, "holds a number that is not finite", {}, entity);
-        if ((*states)[i] == TensorState::indefinite)
-            return fail(ErrorKind::input, "is not positive definite", {}, entity,
-                        "an eigenvalue is negative beyond the rounding of the file's reals");
+        if (auto error = refusal_of((*states)[i], {"metric at vertex", i + 1})) return fail(std::move(*error));
         out.floored += (*states)[i] == TensorState::floored;
     }
     return out;

@@ -50,9 +50,22 @@ std::pair<Buffer<std::uint32_t>, std::size_t> numbered(DisjointSets& sets, std::
     return {std::move(numbers), count};
 }
 
-/// Whether the directions a and b differ by more than the angle of that cosine; zero vectors do not.
+/// The direction times the power of two that brings its largest coordinate near 1: no digit changes, and products of
+/// such vectors neither vanish nor overflow.
 template <int D>
-bool turns(const Vec<D>& a, const Vec<D>& b, double cosine) {
+Vec<D> near_one(Vec<D> direction) {
+    double largest = 0;
+    for (const double x : direction.c) largest = std::fmax(largest, std::fabs(x));
+    if (!(largest > 0) || !std::isfinite(largest)) return direction;
+    const int exponent = std::ilogb(largest);
+    for (double& x : direction.c) x = std::ldexp(x, -exponent);
+    return direction;
+}
+
+/// Whether the directions differ by more than the angle of that cosine; zero vectors do not.
+template <int D>
+bool turns(const Vec<D>& from, const Vec<D>& to, double cosine) {
+    const Vec<D> a = near_one(from), b = near_one(to);
     const double lengths = std::sqrt(norm_squared(a) * norm_squared(b));
     return lengths > 0 && dot(a, b) < cosine * lengths;
 }
@@ -62,10 +75,10 @@ double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 
 /// The part of a triangle's third vertex that is perpendicular to the edge from a to b: which way the triangle goes.
 Vec<3> away_from_edge(const LinearMesh<3>& mesh, FacetId f, const std::array<VertexId, 2>& edge) {
     const Vec<3> a = mesh.points[edge[0]];
-    const Vec<3> e = mesh.points[edge[1]] - a;
+    const Vec<3> e = near_one(mesh.points[edge[1]] - a);
     for (const VertexId v : mesh.facets.vertices[f]) {
         if (v == edge[0] || v == edge[1]) continue;
-        const Vec<3> d = mesh.points[v] - a;
+        const Vec<3> d = near_one(mesh.points[v] - a);
         // e × (d × e) is the perpendicular part times |e|², without the cancellation of d − (d·e)e.
         return cross(e, cross(d, e));
     }
@@ -89,6 +102,18 @@ Break break_at(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& edge, s
     const Vec<3> d1 = away_from_edge(mesh, shell[1], edge);
     if (turns(d0, -d1, limits.sharp)) return Break::sharp;
     return turns(d0, -d1, limits.mild) ? Break::mild : Break::smooth;
+}
+
+/// What the file says of its edges: its ridges are sharp whatever the angle, and an edge that it merely lists tells a
+/// turn from coarseness; where the surface is smooth that is a seam, and no break. Edges inside the volume bound
+/// nothing: they stay free.
+void heed_listed_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, Buffer<Break>& breaks) {
+    for (const EdgeId e : edges.of_edges)
+        if (breaks[e.index()] == Break::mild) breaks[e.index()] = Break::sharp;
+    for (const std::uint32_t ridge : mesh.ridges) {
+        Break& at = breaks[edges.of_edges[ridge].index()];
+        if (at != Break::none) at = Break::sharp;
+    }
 }
 
 /// Whether all three edges of a facet turn mildly: it is too large for the surface that it lies on, not a face of its
@@ -118,9 +143,7 @@ Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<3>& mesh, const EdgeS
     auto breaks = map_each(execution, edges.size(),
                            [&](std::size_t e) { return break_at(mesh, edges.vertices[e], shells[e], limits); });
     if (!breaks) return fail(breaks.error());
-    // A listed edge inside the volume, away from every facet, bounds nothing: it stays free.
-    for (const EdgeId e : edges.of_edges)
-        if (!shells[e].empty()) (*breaks)[e.index()] = Break::sharp;
+    heed_listed_edges(mesh, edges, *breaks);
     auto kinds = map_each(execution, edges.size(), [&](std::size_t e) {
         switch ((*breaks)[e]) {
             case Break::none: return EdgeKind::volume;

@@ -24,11 +24,12 @@ inline constexpr std::uint32_t no_feature = 0xffffffffU;
 
 /// The features of a mesh's boundary (interfaces between materials included).
 ///
-/// 3D: an edge of facets is a ridge if the file lists it among `edges`, if the references of its facets differ, if they
-/// turn by more than the ridge angle, or if it has not exactly two facets. (A turn of less than 1.5 times that angle
-/// makes no ridge where it is the mesh's coarseness: around a lone facet whose three edges all turn so, which is too
-/// large for a smooth surface and not a face of its own, and at a lone edge that no other ridge meets.) A vertex of
-/// ridges is a corner if the file says so, if it has not exactly two ridge edges, or if they turn by more than the
+/// 3D: an edge of facets is a ridge if the file lists it among `ridges`, if the references of its facets differ, if
+/// they turn by more than the ridge angle, or if it has not exactly two facets. (A turn of less than 1.5 times that
+/// angle makes no ridge where it is the mesh's coarseness: around a lone facet whose three edges all turn so, which is
+/// too large for a smooth surface and not a face of its own, and at a lone edge that no other ridge meets. At an edge
+/// that the file lists among `edges` it does.) An edge that is merely listed is a seam, and of kind `surface`. A vertex
+/// of ridges is a corner if the file says so, if it has not exactly two ridge edges, or if they turn by more than the
 /// corner angle. A patch is a set of facets connected across edges that are not ridges; a curve is a chain of ridge
 /// edges between corners. 2D: facets are edges of kind `surface`; a vertex is a corner if the file says so (also: an
 /// end of a facet listed among `ridges`), if it has not exactly two facets, if their references differ, or if they turn

@@ -74,6 +74,21 @@ struct OpenFace {
     double slack = 0;  ///< what counts as touching: far less than any gap that is meant
 };
 
+/// Whether p is inside the face: both times the power of two that brings the slack near 1, so that no product of
+/// lengths overflows, and no digit changes.
+template <int D>
+bool is_inside(const LinearMesh<D>& mesh, const Vec<D>& p, const OpenFace<D>& face) {
+    if (!(face.slack > 0)) return false;
+    const int exponent = -std::ilogb(face.slack);
+    const auto scaled = [&](Vec<D> x) {
+        for (double& c : x.c) c = std::ldexp(c, exponent);
+        return x;
+    };
+    std::array<Vec<D>, D> corners;
+    for (int c = 0; c < D; ++c) corners[c] = scaled(mesh.points[face.vertices[c]]);
+    return is_inside(scaled(p), corners, std::ldexp(face.slack, exponent));
+}
+
 template <int D>
 std::vector<OpenFace<D>> open_faces(const LinearMesh<D>& mesh, const Examination<D>& x) {
     std::vector<OpenFace<D>> faces;
@@ -115,9 +130,7 @@ Outcome<Finding> find_hanging(const LinearMesh<D>& mesh, const Examination<D>& x
         const Vec<D> p = mesh.points[vertices[i]];
         std::uint32_t element = nobody;
         tree.containing(p, [&](std::size_t f) {
-            std::array<Vec<D>, D> corners;
-            for (int c = 0; c < D; ++c) corners[c] = mesh.points[faces[f].vertices[c]];
-            if (!has(faces[f].vertices, vertices[i]) && is_inside(p, corners, faces[f].slack))
+            if (!has(faces[f].vertices, vertices[i]) && is_inside(mesh, p, faces[f]))
                 element = std::min(element, static_cast<std::uint32_t>(faces[f].element));
         });
         return element;

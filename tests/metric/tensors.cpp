@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "dice.hpp"
@@ -108,6 +109,45 @@ TEST_CASE("what is no metric is refused by its number") {
         refused(Sym<2>{{1, std::numeric_limits<double>::quiet_NaN(), 1}}, precision);
         refused(Sym<2>{{std::numeric_limits<double>::infinity(), 0, 1}}, precision);
     }
+}
+
+namespace {
+
+/// What is said of the tensor, as the second of two.
+template <int D>
+std::string said_of(const Sym<D>& bad, TensorPrecision precision) {
+    std::vector<double> rows;
+    append(rows, Sym<D>::identity());
+    append(rows, bad);
+    const auto logs = log_metrics_of_tensors<D>(rows, precision, alone);
+    return logs ? std::string() : describe(logs.error());
+}
+
+}  // namespace
+
+TEST_CASE("a zero tensor is called zero, one with no size in a direction singular") {
+    const std::string zero = "metric at vertex 2: is zero (sizes would be infinite: give each direction a size)";
+    const std::string singular =
+        "metric at vertex 2: is singular (a size would be infinite: give each direction a size)";
+    for (const auto precision : {TensorPrecision::four_bytes, TensorPrecision::eight_bytes}) {
+        CHECK(said_of(Sym<2>{}, precision) == zero);
+        CHECK(said_of(Sym<3>{}, precision) == zero);
+        CHECK(said_of(Sym<2>::diagonal(Vec<2>{{0, 4}}), precision) == singular);
+        CHECK(said_of(Sym<2>::diagonal(Vec<2>{{1e12, 0}}), precision) == singular);
+        CHECK(said_of(Sym<3>{{2, 1, 2, 0, 0, 0}}, precision) == singular);
+        CHECK(said_of(Sym<2>::diagonal(Vec<2>{{-1, 0}}), precision).find("not positive definite") < 30);
+        CHECK(said_of(Sym<2>{{0, 1, 1}}, precision).find("not positive definite") < 30);
+    }
+    property("a direction without a size, whatever the others",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const double scale = std::pow(10.0, dice.uniform(-30, 30));
+                 const Sym<2> others = exp(LogMetric<2>{dice.symmetric<2>(3)}).m;
+                 const Sym<3> m{{scale * others.c[0], scale * others.c[1], scale * others.c[2], 0, 0, 0}};
+                 RC_ASSERT(said_of(m, TensorPrecision::eight_bytes) ==
+                           "metric at vertex 2: is singular (a size would be infinite: give each direction a size)");
+             },
+             {.count = 50});
 }
 
 TEST_CASE("a tensor that rounding flattened is floored, in either precision") {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 #include <rapidcheck.h>
 
@@ -80,6 +81,57 @@ TEST_CASE("where two surfaces meet") {
     CHECK(std::fabs(std::hypot((*met)[1], (*met)[2]) - 0.6) < 1e-14);
     // Surfaces that touch have no such curve.
     CHECK_FALSE(closest_on_intersection(upright, Plane<3>{{{1, 0, 0}}, {{1, 0, 0}}}, Vec<3>{{1, 0, 0.3}}).has_value());
+}
+
+TEST_CASE("a surface that is not the mesh's is refused, with the farthest vertex") {
+    camber::testing::property(
+        "a sphere of another radius, or beside",
+        [] {
+            const auto mesh = sphere(3, 5, static_cast<unsigned>(*rc::gen::inRange(1, 100))).mesh();
+            const double wrong = *rc::gen::element(-1, 1) * coordinate(0.6, 4.5);
+            const auto fits = [&](const Vec<3>& centre, double radius) {
+                return check_fit<3>(mesh, {{{1, Sphere<3>{centre, radius}}}}, one_thread);
+            };
+            RC_ASSERT(fits({}, 5).has_value());
+            RC_ASSERT(fits({{0, 0.05, 0}}, 5.05).has_value());  // edges are of about 2.5
+            for (const auto& found : {fits({}, 5 + wrong), fits({{0, wrong, 0}}, 5)}) {
+                RC_ASSERT(!found.has_value());
+                RC_ASSERT(found.error().kind == ErrorKind::usage);
+                RC_ASSERT(found.error().entity.has_value());
+                RC_ASSERT(found.error().entity->kind == "vertex");
+            }
+            // The farthest one from a sphere beside is the one that lies most along the way to its centre, or away.
+            const auto beside = fits({{0, wrong, 0}}, 5);
+            const auto off = [&](const Vec<3>& p) { return std::fabs(norm(p - Vec<3>{{0, wrong, 0}}) - 5); };
+            const double named = off(mesh.points[beside.error().entity->number - 1]);
+            for (const Vec<3>& p : mesh.points) RC_ASSERT(off(p) <= named + 1e-12);
+        },
+        {.count = 30});
+    const auto found = check_fit<3>(sphere(3, 5).mesh(), {{{1, Sphere<3>{{}, 4}}}}, one_thread);
+    REQUIRE_FALSE(found.has_value());
+    CHECK(found.error().what.starts_with("is 1 away from the sphere of reference 1, where 10 % of the length"));
+}
+
+TEST_CASE("surfaces that no mesh could have are refused") {
+    const auto mesh = sphere(2, 5).mesh();
+    const auto said = [&](const AnalyticGeometry<3>& geometry) {
+        const auto found = check_fit<3>(mesh, geometry, one_thread);
+        return found ? std::string() : describe(found.error());
+    };
+    const Sphere<3> right{{}, 5};
+    CHECK(said({{{1, right}}}).empty());
+    CHECK(said({}).empty());
+    CHECK(said({{{1, right}, {7, right}}}) == "no boundary triangle of the mesh has reference 7 (it has 1)");
+    CHECK(said({{{1, right}, {1, Plane<3>{{}, {{0, 0, 1}}}}}}) ==
+          "reference 1 is given to two surfaces (name each reference once)");
+    for (const double radius : {1e300, 1e12, -1.0, std::nan(""), HUGE_VAL})
+        CHECK(
+            said({{{1, Sphere<3>{{{-radius, 0, 0}}, radius}}}}).starts_with("reference 1: the radius of its sphere, "));
+    CHECK(said({{{1, Cylinder{{}, {{0, 0, 1}}, 1e300}}}}).find("no radius for a boundary of size 1") < 80);
+    CHECK(said({{{1, Plane<3>{{{1e300, 0, 0}}, {{1, 1, 0}}}}}}).find("away from the plane of reference 1") < 60);
+    const auto square = polygon({{{1, 0}}, {{0, 1}}, {{-1, 0}}, {{0, -1}}}).mesh();
+    CHECK(check_fit<2>(square, {{{1, Sphere<2>{{}, 1}}}}, one_thread).has_value());
+    CHECK_FALSE(check_fit<2>(square, {{{1, Sphere<2>{{}, 1.2}}}}, one_thread).has_value());
 }
 
 TEST_CASE("boundary nodes of a half cylinder with a reference a face") {

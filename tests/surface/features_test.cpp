@@ -5,10 +5,13 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 #include <vector>
+#include <rapidcheck.h>
 
 #include "meshes.hpp"
+#include "property.hpp"
 
 using namespace surface_tests;
 
@@ -35,6 +38,29 @@ Soup<3> regular_solid(const std::vector<Vec<3>>& points, double edge) {
             for (std::size_t k = j + 1; k < points.size(); ++k)
                 if (near(i, j) && near(j, k) && near(i, k)) soup.facets.push_back({i, j, k});
     return soup;
+}
+
+Soup<3> icosahedron() {
+    const double g = (1 + std::sqrt(5.0)) / 2;
+    std::vector<Vec<3>> points;
+    for (const double a : {-1.0, 1.0})
+        for (const double b : {-g, g}) {
+            points.push_back({{0, a, b}});
+            points.push_back({{a, b, 0}});
+            points.push_back({{b, 0, a}});
+        }
+    return regular_solid(points, 2);
+}
+
+/// The mesh with the chosen ones of its edges listed.
+template <class Chosen>
+LinearMesh<3> listing(LinearMesh<3> mesh, const EdgeSet<3>& edges, Chosen&& chosen) {
+    Buffer<SimplexVertices<1>> listed;
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        if (chosen(e)) listed.push_back(edges.vertices[e]);
+    mesh.edges.references = Buffer<Reference>(listed.size(), 7);
+    mesh.edges.vertices = std::move(listed);
+    return mesh;
 }
 
 }  // namespace
@@ -72,7 +98,7 @@ TEST_CASE("a closed smooth surface has no features") {
     CHECK(count(f, VertexKind::surface) == f.vertex_kinds.size());
 }
 
-TEST_CASE("references, listed edges and open rims are ridges whatever the angle") {
+TEST_CASE("references, ridges of the file and open rims are ridges whatever the angle") {
     auto soup = grid_mesh({.n = 4, .m = 4}, [](double u, double v) { return Vec<3>{{u, v, 0}}; });
     const auto plain = features_of(soup.mesh());
     CHECK(plain.patch_count == 1);
@@ -92,12 +118,37 @@ TEST_CASE("references, listed edges and open rims are ridges whatever the angle"
         if (inner(t[i]) && inner(t[(i + 1) % 3])) {
             mesh.edges.vertices = Buffer<SimplexVertices<1>>{{t[i], t[(i + 1) % 3]}};
             mesh.edges.references = Buffer<Reference>{7};
+            CHECK(features_of(mesh) == plain);
+            mesh.ridges = Buffer<std::uint32_t>{0};
             const auto listed = features_of(mesh);
             CHECK(listed.ridge_edges == 17);
             CHECK(listed.patch_count == 1);  // the two sides meet around its ends
             CHECK(listed.corners == 6);
             break;
         }
+}
+
+TEST_CASE("a listed edge is a ridge only where the surface breaks; its node is on the smooth surface") {
+    camber::testing::property("some edges listed",
+                              [] {
+                                  const auto seed = static_cast<unsigned>(*rc::gen::inRange(1, 1000));
+                                  const auto soup = seed % 2 == 0 ? sphere(9, 1, seed) : half_cylinder(8, 4, seed);
+                                  const auto plain = build(soup.mesh());
+                                  const auto seam = listing(soup.mesh(), plain.mesh.edges,
+                                                            [&](std::size_t e) { return e % 3 == seed % 3; });
+                                  const auto b = build(seam);
+                                  RC_ASSERT(b.mesh.linear.edges == seam.edges);
+                                  RC_ASSERT(b.features == plain.features);
+                                  RC_ASSERT(b.nodes == plain.nodes);
+                              },
+                              {.count = 10});
+}
+
+TEST_CASE("a listed edge tells a mild turn from coarseness") {
+    const auto soup = icosahedron();  // turns by 41.8°
+    const auto edges = unique_edges(soup.mesh(), {.threads = 1}).value();
+    CHECK(features_of(soup.mesh()).ridge_edges == 0);
+    CHECK(features_of(listing(soup.mesh(), edges, [](std::size_t) { return true; })).ridge_edges == 30);
 }
 
 TEST_CASE("three facets on an edge make it a ridge") {
@@ -110,15 +161,7 @@ TEST_CASE("three facets on an edge make it a ridge") {
 }
 
 TEST_CASE("facets too large for their surface are not faces; faces that turn sharply are") {
-    const double g = (1 + std::sqrt(5.0)) / 2;
-    std::vector<Vec<3>> icosahedron;
-    for (const double a : {-1.0, 1.0})
-        for (const double b : {-g, g}) {
-            icosahedron.push_back({{0, a, b}});
-            icosahedron.push_back({{a, b, 0}});
-            icosahedron.push_back({{b, 0, a}});
-        }
-    const auto round = features_of(regular_solid(icosahedron, 2).mesh());  // turns by 41.8°
+    const auto round = features_of(icosahedron().mesh());  // turns by 41.8°
     CHECK(round.ridge_edges == 0);
     const auto sharp = features_of(
         regular_solid({{{1, 0, 0}}, {{-1, 0, 0}}, {{0, 1, 0}}, {{0, -1, 0}}, {{0, 0, 1}}, {{0, 0, -1}}}, std::sqrt(2.0))

@@ -44,6 +44,22 @@ TEST_CASE("rotation, translation and scaling") {
         {.count = 20});
 }
 
+TEST_CASE("powers of two scale without a change of a digit, at both ends of the range") {
+    camber::testing::property("nodes scale, features stay",
+                              [] {
+                                  const auto seed = static_cast<unsigned>(*rc::gen::inRange(1, 1000));
+                                  const int exponent = *rc::gen::element(-1, 1) * *rc::gen::inRange(200, 231);
+                                  const auto image = [&](const Vec<3>& p) { return std::ldexp(1.0, exponent) * p; };
+                                  const auto soup =
+                                      *rc::gen::element(0, 1) == 0 ? torus(8, 1, 0.5, seed) : half_cylinder(8, 4, seed);
+                                  const auto a = build(soup.mesh());
+                                  const auto b = build(transformed_soup(soup, image).mesh());
+                                  RC_ASSERT(a.features == b.features);
+                                  RC_ASSERT(difference(a, b, image) == 0);
+                              },
+                              {.count = 12});
+}
+
 TEST_CASE("far from the origin") {
     const Vec<3> shift{{1e6, -1e6, 1e6}};
     const auto image = [&](const Vec<3>& p) { return p + shift; };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -344,6 +345,42 @@ TEST_CASE("what was done to a mesh is found and undone") {
 TEST_CASE("second counting") {
     test_chaos<2>();
     test_chaos<3>();
+}
+
+namespace {
+
+template <int D>
+LinearMesh<D> scaled(LinearMesh<D> mesh, int exponent) {
+    auto points = take(std::move(mesh.points));
+    for (auto& p : points)
+        for (double& x : p.c) x = std::ldexp(x, exponent);
+    mesh.points = std::move(points);
+    return mesh;
+}
+
+template <int D>
+void test_scales() {
+    property("what is found does not depend on the unit of length, " + std::to_string(D) + "D",
+             [] {
+                 auto random = random_source();
+                 auto mesh = broken<D>(random);
+                 const auto found = *examine(mesh, alone);
+                 for (const int exponent : {-230, 230})  // 1e-69, 1e69
+                     RC_ASSERT(*examine(scaled(mesh, exponent), alone) == found);
+                 // Sound ones whose faces are not listed: no vertex of theirs hangs, up to the limit of coordinates.
+                 auto sound = sound_mesh<D>(random);
+                 sound.facets = {};
+                 for (const int exponent : {-300, 230, 260, 300, 330})
+                     RC_ASSERT((*examine(scaled(sound, exponent), alone))[Defect::hanging_vertex] == Finding{});
+             },
+             {.count = 10});
+}
+
+}  // namespace
+
+TEST_CASE("scales") {
+    test_scales<2>();
+    test_scales<3>();
 }
 
 TEST_CASE("marks on items follow them") {

@@ -160,6 +160,11 @@ Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const State
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
         auto made = make_analytic<D>(*analytic);
         if (!made) return fail(made.error());
+        if (auto fits = check_fit(state.linear, *made, execution); !fits) {
+            Error error = fits.error();
+            if (error.kind == ErrorKind::usage) error.where = "/geometry/analytic";
+            return fail(std::move(error));
+        }
         return std::move(*made);
     }
     auto surrogate = build_surrogate(state.linear, state.mesh->edges, *state.features, SurrogateOptions{}, execution);
