@@ -14,8 +14,8 @@ export namespace camber {
 /// projected (ridges: onto the ridge curves). Analytic: the chord's middle projected onto the surface of the edge's
 /// facets, or onto the curve where two surfaces meet; a facet without a surface counts as a part of its own plane
 /// beside a curved one. Straight: chord middles. Edges of flat patches, ridges between two planes, and edges that are
-/// required or belong to required facets or elements keep the chord's middle to the last bit: required entities must not change.
-/// Errors: `features` is not of this mesh (ErrorKind::internal), stopped.
+/// required or belong to required facets or elements keep the chord's middle to the last bit: required entities must
+/// not change. Errors: `features` is not of this mesh (ErrorKind::internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);
