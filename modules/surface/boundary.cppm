@@ -13,9 +13,9 @@ export namespace camber {
 /// Surrogate: the middle of the edge's own curve where the surrogate was made from this mesh, else the chord's middle
 /// projected (ridges: onto the ridge curves). Analytic: the chord's middle projected onto the surface of the edge's
 /// facets, or onto the curve where two surfaces meet; a facet without a surface counts as a part of its own plane
-/// beside a curved one. Straight: chord middles. Edges of flat patches, ridges between two planes, and edges that are
-/// required or belong to required facets or elements keep the chord's middle to the last bit: required entities must
-/// not change. Errors: `features` is not of this mesh (ErrorKind::internal), stopped.
+/// beside a curved one. Straight: chord middles. Edges of flat patches and ridges between two planes keep the chord's
+/// middle to the last bit; edges that are required or belong to required facets or elements keep the mesh's node, which
+/// is that middle where the mesh was elevated. Errors: `features` is not of this mesh (ErrorKind::internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);

@@ -119,7 +119,7 @@ Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, co
         const auto& [low, high] = mesh.edges.vertices[e];
         const BoundaryEdge<D> edge{EdgeId(e), features.edge_kinds[e], mesh.linear.points[low], mesh.linear.points[high],
                                    (*shells)[e]};
-        if (required[e] != 0) return {edge.middle()};
+        if (required[e] != 0) return mesh.mid_nodes[e];
         return {std::visit([&](const auto& g) { return node_on(g, mesh.linear, edge); }, geometry)};
     });
 }

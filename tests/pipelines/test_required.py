@@ -98,6 +98,17 @@ class Required(unittest.TestCase):
         self.assertTrue(all(nodes[e] == straight[e] for e in held if e not in facets))
         self.assertTrue(all(nodes[e] != straight[e] for e in on_triangles))
 
+    def test_curved_input_into_curve(self):
+        """Required edges keep the node that the file gives them, also where `curve` puts the others onto the geometry."""
+        mesh = elevate(cube(2))
+        row = mesh.cells["TrianglesP2"].nodes[0]
+        mesh.points[row[3]] += 0.01
+        mesh.lists["RequiredTriangles"] = indices(1)
+        (self.folder.path / "in.mesh").write_bytes(ascii_file(mesh))
+        out, _ = self.curved("--set", 'stages=["curve", "validate", "relax", "commit"]')
+        edge = tuple(sorted((int(row[0]), int(row[1]))))
+        self.assertEqual(nodes_of(out, "TrianglesP2")[edge], tuple(mesh.points[row[3]]))
+
     def test_curved_input(self):
         """A required triangle whose node is kinked stays so; the element behind it is listed with that reason."""
         mesh = elevate(cube(2))
