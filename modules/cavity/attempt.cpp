@@ -70,17 +70,18 @@ Outcome<Attempt<D>> relaxed_from_targets(const Operation<D>& op, const Proposal<
                                          double asked, RelaxOptions options) {
     const Execution alone{.threads = 1};
     const double bound = std::exchange(options.min_scaled_jacobian, asked);
-    const auto validation = validate(op.small, wanted, asked, alone);
-    if (!validation) return fail(validation.error());
-    auto relaxed = relax(op.small, wanted, *validation, options, alone);
-    if (!relaxed) return fail(relaxed.error());
-    Attempt<D> attempt{{}, {}, op.misfits(relaxed->proposal, wanted)};
-    if (!relaxed->validation.all_valid())
+    const auto judged = validate(op.small, wanted, asked, alone);
+    if (!judged) return fail(judged.error());
+    const auto relaxation = relax(*judged, options, alone);
+    if (!relaxation) return fail(relaxation.error());
+    const JudgedProposal<D>& relaxed = relaxation->judged;
+    Attempt<D> attempt{{}, {}, op.misfits(relaxed.proposal(), wanted)};
+    if (!relaxed.validation().all_valid())
         for (const double limit : {asked, bound}) {
-            attempt.broken = first_broken(op, present, relaxed->proposal, limit);
+            attempt.broken = first_broken(op, present, relaxed.proposal(), limit);
             if (attempt.broken.valid()) return attempt;
         }
-    attempt.planned = std::move(relaxed->proposal);
+    attempt.planned = relaxed.proposal();
     return attempt;
 }
 
@@ -106,7 +107,7 @@ Attempt<D> stepped_from_present(const Operation<D>& op, const Proposal<D>& wante
                 break;
             }
     }
-    Proposal<D> planned{std::move(nodes), present.kinds, std::move(changes)};
+    Proposal<D> planned{present.points, std::move(nodes), present.kinds, std::move(changes)};
     const Misfits misfits = op.misfits(planned, wanted);
     return {std::move(planned), {}, misfits};
 }

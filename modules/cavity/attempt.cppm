@@ -52,7 +52,7 @@ struct Operation {
             kinds[e.index()] = curving.kinds[of_mesh];
             std::tie(nodes[e.index()], changes[e.index()]) = choose(of_mesh);
         }
-        return {std::move(nodes), std::move(kinds), std::move(changes)};
+        return {small.linear.points, std::move(nodes), std::move(kinds), std::move(changes)};
     }
 
     [[nodiscard]] Misfits misfits(const Proposal<D>& nodes, const Proposal<D>& targets) const {

@@ -9,24 +9,44 @@ import camber.validity;
 
 namespace camber {
 
+namespace {
+
 template <int D>
-Outcome<QuadraticMesh<D>> commit(QuadraticMesh<D> mesh, const Proposal<D>& proposal, const Validation<D>& validation) {
-    if (validation.verdicts.size() != mesh.linear.elements.size())
-        return fail(ErrorKind::internal, "commit needs a verdict for each element");
-    for (std::size_t e = 0; e < validation.verdicts.size(); ++e)
-        if (validation.verdicts[e] != Verdict::valid)
-            return fail(ErrorKind::input,
-                        "is not certified valid, one of " + std::to_string(validation.invalid + validation.undecided),
-                        {}, Entity{simplex_name<D>, e + 1}, "put a relax stage before commit, or lower its bound");
-    return commit_unvalidated(std::move(mesh), proposal);
+MeshMaps identities(const QuadraticMesh<D>& mesh) {
+    return {IdMap<VertexId>::identity(mesh.linear.points.size()), IdMap<EdgeId>::identity(mesh.edges.size()),
+            IdMap<ElementId>::identity(mesh.linear.elements.size()),
+            IdMap<FacetId>::identity(mesh.linear.facets.size())};
+}
+
+/// The first element of which det J > 0 is not certified. There is one.
+template <int D>
+ElementId first_uncertified(const JudgedProposal<D>& judged) {
+    const QuadraticMesh<D> mesh = proposed(judged.mesh(), judged.proposal());
+    const auto& verdicts = judged.validation().verdicts;
+    for (std::size_t e = 0; e < verdicts.size(); ++e)
+        if (verdicts[e] != Verdict::valid &&
+            decide(nodal_element<D>(mesh, mesh.mid_nodes.view(), ElementId(e)), 0) != Verdict::valid)
+            return ElementId(e);
+    return judged.validation().worst;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Committed<D>> commit(const JudgedProposal<D>& judged) {
+    const Validation<D>& validation = judged.validation();
+    if (!validation.certified())
+        return fail(ErrorKind::input,
+                    "is not certified valid, one of " + std::to_string(validation.not_positive) +
+                        " of which det J > 0 is not certain",
+                    {}, Entity{simplex_name<D>, first_uncertified(judged).index() + 1},
+                    "put a relax stage before commit");
+    return commit_uncertified(judged);
 }
 
 template <int D>
-Outcome<QuadraticMesh<D>> commit_unvalidated(QuadraticMesh<D> mesh, const Proposal<D>& proposal) {
-    if (proposal.mid_nodes.size() != mesh.edges.size())
-        return fail(ErrorKind::internal, "commit needs a node for each edge");
-    mesh.mid_nodes = proposal.mid_nodes;
-    return mesh;
+Committed<D> commit_uncertified(const JudgedProposal<D>& judged) {
+    return {proposed(judged.mesh(), judged.proposal()), identities(judged.mesh())};
 }
 
 template <int D>
@@ -47,10 +67,10 @@ Outcome<Curving<D>> commit(Curving<D> curving, std::span<const Patch<D>> patches
     return curving;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                 \
-    template Outcome<Curving<D>> commit<D>(Curving<D>, std::span<const Patch<D>>);                            \
-    template Outcome<QuadraticMesh<D>> commit<D>(QuadraticMesh<D>, const Proposal<D>&, const Validation<D>&); \
-    template Outcome<QuadraticMesh<D>> commit_unvalidated<D>(QuadraticMesh<D>, const Proposal<D>&);
+#define CAMBER_INSTANTIATE(D)                                                      \
+    template Outcome<Curving<D>> commit<D>(Curving<D>, std::span<const Patch<D>>); \
+    template Outcome<Committed<D>> commit<D>(const JudgedProposal<D>&);            \
+    template Committed<D> commit_uncertified<D>(const JudgedProposal<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

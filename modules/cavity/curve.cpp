@@ -39,7 +39,7 @@ CurveStatistics summed(std::span<const EdgeTarget<D>> targets) {
 }  // namespace
 
 template <int D>
-Curved<D> in_columns(std::span<const EdgeTarget<D>> targets, const Column<EdgeKind>& kinds) {
+Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> targets, const Column<EdgeKind>& kinds) {
     const std::size_t n = targets.size();
     Buffer<LagrangeNode<D>> nodes(n);
     Buffer<EdgeChange> changes(n);
@@ -51,7 +51,10 @@ Curved<D> in_columns(std::span<const EdgeTarget<D>> targets, const Column<EdgeKi
         straight[e] = targets[e].straight_length;
         lengths[e] = targets[e].length;
     }
-    return {{std::move(nodes), kinds, std::move(changes)}, std::move(straight), std::move(lengths), summed<D>(targets)};
+    return {{mesh.points, std::move(nodes), kinds, std::move(changes)},
+            std::move(straight),
+            std::move(lengths),
+            summed<D>(targets)};
 }
 
 template <int D>
@@ -68,7 +71,7 @@ Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& k
         },
         64);
     if (!targets) return fail(targets.error());
-    return in_columns<D>(*targets, kinds);
+    return in_columns<D>(mesh.linear, *targets, kinds);
 }
 
 template <int D>
@@ -82,28 +85,27 @@ Outcome<Curved<D>> curve_boundary(const QuadraticMesh<D>& mesh, const Column<Edg
         return target;
     });
     if (!targets) return fail(targets.error());
-    return in_columns<D>(*targets, kinds);
+    return in_columns<D>(mesh.linear, *targets, kinds);
 }
 
 template <int D>
-Outcome<EdgeLengths> updated_lengths(const QuadraticMesh<D>& mesh, const LinearMesh<D>& straight,
-                                     const Curved<D>& curved, const Proposal<D>& after,
+Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& curved, const Proposal<D>& after,
                                      const Incidence<ElementId>& shells, const BackMesh<D>& back,
                                      const Execution& execution) {
     const Quadrature rule = gauss_legendre(report_points);
     struct Lengths {
         double straight = 0, curved = 0;
     };
-    const auto lengths = map_each(execution, mesh.edges.size(), [&](std::size_t e) {
+    const auto lengths = map_each(execution, edges.size(), [&](std::size_t e) {
         const Lengths before{curved.straight_lengths[e], curved.lengths[e]};
         if (after.kinds[e] != EdgeKind::volume || shells[e].empty()) return before;
-        const auto& [a, b] = mesh.edges.vertices[e];
-        const Vec<D>& p = mesh.linear.points[a];
-        const Vec<D>& q = mesh.linear.points[b];
+        const auto& [a, b] = edges.vertices[e];
+        const Vec<D>& p = after.points[a];
+        const Vec<D>& q = after.points[b];
         const auto length = [&](const LagrangeNode<D>& node) {
             return riemannian_length(back, QuadraticEdge<D>{p, node, q}, rule, shells[e].front()).length;
         };
-        if (p != straight.points[a] || q != straight.points[b])
+        if (p != curved.proposal.points[a] || q != curved.proposal.points[b])
             return Lengths{length({midpoint(p, q)}), length(after.mid_nodes[e])};
         if (after.mid_nodes[e] == curved.proposal.mid_nodes[e]) return before;
         return Lengths{before.straight, length(after.mid_nodes[e])};
@@ -118,16 +120,16 @@ Outcome<EdgeLengths> updated_lengths(const QuadraticMesh<D>& mesh, const LinearM
     return EdgeLengths{std::move(chords), std::move(curves)};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                         \
-    template Curved<D> in_columns<D>(std::span<const EdgeTarget<D>>, const Column<EdgeKind>&);                        \
-    template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                            \
-                                         const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,                 \
-                                         const BackMesh<D>&, const EdgeMinimiserOptions&, const Execution&);          \
-    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                   \
-                                                  const Column<LagrangeNode<D>>&, const Execution&);                  \
-    template Outcome<EdgeLengths> updated_lengths<D>(const QuadraticMesh<D>&, const LinearMesh<D>&, const Curved<D>&, \
-                                                     const Proposal<D>&, const Incidence<ElementId>&,                 \
-                                                     const BackMesh<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Curved<D> in_columns<D>(const LinearMesh<D>&, std::span<const EdgeTarget<D>>, const Column<EdgeKind>&); \
+    template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                           \
+                                         const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,                \
+                                         const BackMesh<D>&, const EdgeMinimiserOptions&, const Execution&);         \
+    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                  \
+                                                  const Column<LagrangeNode<D>>&, const Execution&);                 \
+    template Outcome<EdgeLengths> updated_lengths<D>(const EdgeSet<D>&, const Curved<D>&, const Proposal<D>&,        \
+                                                     const Incidence<ElementId>&, const BackMesh<D>&,                \
+                                                     const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

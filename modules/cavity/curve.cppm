@@ -30,7 +30,8 @@ struct Curved {
 
 /// The targets of all edges as a proposal. They are one a edge.
 template <int D>
-[[nodiscard]] Curved<D> in_columns(std::span<const EdgeTarget<D>> targets, const Column<EdgeKind>& kinds);
+[[nodiscard]] Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> targets,
+                                   const Column<EdgeKind>& kinds);
 
 /// The second verb on a whole mesh: volume edges become as short as their one node allows in the field `back`, whose
 /// mesh must be the straight form of `mesh`; boundary edges take `boundary_nodes` (see camber.surface), which has one
@@ -54,12 +55,11 @@ struct EdgeLengths {
     Column<double> curved;
 };
 
-/// Lengths of a later proposal in a mesh whose vertices may have moved since `curved` was made on `straight`: against
-/// the chords as they are now. What did not change is not measured again. Errors: stopped.
+/// Lengths of a later proposal, whose vertices may have moved since `curved` was made: against the chords as they are
+/// then. What did not change is not measured again. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<EdgeLengths> updated_lengths(const QuadraticMesh<D>& mesh, const LinearMesh<D>& straight,
-                                                   const Curved<D>& curved, const Proposal<D>& after,
-                                                   const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                                   const Execution& execution);
+[[nodiscard]] Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& curved,
+                                                   const Proposal<D>& after, const Incidence<ElementId>& shells,
+                                                   const BackMesh<D>& back, const Execution& execution);
 
 }  // namespace camber

@@ -58,7 +58,7 @@ int main() {
         nodes[e].point = norm(mesh.linear.points[mesh.edges.vertices[e][0]]) * normalised(nodes[e].point);
     }
     const auto curved = must(reinsert_all<2>(mesh, std::move(kinds), std::move(nodes), back, {}, all));
-    const auto wished = must(validate(mesh, curved.wanted.proposal, 0, all));
+    const auto wished = must(validate(mesh, curved.wanted.proposal, 0, all)).validation();
     const auto result = must(validate(curved.mesh, 0, all));
     std::printf("all edges curved at once: %zu invalid elements; cavity by cavity, in %zu patches: %zu\n",
                 wished.invalid, curved.statistics.patches, result.invalid);

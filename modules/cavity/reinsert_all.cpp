@@ -198,8 +198,8 @@ Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind
         walk.statistics.left = static_cast<std::size_t>(std::count(wanted.begin(), wanted.end(), 1));
     }
     Curving<D>& c = walk.curving;
-    return Reinserted<D>{in_columns<D>(c.targets.view(), kinds),
-                         {c.mesh.mid_nodes, kinds, c.changes},
+    return Reinserted<D>{in_columns<D>(c.mesh.linear, c.targets.view(), kinds),
+                         {c.mesh.linear.points, c.mesh.mid_nodes, kinds, c.changes},
                          std::move(c.mesh),
                          walk.statistics};
 }

@@ -167,10 +167,11 @@ Outcome<Done> run(Passes<D>& passes, RepairStatistics& s) {
     return done;
 }
 
-/// The state as a mesh and a proposal, judged as a whole.
+/// The state as a proposal, judged as a whole.
 template <int D>
-Outcome<Repaired<D>> summed_up(RepairState<D> state, const Proposal<D>& before, const Validation<D>& validation,
-                               RepairStatistics statistics, const Execution& execution) {
+Outcome<Repaired<D>> summed_up(RepairState<D> state, const JudgedProposal<D>& wanted, RepairStatistics statistics,
+                               const Execution& execution) {
+    const Proposal<D>& before = wanted.proposal();
     Buffer<EdgeChange> changes(before.changes.begin(), before.changes.end());
     for (std::size_t e = 0; e < changes.size(); ++e) {
         const auto& [a, b] = state.mesh.edges.vertices[e];
@@ -179,31 +180,42 @@ Outcome<Repaired<D>> summed_up(RepairState<D> state, const Proposal<D>& before, 
         changes[e] = straight ? EdgeChange::straightened : EdgeChange::relaxed;
         ++(state.kinds[e] == EdgeKind::volume ? statistics.moved_volume_nodes : statistics.relaxed_surface_nodes);
     }
-    for (const Vec<D>& shift : state.shifts) statistics.moved_vertices += shift != Vec<D>{};
-    QuadraticMesh<D> mesh = state.mesh;
-    if (statistics.moved_vertices > 0) mesh.linear.points = std::move(state.points);
-    Proposal<D> proposal{std::move(state.nodes), before.kinds, std::move(changes)};
-    auto after = validate(mesh, proposal, validation.bound, execution);
-    if (!after) return fail(after.error());
-    for (std::size_t e = 0; e < after->verdicts.size(); ++e)
+    for (std::size_t v = 0; v < state.points.size(); ++v)
+        statistics.moved_vertices += state.points[v] != before.points[v];
+    Column<Vec<D>> points = statistics.moved_vertices > 0 ? Column<Vec<D>>(std::move(state.points)) : before.points;
+    auto judged = validate(wanted.mesh(),
+                           Proposal<D>{std::move(points), std::move(state.nodes), before.kinds, std::move(changes)},
+                           wanted.validation().bound, execution);
+    if (!judged) return fail(judged.error());
+    const auto& verdicts = wanted.validation().verdicts;
+    for (std::size_t e = 0; e < verdicts.size(); ++e)
         statistics.corrected_elements +=
-            validation.verdicts[e] != Verdict::valid && after->verdicts[e] == Verdict::valid;
-    return Repaired<D>{std::move(mesh.linear), std::move(proposal), std::move(*after), statistics};
+            verdicts[e] != Verdict::valid && judged->validation().verdicts[e] == Verdict::valid;
+    return Repaired<D>{std::move(*judged), statistics};
+}
+
+/// How far each vertex of the proposal is from where the mesh has it.
+template <int D>
+Buffer<Vec<D>> shifts_of(const LinearMesh<D>& mesh, const Proposal<D>& proposal) {
+    Buffer<Vec<D>> shifts(mesh.points.size());
+    for (std::size_t v = 0; v < shifts.size(); ++v) shifts[v] = proposal.points[v] - mesh.points[v];
+    return shifts;
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Repaired<D>> repair(const QuadraticMesh<D>& mesh, Proposal<D> proposal, const Validation<D>& validation,
-                            const Column<QuadraticModel<D>>& models, const RepairOptions& options,
-                            const Execution& execution) {
+Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
+                            const RepairOptions& options, const Execution& execution) {
+    const QuadraticMesh<D>& mesh = wanted.mesh();
+    const Proposal<D>& proposal = wanted.proposal();
     if (auto fits = check(mesh, proposal, models.size(), options); !fits) return fail(fits.error());
-    if (validation.bound != options.min_scaled_jacobian || validation.verdicts.size() != mesh.linear.elements.size()) {
-        auto again = validate(mesh, proposal, options.min_scaled_jacobian, execution);
+    if (wanted.validation().bound != options.min_scaled_jacobian) {
+        const auto again = validate(mesh, proposal, options.min_scaled_jacobian, execution);
         if (!again) return fail(again.error());
-        return repair(mesh, std::move(proposal), *again, models, options, execution);
+        return repair(*again, models, options, execution);
     }
-    if (validation.all_valid()) return Repaired<D>{mesh.linear, std::move(proposal), validation, {}};
+    if (wanted.validation().all_valid()) return Repaired<D>{wanted, {}};
     return guarded([&]() -> Outcome<Repaired<D>> {
         const auto around = shells(mesh.edges, execution);
         if (!around) return fail(around.error());
@@ -211,16 +223,15 @@ Outcome<Repaired<D>> repair(const QuadraticMesh<D>& mesh, Proposal<D> proposal, 
         if (!vertex_balls) return fail(vertex_balls.error());
         Passes<D> passes{
             {mesh, *around, *vertex_balls, models, options, proposal.kinds,
-             held_vertices(mesh, proposal.kinds, options.vertices),
-             Buffer<Vec<D>>(mesh.linear.points.begin(), mesh.linear.points.end()),
-             Buffer<Vec<D>>(mesh.linear.points.size(), Vec<D>{}), take(proposal.mid_nodes), take(validation.verdicts)},
+             held_vertices(mesh, proposal.kinds, options.vertices), take(proposal.points),
+             shifts_of(mesh.linear, proposal), take(proposal.mid_nodes), take(wanted.validation().verdicts)},
             {},
             execution};
         for (std::size_t e = 0; e < passes.state.verdicts.size(); ++e)
             if (passes.state.verdicts[e] != Verdict::valid) passes.queue.push_back(ElementId(e));
         RepairStatistics statistics;
         if (auto done = run(passes, statistics); !done) return fail(done.error());
-        return summed_up(std::move(passes.state), proposal, validation, statistics, execution);
+        return summed_up(std::move(passes.state), wanted, statistics, execution);
     });
 }
 
@@ -246,9 +257,9 @@ std::vector<std::size_t> independent(const Buffer<std::vector<ElementId>>& claim
     return chosen;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<Repaired<D>> repair<D>(const QuadraticMesh<D>&, Proposal<D>, const Validation<D>&,                \
-                                            const Column<QuadraticModel<D>>&, const RepairOptions&, const Execution&); \
+#define CAMBER_INSTANTIATE(D)                                                                           \
+    template Outcome<Repaired<D>> repair<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&, \
+                                            const RepairOptions&, const Execution&);                    \
     template void apply<D>(RepairState<D>&, const RepairPlan<D>&);
 
 CAMBER_INSTANTIATE(2)

@@ -37,26 +37,25 @@ struct RepairStatistics {
     std::size_t by_edges = 0, by_cavities = 0, by_extension = 0, by_vertices = 0, by_surface = 0;  ///< elements
 };
 
-/// A mesh that was repaired: its vertices may have moved.
+/// What `repair` made of a proposal; vertices may have moved, too.
 template <int D>
 struct Repaired {
-    LinearMesh<D> linear;
-    Proposal<D> proposal;
-    Validation<D> validation;
+    JudgedProposal<D> judged;
     RepairStatistics statistics;
 };
 
-/// Mends what is not good enough in a mesh with the nodes of `proposal`, at the least cost by the models: for each such
+/// Mends what is not good enough in a mesh with the places of `wanted`, at the least cost by the models: for each such
 /// element a cavity, its volume nodes, which move together (joint_programme) while its surroundings and the boundary
 /// stay; then one volume node; then the nodes around it extend the boundary's displacement, as far out as they must;
 /// then larger cavities, and the vertices of the volume; last, surface nodes, which are counted. Then nodes return as
 /// near to their places as they may, one at a time and together. No element that is good enough ever stops being so.
 /// Cavities that do not overlap are planned in parallel; the result is the same for any number of threads. What cannot
-/// be mended remains, and the validation says so. `models`: one an edge, about where its node is wanted. Errors:
-/// options out of range (usage), columns that do not fit (internal), stopped.
+/// be mended remains, and the validation says so. Where a vertex moves, det J is to be above bound · |det of the
+/// mesh's straight element| too, and the mean ratio at least min(before, 0.05), or the vertex stays. `models`: one an
+/// edge, about where its node is wanted while its vertices are where the mesh has them. A proposal that was judged for
+/// another bound is judged again. Errors: options out of range (usage), columns that do not fit (internal), stopped.
 template <int D>
-[[nodiscard]] Outcome<Repaired<D>> repair(const QuadraticMesh<D>& mesh, Proposal<D> proposal,
-                                          const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
+[[nodiscard]] Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
                                           const RepairOptions& options, const Execution& execution);
 
 }  // namespace camber

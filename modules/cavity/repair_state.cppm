@@ -15,7 +15,7 @@ namespace camber {
 /// A mesh while it is repaired.
 template <int D>
 struct RepairState {
-    const QuadraticMesh<D>& mesh;  ///< topology; its points and nodes are not looked at
+    const QuadraticMesh<D>& mesh;  ///< topology, and where vertices were; its nodes are not looked at
     const Incidence<ElementId>& shells;
     const Incidence<ElementId>& balls;
     const Column<QuadraticModel<D>>& models;
@@ -23,7 +23,7 @@ struct RepairState {
     Column<EdgeKind> kinds;
     Buffer<std::uint8_t> on_boundary;  ///< of vertices: 1 if they must stay, since they are on the boundary or required
     Buffer<Vec<D>> points;
-    Buffer<Vec<D>> shifts;  ///< of vertices: how far each is from where it was
+    Buffer<Vec<D>> shifts;  ///< of vertices: how far each is from where the mesh has it
     Buffer<LagrangeNode<D>> nodes;
     Buffer<Verdict> verdicts;
 

@@ -140,7 +140,7 @@ Outcome<Shaped<D>> shape(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& k
                      : kinds[e] == EdgeKind::volume ? EdgeChange::optimised
                                                     : EdgeChange::projected;
     }
-    shaped.proposal = {std::move(polish.nodes), kinds, std::move(changes)};
+    shaped.proposal = {mesh.linear.points, std::move(polish.nodes), kinds, std::move(changes)};
     return shaped;
 }
 

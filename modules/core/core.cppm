@@ -9,6 +9,7 @@ export import :column;
 export import :execution;
 export import :each;
 export import :mesh;
+export import :maps;
 export import :required;
 export import :topology;
 export import :box_tree;

@@ -158,15 +158,24 @@ enum class EdgeChange : std::uint8_t {
     straightened,  ///< moved back all the way to the middle
 };
 
-/// New places for the mid nodes of a mesh, one an edge: planned against the mesh, judged by `validate`, mended by
-/// `relax`, and made the mesh's own by `commit`.
+/// New places for the vertices and the mid nodes of a mesh: planned against the mesh, judged by `validate`, mended by
+/// `relax` and `repair`, and made the mesh's own by `commit`.
 template <int D>
 struct Proposal {
-    Column<LagrangeNode<D>> mid_nodes;
-    Column<EdgeKind> kinds;
-    Column<EdgeChange> changes;
+    Column<Vec<D>> points;              ///< one a vertex; the mesh's own column where no vertex moves
+    Column<LagrangeNode<D>> mid_nodes;  ///< one an edge
+    Column<EdgeKind> kinds;             ///< one an edge
+    Column<EdgeChange> changes;         ///< one an edge
     friend bool operator==(const Proposal&, const Proposal&) = default;
 };
+
+/// The mesh as the proposal would have it, to look at: what is to last is made by `commit`. Shares all columns.
+template <int D>
+[[nodiscard]] inline QuadraticMesh<D> proposed(QuadraticMesh<D> mesh, const Proposal<D>& proposal) {
+    mesh.linear.points = proposal.points;
+    mesh.mid_nodes = proposal.mid_nodes;
+    return mesh;
+}
 
 /// "triangle", "tetrahedron", "edge": what messages call a K-simplex.
 template <int K>

@@ -32,30 +32,32 @@ static Outcome<bool> example(const Execution& execution) {
     nodes[spoke.index()].point += Vec<2>{{0.5, -0.4}};
     Buffer<EdgeKind> kinds(n, EdgeKind::fixed);
     kinds[spoke.index()] = EdgeKind::volume;
-    const Proposal<2> proposal{std::move(nodes), std::move(kinds), Buffer<EdgeChange>(n, EdgeChange::optimised)};
+    const Proposal<2> proposal{mesh->linear.points, std::move(nodes), std::move(kinds),
+                               Buffer<EdgeChange>(n, EdgeChange::optimised)};
 
     const double bound = 0.1;  // of det J / |det of the straight element|
-    const auto before = validate(*mesh, proposal, bound, execution);
-    if (!before) return fail(before.error());
-    std::printf("before: %zu of 4 elements invalid, smallest scaled Jacobian %.3f in element %zu\n", before->invalid,
-                before->smallest, before->worst.index() + 1);
+    const auto judged = validate(*mesh, proposal, bound, execution);
+    if (!judged) return fail(judged.error());
+    const Validation<2>& before = judged->validation();
+    std::printf("before: %zu of 4 elements invalid, smallest scaled Jacobian %.3f in element %zu\n", before.invalid,
+                before.smallest, before.worst.index() + 1);
 
-    const auto relaxed =
-        relax(*mesh, proposal, *before, RelaxOptions{.min_scaled_jacobian = bound, .target = bound}, execution);
+    const auto relaxed = relax(*judged, RelaxOptions{.min_scaled_jacobian = bound, .target = bound}, execution);
     if (!relaxed) return fail(relaxed.error());
-    const auto& node = relaxed->proposal.mid_nodes[spoke].point;
-    std::printf("after:  %zu invalid, smallest scaled Jacobian %.3f; the node is at (%.3f, %.3f)\n",
-                relaxed->validation.invalid, relaxed->validation.smallest, node[0], node[1]);
+    const Validation<2>& after = relaxed->judged.validation();
+    const auto& node = relaxed->judged.proposal().mid_nodes[spoke].point;
+    std::printf("after:  %zu invalid, smallest scaled Jacobian %.3f; the node is at (%.3f, %.3f)\n", after.invalid,
+                after.smallest, node[0], node[1]);
 
     // What the spoke's node alone could do: the largest smallest scaled Jacobian of the two triangles beside it.
     const auto around = shells(mesh->edges, execution);
     if (!around) return fail(around.error());
     const auto best = highest_node(edge_shell<2>(*mesh, proposal.mid_nodes.view(), (*around)[spoke], spoke));
-    if (!best || best->lower < relaxed->validation.smallest) return false;
+    if (!best || best->lower < after.smallest) return false;
     std::printf("best:   scaled Jacobian %.3f with the node at (%.3f, %.3f)\n", best->lower, best->node.point[0],
                 best->node.point[1]);
     // Valid now, and not for the price of a straight edge.
-    return before->invalid > 0 && relaxed->validation.all_valid() && distance(node, Vec<2>{{-0.5, -0.5}}) > 0.1;
+    return before.invalid > 0 && after.all_valid() && distance(node, Vec<2>{{-0.5, -0.5}}) > 0.1;
 }
 
 int main() {

@@ -140,55 +140,56 @@ Outcome<Done> relax_by_shells(Repair<D>& repair, const Execution& execution) {
 
 /// The repaired nodes as a proposal, with the counts.
 template <int D>
-Outcome<Relaxation<D>> summed_up(Repair<D> repair, Proposal<D> proposal, const Validation<D>& before,
-                                 const Execution& execution) {
-    Relaxation<D> result;
+Outcome<Relaxation<D>> summed_up(Repair<D> repair, const JudgedProposal<D>& wanted, const Execution& execution) {
+    std::size_t volume = 0, surface = 0, corrected = 0;
     std::vector<ElementId> touched;
+    Proposal<D> proposal = wanted.proposal();
     Buffer<EdgeChange> changes = take(std::move(proposal.changes));
     for (const auto& [edge, original] : repair.originals) {
         if (repair.nodes[edge.index()] == original) continue;
-        ++(repair.kinds[edge] == EdgeKind::volume ? result.relaxed_volume_edges : result.relaxed_surface_edges);
+        ++(repair.kinds[edge] == EdgeKind::volume ? volume : surface);
         changes[edge.index()] = repair.straight(edge) ? EdgeChange::straightened : EdgeChange::relaxed;
         touched.insert(touched.end(), repair.shells[edge].begin(), repair.shells[edge].end());
     }
     touched |= ranges::actions::sort | ranges::actions::unique;
-    auto validation = revalidate<D>(repair.mesh, repair.nodes, before, touched, execution);
-    if (!validation) return fail(validation.error());
-    for (std::size_t e = 0; e < before.verdicts.size(); ++e)
-        result.corrected_elements += before.verdicts[e] != Verdict::valid && validation->verdicts[e] == Verdict::valid;
-    result.proposal = {std::move(repair.nodes), proposal.kinds, std::move(changes)};
-    result.validation = std::move(*validation);
-    return result;
+    proposal.mid_nodes = std::move(repair.nodes);
+    proposal.changes = std::move(changes);
+    auto judged = wanted.rejudged(std::move(proposal), touched, execution);
+    if (!judged) return fail(judged.error());
+    const auto& before = wanted.validation().verdicts;
+    const auto& after = judged->validation().verdicts;
+    for (std::size_t e = 0; e < before.size(); ++e)
+        corrected += before[e] != Verdict::valid && after[e] == Verdict::valid;
+    return Relaxation<D>{std::move(*judged), corrected, volume, surface};
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Relaxation<D>> relax(const QuadraticMesh<D>& mesh, Proposal<D> proposal, const Validation<D>& validation,
-                             RelaxOptions options, const Execution& execution) {
-    if (auto checked = sound(mesh, proposal, options); !checked) return fail(checked.error());
-    if (validation.bound != options.min_scaled_jacobian || validation.verdicts.size() != mesh.linear.elements.size()) {
-        auto again = validate(mesh, proposal, options.min_scaled_jacobian, execution);
+Outcome<Relaxation<D>> relax(const JudgedProposal<D>& wanted, RelaxOptions options, const Execution& execution) {
+    const Proposal<D>& proposal = wanted.proposal();
+    if (auto checked = sound(wanted.mesh(), proposal, options); !checked) return fail(checked.error());
+    if (wanted.validation().bound != options.min_scaled_jacobian) {
+        const auto again = validate(wanted.mesh(), proposal, options.min_scaled_jacobian, execution);
         if (!again) return fail(again.error());
-        return relax(mesh, std::move(proposal), *again, options, execution);
+        return relax(*again, options, execution);
     }
-    if (validation.all_valid()) return Relaxation<D>{std::move(proposal), 0, 0, 0, validation};
+    if (wanted.validation().all_valid()) return Relaxation<D>{wanted};
     return guarded([&]() -> Outcome<Relaxation<D>> {
+        const QuadraticMesh<D> mesh = proposed(wanted.mesh(), proposal);
         const auto around = shells(mesh.edges, execution);
         if (!around) return fail(around.error());
         Repair<D> repair{
-            mesh, *around, proposal.kinds, options, take(std::move(proposal.mid_nodes)), take(validation.verdicts), {}};
+            mesh, *around, proposal.kinds, options, take(proposal.mid_nodes), take(wanted.validation().verdicts), {}};
         auto done = options.strategy == RelaxStrategy::paper
                         ? relax_plainly(repair, elements_not_valid(repair), execution)
                         : relax_by_shells(repair, execution);
         if (!done) return fail(done.error());
-        return summed_up(std::move(repair), std::move(proposal), validation, execution);
+        return summed_up(std::move(repair), wanted, execution);
     });
 }
 
-template Outcome<Relaxation<2>> relax<2>(const QuadraticMesh<2>&, Proposal<2>, const Validation<2>&, RelaxOptions,
-                                         const Execution&);
-template Outcome<Relaxation<3>> relax<3>(const QuadraticMesh<3>&, Proposal<3>, const Validation<3>&, RelaxOptions,
-                                         const Execution&);
+template Outcome<Relaxation<2>> relax<2>(const JudgedProposal<2>&, RelaxOptions, const Execution&);
+template Outcome<Relaxation<3>> relax<3>(const JudgedProposal<3>&, RelaxOptions, const Execution&);
 
 }  // namespace camber

@@ -32,21 +32,19 @@ struct RelaxOptions {
 /// What `relax` made of a proposal.
 template <int D>
 struct Relaxation {
-    Proposal<D> proposal;
+    JudgedProposal<D> judged;
     std::size_t corrected_elements = 0;     ///< not valid before, valid now
     std::size_t relaxed_volume_edges = 0;   ///< whose node is not where it was
     std::size_t relaxed_surface_edges = 0;  ///< the same, of surface and ridge edges
-    Validation<D> validation;               ///< of the result
 };
 
 /// The fourth verb: moves nodes of elements that are not valid (and of those that break by it) towards the middle of
 /// their chords, volume edges first, surface and ridge edges last, until every element is valid. Succeeds whenever the
 /// straight mesh is valid to the bound; what cannot be mended remains, and the validation says so. Nothing changes
-/// when all elements are valid. `validation` is that of `proposal` (made again if for another bound). Errors: options
-/// out of range (usage), a proposal of another mesh (internal), stopped.
+/// when all elements are valid. A proposal that was judged for another bound is judged again. Errors: options out of
+/// range (usage), columns that do not fit the mesh (internal), stopped.
 template <int D>
-[[nodiscard]] Outcome<Relaxation<D>> relax(const QuadraticMesh<D>& mesh, Proposal<D> proposal,
-                                           const Validation<D>& validation, RelaxOptions options,
+[[nodiscard]] Outcome<Relaxation<D>> relax(const JudgedProposal<D>& wanted, RelaxOptions options,
                                            const Execution& execution);
 
 }  // namespace camber

@@ -19,7 +19,7 @@ namespace camber {
 /// The nodes of a mesh while `relax` works on them, and what is known of its elements.
 template <int D>
 struct Repair {
-    const QuadraticMesh<D>& mesh;
+    const QuadraticMesh<D>& mesh;  ///< with the proposal's points
     const Incidence<ElementId>& shells;
     Column<EdgeKind> kinds;
     RelaxOptions options;

@@ -23,14 +23,10 @@ float rounded_down(double x) {
 }
 
 struct Counts {
-    std::size_t invalid = 0, undecided = 0, straight_inverted = 0;
+    std::size_t invalid = 0, undecided = 0, not_positive = 0;
 
-    void add(Verdict verdict) {
-        invalid += verdict == Verdict::invalid;
-        undecided += verdict == Verdict::undecided;
-    }
     friend Counts operator+(const Counts& a, const Counts& b) {
-        return {a.invalid + b.invalid, a.undecided + b.undecided, a.straight_inverted + b.straight_inverted};
+        return {a.invalid + b.invalid, a.undecided + b.undecided, a.not_positive + b.not_positive};
     }
 };
 
@@ -54,7 +50,7 @@ struct Marks {
 /// The coefficients decide most elements; the others are looked at closely. True if the straight element is flat or
 /// inverted.
 template <int D>
-bool judge(const NodalSimplex<D>& element, double bound, std::size_t e, Marks& marks) {
+bool mark(const NodalSimplex<D>& element, double bound, std::size_t e, Marks& marks) {
     const BoundedJacobian<D> jacobian = bounded_jacobian(element);
     if (decide_by_coefficients(jacobian, bound) == Verdict::valid && !blurred(jacobian)) {
         marks.verdicts[e] = Verdict::valid;
@@ -67,11 +63,34 @@ bool judge(const NodalSimplex<D>& element, double bound, std::size_t e, Marks& m
     return validity.straight_inverted;
 }
 
+/// Whether det J > 0 is certified of an element that this pass has marked.
+template <int D>
+bool is_positive(const QuadraticMesh<D>& mesh, double bound, const Marks& marks, std::size_t e) {
+    if (marks.verdicts[e] == Verdict::valid && bound >= 0) return true;
+    if (bound == 0) return false;
+    if (std::isfinite(marks.lows[e]) && marks.lows[e] > 0) return true;
+    return decide(nodal_element(mesh, mesh.mid_nodes.view(), ElementId(e)), 0) == Verdict::valid;
+}
+
+template <int D>
+Outcome<Counts> counted(const QuadraticMesh<D>& mesh, double bound, const Marks& marks, const Execution& execution) {
+    return reduce_each(
+        execution, marks.verdicts.size(), Counts{},
+        [&](Counts& sum, std::size_t e) {
+            sum.invalid += marks.verdicts[e] == Verdict::invalid;
+            sum.undecided += marks.verdicts[e] == Verdict::undecided;
+            sum.not_positive += !is_positive(mesh, bound, marks, e);
+        },
+        [](const Counts& a, const Counts& b) { return a + b; });
+}
+
 /// Makes the smallest value of the mesh a close one: once the element with the lowest bound is refined, only elements
 /// whose bound is below its value can be lower still.
 template <int D>
-Outcome<Validation<D>> finished(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes, double bound,
-                                Marks marks, Counts counts, const Execution& execution) {
+Outcome<Validation<D>> finished(const QuadraticMesh<D>& mesh, double bound, Marks marks, std::size_t straight_inverted,
+                                const Execution& execution) {
+    const auto counts = counted(mesh, bound, marks, execution);
+    if (!counts) return fail(counts.error());
     const auto scan = [&] {
         return reduce_each(
             execution, marks.lows.size(), Smallest{},
@@ -79,7 +98,7 @@ Outcome<Validation<D>> finished(const QuadraticMesh<D>& mesh, std::span<const La
             [](const Smallest& a, const Smallest& b) { return a + b; });
     };
     const auto refined = [&](std::size_t e) {
-        return check_element(nodal_element(mesh, mid_nodes, ElementId(e)), bound).min_scaled_jacobian;
+        return check_element(nodal_element(mesh, mesh.mid_nodes.view(), ElementId(e)), bound).min_scaled_jacobian;
     };
     auto lowest = scan();
     if (!lowest) return fail(lowest.error());
@@ -98,73 +117,65 @@ Outcome<Validation<D>> finished(const QuadraticMesh<D>& mesh, std::span<const La
     validation.bound = bound;
     validation.verdicts = std::move(marks.verdicts);
     validation.min_scaled_jacobian = std::move(marks.lows);
-    validation.invalid = counts.invalid;
-    validation.undecided = counts.undecided;
-    validation.straight_inverted = counts.straight_inverted;
+    validation.invalid = counts->invalid;
+    validation.undecided = counts->undecided;
+    validation.not_positive = counts->not_positive;
+    validation.straight_inverted = straight_inverted;
     if (lowest->element.valid()) validation.smallest = lowest->value;
     validation.worst = lowest->element;
     return validation;
 }
 
-template <int D>
-Outcome<Validation<D>> validate_nodes(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes,
-                                      double bound, const Execution& execution) {
-    if (mid_nodes.size() != mesh.edges.size())
-        return fail(ErrorKind::internal, "the proposal has another number of edges than the mesh");
-    const std::size_t n = mesh.linear.elements.size();
-    Marks marks{Buffer<Verdict>(n), Buffer<float>(n)};
-    auto counts = reduce_each(
-        execution, n, Counts{},
-        [&](Counts& sum, std::size_t e) {
-            sum.straight_inverted += judge(nodal_element(mesh, mid_nodes, ElementId(e)), bound, e, marks);
-            sum.add(marks.verdicts[e]);
-        },
-        [](const Counts& a, const Counts& b) { return a + b; });
-    if (!counts) return fail(counts.error());
-    return finished(mesh, mid_nodes, bound, std::move(marks), *counts, execution);
-}
-
 }  // namespace
 
 template <int D>
-Outcome<Validation<D>> validate(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, double bound,
-                                const Execution& execution) {
-    return guarded([&] { return validate_nodes<D>(mesh, proposal.mid_nodes.view(), bound, execution); });
-}
-
-template <int D>
 Outcome<Validation<D>> validate(const QuadraticMesh<D>& mesh, double bound, const Execution& execution) {
-    return guarded([&] { return validate_nodes<D>(mesh, mesh.mid_nodes.view(), bound, execution); });
+    return guarded([&]() -> Outcome<Validation<D>> {
+        const std::size_t n = mesh.linear.elements.size();
+        Marks marks{Buffer<Verdict>(n), Buffer<float>(n)};
+        const auto straight_inverted = reduce_each(
+            execution, n, std::size_t{0},
+            [&](std::size_t& sum, std::size_t e) {
+                sum += mark(nodal_element(mesh, mesh.mid_nodes.view(), ElementId(e)), bound, e, marks);
+            },
+            [](std::size_t a, std::size_t b) { return a + b; });
+        if (!straight_inverted) return fail(straight_inverted.error());
+        return finished(mesh, bound, std::move(marks), *straight_inverted, execution);
+    });
 }
 
 template <int D>
-Outcome<Validation<D>> revalidate(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes,
-                                  Validation<D> before, std::span<const ElementId> touched,
-                                  const Execution& execution) {
-    const double bound = before.bound;
-    const std::size_t straight_inverted = before.straight_inverted;  // nodes do not change it
-    Marks marks{take(std::move(before.verdicts)), take(std::move(before.min_scaled_jacobian))};
-    auto judged = each(execution, touched.size(), [&](std::size_t i) {
-        judge(nodal_element(mesh, mid_nodes, touched[i]), bound, touched[i].index(), marks);
-    });
-    if (!judged) return fail(judged.error());
-    auto counts = reduce_each(
-        execution, marks.verdicts.size(), Counts{}, [&](Counts& sum, std::size_t e) { sum.add(marks.verdicts[e]); },
-        [](const Counts& a, const Counts& b) { return a + b; });
-    if (!counts) return fail(counts.error());
-    counts->straight_inverted = straight_inverted;
-    return finished(mesh, mid_nodes, bound, std::move(marks), *counts, execution);
+Outcome<JudgedProposal<D>> JudgedProposal<D>::judge(QuadraticMesh<D> mesh, Proposal<D> proposal, double bound,
+                                                    const Execution& execution) {
+    if (proposal.mid_nodes.size() != mesh.edges.size() || proposal.points.size() != mesh.linear.points.size())
+        return fail(ErrorKind::internal, "the proposal has another number of vertices or edges than the mesh");
+    auto validation = validate(proposed(mesh, proposal), bound, execution);
+    if (!validation) return fail(validation.error());
+    return JudgedProposal(std::move(mesh), std::move(proposal), std::move(*validation));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                \
-    template Outcome<Validation<D>> validate<D>(const QuadraticMesh<D>&, const Proposal<D>&, double,         \
-                                                const Execution&);                                           \
-    template Outcome<Validation<D>> validate<D>(const QuadraticMesh<D>&, double, const Execution&);          \
-    template Outcome<Validation<D>> revalidate<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, \
-                                                  Validation<D>, std::span<const ElementId>, const Execution&);
+template <int D>
+Outcome<JudgedProposal<D>> JudgedProposal<D>::rejudged(Proposal<D> proposal, std::span<const ElementId> touched,
+                                                       const Execution& execution) const {
+    if (proposal.mid_nodes.size() != mesh_.edges.size() || proposal.points != proposal_.points)
+        return fail(ErrorKind::internal, "the proposal moves vertices, or has another number of edges than the mesh");
+    return guarded([&]() -> Outcome<JudgedProposal<D>> {
+        const QuadraticMesh<D> mesh = proposed(mesh_, proposal);
+        const double bound = validation_.bound;
+        Marks marks{take(validation_.verdicts), take(validation_.min_scaled_jacobian)};
+        auto judged = each(execution, touched.size(), [&](std::size_t i) {
+            mark(nodal_element(mesh, mesh.mid_nodes.view(), touched[i]), bound, touched[i].index(), marks);
+        });
+        if (!judged) return fail(judged.error());
+        auto validation = finished(mesh, bound, std::move(marks), validation_.straight_inverted, execution);
+        if (!validation) return fail(validation.error());
+        return JudgedProposal(mesh_, std::move(proposal), std::move(*validation));
+    });
+}
 
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
-#undef CAMBER_INSTANTIATE
+template class JudgedProposal<2>;
+template class JudgedProposal<3>;
+template Outcome<Validation<2>> validate<2>(const QuadraticMesh<2>&, double, const Execution&);
+template Outcome<Validation<3>> validate<3>(const QuadraticMesh<3>&, double, const Execution&);
 
 }  // namespace camber

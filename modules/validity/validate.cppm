@@ -1,6 +1,7 @@
 module;
 #include <cstddef>
 #include <span>
+#include <utility>
 export module camber.validity:validate;
 import camber.core;
 import camber.bezier;
@@ -19,30 +20,63 @@ struct Validation {
     /// the smallest coefficient elsewhere. ±∞ where the straight element is flat.
     Column<float> min_scaled_jacobian;
     std::size_t invalid = 0, undecided = 0;
+    std::size_t not_positive = 0;       ///< elements of which det J > 0 everywhere is not certified, whatever the bound
     std::size_t straight_inverted = 0;  ///< elements whose straight counterpart is flat or inverted
     double smallest = 1;                ///< of min_scaled_jacobian, flat ones left out; within 1e-3 of the true minimum
     ElementId worst;                    ///< where it is; invalid when there is no element to speak of
 
-    [[nodiscard]] bool all_valid() const { return invalid == 0 && undecided == 0; }
+    [[nodiscard]] bool all_valid() const { return invalid == 0 && undecided == 0; }  ///< to the bound
+    [[nodiscard]] bool certified() const { return not_positive == 0; }               ///< det J > 0 everywhere
     friend bool operator==(const Validation&, const Validation&) = default;
 };
 
-/// The third verb: verdicts of all elements with the proposed nodes. Speaks of the stored Lagrange nodes. Errors: a
-/// proposal of another mesh (internal), stopped.
+/// A proposal, the mesh that it is for, and the verdicts of all its elements. Only `validate` makes one (and what is
+/// made of its results: `relax`, `repair`), so that whoever holds one knows that the verdicts are those of the nodes;
+/// `commit` takes nothing else.
 template <int D>
-[[nodiscard]] Outcome<Validation<D>> validate(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, double bound,
-                                              const Execution& execution);
+class JudgedProposal {
+  public:
+    [[nodiscard]] const QuadraticMesh<D>& mesh() const { return mesh_; }  ///< as it is without the proposal
+    [[nodiscard]] const Proposal<D>& proposal() const { return proposal_; }
+    [[nodiscard]] const Validation<D>& validation() const { return validation_; }
 
-/// The same with the mesh's own nodes.
+    /// The same places; what kinds the edges are does not enter the verdicts.
+    [[nodiscard]] JudgedProposal with_kinds(Column<EdgeKind> kinds) const {
+        JudgedProposal other = *this;
+        other.proposal_.kinds = std::move(kinds);
+        return other;
+    }
+    friend bool operator==(const JudgedProposal&, const JudgedProposal&) = default;
+
+    /// The third verb: verdicts of all elements, of the stored Lagrange nodes, over their own straight elements (those
+    /// of the proposal's points). Errors: a proposal of another mesh (internal), stopped.
+    [[nodiscard]] static Outcome<JudgedProposal> judge(QuadraticMesh<D> mesh, Proposal<D> proposal, double bound,
+                                                       const Execution& execution);
+
+    /// Other nodes of the same mesh, with the vertices where they are: only the elements `touched` are looked at, those
+    /// with a node that is elsewhere.
+    [[nodiscard]] Outcome<JudgedProposal> rejudged(Proposal<D> proposal, std::span<const ElementId> touched,
+                                                   const Execution& execution) const;
+
+  private:
+    JudgedProposal(QuadraticMesh<D> mesh, Proposal<D> proposal, Validation<D> validation)
+        : mesh_(std::move(mesh)), proposal_(std::move(proposal)), validation_(std::move(validation)) {}
+
+    QuadraticMesh<D> mesh_;
+    Proposal<D> proposal_;
+    Validation<D> validation_;
+};
+
+/// The third verb: see JudgedProposal::judge.
+template <int D>
+[[nodiscard]] inline Outcome<JudgedProposal<D>> validate(QuadraticMesh<D> mesh, Proposal<D> proposal, double bound,
+                                                         const Execution& execution) {
+    return JudgedProposal<D>::judge(std::move(mesh), std::move(proposal), bound, execution);
+}
+
+/// The verdicts of a mesh with its own nodes.
 template <int D>
 [[nodiscard]] Outcome<Validation<D>> validate(const QuadraticMesh<D>& mesh, double bound, const Execution& execution);
-
-/// A validation of the mesh brought up to date after nodes of `touched` elements changed; the others are not looked at
-/// again.
-template <int D>
-[[nodiscard]] Outcome<Validation<D>> revalidate(const QuadraticMesh<D>& mesh,
-                                                std::span<const LagrangeNode<D>> mid_nodes, Validation<D> before,
-                                                std::span<const ElementId> touched, const Execution& execution);
 
 /// An element of the mesh with other mid nodes.
 template <int D>

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "dice.hpp"
 #include "meshes.hpp"
@@ -69,6 +70,16 @@ Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed) {
     block.kinds = std::move(kinds);
     block.boundary_nodes = std::move(nodes);
     return block;
+}
+
+/// 1 for vertices on the boundary.
+template <int D>
+std::vector<int> boundary_marks(const Block<D>& b) {
+    std::vector<int> marks(b.mesh.linear.points.size(), 0);
+    for (std::size_t e = 0; e < b.kinds.size(); ++e)
+        if (b.kinds[e] != EdgeKind::volume)
+            for (const VertexId v : b.mesh.edges.vertices[e]) marks[v.index()] = 1;
+    return marks;
 }
 
 }  // namespace camber::testing

@@ -89,7 +89,7 @@ void curve_laws(const std::array<int, D>& cells) {
                          ++relaxed;
                      }
                  after.mid_nodes = nodes;
-                 const auto lengths = updated_lengths(b.mesh, b.mesh.linear, c, after, b.shells, b.back, alone)->curved;
+                 const auto lengths = updated_lengths(b.mesh.edges, c, after, b.shells, b.back, alone)->curved;
                  for (std::size_t e = 0; e < nodes.size(); ++e) {
                      const bool same = after.mid_nodes[e] == c.proposal.mid_nodes[e];
                      const double expected = same ? c.lengths[e] : c.straight_lengths[e];
@@ -103,21 +103,21 @@ void curve_laws(const std::array<int, D>& cells) {
                  Dice dice(seed);
                  const auto b = shell_block<D>(cells, seed + 1);
                  const auto c = *curved(b, alone);
-                 QuadraticMesh<D> mesh = b.mesh;
-                 Buffer<Vec<D>> points(mesh.linear.points.begin(), mesh.linear.points.end());
+                 const EdgeSet<D>& edges = b.mesh.edges;
+                 Proposal<D> straight = c.proposal;
+                 auto points = take(straight.points);
                  for (Vec<D>& p : points)
                      if (dice.below(4) == 0) p += dice.vector<D>(-0.01, 0.01);
-                 mesh.linear.points = std::move(points);
-                 Proposal<D> straight = c.proposal;
+                 straight.points = std::move(points);
                  auto nodes = take(straight.mid_nodes);
                  for (std::size_t e = 0; e < nodes.size(); ++e) {
-                     const auto& [p, q] = mesh.edges.vertices[e];
-                     nodes[e].point = midpoint(mesh.linear.points[p], mesh.linear.points[q]);
+                     const auto& [p, q] = edges.vertices[e];
+                     nodes[e].point = midpoint(straight.points[p], straight.points[q]);
                  }
                  straight.mid_nodes = std::move(nodes);
-                 const auto lengths = *updated_lengths(mesh, b.mesh.linear, c, straight, b.shells, b.back, alone);
+                 const auto lengths = *updated_lengths(edges, c, straight, b.shells, b.back, alone);
                  std::size_t moved = 0;
-                 for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+                 for (std::size_t e = 0; e < edges.size(); ++e) {
                      RC_ASSERT(std::abs(lengths.curved[e] - lengths.straight[e]) <= 1e-12 * lengths.straight[e]);
                      moved += lengths.straight[e] != c.straight_lengths[e];
                  }

@@ -85,8 +85,8 @@ void operator_laws(const std::array<int, D>& cells) {
             for (std::size_t e = 0; e < b.mesh.edges.size(); ++e)
                 if (r.proposal.changes[e] != EdgeChange::relaxed && r.proposal.changes[e] != EdgeChange::straightened)
                     RC_ASSERT(r.proposal.mid_nodes[e] == whole.proposal.mid_nodes[e]);
-            const auto validation = *validate(b.mesh, whole.proposal, RelaxOptions{}.min_scaled_jacobian, alone);
-            if (validation.all_valid()) RC_ASSERT(r.proposal == whole.proposal);
+            const auto judged = *validate(b.mesh, whole.proposal, RelaxOptions{}.min_scaled_jacobian, alone);
+            if (judged.validation().all_valid()) RC_ASSERT(r.proposal == whole.proposal);
         },
         {.count = 4});
     property("the same bytes for any number of threads",
@@ -168,7 +168,7 @@ TEST_CASE("elements that come in invalid are mended, and the rest stays") {
         b.boundary_nodes = std::move(nodes);
         const auto whole = must(curve(b.mesh, b.kinds, b.boundary_nodes, b.shells, b.back, {}, alone));
         const double bound = RelaxOptions{}.min_scaled_jacobian;
-        broken += must(validate(b.mesh, whole.proposal, bound, alone)).invalid;
+        broken += must(validate(b.mesh, whole.proposal, bound, alone)).validation().invalid;
         b.mesh.mid_nodes = whole.proposal.mid_nodes;
         const auto r = must(all_reinserted(b, alone));
         CHECK(must(validate(r.mesh, bound, alone)).all_valid());

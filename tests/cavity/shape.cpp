@@ -128,10 +128,11 @@ void shape_laws(const std::array<int, D>& cells) {
                  for (std::size_t e = 0; e < b.mesh.edges.size(); ++e)
                      if (b.kinds[e] != EdgeKind::volume) RC_ASSERT(shaped.proposal.mid_nodes[e] == b.boundary_nodes[e]);
                  RC_ASSERT(shaped.smallest >= shaped.after_extension);
-                 const auto validation = must(validate(b.mesh, shaped.proposal, 0, alone));
+                 const auto validation = must(validate(b.mesh, shaped.proposal, 0, alone)).validation();
                  RC_ASSERT(validation.smallest >= shaped.smallest - 1e-6);
                  const auto straight = must(curve_boundary(b.mesh, b.kinds, b.boundary_nodes, alone));
-                 RC_ASSERT(validation.smallest >= must(validate(b.mesh, straight.proposal, 0, alone)).smallest - 1e-3);
+                 RC_ASSERT(validation.smallest >=
+                           must(validate(b.mesh, straight.proposal, 0, alone)).validation().smallest - 1e-3);
                  // The extension itself is made by threads; steps are taken one after the other.
                  const auto again =
                      must(shape(b.mesh, b.kinds, b.boundary_nodes, b.shells, ShapeOptions{}, Execution{.threads = 2}));

@@ -157,7 +157,7 @@ Planned<D> planned(std::mt19937_64& random, int n, double volume, double surface
         for (int c = 0; c < D; ++c) nodes[e].point[c] += uniform(random, -most, most);
         changes[e] = inner ? EdgeChange::optimised : EdgeChange::projected;
     }
-    p.proposal = {std::move(nodes), std::move(kinds), std::move(changes)};
+    p.proposal = {p.mesh.linear.points, std::move(nodes), std::move(kinds), std::move(changes)};
     return p;
 }
 

@@ -26,19 +26,20 @@ void test_against_elements() {
         [] {
             auto random = random_source();
             const auto p = planned<D>(random, D == 2 ? 8 : 3, uniform(random, 0, 0.3), uniform(random, 0, 0.2));
-            const double bound = 1e-3;
-            const auto v = validate(p.mesh, p.proposal, bound, Execution{1}).value();
+            const double bound = uniform(random, 0, 1) < 0.5 ? 1e-3 : 0.6;
+            const auto v = validate(p.mesh, p.proposal, bound, Execution{1}).value().validation();
             std::size_t invalid = 0;
             std::size_t undecided = 0;
+            std::size_t not_positive = 0;
             double smallest = 1e300;
             for (std::size_t e = 0; e < p.mesh.linear.elements.size(); ++e) {
-                const auto alone =
-                    check_element(nodal_form<D>(p.mesh.linear.points, p.proposal.mid_nodes.view(),
-                                                p.mesh.linear.elements.vertices[e], p.mesh.edges.of_elements[e]),
-                                  bound);
+                const auto form = nodal_form<D>(p.mesh.linear.points, p.proposal.mid_nodes.view(),
+                                                p.mesh.linear.elements.vertices[e], p.mesh.edges.of_elements[e]);
+                const auto alone = check_element(form, bound);
                 RC_ASSERT(v.verdicts[e] == alone.verdict);
                 invalid += alone.verdict == Verdict::invalid;
                 undecided += alone.verdict == Verdict::undecided;
+                not_positive += check_element(form, 0).verdict != Verdict::valid;
                 smallest = std::min(smallest, alone.min_scaled_jacobian);
                 // Both are lower bounds; that of the element alone is a close one.
                 RC_ASSERT(v.min_scaled_jacobian[e] <=
@@ -46,6 +47,7 @@ void test_against_elements() {
             }
             RC_ASSERT(v.invalid == invalid);
             RC_ASSERT(v.undecided == undecided);
+            RC_ASSERT(v.not_positive == not_positive);
             RC_ASSERT(std::abs(v.smallest - smallest) <= scaled_jacobian_tolerance * std::max(1.0, std::abs(smallest)));
             RC_ASSERT(static_cast<double>(v.min_scaled_jacobian[v.worst]) == v.smallest);
         },
@@ -58,7 +60,7 @@ void test_threads() {
     const auto p = planned<D>(random, D == 2 ? 60 : 12, 0.25, 0.1);
     const auto one = validate(p.mesh, p.proposal, 1e-12, Execution{1}).value();
     const auto two = validate(p.mesh, p.proposal, 1e-12, Execution{2}).value();
-    CHECK(one.invalid > 0);
+    CHECK(one.validation().invalid > 0);
     CHECK(one == two);
 }
 

@@ -21,7 +21,7 @@ namespace {
 constexpr double bound = 1e-12;
 
 template <int D>
-Validation<D> validated(const Planned<D>& p) {
+JudgedProposal<D> judged(const Planned<D>& p) {
     return validate(p.mesh, p.proposal, bound, Execution{1}).value();
 }
 
@@ -30,26 +30,27 @@ Relaxation<D> relaxed(const Planned<D>& p, RelaxStrategy strategy, int threads =
     RelaxOptions options;
     options.min_scaled_jacobian = bound;
     options.strategy = strategy;
-    return relax(p.mesh, p.proposal, validated(p), options, Execution{threads}).value();
+    return relax(judged(p), options, Execution{threads}).value();
 }
 
 /// Every node lies between the middle of its chord and its place in the proposal, and what the result says of it is
 /// true.
 template <int D>
 void check_nodes(const Planned<D>& p, const Relaxation<D>& r) {
+    const Proposal<D>& result = r.judged.proposal();
     std::size_t volume = 0;
     std::size_t surface = 0;
     for (std::size_t e = 0; e < p.mesh.edges.size(); ++e) {
         const Vec<D> before = p.proposal.mid_nodes[e].point;
-        const Vec<D> after = r.proposal.mid_nodes[e].point;
+        const Vec<D> after = result.mid_nodes[e].point;
         const Vec<D> middle = p.mesh.mid_nodes[e].point;
-        RC_ASSERT(r.proposal.kinds[e] == p.proposal.kinds[e]);
+        RC_ASSERT(result.kinds[e] == p.proposal.kinds[e]);
         if (before == after) {
-            RC_ASSERT(r.proposal.changes[e] == p.proposal.changes[e]);
+            RC_ASSERT(result.changes[e] == p.proposal.changes[e]);
             continue;
         }
         ++(p.proposal.kinds[e] == EdgeKind::volume ? volume : surface);
-        RC_ASSERT(r.proposal.changes[e] == (after == middle ? EdgeChange::straightened : EdgeChange::relaxed));
+        RC_ASSERT(result.changes[e] == (after == middle ? EdgeChange::straightened : EdgeChange::relaxed));
         RC_ASSERT(std::abs(distance(before, after) + distance(after, middle) - distance(before, middle)) < 1e-12);
     }
     RC_ASSERT(r.relaxed_volume_edges == volume);
@@ -58,15 +59,16 @@ void check_nodes(const Planned<D>& p, const Relaxation<D>& r) {
 
 template <int D>
 void check_relaxation(const Planned<D>& p, RelaxStrategy strategy) {
-    const auto before = validated(p);
+    const auto before = judged(p).validation();
     const auto r = relaxed(p, strategy);
-    RC_ASSERT(r.validation.all_valid());
+    const Validation<D>& after = r.judged.validation();
+    RC_ASSERT(after.all_valid());
     RC_ASSERT(r.corrected_elements == before.invalid + before.undecided);
     check_nodes(p, r);
-    const auto again = validate(p.mesh, r.proposal, bound, Execution{1}).value();
-    RC_ASSERT(again.verdicts == r.validation.verdicts);
-    RC_ASSERT(again.straight_inverted == r.validation.straight_inverted);
-    RC_ASSERT(std::abs(again.smallest - r.validation.smallest) <= scaled_jacobian_tolerance);
+    const auto again = validate(p.mesh, r.judged.proposal(), bound, Execution{1}).value().validation();
+    RC_ASSERT(again.verdicts == after.verdicts);
+    RC_ASSERT(again.straight_inverted == after.straight_inverted);
+    RC_ASSERT(std::abs(again.smallest - after.smallest) <= scaled_jacobian_tolerance);
 }
 
 template <int D>
@@ -99,7 +101,7 @@ template <int D>
 double kept(const Planned<D>& p, const Relaxation<D>& r) {
     double sum = 0;
     for (std::size_t e = 0; e < p.mesh.edges.size(); ++e)
-        sum += distance(r.proposal.mid_nodes[e].point, p.mesh.mid_nodes[e].point);
+        sum += distance(r.judged.proposal().mid_nodes[e].point, p.mesh.mid_nodes[e].point);
     return sum;
 }
 
@@ -121,8 +123,7 @@ void test_threads() {
     for (const auto strategy : {RelaxStrategy::shell, RelaxStrategy::paper}) {
         const auto one = relaxed(p, strategy, 1);
         const auto two = relaxed(p, strategy, 2);
-        CHECK(one.proposal == two.proposal);
-        CHECK(one.validation == two.validation);
+        CHECK(one.judged == two.judged);
     }
 }
 
@@ -154,7 +155,7 @@ TEST_CASE("relax leaves a valid mesh alone") {
     std::mt19937_64 random(2);
     const auto p = planned<3>(random, 3, 0.02, 0.02);
     const auto r = relaxed(p, RelaxStrategy::shell);
-    CHECK(r.proposal == p.proposal);
+    CHECK(r.judged.proposal() == p.proposal);
     CHECK(r.corrected_elements == 0);
     CHECK(r.relaxed_volume_edges == 0);
     CHECK(r.relaxed_surface_edges == 0);
@@ -172,9 +173,9 @@ TEST_CASE("relax tells what it cannot mend") {
     p.mesh.edges.of_elements = edges;
     for (const auto strategy : {RelaxStrategy::shell, RelaxStrategy::paper}) {
         const auto r = relaxed(p, strategy);
-        CHECK(r.validation.invalid == 1);
-        CHECK(r.validation.straight_inverted == 1);
-        CHECK(r.validation.verdicts[9] == Verdict::invalid);
+        CHECK(r.judged.validation().invalid == 1);
+        CHECK(r.judged.validation().straight_inverted == 1);
+        CHECK(r.judged.validation().verdicts[9] == Verdict::invalid);
     }
 }
 
@@ -182,7 +183,7 @@ TEST_CASE("relax: options out of range") {
     std::mt19937_64 random(2);
     const auto p = planned<2>(random, 3, 0.5, 0);
     const auto refused = [&](RelaxOptions options) {
-        const auto r = relax(p.mesh, p.proposal, validated(p), options, Execution{1});
+        const auto r = relax(judged(p), options, Execution{1});
         REQUIRE_FALSE(r.has_value());
         CHECK(r.error().kind == ErrorKind::usage);
     };

@@ -21,7 +21,7 @@ namespace camber::run {
 template <int D>
 Outcome<State<D>> adopt_stage(State<D> state, const config::Features& options, Report& report,
                               const Execution& execution) {
-    const QuadraticMesh<D>& mesh = *state.mesh;
+    const QuadraticMesh<D>& mesh = *state.quadratic();
     auto features = find_features(mesh.linear, mesh.edges,
                                   FeatureOptions<D>{.ridge_angle_degrees = options.ridge_angle}, execution);
     if (!features) return fail(features.error());
@@ -35,21 +35,25 @@ Outcome<State<D>> adopt_stage(State<D> state, const config::Features& options, R
         changes[e] = straight ? EdgeChange::straight : volume ? EdgeChange::optimised : EdgeChange::projected;
     }
     state.required = required_boundary(options);
-    state.proposal =
-        Proposal<D>{mesh.mid_nodes, held_kinds(mesh, features->edge_kinds, state.required), std::move(changes)};
+    state.propose({mesh.linear.points, mesh.mid_nodes, held_kinds(mesh, features->edge_kinds, state.required),
+                   std::move(changes)});
     state.features = std::move(*features);
     state.adopted = true;
     return state;
 }
 
 template <int D>
-Outcome<Column<LagrangeNode<D>>> own_wishes(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
-                                            const Validation<D>& validation, const Incidence<ElementId>& shells,
+Outcome<Column<LagrangeNode<D>>> own_wishes(const JudgedProposal<D>& judged, const Incidence<ElementId>& shells,
                                             const Execution& execution) {
-    if (validation.all_valid()) return proposal.mid_nodes;
+    const QuadraticMesh<D>& mesh = judged.mesh();
+    const Proposal<D>& proposal = judged.proposal();
+    const Validation<D>& validation = judged.validation();
     auto extended = extend_boundary(mesh, proposal.kinds, proposal.mid_nodes, shells, {}, execution);
     if (!extended) return fail(extended.error());
     Buffer<LagrangeNode<D>> wanted(proposal.mid_nodes.begin(), proposal.mid_nodes.end());
+    for (std::size_t e = 0; e < wanted.size(); ++e)
+        for (const VertexId v : mesh.edges.vertices[e])
+            wanted[e].point -= 0.5 * (proposal.points[v] - mesh.linear.points[v]);
     for (std::size_t e = 0; e < validation.verdicts.size(); ++e) {
         if (validation.verdicts[e] == Verdict::valid) continue;
         for (const EdgeId edge : mesh.edges.of_elements[e])
@@ -58,10 +62,9 @@ Outcome<Column<LagrangeNode<D>>> own_wishes(const QuadraticMesh<D>& mesh, const 
     return Column<LagrangeNode<D>>(std::move(wanted));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                  \
-    template Outcome<State<D>> adopt_stage<D>(State<D>, const config::Features&, Report&, const Execution&);   \
-    template Outcome<Column<LagrangeNode<D>>> own_wishes<D>(const QuadraticMesh<D>&, const Proposal<D>&,       \
-                                                            const Validation<D>&, const Incidence<ElementId>&, \
+#define CAMBER_INSTANTIATE(D)                                                                                      \
+    template Outcome<State<D>> adopt_stage<D>(State<D>, const config::Features&, Report&, const Execution&);       \
+    template Outcome<Column<LagrangeNode<D>>> own_wishes<D>(const JudgedProposal<D>&, const Incidence<ElementId>&, \
                                                             const Execution&);
 
 CAMBER_INSTANTIATE(2)

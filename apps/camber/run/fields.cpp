@@ -135,8 +135,8 @@ Outcome<MeshField> metrics(const QuadraticMesh<D>& mesh, const BackMesh<D>& back
 template <int D>
 Outcome<MeshFields> mesh_fields(const State<D>& state, const Execution& execution) {
     MeshFields fields;
-    if (!state.mesh) return fields;
-    const QuadraticMesh<D>& mesh = *state.mesh;
+    if (!state.quadratic()) return fields;
+    const QuadraticMesh<D>& mesh = *state.quadratic();
     const std::size_t edges = mesh.edges.size();
     if (state.validation) {
         fields =

@@ -83,8 +83,10 @@ std::vector<Histogram> run_histograms(const State<D>& state) {
         count(Quantity::length, "straight", straight.view());
         count(Quantity::length, "before", before.view());
         count(Quantity::length, "after", after.view());
-        count(Quantity::curvature, "before", curvatures<D>(*state.mesh, proposal.mid_nodes.view()));
-        count(Quantity::curvature, "after", curvatures<D>(*state.mesh, state.proposal->mid_nodes.view()));
+        count(Quantity::curvature, "before",
+              curvatures<D>(proposed(*state.quadratic(), proposal), proposal.mid_nodes.view()));
+        count(Quantity::curvature, "after",
+              curvatures<D>(proposed(*state.quadratic(), *state.proposal), state.proposal->mid_nodes.view()));
     }
     if (state.validation) {
         if (state.proposal && state.first_validation)

@@ -22,14 +22,12 @@ namespace {
 /// Rounds in which nodes that went beyond the tolerance are held.
 constexpr int most_rounds = 12;
 
-/// The proposal with the boundary edges that are marked not to be moved.
-template <int D>
-Proposal<D> with_held(Proposal<D> proposal, const std::vector<std::uint8_t>& held) {
-    Buffer<EdgeKind> kinds(proposal.kinds.begin(), proposal.kinds.end());
-    for (std::size_t e = 0; e < kinds.size(); ++e)
-        if (kinds[e] != EdgeKind::volume && held[e] != 0) kinds[e] = EdgeKind::fixed;
-    proposal.kinds = std::move(kinds);
-    return proposal;
+/// The kinds with the boundary edges that are marked not to be moved.
+Column<EdgeKind> with_held(const Column<EdgeKind>& kinds, const std::vector<std::uint8_t>& held) {
+    Buffer<EdgeKind> all(kinds.begin(), kinds.end());
+    for (std::size_t e = 0; e < all.size(); ++e)
+        if (all[e] != EdgeKind::volume && held[e] != 0) all[e] = EdgeKind::fixed;
+    return all;
 }
 
 /// Marks the boundary nodes that are further than the tolerance from where they were; false when there are none.
@@ -48,19 +46,20 @@ bool hold_beyond(const Proposal<D>& before, const Proposal<D>& after, double tol
 
 /// A later state of the same mesh, with the kinds of `before` and all that changed since counted.
 template <int D>
-Mended<D> counted(const QuadraticMesh<D>& mesh, const Proposal<D>& before, const Validation<D>& validation,
-                  Mended<D> after) {
-    after.proposal.kinds = before.kinds;
-    after.corrected_elements = after.moved_volume_nodes = after.moved_surface_nodes = after.moved_vertices = 0;
-    for (std::size_t e = 0; e < validation.verdicts.size(); ++e)
-        after.corrected_elements +=
-            validation.verdicts[e] != Verdict::valid && after.validation.verdicts[e] == Verdict::valid;
-    for (std::size_t e = 0; e < before.mid_nodes.size(); ++e)
-        if (after.proposal.mid_nodes[e] != before.mid_nodes[e])
-            ++(before.kinds[e] == EdgeKind::volume ? after.moved_volume_nodes : after.moved_surface_nodes);
-    for (std::size_t v = 0; v < mesh.linear.points.size(); ++v)
-        after.moved_vertices += after.linear.points[v] != mesh.linear.points[v];
-    return after;
+Mended<D> counted(const JudgedProposal<D>& before, const JudgedProposal<D>& after) {
+    Mended<D> sum{after.with_kinds(before.proposal().kinds)};
+    const Proposal<D>& was = before.proposal();
+    const Proposal<D>& is = after.proposal();
+    const auto valid = [](const JudgedProposal<D>& judged, std::size_t e) {
+        return judged.validation().verdicts[e] == Verdict::valid;
+    };
+    for (std::size_t e = 0; e < before.validation().verdicts.size(); ++e)
+        sum.corrected_elements += !valid(before, e) && valid(after, e);
+    for (std::size_t e = 0; e < was.mid_nodes.size(); ++e)
+        if (is.mid_nodes[e] != was.mid_nodes[e])
+            ++(was.kinds[e] == EdgeKind::volume ? sum.moved_volume_nodes : sum.moved_surface_nodes);
+    for (std::size_t v = 0; v < was.points.size(); ++v) sum.moved_vertices += is.points[v] != was.points[v];
+    return sum;
 }
 
 }  // namespace
@@ -76,19 +75,13 @@ RelaxOptions relax_options(const config::Relax& options) {
 }
 
 template <int D>
-Outcome<Mended<D>> mend(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Validation<D>& validation,
-                        const Column<QuadraticModel<D>>& models, const config::Relax& options,
-                        const Execution& execution) {
+Outcome<Mended<D>> mend(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
+                        const config::Relax& options, const Execution& execution) {
     if (!needs_models(options.repair)) {
-        auto done = relax(mesh, proposal, validation, relax_options(options), execution);
+        auto done = relax(wanted, relax_options(options), execution);
         if (!done) return fail(done.error());
-        return Mended<D>{mesh.linear,
-                         std::move(done->proposal),
-                         std::move(done->validation),
-                         done->corrected_elements,
-                         done->relaxed_volume_edges,
-                         done->relaxed_surface_edges,
-                         0};
+        return Mended<D>{std::move(done->judged), done->corrected_elements, done->relaxed_volume_edges,
+                         done->relaxed_surface_edges, 0};
     }
     const RepairOptions repair_options{
         .min_scaled_jacobian = options.min_scaled_jacobian,
@@ -96,120 +89,101 @@ Outcome<Mended<D>> mend(const QuadraticMesh<D>& mesh, const Proposal<D>& proposa
         .scope = options.repair == config::Repair::edge ? RepairScope::edges : RepairScope::cavities,
         .surface_tolerance = options.boundary_tolerance,
         .vertices = options.vertices == config::Vertices::move ? VertexMoves::allowed : VertexMoves::never};
-    auto done = repair(mesh, proposal, validation, models, repair_options, execution);
+    auto done = repair(wanted, models, repair_options, execution);
     if (!done) return fail(done.error());
     const RepairStatistics& s = done->statistics;
-    return Mended<D>{std::move(done->linear), std::move(done->proposal), std::move(done->validation),
-                     s.corrected_elements,    s.moved_volume_nodes,      s.relaxed_surface_nodes,
+    return Mended<D>{std::move(done->judged), s.corrected_elements, s.moved_volume_nodes, s.relaxed_surface_nodes,
                      s.moved_vertices};
 }
 
 namespace {
 
-/// The same mesh, with the points of a later state.
 template <int D>
-QuadraticMesh<D> with_points(QuadraticMesh<D> mesh, const LinearMesh<D>& linear) {
-    mesh.linear = linear;
-    return mesh;
-}
-
-template <int D>
-std::size_t left(const Validation<D>& validation) {
-    return validation.invalid + validation.undecided;
+std::size_t left(const JudgedProposal<D>& judged) {
+    return judged.validation().invalid + judged.validation().undecided;
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Mended<D>> mend_or_straighten(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
-                                      const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
+Outcome<Mended<D>> mend_or_straighten(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
                                       const config::Relax& options, const Execution& execution) {
-    auto kept = mend(mesh, proposal, validation, models, options, execution);
-    if (!kept || kept->validation.all_valid() || options.repair != config::Repair::cavity) return kept;
-    auto done =
-        relax(with_points(mesh, kept->linear), kept->proposal, kept->validation, relax_options(options), execution);
+    auto kept = mend(wanted, models, options, execution);
+    if (!kept || kept->judged.validation().all_valid() || options.repair != config::Repair::cavity) return kept;
+    const auto done = relax(kept->judged, relax_options(options), execution);
     if (!done) return fail(done.error());
-    if (left(done->validation) >= left(kept->validation)) return kept;
-    return counted(
-        mesh, proposal, validation,
-        Mended<D>{std::move(kept->linear), std::move(done->proposal), std::move(done->validation), 0, 0, 0, 0});
+    if (left(done->judged) >= left(kept->judged)) return kept;
+    return counted(wanted, done->judged);
 }
 
 namespace {
 
 /// What mending gives from nodes that slid in planes, or `kept` if that is no better.
-Outcome<Mended<3>> mend_after_slide(const QuadraticMesh<3>& mesh, const Mended<3>& kept,
-                                    const Column<QuadraticModel<3>>& models, const config::Relax& options,
-                                    const Proposal<3>& given, const std::vector<std::uint8_t>& held,
-                                    const Execution& execution) {
+Outcome<Mended<3>> mend_after_slide(const JudgedProposal<3>& kept, const Column<QuadraticModel<3>>& models,
+                                    const config::Relax& options, const Column<EdgeKind>& kinds,
+                                    const std::vector<std::uint8_t>& held, const Execution& execution) {
     // The kinds of the boundary, not those that hold it.
-    Proposal<3> proposal = kept.proposal;
-    proposal.kinds = given.kinds;
-    auto slid = slid_in_planes(mesh, proposal, kept.validation, options.boundary_tolerance, execution);
+    auto slid = slid_in_planes(kept.with_kinds(kinds), options.boundary_tolerance, execution);
     if (!slid) return fail(slid.error());
-    const Proposal<3> start = with_held(std::move(*slid), held);
-    auto validation = validate(mesh, start, kept.validation.bound, execution);
-    if (!validation) return fail(validation.error());
-    auto mended = mend(mesh, start, *validation, models, options, execution);
+    slid->kinds = with_held(kinds, held);
+    const auto start = validate(kept.mesh(), std::move(*slid), kept.validation().bound, execution);
+    if (!start) return fail(start.error());
+    auto mended = mend(*start, models, options, execution);
     if (!mended) return mended;
-    if (left(mended->validation) < left(kept.validation)) return mended;
-    return kept;
+    if (left(mended->judged) < left(kept)) return mended;
+    return Mended<3>{kept};
 }
 
 template <int D>
-Outcome<Mended<D>> mend_to_bound(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
-                                 const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
+Outcome<Mended<D>> mend_to_bound(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
                                  const config::Relax& options, const Execution& execution) {
-    std::vector<std::uint8_t> held(mesh.edges.size(), 1);
-    auto kept = mend(mesh, with_held(proposal, held), validation, models, options, execution);
+    const Proposal<D>& proposal = wanted.proposal();
+    std::vector<std::uint8_t> held(proposal.kinds.size(), 1);
+    auto kept = mend(wanted.with_kinds(with_held(proposal.kinds, held)), models, options, execution);
     if (!kept) return kept;
-    if (kept->validation.all_valid() || options.boundary_tolerance == 0)
-        return counted(mesh, proposal, validation, std::move(*kept));
-    QuadraticMesh<D> start = mesh;
-    start.linear = kept->linear;
+    const auto done = [&] { return kept->judged.validation().all_valid() || options.boundary_tolerance == 0; };
+    if (done()) return counted(wanted, kept->judged);
     if constexpr (D == 3) {
-        auto better = mend_after_slide(start, *kept, models, options, proposal, held, execution);
+        auto better = mend_after_slide(kept->judged, models, options, proposal.kinds, held, execution);
         if (!better) return better;
         kept = std::move(better);
-        if (kept->validation.all_valid()) return counted(mesh, proposal, validation, std::move(*kept));
-        start.linear = kept->linear;
+        if (done()) return counted(wanted, kept->judged);
     }
     std::ranges::fill(held, std::uint8_t{0});
-    Proposal<D> free = kept->proposal;
-    free.kinds = proposal.kinds;
     for (int round = 0; round < most_rounds; ++round) {
-        auto freed = mend(start, with_held(free, held), kept->validation, models, options, execution);
+        auto freed = mend(kept->judged.with_kinds(with_held(proposal.kinds, held)), models, options, execution);
         if (!freed) return freed;
-        if (!hold_beyond(proposal, freed->proposal, options.boundary_tolerance, held))
-            return counted(mesh, proposal, validation, std::move(*freed));
+        if (!hold_beyond(proposal, freed->judged.proposal(), options.boundary_tolerance, held))
+            return counted(wanted, freed->judged);
     }
-    return counted(mesh, proposal, validation, std::move(*kept));
+    return counted(wanted, kept->judged);
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Mended<D>> mend_within(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
-                               const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
+Outcome<Mended<D>> mend_within(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
                                const config::Relax& options, const Execution& execution) {
     config::Relax lower = options;
     lower.min_scaled_jacobian = config::Relax{}.min_scaled_jacobian;
-    auto asked = mend_to_bound(mesh, proposal, validation, models, options, execution);
-    if (!asked || asked->validation.all_valid() || options.min_scaled_jacobian <= lower.min_scaled_jacobian)
+    auto asked = mend_to_bound(wanted, models, options, execution);
+    if (!asked || asked->judged.validation().all_valid() || options.min_scaled_jacobian <= lower.min_scaled_jacobian)
         return asked;
     // To the passes elements below the bound are alike: what cannot reach it may have become invalid.
-    auto now = validate(with_points(mesh, asked->linear), asked->proposal, lower.min_scaled_jacobian, execution);
+    const auto to = [&](const JudgedProposal<D>& judged, double bound) {
+        return validate(judged.mesh(), judged.proposal(), bound, execution);
+    };
+    const auto now = to(asked->judged, lower.min_scaled_jacobian);
     if (!now) return fail(now.error());
-    if (now->all_valid()) return asked;
-    auto before = validate(mesh, proposal, lower.min_scaled_jacobian, execution);
+    if (now->validation().all_valid()) return asked;
+    const auto before = to(wanted, lower.min_scaled_jacobian);
     if (!before) return fail(before.error());
-    auto plain = mend_to_bound(mesh, proposal, *before, models, lower, execution);
+    const auto plain = mend_to_bound(*before, models, lower, execution);
     if (!plain) return plain;
-    if (left(*now) <= left(plain->validation)) return asked;
-    auto judged = validate(with_points(mesh, plain->linear), plain->proposal, options.min_scaled_jacobian, execution);
+    if (left(*now) <= left(plain->judged)) return asked;
+    const auto judged = to(plain->judged, options.min_scaled_jacobian);
     if (!judged) return fail(judged.error());
-    plain->validation = std::move(*judged);
-    return counted(mesh, proposal, validation, std::move(*plain));
+    return counted(wanted, *judged);
 }
 
 template <int D>
@@ -227,15 +201,13 @@ KeptBoundaryReport kept_boundary(const QuadraticMesh<D>& mesh, const Proposal<D>
     return report;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                      \
-    template Outcome<Mended<D>> mend<D>(const QuadraticMesh<D>&, const Proposal<D>&, const Validation<D>&,         \
-                                        const Column<QuadraticModel<D>>&, const config::Relax&, const Execution&); \
-    template Outcome<Mended<D>> mend_or_straighten<D>(const QuadraticMesh<D>&, const Proposal<D>&,                 \
-                                                      const Validation<D>&, const Column<QuadraticModel<D>>&,      \
-                                                      const config::Relax&, const Execution&);                     \
-    template Outcome<Mended<D>> mend_within<D>(const QuadraticMesh<D>&, const Proposal<D>&, const Validation<D>&,  \
-                                               const Column<QuadraticModel<D>>&, const config::Relax&,             \
-                                               const Execution&);                                                  \
+#define CAMBER_INSTANTIATE(D)                                                                                     \
+    template Outcome<Mended<D>> mend<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&,               \
+                                        const config::Relax&, const Execution&);                                  \
+    template Outcome<Mended<D>> mend_or_straighten<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&, \
+                                                      const config::Relax&, const Execution&);                    \
+    template Outcome<Mended<D>> mend_within<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&,        \
+                                               const config::Relax&, const Execution&);                           \
     template KeptBoundaryReport kept_boundary<D>(const QuadraticMesh<D>&, const Proposal<D>&, double);
 
 CAMBER_INSTANTIATE(2)

@@ -10,12 +10,10 @@ import :report;
 
 namespace camber::run {
 
-/// A mesh and a proposal after a correction, and what it changed.
+/// A proposal after a correction, and what it changed.
 template <int D>
 struct Mended {
-    LinearMesh<D> linear;
-    Proposal<D> proposal;
-    Validation<D> validation;
+    JudgedProposal<D> judged;
     std::size_t corrected_elements = 0, moved_volume_nodes = 0, moved_surface_nodes = 0, moved_vertices = 0;
 };
 
@@ -29,23 +27,20 @@ struct Mended {
 
 /// What is not valid mended, by the repair that the options name. Errors: those of the repair.
 template <int D>
-[[nodiscard]] Outcome<Mended<D>> mend(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
-                                      const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
+[[nodiscard]] Outcome<Mended<D>> mend(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
                                       const config::Relax& options, const Execution& execution);
 
 /// The same as `mend`; what cavities leave is relaxed towards the straight mesh, surface edges last, if that mends any:
 /// an element then remains only if its straight one is not valid.
 template <int D>
-[[nodiscard]] Outcome<Mended<D>> mend_or_straighten(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
-                                                    const Validation<D>& validation,
+[[nodiscard]] Outcome<Mended<D>> mend_or_straighten(const JudgedProposal<D>& wanted,
                                                     const Column<QuadraticModel<D>>& models,
                                                     const config::Relax& options, const Execution& execution);
 
 /// Volume nodes around elements that are not valid, and nodes of the boundary's plane pieces within their planes by at
 /// most the tolerance, go where a linear extension of all other boundary nodes' displacements has them, as far out as
 /// that breaks elements. The boundary's shape stays. The proposal need not be better. Errors: stopped.
-[[nodiscard]] Outcome<Proposal<3>> slid_in_planes(const QuadraticMesh<3>& mesh, const Proposal<3>& proposal,
-                                                  const Validation<3>& validation, double tolerance,
+[[nodiscard]] Outcome<Proposal<3>> slid_in_planes(const JudgedProposal<3>& judged, double tolerance,
                                                   const Execution& execution);
 
 /// The same as `mend` with the boundary given: its nodes stay while that is enough; then they slide in planes, then
@@ -53,15 +48,13 @@ template <int D>
 /// is held where it was, and what is left is mended again without it. Where the bound cannot be had, no more elements
 /// are left invalid than with the default bound.
 template <int D>
-[[nodiscard]] Outcome<Mended<D>> mend_within(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
-                                             const Validation<D>& validation, const Column<QuadraticModel<D>>& models,
+[[nodiscard]] Outcome<Mended<D>> mend_within(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
                                              const config::Relax& options, const Execution& execution);
 
 /// Where the nodes of a mesh that was read are wanted: where they are, but for the volume nodes of elements that are
 /// not valid, whose places say nothing: there, by the boundary's displacement carried inwards (`extend_boundary`).
 template <int D>
-[[nodiscard]] Outcome<Column<LagrangeNode<D>>> own_wishes(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
-                                                          const Validation<D>& validation,
+[[nodiscard]] Outcome<Column<LagrangeNode<D>>> own_wishes(const JudgedProposal<D>& judged,
                                                           const Incidence<ElementId>& shells,
                                                           const Execution& execution);
 
@@ -75,13 +68,10 @@ template <int D>
 /// 4 P_ij − 3 P_i − P_j); required edges and vertices; a facet of the boundary that is folded, seen from its straight
 /// form; nodes that are all on the boundary; else nothing that forbids it is known.
 template <int D>
-[[nodiscard]] std::vector<RemainingReport> remaining(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
-                                                     const Validation<D>& validation);
+[[nodiscard]] std::vector<RemainingReport> remaining(const JudgedProposal<D>& judged);
 
 /// Those of them that hold something required, with that reason: the others had all the freedom there is.
 template <int D>
-[[nodiscard]] std::vector<RemainingReport> remaining_by_requirement(const QuadraticMesh<D>& mesh,
-                                                                    const Proposal<D>& proposal,
-                                                                    const Validation<D>& validation);
+[[nodiscard]] std::vector<RemainingReport> remaining_by_requirement(const JudgedProposal<D>& judged);
 
 }  // namespace camber::run

@@ -59,7 +59,7 @@ Outcome<AnalyticField<D>> of_dimension(const config::SphericalShock& s) {
 template <int D>
 Outcome<Surrogate<D>> surrogate_of(const State<D>& state, const Execution& execution) {
     if (const auto* there = std::get_if<Surrogate<D>>(&*state.geometry)) return *there;
-    return build_surrogate(state.linear, state.mesh->edges, *state.features, SurrogateOptions{}, execution);
+    return build_surrogate(state.linear(), state.quadratic()->edges, *state.features, SurrogateOptions{}, execution);
 }
 
 /// The unit normal at each corner of each facet: of the analytic surface that the facet lies on, else the surrogate's.
@@ -68,13 +68,13 @@ Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const State<D>& state, con
     const auto surrogate = surrogate_of(state, execution);
     if (!surrogate) return fail(surrogate.error());
     const bool analytic = std::holds_alternative<AnalyticGeometry<D>>(*state.geometry);
-    const auto& facets = state.linear.facets;
+    const auto& facets = state.linear().facets;
     return map_each(execution, facets.size(), [&](std::size_t f) {
         std::array<Vec<D>, D> out;
         for (std::size_t i = 0; i < D; ++i) {
             if (analytic)
                 out[i] = project(*state.geometry, SurfaceHint{.reference = facets.references[f]},
-                                 state.linear.points[facets.vertices[f][i]])
+                                 state.linear().points[facets.vertices[f][i]])
                              .normal;
             if (norm_squared(out[i]) > 0) continue;
             Barycentric<D - 1> corner{};
@@ -90,17 +90,17 @@ template <int D>
 Outcome<VertexNormals<D>> boundary_normals(const State<D>& state, const Execution& execution) {
     const auto normals = corner_normals(state, execution);
     if (!normals) return fail(normals.error());
-    const auto around = facet_balls(state.linear, execution);
+    const auto around = facet_balls(state.linear(), execution);
     if (!around) return fail(around.error());
     constexpr double same = 1 - 1e-8;  // cosine: facets of one side agree to rounding
     Buffer<std::uint32_t> offsets{0};
     Buffer<Vec<D>> items;
-    offsets.reserve(state.linear.points.size() + 1);
-    for (std::size_t v = 0; v < state.linear.points.size(); ++v) {
+    offsets.reserve(state.linear().points.size() + 1);
+    for (std::size_t v = 0; v < state.linear().points.size(); ++v) {
         const std::size_t begin = items.size();
         for (const FacetId f : (*around)[v])
             for (std::size_t i = 0; i < D; ++i) {
-                if (state.linear.facets.vertices[f][i].index() != v) continue;
+                if (state.linear().facets.vertices[f][i].index() != v) continue;
                 const Vec<D>& n = (*normals)[f.index()][i];
                 bool known = !(norm_squared(n) > 0);
                 for (std::size_t k = begin; k < items.size(); ++k) known = known || std::abs(dot(items[k], n)) > same;
@@ -141,7 +141,7 @@ struct Operated {
         options.ratio = gradation.ratio;
         options.physical_share = gradation.physical_share;
         options.max_sweeps = gradation.max_sweeps;
-        auto out = graded(state.linear, state.mesh->edges, field, options, execution);
+        auto out = graded(state.linear(), state.quadratic()->edges, field, options, execution);
         if (!out) return fail(out.error());
         report.metric->gradations.push_back({out->sweeps, out->changed, out->converged});
         if (!out->converged)
@@ -158,7 +158,7 @@ struct Operated {
                        execution);
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Complexity& wanted) {
-        return scaled_to_complexity(state.linear, field, wanted.target, execution);
+        return scaled_to_complexity(state.linear(), field, wanted.target, execution);
     }
 };
 
@@ -167,7 +167,7 @@ struct Operated {
 template <int D>
 Outcome<Column<LogMetric<D>>> make_surface_metric(const config::SurfaceMetric& metric, const State<D>& state,
                                                   const Execution& execution) {
-    if (!state.geometry || !state.features || !state.mesh)
+    if (!state.geometry || !state.features || !state.quadratic())
         return fail(ErrorKind::internal, "the surface metric needs the surface stage before it");
     const auto normals = boundary_normals(state, execution);
     if (!normals) return fail(normals.error());

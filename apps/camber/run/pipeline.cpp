@@ -44,7 +44,7 @@ class Runner {
           operands_(std::move(operands)),
           around_(around) {
         measure_mesh();
-        read_curved_ = state_.mesh.has_value();
+        read_curved_ = state_.quadratic() != nullptr;
     }
 
     Outcome<Run> run() {
@@ -72,17 +72,18 @@ class Runner {
             });
             if (!made) return fail(made.error());
         }
-        if (state_.mesh) return Run{AnyMesh(std::move(*state_.mesh)), std::move(report_), std::move(fields)};
-        return Run{AnyMesh(std::move(state_.linear)), std::move(report_), std::move(fields)};
+        auto mesh = std::visit([](auto& m) { return AnyMesh(std::move(m)); }, state_.mesh);
+        return Run{std::move(mesh), std::move(report_), std::move(fields)};
     }
 
   private:
     void measure_mesh() {
-        const LinearMesh<D>& mesh = state_.linear;
+        const LinearMesh<D>& mesh = state_.linear();
+        const QuadraticMesh<D>* curves = state_.quadratic();
         report_.mesh = {D,
-                        state_.mesh ? 2 : 1,
+                        curves ? 2 : 1,
                         mesh.points.size(),
-                        mesh.points.size() + (state_.mesh ? state_.mesh->edges.size() : 0),
+                        mesh.points.size() + (curves ? curves->edges.size() : 0),
                         mesh.elements.size(),
                         mesh.facets.size(),
                         mesh.edges.size()};
@@ -101,7 +102,7 @@ class Runner {
     }
 
     Outcome<Done> apply(const config::Elevate&) {
-        if (state_.mesh && !read_curved_)
+        if (state_.quadratic() && !read_curved_)
             return fail(ErrorKind::usage, "the mesh is quadratic already, by an \"elevate\" before", {}, {},
                         "leave one of them out");
         return step("elevate", [&](State<D> s, const Execution& e) { return elevate_stage(std::move(s), report_, e); });
@@ -161,16 +162,9 @@ class Runner {
     Report report_;
 };
 
-template <int D>
-State<D> initial(LinearMesh<D> mesh) {
-    State<D> state;
-    state.linear = std::move(mesh);
-    return state;
-}
-template <int D>
-State<D> initial(QuadraticMesh<D> mesh) {
-    State<D> state;
-    state.linear = mesh.linear;
+template <class Mesh>
+State<Mesh::dimension> beginning_with(Mesh mesh) {
+    State<Mesh::dimension> state;
     state.mesh = std::move(mesh);
     return state;
 }
@@ -184,7 +178,7 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     if (inputs.metric) metric = MetricFile{std::get<config::FilePath>(pipeline.metric).path, std::move(*inputs.metric)};
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
-            return Runner<Mesh::dimension>(pipeline, initial(std::move(mesh)), std::move(metric),
+            return Runner<Mesh::dimension>(pipeline, beginning_with(std::move(mesh)), std::move(metric),
                                            std::move(inputs.operands), around)
                 .run();
         },

@@ -17,22 +17,17 @@ namespace camber::run {
 
 template <int D>
 Outcome<State<D>> prepare_stage(State<D> state, Report& report, const Execution& execution) {
-    const auto enter = [&](std::vector<std::string>& notices) {
-        report.notices.insert(report.notices.end(), notices.begin(), notices.end());
-    };
-    if (state.mesh) {
-        state.linear = {};
-        auto prepared = prepare(std::move(*state.mesh), execution);
-        if (!prepared) return fail(prepared.error());
-        enter(prepared->notices);
-        state.linear = prepared->mesh.linear;
-        state.mesh = std::move(prepared->mesh);
-    } else {
-        auto prepared = prepare(std::move(state.linear), execution);
-        if (!prepared) return fail(prepared.error());
-        enter(prepared->notices);
-        state.linear = std::move(prepared->mesh);
-    }
+    const auto done = std::visit(
+        [&](auto& mesh) -> Outcome<Done> {
+            auto prepared = prepare(std::move(mesh), execution);
+            if (!prepared) return fail(prepared.error());
+            report.notices.insert(report.notices.end(), prepared->notices.begin(), prepared->notices.end());
+            mesh = std::move(prepared->mesh);
+            return Done{};
+        },
+        state.mesh);
+    if (!done) return fail(done.error());
+    state.given_points = state.linear().points;
     return state;
 }
 

@@ -149,8 +149,10 @@ std::string reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
 }  // namespace
 
 template <int D>
-std::vector<RemainingReport> remaining(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
-                                       const Validation<D>& validation) {
+std::vector<RemainingReport> remaining(const JudgedProposal<D>& judged) {
+    const Proposal<D>& proposal = judged.proposal();
+    const Validation<D>& validation = judged.validation();
+    const QuadraticMesh<D> mesh = proposed(judged.mesh(), proposal);
     const Folds<D> folds = find_folds<D>(mesh, proposal);
     const auto required = required_vertices(mesh.linear);
     std::vector<RemainingReport> all;
@@ -165,23 +167,22 @@ std::vector<RemainingReport> remaining(const QuadraticMesh<D>& mesh, const Propo
 }
 
 template <int D>
-std::vector<RemainingReport> remaining_by_requirement(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
-                                                      const Validation<D>& validation) {
+std::vector<RemainingReport> remaining_by_requirement(const JudgedProposal<D>& judged) {
+    const QuadraticMesh<D>& mesh = judged.mesh();
     const auto required = required_vertices(mesh.linear);
+    const auto& verdicts = judged.validation().verdicts;
     std::vector<RemainingReport> all;
-    for (std::size_t e = 0; e < validation.verdicts.size(); ++e) {
-        if (validation.verdicts[e] == Verdict::valid) continue;
-        std::string reason = required_of<D>(mesh, proposal, required, e);
+    for (std::size_t e = 0; e < verdicts.size(); ++e) {
+        if (verdicts[e] == Verdict::valid) continue;
+        std::string reason = required_of<D>(mesh, judged.proposal(), required, e);
         if (!reason.empty()) all.push_back({e + 1, std::move(reason)});
     }
     return all;
 }
 
-template std::vector<RemainingReport> remaining<2>(const QuadraticMesh<2>&, const Proposal<2>&, const Validation<2>&);
-template std::vector<RemainingReport> remaining<3>(const QuadraticMesh<3>&, const Proposal<3>&, const Validation<3>&);
-template std::vector<RemainingReport> remaining_by_requirement<2>(const QuadraticMesh<2>&, const Proposal<2>&,
-                                                                  const Validation<2>&);
-template std::vector<RemainingReport> remaining_by_requirement<3>(const QuadraticMesh<3>&, const Proposal<3>&,
-                                                                  const Validation<3>&);
+template std::vector<RemainingReport> remaining<2>(const JudgedProposal<2>&);
+template std::vector<RemainingReport> remaining<3>(const JudgedProposal<3>&);
+template std::vector<RemainingReport> remaining_by_requirement<2>(const JudgedProposal<2>&);
+template std::vector<RemainingReport> remaining_by_requirement<3>(const JudgedProposal<3>&);
 
 }  // namespace camber::run

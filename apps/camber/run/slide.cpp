@@ -56,8 +56,10 @@ Verdict verdict_of(const QuadraticMesh<3>& mesh, const Column<LagrangeNode<3>>& 
 
 }  // namespace
 
-Outcome<Proposal<3>> slid_in_planes(const QuadraticMesh<3>& mesh, const Proposal<3>& proposal,
-                                    const Validation<3>& validation, double tolerance, const Execution& execution) {
+Outcome<Proposal<3>> slid_in_planes(const JudgedProposal<3>& judged, double tolerance, const Execution& execution) {
+    const Proposal<3>& proposal = judged.proposal();
+    const Validation<3>& validation = judged.validation();
+    const QuadraticMesh<3> mesh = proposed(judged.mesh(), proposal);
     const auto around = facet_shells(mesh.edges, execution);
     if (!around) return fail(around.error());
     const auto elements = shells(mesh.edges, execution);

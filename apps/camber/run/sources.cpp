@@ -151,6 +151,26 @@ Outcome<Column<LogMetric<D>>> log_metrics_of_file(const MetricFile& file, std::s
     return Column<LogMetric<D>>(std::move(logs->log_metrics));
 }
 
+/// A field that is given where the vertices were read, where they are now.
+template <int D>
+Outcome<Column<LogMetric<D>>> at_moved_vertices(Column<LogMetric<D>> field, const State<D>& state,
+                                                const Execution& execution) {
+    const Column<Vec<D>>& points = state.linear().points;
+    if (points == state.given_points) return field;
+    LinearMesh<D> given = state.linear();
+    given.points = state.given_points;
+    const auto around = balls(given, execution);
+    if (!around) return fail(around.error());
+    const auto back = make_back_mesh(given, *around, field, execution);
+    if (!back) return fail(back.error());
+    auto moved = map_each(execution, points.size(), [&](std::size_t v) {
+        if (points[v] == given.points[v] || (*around)[v].empty()) return field[v];
+        return sample_value(*back, points[v], (*around)[v].front()).log_metric;
+    });
+    if (!moved) return fail(moved.error());
+    return Column<LogMetric<D>>(std::move(*moved));
+}
+
 }  // namespace
 
 template <int D>
@@ -160,14 +180,15 @@ Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const State
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
         auto made = make_analytic<D>(*analytic);
         if (!made) return fail(made.error());
-        if (auto fits = check_fit(state.linear, *made, execution); !fits) {
+        if (auto fits = check_fit(state.linear(), *made, execution); !fits) {
             Error error = fits.error();
             if (error.kind == ErrorKind::usage) error.where = "/geometry/analytic";
             return fail(std::move(error));
         }
         return std::move(*made);
     }
-    auto surrogate = build_surrogate(state.linear, state.mesh->edges, *state.features, SurrogateOptions{}, execution);
+    auto surrogate =
+        build_surrogate(state.linear(), state.quadratic()->edges, *state.features, SurrogateOptions{}, execution);
     if (!surrogate) return fail(surrogate.error());
     return std::move(*surrogate);
 }
@@ -177,9 +198,9 @@ Outcome<Column<LogMetric<D>>> make_log_metrics(const config::Metric& metric, con
                                                const State<D>& state, Report& report, const Execution& execution) {
     if (std::holds_alternative<config::NaturalMetric>(metric)) {
         report.metric->source = "natural";
-        auto around = balls(state.linear, execution);
+        auto around = balls(state.linear(), execution);
         if (!around) return fail(around.error());
-        auto logs = natural_log_metrics(state.linear, *around, execution);
+        auto logs = natural_log_metrics(state.linear(), *around, execution);
         if (!logs) return fail(logs.error());
         return Column<LogMetric<D>>(std::move(*logs));
     }
@@ -187,7 +208,7 @@ Outcome<Column<LogMetric<D>>> make_log_metrics(const config::Metric& metric, con
         report.metric->source = "constant";
         auto value = constant_log_metric<D>(*constant);
         if (!value) return fail(value.error());
-        Buffer<LogMetric<D>> logs(state.linear.points.size());
+        Buffer<LogMetric<D>> logs(state.linear().points.size());
         std::fill(logs.begin(), logs.end(), *value);
         return Column<LogMetric<D>>(std::move(logs));
     }
@@ -197,15 +218,17 @@ Outcome<Column<LogMetric<D>>> make_log_metrics(const config::Metric& metric, con
     }
     if (const auto* field = std::get_if<config::FieldMetric>(&metric)) {
         report.metric->source = "field";
-        return make_field_metric(*field, state.linear, execution);
+        return make_field_metric(*field, state.linear(), execution);
     }
     if (const auto* expression = std::get_if<MetricExpression>(&metric)) {
         report.metric->source = "expression";
-        return log_metrics_of<D>(*expression, state.linear.points.view(), execution);
+        return log_metrics_of<D>(*expression, state.linear().points.view(), execution);
     }
     if (!file) return fail(ErrorKind::internal, "the metric file was not read");
     report.metric->source = file->name;
-    return log_metrics_of_file<D>(*file, state.linear.points.size(), report, execution);
+    auto logs = log_metrics_of_file<D>(*file, state.linear().points.size(), report, execution);
+    if (!logs) return logs;
+    return at_moved_vertices(std::move(*logs), state, execution);
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                   \

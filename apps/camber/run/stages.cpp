@@ -33,7 +33,7 @@ Outcome<Done> need(bool there, const char* stage, const char* before) {
 
 template <int D>
 Outcome<Done> need_curves(const State<D>& state, const char* stage) {
-    if (state.mesh) return Done{};
+    if (state.quadratic()) return Done{};
     return fail(ErrorKind::input,
                 std::string("the mesh is of degree 1, and stage \"") + stage + "\" needs one of degree 2", {}, {},
                 "camber curve makes it curved; in a config, put \"elevate\" before");
@@ -98,16 +98,18 @@ const char* repair_name(config::Repair repair) {
 /// Models of what a node off its wanted place costs: in the field, or in the mesh's own metric where there is none.
 template <int D>
 Outcome<Column<QuadraticModel<D>>> models_of(const State<D>& state, const Execution& execution) {
-    auto around = state.shells ? Outcome<Incidence<ElementId>>(*state.shells) : shells(state.mesh->edges, execution);
+    auto around =
+        state.shells ? Outcome<Incidence<ElementId>>(*state.shells) : shells(state.quadratic()->edges, execution);
     if (!around) return fail(around.error());
     Column<LagrangeNode<D>> wanted = state.curved ? state.curved->proposal.mid_nodes : state.proposal->mid_nodes;
     if (state.adopted) {
-        auto own = own_wishes(*state.mesh, *state.proposal, *state.validation, *around, execution);
+        auto own = own_wishes(*state.judged, *around, execution);
         if (!own) return fail(own.error());
         wanted = std::move(*own);
     }
-    auto models = state.back ? edge_models(*state.mesh, wanted, *state.validation, *around, *state.back, execution)
-                             : implied_edge_models(*state.mesh, wanted, *around, execution);
+    auto models = state.back
+                      ? edge_models(*state.quadratic(), wanted, *state.validation, *around, *state.back, execution)
+                      : implied_edge_models(*state.quadratic(), wanted, *around, execution);
     if (!models) return fail(models.error());
     return Column<QuadraticModel<D>>(std::move(*models));
 }
@@ -116,8 +118,8 @@ Outcome<Column<QuadraticModel<D>>> models_of(const State<D>& state, const Execut
 template <int D>
 Outcome<Buffer<LagrangeNode<D>>> wanted_boundary(const State<D>& state, const Execution& execution) {
     const bool keeps = state.required == RequiredBoundary::keep;
-    return boundary_nodes(keeps ? *state.mesh : without_required(*state.mesh), *state.features, *state.geometry,
-                          execution);
+    return boundary_nodes(keeps ? *state.quadratic() : without_required(*state.quadratic()), *state.features,
+                          *state.geometry, execution);
 }
 
 /// The proposal of `shape` as one of `curve`, without lengths: there is no field to measure them in.
@@ -184,36 +186,51 @@ void list_failures(const Validation<D>& v, Report& report) {
 }
 
 template <int D>
-void judged(State<D>& state, Validation<D> validation, Report& report) {
+void enter(Validation<D> validation, State<D>& state, Report& report) {
     report.validity = validity_report(validation);
     list_failures(validation, report);
     state.validation = std::move(validation);
+}
+
+template <int D>
+void enter(JudgedProposal<D> judged, State<D>& state, Report& report) {
+    enter(judged.validation(), state, report);
+    state.proposal = judged.proposal();
+    state.judged = std::move(judged);
+}
+
+/// The state's proposal judged, as the last stage left it or anew.
+template <int D>
+Outcome<JudgedProposal<D>> judged_proposal(const State<D>& state, double bound, const Execution& execution) {
+    if (state.judged && state.judged->validation().bound == bound) return *state.judged;
+    return validate(*state.quadratic(), *state.proposal, bound, execution);
 }
 
 }  // namespace
 
 template <int D>
 Outcome<State<D>> elevate_stage(State<D> state, Report& report, const Execution& execution) {
-    if (state.mesh)
+    if (state.quadratic())
         return fail(
             ErrorKind::input, "the mesh is quadratic already", {}, {},
             "give the straight one, or leave the stage \"elevate\" out: stages=[\"curve\", \"validate\", \"relax\", "
             "\"commit\"]");
-    auto mesh = elevate(state.linear, execution);
+    auto mesh = elevate(state.linear(), execution);
     if (!mesh) return fail(mesh.error());
     state.mesh = std::move(*mesh);
     report.mesh.degree = 2;
-    report.mesh.nodes = state.linear.points.size() + state.mesh->edges.size();
+    report.mesh.nodes = state.linear().points.size() + state.quadratic()->edges.size();
     return state;
 }
 
 template <int D>
 Outcome<State<D>> surface_stage(State<D> state, const config::Features& options, const config::Geometry& geometry,
                                 Report& report, const Execution& execution) {
-    if (!state.mesh) return fail(ErrorKind::usage, "stages \"curve\" and \"reinsert\" need \"elevate\" before them");
+    if (!state.quadratic())
+        return fail(ErrorKind::usage, "stages \"curve\" and \"reinsert\" need \"elevate\" before them");
     FeatureOptions<D> feature_options;
     feature_options.ridge_angle_degrees = options.ridge_angle;
-    auto features = find_features(state.linear, state.mesh->edges, feature_options, execution);
+    auto features = find_features(state.linear(), state.quadratic()->edges, feature_options, execution);
     if (!features) return fail(features.error());
     report.boundary = BoundaryReport{
         features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}};
@@ -229,7 +246,7 @@ template <int D>
 Outcome<State<D>> metric_stage(State<D> state, const config::Metric& metric, const std::optional<MetricFile>& file,
                                std::span<const config::MetricOperation> operations,
                                std::span<const MetricFile> operands, Report& report, const Execution& execution) {
-    auto around = balls(state.linear, execution);
+    auto around = balls(state.linear(), execution);
     if (!around) return fail(around.error());
     report.metric = MetricReport{};
     auto log_metrics = make_log_metrics(metric, file, state, report, execution);
@@ -240,7 +257,7 @@ Outcome<State<D>> metric_stage(State<D> state, const config::Metric& metric, con
     }
     log_metrics = operated(std::move(*log_metrics), operations, operands, state, report, execution);
     if (!log_metrics) return fail(log_metrics.error());
-    auto volume = complexity(state.linear, *log_metrics, execution);
+    auto volume = complexity(state.linear(), *log_metrics, execution);
     if (!volume) return fail(volume.error());
     report.metric->complexity = *volume;
     auto largest = reduce_each(
@@ -249,7 +266,7 @@ Outcome<State<D>> metric_stage(State<D> state, const config::Metric& metric, con
         [](double a, double b) { return std::max(a, b); });
     if (!largest) return fail(largest.error());
     report.metric->largest_anisotropy = *largest;
-    auto back = make_back_mesh(state.linear, *around, std::move(*log_metrics), execution);
+    auto back = make_back_mesh(state.linear(), *around, std::move(*log_metrics), execution);
     if (!back) return fail(back.error());
     state.back = std::move(*back);
     return state;
@@ -258,7 +275,7 @@ Outcome<State<D>> metric_stage(State<D> state, const config::Metric& metric, con
 template <int D>
 Outcome<State<D>> curve_stage(State<D> state, const config::Curve& options, Report& report,
                               const Execution& execution) {
-    const QuadraticMesh<D>& mesh = *state.mesh;
+    const QuadraticMesh<D>& mesh = *state.quadratic();
     auto around = shells(mesh.edges, execution);
     if (!around) return fail(around.error());
     state.shells = std::move(*around);
@@ -275,10 +292,9 @@ Outcome<State<D>> curve_stage(State<D> state, const config::Curve& options, Repo
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
 
     report.curve = curve_report(mesh, *curved, seconds.count());
-    state.proposal = curved->proposal;
+    state.propose(curved->proposal);
     state.adopted = false;
     state.curved = std::move(*curved);
-    state.validation.reset();
     return state;
 }
 
@@ -286,14 +302,19 @@ template <int D>
 Outcome<State<D>> validate_stage(State<D> state, const config::Validate& options, Report& report,
                                  const Execution& execution) {
     if (auto ok = need_curves(state, "validate"); !ok) return fail(ok.error());
-    auto validation = state.proposal ? validate(*state.mesh, *state.proposal, options.min_scaled_jacobian, execution)
-                                     : validate(*state.mesh, options.min_scaled_jacobian, execution);
-    if (!validation) return fail(validation.error());
-    if (!report.relax) {
-        report.validity_before = validity_report(*validation);
-        state.first_validation = *validation;
+    if (state.proposal) {
+        auto judged = judged_proposal(state, options.min_scaled_jacobian, execution);
+        if (!judged) return fail(judged.error());
+        enter(std::move(*judged), state, report);
+    } else {
+        auto validation = validate(*state.quadratic(), options.min_scaled_jacobian, execution);
+        if (!validation) return fail(validation.error());
+        enter(std::move(*validation), state, report);
     }
-    judged(state, std::move(*validation), report);
+    if (!report.relax) {
+        report.validity_before = report.validity;
+        state.first_validation = state.validation;
+    }
     return state;
 }
 
@@ -302,7 +323,7 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
                               const Execution& execution) {
     if (auto ok = need_curves(state, "relax"); !ok) return fail(ok.error());
     if (auto ok = need(state.proposal.has_value(), "relax", "curve"); !ok) return fail(ok.error());
-    if (!state.validation || state.validation->bound != options.min_scaled_jacobian) {
+    if (!state.judged || state.judged->validation().bound != options.min_scaled_jacobian) {
         auto validated =
             validate_stage(std::move(state), config::Validate{options.min_scaled_jacobian}, report, execution);
         if (!validated) return fail(validated.error());
@@ -314,9 +335,7 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
         if (!made) return fail(made.error());
         models = std::move(*made);
     }
-    auto mended =
-        (state.adopted ? mend_within<D> : mend_or_straighten<D>)(*state.mesh, *state.proposal, *state.validation,
-                                                                 models, options, execution);
+    auto mended = (state.adopted ? mend_within<D> : mend_or_straighten<D>)(*state.judged, models, options, execution);
     if (!mended) return fail(mended.error());
     // After the cavities' own relaxation: what both did.
     RelaxReport& sum = report.relax ? *report.relax : report.relax.emplace();
@@ -325,27 +344,26 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
     sum.relaxed_volume_edges += mended->moved_volume_nodes;
     sum.relaxed_surface_edges += mended->moved_surface_nodes;
     sum.moved_vertices += mended->moved_vertices;
-    if (state.adopted) report.kept_boundary = kept_boundary(*state.mesh, mended->proposal, options.boundary_tolerance);
-    state.mesh->linear = std::move(mended->linear);
-    state.proposal = std::move(mended->proposal);
-    judged(state, std::move(mended->validation), report);
-    report.remaining = state.adopted ? remaining(*state.mesh, *state.proposal, *state.validation)
-                                     : remaining_by_requirement(*state.mesh, *state.proposal, *state.validation);
+    if (state.adopted)
+        report.kept_boundary = kept_boundary(*state.quadratic(), mended->judged.proposal(), options.boundary_tolerance);
+    enter(std::move(mended->judged), state, report);
+    report.remaining = state.adopted ? remaining(*state.judged) : remaining_by_requirement(*state.judged);
     return state;
 }
 
 template <int D>
 Outcome<State<D>> commit_stage(State<D> state, Report& report, const Execution& execution) {
     if (auto ok = need(state.proposal.has_value(), "commit", "curve"); !ok) return fail(ok.error());
-    if (!state.validation) {
+    if (!state.judged) {
         auto validated = validate_stage(std::move(state), config::Validate{}, report, execution);
         if (!validated) return fail(validated.error());
         state = std::move(*validated);
     }
-    auto mesh = state.validation->all_valid() ? commit(*state.mesh, *state.proposal, *state.validation)
-                                              : commit_unvalidated(*state.mesh, *state.proposal);
-    if (!mesh) return fail(mesh.error());
-    state.mesh = std::move(*mesh);
+    const JudgedProposal<D> judged = std::move(*std::exchange(state.judged, std::nullopt));
+    auto committed =
+        judged.validation().certified() ? commit(judged) : Outcome<Committed<D>>(commit_uncertified(judged));
+    if (!committed) return fail(committed.error());
+    state.mesh = std::move(committed->mesh);
     report.committed = true;
     return state;
 }
@@ -353,37 +371,38 @@ Outcome<State<D>> commit_stage(State<D> state, Report& report, const Execution& 
 template <int D>
 Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options, Report& report,
                                  const Execution& execution) {
-    auto around = shells(state.mesh->edges, execution);
+    auto around = shells(state.quadratic()->edges, execution);
     if (!around) return fail(around.error());
     state.shells = std::move(*around);
     auto boundary = wanted_boundary(state, execution);
     if (!boundary) return fail(boundary.error());
-    const auto kinds = held_kinds(*state.mesh, state.features->edge_kinds, state.required);
+    const auto kinds = held_kinds(*state.quadratic(), state.features->edge_kinds, state.required);
     const ReinsertAllOptions all{{edge_options(options.curve), relax_options(options.relax)}, options.max_turns};
     const auto begin = std::chrono::steady_clock::now();
-    auto done =
-        reinsert_all(*state.mesh, kinds, Column<LagrangeNode<D>>(std::move(*boundary)), *state.back, all, execution);
+    auto done = reinsert_all(*state.quadratic(), kinds, Column<LagrangeNode<D>>(std::move(*boundary)), *state.back, all,
+                             execution);
     if (!done) return fail(done.error());
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     const double bound = options.relax.min_scaled_jacobian;
-    auto wanted = validate(*state.mesh, done->wanted.proposal, bound, execution);
-    if (!wanted) return fail(wanted.error());
+    const auto judged = validate(*state.quadratic(), done->wanted.proposal, bound, execution);
+    if (!judged) return fail(judged.error());
+    const Validation<D>& wanted = judged->validation();
     auto validation = validate(done->mesh, bound, execution);
     if (!validation) return fail(validation.error());
 
-    report.curve = curve_report(*state.mesh, done->wanted, seconds.count());
-    report.validity_before = validity_report(*wanted);
-    state.first_validation = *wanted;
+    report.curve = curve_report(*state.quadratic(), done->wanted, seconds.count());
+    report.validity_before = validity_report(wanted);
+    state.first_validation = wanted;
     report.relax =
-        relax_report(*wanted, *validation, *done, options.relax.repair == config::Repair::relax ? "relax" : "segment");
+        relax_report(wanted, *validation, *done, options.relax.repair == config::Repair::relax ? "relax" : "segment");
     const ReinsertStatistics& s = done->statistics;
     report.reinsert = ReinsertReport{s.turns, s.rounds, s.patches, s.not_valid, s.no_gain};
     if (s.left > 0)
         report.notices.push_back(std::to_string(s.left) + " vertices could have another turn: max_turns ended it");
-    judged(state, std::move(*validation), report);
-    report.committed = true;
     state.mesh = std::move(done->mesh);
-    state.proposal = std::move(done->proposal);
+    state.propose(std::move(done->proposal));
+    enter(std::move(*validation), state, report);
+    report.committed = true;
     state.curved = std::move(done->wanted);
     return state;
 }
@@ -391,20 +410,21 @@ Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options
 template <int D>
 Outcome<State<D>> measure_stage(State<D> state, Report& report, const Execution& execution) {
     if (state.curved && state.proposal && state.back) {
-        auto lengths = updated_lengths(*state.mesh, state.linear, *state.curved, *state.proposal, *state.shells,
+        auto lengths = updated_lengths(state.quadratic()->edges, *state.curved, *state.proposal, *state.shells,
                                        *state.back, execution);
         if (!lengths) return fail(lengths.error());
         state.lengths = std::move(*lengths);
-        report.curve->after = edge_report(*state.mesh, *state.proposal, state.lengths->straight, state.lengths->curved);
+        const auto seen = proposed(*state.quadratic(), *state.proposal);
+        report.curve->after = edge_report(seen, *state.proposal, state.lengths->straight, state.lengths->curved);
     }
     if (state.features && state.geometry && state.proposal) {
-        auto chords = chord_middles(*state.mesh, execution);
+        const auto seen = proposed(*state.quadratic(), *state.proposal);
+        auto chords = chord_middles(seen, execution);
         if (!chords) return fail(chords.error());
         const Column<LagrangeNode<D>> straight(std::move(*chords));
-        auto before = boundary_distance(*state.mesh, straight.view(), *state.features, *state.geometry, execution);
+        auto before = boundary_distance(seen, straight.view(), *state.features, *state.geometry, execution);
         if (!before) return fail(before.error());
-        auto after = boundary_distance(*state.mesh, state.proposal->mid_nodes.view(), *state.features, *state.geometry,
-                                       execution);
+        auto after = boundary_distance(seen, seen.mid_nodes.view(), *state.features, *state.geometry, execution);
         if (!after) return fail(after.error());
         report.boundary->straight_distance = before->largest;
         report.boundary->curved_distance = after->largest;
