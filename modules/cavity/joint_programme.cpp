@@ -66,7 +66,7 @@ class Descent {
         std::vector<Slacks<D>> all(programme_.elements.size());
         for (std::size_t e = 0; e < all.size(); ++e) {
             const auto& element = programme_.elements[e];
-            all[e] = slacks_of<D>(displaced<D>(element, offsets), element.floor, scales_[e]);
+            all[e] = slacks_of<D>(displaced<D>(element, offsets), {element.floor, element.least}, scales_[e]);
         }
         return all;
     }
@@ -105,7 +105,8 @@ void Descent<D>::add_element(std::size_t e, Model& model) const {
     Slacks<D> forces;
     for (int k = 0; k < coefficients; ++k) forces[k] = force(e, k, slacks_[e][k]);
     if (std::ranges::none_of(forces, [](double f) { return f > 0; })) return;
-    const auto gradients = slack_gradients<D>(displaced<D>(element, offsets_), element.floor, scales_[e]);
+    const auto gradients =
+        slack_gradients<D>(displaced<D>(element, offsets_), {element.floor, element.least}, scales_[e]);
     for (int k = 0; k < coefficients; ++k) {
         if (!(forces[k] > 0)) continue;
         for (int m = 0; m < nodes; ++m) {

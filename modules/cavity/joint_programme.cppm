@@ -29,6 +29,7 @@ struct JointProgramme {
         QuadraticSimplex<D, D> bezier;                   ///< where its points are now
         std::array<int, quadratic_nodes<D>> unknowns{};  ///< of its vertices and edges, in that order; or fixed
         double floor = 0;  ///< what the coefficients are to be above, as shares of |det straight|
+        double least = 0;  ///< and as they are: a vertex that moves takes |det straight| along
     };
     std::vector<OffsetModel<D>> unknowns;
     std::vector<Element> elements;
@@ -48,10 +49,11 @@ struct JointSolution {
     double shortfall = 0;  ///< how far below its floor the lowest coefficient is; at most 0 when all are above
 };
 
-/// Minimises the sum of the models subject to c ≥ floor · |det straight| for every Bézier coefficient c of det J of
-/// every element: an augmented Lagrangian (Hestenes, Powell, Rockafellar) of Gauss–Newton steps from the offsets
-/// `start`, which need not be feasible. The unknowns are in the metric's frame by their models, and the constraints by
-/// the division, so thin elements are not punished for being thin. A local minimum; deterministic; one thread.
+/// Minimises the sum of the models subject to c ≥ max(floor · |det straight|, least) for every Bézier coefficient c of
+/// det J of every element: an augmented Lagrangian (Hestenes, Powell, Rockafellar) of Gauss–Newton steps from the
+/// offsets `start`, which need not be feasible. The unknowns are in the metric's frame by their models, and the
+/// constraints by the division, so thin elements are not punished for being thin. A local minimum; deterministic; one
+/// thread.
 template <int D>
 [[nodiscard]] JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> start);
 

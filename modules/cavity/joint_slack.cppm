@@ -55,11 +55,17 @@ template <int D>
 template <int D>
 using Slacks = std::array<double, jacobian_coefficients<D>>;
 
-/// (c − floor · |det straight|) / scale for all coefficients of a displaced element.
+/// What the coefficients of an element are to be above.
+struct SlackLevel {
+    double floor = 0;  ///< of |det straight|
+    double least = 0;
+};
+
+/// (c − max(floor · |det straight|, least)) / scale for all coefficients of a displaced element.
 template <int D>
-[[nodiscard]] inline Slacks<D> slacks_of(const QuadraticSimplex<D, D>& element, double floor, double scale) {
+[[nodiscard]] inline Slacks<D> slacks_of(const QuadraticSimplex<D, D>& element, SlackLevel of, double scale) {
     Slacks<D> g = jacobian(element);
-    const double level = floor * std::abs(straight_determinant<D>(element));
+    const double level = std::max(of.floor * std::abs(straight_determinant<D>(element)), of.least);
     for (double& x : g) x = (x - level) / scale;
     return g;
 }
@@ -69,11 +75,13 @@ template <int D>
 using SlackGradients = std::array<std::array<Vec<D>, quadratic_nodes<D>>, jacobian_coefficients<D>>;
 
 template <int D>
-[[nodiscard]] inline SlackGradients<D> slack_gradients(const QuadraticSimplex<D, D>& element, double floor,
+[[nodiscard]] inline SlackGradients<D> slack_gradients(const QuadraticSimplex<D, D>& element, SlackLevel of,
                                                        double scale) {
     const auto columns = straight_columns<D>(element);
     const auto cofactor = determinant_gradient(columns);
-    const double side = dot(columns[0], cofactor[0]) < 0 ? -floor : floor;
+    const double straight = dot(columns[0], cofactor[0]);
+    const double floor = of.floor * std::abs(straight) < of.least ? 0 : of.floor;
+    const double side = straight < 0 ? -floor : floor;
     SlackGradients<D> gradients = jacobian_gradient(element).gradient;
     for (auto& g : gradients) {
         for (int a = 0; a < D; ++a) {

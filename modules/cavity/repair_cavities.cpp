@@ -12,6 +12,7 @@ module;
 module camber.cavity;
 import :joint_programme;
 import :repair_state;
+import :vertex_moves;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -27,6 +28,8 @@ constexpr double surface_weight = 1e4;
 constexpr double vertex_weight = 4;
 /// A joint return that wins less, as a share of an edge's length, is not made.
 constexpr double least_joint_return = 1e-5;
+/// What vertices that move are asked to leave of the determinants around them, as shares, one after the other.
+constexpr std::array kept_shares{0.2, 0.02, 0.0};
 /// Floors lie this much above the bound: the programme ends within a part of it.
 constexpr double slack = 2e-6;
 
@@ -73,6 +76,15 @@ double floor_of(const RepairState<D>& state, const RepairCavity<D>& cavity, Elem
     return asked;
 }
 
+/// What the coefficients of an element with a free vertex are to be above.
+template <int D>
+double least_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, double share) {
+    if (share == 0) return 0;
+    for (const VertexId v : state.mesh.linear.elements.vertices[e])
+        if (position_in(cavity.vertices, v) >= 0) return share * shape_floor(state, e).determinant;
+    return 0;
+}
+
 template <int D>
 OffsetModel<D> model_of(const RepairState<D>& state, EdgeId edge) {
     const QuadraticModel<D> model = state.model(edge);
@@ -106,7 +118,7 @@ JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D
     programme.elements.reserve(cavity.elements.size());
     const int edges = static_cast<int>(cavity.edges.size());
     for (const ElementId e : cavity.elements) {
-        typename JointProgramme<D>::Element element{bezier_form(state.element(e)), {}, floor_of(e)};
+        typename JointProgramme<D>::Element element{bezier_form(state.element(e)), {}, floor_of(e), 0};
         for (int i = 0; i <= D; ++i) {
             const int at = position_in(cavity.vertices, state.mesh.linear.elements.vertices[e][i]);
             element.unknowns[i] = at < 0 ? JointProgramme<D>::fixed : edges + at;
@@ -179,8 +191,8 @@ bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, RepairPla
         if (state.kinds[edge] != EdgeKind::volume && !within_reach(state, edge, node)) return false;
     for (const ElementId e : cavity.elements) {
         const NodalSimplex<D> next = changed_element(state, plan, e);
-        const Verdict now = decide(next, state.options.min_scaled_jacobian);
-        if (spoilt(state, e, next, now)) return false;
+        const Verdict now = verdict_of(state, e, next);
+        if (spoilt(state, e, next, now) || !keeps_shape(state, e, next, now)) return false;
         plan.verdicts.emplace_back(e, now);
     }
     return true;
@@ -232,10 +244,19 @@ std::optional<RepairPlan<D>> plan_cavity_repair(const RepairState<D>& state, con
     const double floor = std::max(state.options.min_scaled_jacobian + slack, asked);
     auto programme = programme_of(state, cavity, [&](ElementId e) { return floor_of(state, cavity, e, seed, floor); });
     if (asked == 0) programme.first_penalty = JointProgramme<D>::strong;
-    const auto solution = solve(programme, std::vector<Vec<D>>(programme.unknowns.size()));
-    RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
-    if (!judge(state, cavity, plan) || !mends(plan, seed)) return {};
-    return plan;
+    const auto planned = [&]() -> std::optional<RepairPlan<D>> {
+        const auto solution = solve(programme, std::vector<Vec<D>>(programme.unknowns.size()));
+        RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
+        if (!judge(state, cavity, plan) || !mends(plan, seed)) return {};
+        return plan;
+    };
+    if (cavity.vertices.empty()) return planned();
+    for (const double share : kept_shares) {
+        for (std::size_t i = 0; i < cavity.elements.size(); ++i)
+            programme.elements[i].least = least_of(state, cavity, cavity.elements[i], share);
+        if (auto plan = planned()) return plan;
+    }
+    return {};
 }
 
 template <int D>

@@ -8,6 +8,7 @@ module;
 #include <vector>
 module camber.cavity;
 import :repair_state;
+import :vertex_moves;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -49,7 +50,7 @@ std::optional<RepairPlan<D>> plan_of(const RepairState<D>& state, EdgeId edge, c
         NodalSimplex<D> element = state.element(e);
         for (int i = 0; i < edges_per_simplex<D>; ++i)
             if (state.mesh.edges.of_elements[e][i] == edge) element.nodes[D + 1 + i] = node.point;
-        const Verdict now = decide(element, state.options.min_scaled_jacobian);
+        const Verdict now = verdict_of(state, e, element);
         if (spoilt(state, e, element, now)) return {};
         plan.verdicts.emplace_back(e, now);
     }

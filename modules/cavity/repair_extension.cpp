@@ -9,6 +9,7 @@ module;
 #include <range/v3/action/unique.hpp>
 module camber.cavity;
 import :repair_state;
+import :vertex_moves;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -32,7 +33,7 @@ struct Moving {
             if (chosen[edges_of[i].index()] != 0) element.nodes[D + 1 + i] = there[edges_of[i].index()].point;
         return element;
     }
-    [[nodiscard]] Verdict verdict(ElementId e) const { return decide(element(e), state.options.min_scaled_jacobian); }
+    [[nodiscard]] Verdict verdict(ElementId e) const { return verdict_of(state, e, element(e)); }
     [[nodiscard]] std::vector<ElementId> around(const std::vector<EdgeId>& some) const {
         std::vector<ElementId> elements;
         for (const EdgeId edge : some)

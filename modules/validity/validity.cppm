@@ -20,5 +20,6 @@ export import :quadratic_programme;
 export import :edge_shell;
 export import :edge_programme;
 export import :lowest_point;
+export import :mean_ratio;
 import :examination;
 import :tensor;

@@ -41,13 +41,6 @@ template <int D>
 [[nodiscard]] Outcome<std::vector<ElementReport>> worst_elements(const Judged<D>& judged, std::size_t n,
                                                                  const Execution& execution);
 
-/// Mean ratio with the sign of the volume: 12 (3V)^(2/3) / Σ l², in 2D 4 √3 A / Σ l².
-template <int D>
-[[nodiscard]] double mean_ratio(const std::array<Vec<D>, D + 1>& corners);
-/// Volume with its sign, area in 2D.
-template <int D>
-[[nodiscard]] double signed_measure(const std::array<Vec<D>, D + 1>& corners);
-
 template <int D>
 [[nodiscard]] std::array<Vec<D>, D + 1> corners_of(const LinearMesh<D>& mesh, std::size_t e) {
     std::array<Vec<D>, D + 1> corners;

@@ -192,32 +192,6 @@ ElementReport described(const Judged<D>& judged, std::size_t e) {
 }  // namespace
 
 template <int D>
-double signed_measure(const std::array<Vec<D>, D + 1>& p) {
-    if constexpr (D == 2)
-        return det(p[1] - p[0], p[2] - p[0]) / 2;
-    else
-        return det(p[1] - p[0], p[2] - p[0], p[3] - p[0]) / 6;
-}
-
-template <int D>
-double mean_ratio(const std::array<Vec<D>, D + 1>& corners) {
-    double longest = 0;
-    for (const auto& [a, b] : local_edges<D>)
-        longest =
-            std::max(longest, distance(corners[static_cast<std::size_t>(a)], corners[static_cast<std::size_t>(b)]));
-    if (!(longest > 0) || !std::isfinite(longest)) return 0;
-    // In units of the longest edge, so that nothing overflows.
-    std::array<Vec<D>, D + 1> p;
-    for (int i = 0; i <= D; ++i) p[i] = (corners[i] - corners[0]) / longest;
-    double squares = 0;
-    for (const auto& [a, b] : local_edges<D>)
-        squares += norm_squared(p[static_cast<std::size_t>(a)] - p[static_cast<std::size_t>(b)]);
-    const double measure = signed_measure<D>(p);
-    if constexpr (D == 2) return 4 * std::sqrt(3.0) * measure / squares;
-    return std::copysign(12 * std::pow(3 * std::abs(measure), 2.0 / 3) / squares, measure);
-}
-
-template <int D>
 Outcome<std::vector<ElementReport>> worst_elements(const Judged<D>& judged, std::size_t n, const Execution& execution) {
     std::vector<std::uint32_t> chosen;
     if (judged.degree == 2) {
@@ -240,9 +214,7 @@ Outcome<std::vector<ElementReport>> worst_elements(const Judged<D>& judged, std:
     return worst;
 }
 
-#define CAMBER_INSTANTIATE(D)                                            \
-    template double signed_measure<D>(const std::array<Vec<D>, D + 1>&); \
-    template double mean_ratio<D>(const std::array<Vec<D>, D + 1>&);     \
+#define CAMBER_INSTANTIATE(D) \
     template Outcome<std::vector<ElementReport>> worst_elements<D>(const Judged<D>&, std::size_t, const Execution&);
 
 CAMBER_INSTANTIATE(2)
