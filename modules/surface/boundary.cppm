@@ -13,7 +13,9 @@ export namespace camber {
 /// Surrogate: the middle of the edge's own curve where the surrogate was made from this mesh, else the chord's middle
 /// projected (ridges: onto the ridge curves). Analytic: the chord's middle projected onto the surface of the edge's
 /// facets, or onto the curve where two surfaces meet; a facet without a surface counts as a part of its own plane
-/// beside a curved one. Straight: chord middles. Edges of flat patches and ridges between two planes keep the chord's
+/// beside a curved one. Mixed: each edge as its facets' references say; where a surface meets a flat patch of the
+/// surrogate, onto the curve of both, and where it meets a curved one, the node of the surrogate's ridge projected onto
+/// the surface. Straight: chord middles. Edges of flat patches and ridges between two planes keep the chord's
 /// middle to the last bit; edges that are required or belong to required facets or elements keep the mesh's node, which
 /// is that middle where the mesh was elevated. Errors: `features` is not of this mesh (ErrorKind::internal), stopped.
 template <int D>
@@ -27,8 +29,9 @@ struct BoundaryDistance {
 };
 
 /// Each curved facet is sampled on the lattice of tenths (66 points; 11 in 2D) and projected. Facets that lie in a flat
-/// patch of the surrogate count 0 within that plane's tolerance. Without a surface (straight geometry, or a reference
-/// that has none) the distance is that to the facet's own plane. Errors: as boundary_nodes.
+/// patch of the surrogate count 0 within that plane's tolerance. In a mixed geometry the reference tells whether it is
+/// the surface or the surrogate. Without either (straight geometry, or a reference that has none) the distance is that
+/// to the facet's own plane. Errors: as boundary_nodes.
 template <int D>
 [[nodiscard]] Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh,
                                                           std::span<const LagrangeNode<D>> mid_nodes,

@@ -119,6 +119,12 @@ Samples distances(const Surrogate<D>& surrogate, const CurvedFacet<D>& facet) {
     });
 }
 
+template <int D>
+Samples distances(const MixedGeometry<D>& geometry, const CurvedFacet<D>& facet) {
+    return surface_of(geometry.analytic, facet.reference) ? distances(geometry.analytic, facet)
+                                                          : distances(geometry.surrogate, facet);
+}
+
 struct Total {
     double largest = 0, weighted = 0, area = 0;
     FacetId worst = {};

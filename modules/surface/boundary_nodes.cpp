@@ -65,35 +65,62 @@ Plane<3> plane_through(const LinearMesh<3>& mesh, FacetId f) {
     return {mesh.points[a], cross(mesh.points[b] - mesh.points[a], mesh.points[c] - mesh.points[a])};
 }
 
-/// The distinct surfaces around an edge; a facet that has none counts as its plane. `any` says whether one was given.
+/// The plane of the surrogate's patch that the facet lies on, where that is flat.
+std::optional<Plane<3>> plane_under(const Surrogate<3>& surrogate, const LinearMesh<3>& mesh, FacetId f) {
+    const auto& [a, b, c] = mesh.facets.vertices[f];
+    const Vec<3> centroid = (mesh.points[a] + mesh.points[b] + mesh.points[c]) / 3;
+    const auto foot = closest_among(surrogate, centroid,
+                                    [&](FacetId of) { return surrogate.references[of] == mesh.facets.references[f]; });
+    if (!foot.facet.valid()) return plane_through(mesh, f);
+    const auto& flat = surrogate.flats[surrogate.patches[foot.facet]];
+    if (!flat.is_flat()) return std::nullopt;
+    return Plane<3>{flat.point, flat.normal};
+}
+
+/// What is known of the surfaces around an edge.
 struct SurfacesAround {
-    std::vector<AnalyticSurface<3>> distinct;
-    bool any = false;
+    std::vector<AnalyticSurface<3>> distinct;  ///< those given, and the planes of facets that have none
+    bool any = false;                          ///< whether one was given
+    bool all = true;                           ///< whether each facet has one or a plane
+
+    void add(const AnalyticSurface<3>& surface) {
+        if (std::find(distinct.begin(), distinct.end(), surface) != distinct.end()) return;
+        // Curved ones first: among three or more the first two decide.
+        distinct.insert(is_plane(surface) ? distinct.end() : distinct.begin(), surface);
+    }
 };
 
+/// `plane_of(f)`: the plane of a facet without a surface, if it has one.
+template <class PlaneOf>
 SurfacesAround surfaces_around(const AnalyticGeometry<3>& geometry, const LinearMesh<3>& mesh,
-                               const BoundaryEdge<3>& edge) {
+                               const BoundaryEdge<3>& edge, PlaneOf&& plane_of) {
     SurfacesAround around;
     for (const FacetId f : edge.facets) {
-        const auto* given = surface_of(geometry, mesh.facets.references[f]);
-        around.any = around.any || given;
-        const AnalyticSurface<3> surface = given ? *given : AnalyticSurface<3>(plane_through(mesh, f));
-        if (std::find(around.distinct.begin(), around.distinct.end(), surface) != around.distinct.end()) continue;
-        // Curved ones first: among three or more the first two decide.
-        around.distinct.insert(is_plane(surface) ? around.distinct.end() : around.distinct.begin(), surface);
+        if (const auto* given = surface_of(geometry, mesh.facets.references[f])) {
+            around.any = true;
+            around.add(*given);
+        } else if (const std::optional<Plane<3>> plane = plane_of(f)) {
+            around.add(*plane);
+        } else {
+            around.all = false;
+        }
     }
     return around;
 }
 
-Vec<3> node_on(const AnalyticGeometry<3>& geometry, const LinearMesh<3>& mesh, const BoundaryEdge<3>& edge) {
-    const Vec<3> middle = edge.middle();
-    const auto around = surfaces_around(geometry, mesh, edge);
-    if (!around.any) return middle;
-    if (around.distinct.size() == 1) return closest_point<3>(around.distinct[0], middle).point;
-    if (is_plane(around.distinct[0]) && is_plane(around.distinct[1])) return middle;
-    const auto met = closest_on_intersection(around.distinct[0], around.distinct[1], middle);
+/// The node of an edge with at least one surface around it.
+Vec<3> node_where_they_meet(const std::vector<AnalyticSurface<3>>& surfaces, const Vec<3>& middle) {
+    if (surfaces.size() == 1) return closest_point<3>(surfaces[0], middle).point;
+    if (is_plane(surfaces[0]) && is_plane(surfaces[1])) return middle;
+    const auto met = closest_on_intersection(surfaces[0], surfaces[1], middle);
     // Surfaces that touch rather than cross: the curve is wherever the edge is, on the first of them.
-    return met ? *met : closest_point<3>(around.distinct[0], middle).point;
+    return met ? *met : closest_point<3>(surfaces[0], middle).point;
+}
+
+Vec<3> node_on(const AnalyticGeometry<3>& geometry, const LinearMesh<3>& mesh, const BoundaryEdge<3>& edge) {
+    const auto around =
+        surfaces_around(geometry, mesh, edge, [&](FacetId f) { return std::optional(plane_through(mesh, f)); });
+    return around.any ? node_where_they_meet(around.distinct, edge.middle()) : edge.middle();
 }
 
 Vec<2> node_on(const AnalyticGeometry<2>& geometry, const LinearMesh<2>& mesh, const BoundaryEdge<2>& edge) {
@@ -102,6 +129,26 @@ Vec<2> node_on(const AnalyticGeometry<2>& geometry, const LinearMesh<2>& mesh, c
         if (const auto* surface = surface_of(geometry, mesh.facets.references[f]))
             return closest_point<2>(*surface, middle).point;
     return middle;
+}
+
+template <int D>
+bool has_surface(const AnalyticGeometry<D>& geometry, const LinearMesh<D>& mesh, const BoundaryEdge<D>& edge) {
+    return std::any_of(edge.facets.begin(), edge.facets.end(),
+                       [&](FacetId f) { return surface_of(geometry, mesh.facets.references[f]) != nullptr; });
+}
+
+Vec<3> node_on(const MixedGeometry<3>& geometry, const LinearMesh<3>& mesh, const BoundaryEdge<3>& edge) {
+    const auto& [analytic, surrogate] = geometry;
+    if (!has_surface(analytic, mesh, edge)) return node_on(surrogate, mesh, edge);
+    const auto around =
+        surfaces_around(analytic, mesh, edge, [&](FacetId f) { return plane_under(surrogate, mesh, f); });
+    // Beside a curved patch the surrogate knows the ridge along the surface, and the surface where it is across.
+    return node_where_they_meet(around.distinct, around.all ? edge.middle() : node_on(surrogate, mesh, edge));
+}
+
+Vec<2> node_on(const MixedGeometry<2>& geometry, const LinearMesh<2>& mesh, const BoundaryEdge<2>& edge) {
+    return has_surface(geometry.analytic, mesh, edge) ? node_on(geometry.analytic, mesh, edge)
+                                                      : node_on(geometry.surrogate, mesh, edge);
 }
 
 }  // namespace

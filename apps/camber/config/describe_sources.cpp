@@ -151,7 +151,7 @@ const Description<AnalyticSurface>& Described<AnalyticSurface>::get() {
     using S = AnalyticSurface;
     static const Description<S> description{
         "analytic",
-        "An array of surfaces by their equations; boundary facets of other references stay as they are.",
+        "An array of surfaces by their equations; boundary facets of other references take the surrogate.",
         {field("references", &S::references, "references of the boundary facets on this surface")
              .count(1, 100000)
              .required(),
@@ -165,11 +165,12 @@ const Description<AnalyticSurface>& Described<AnalyticSurface>::get() {
 }
 
 const Choice<Geometry>& Described<Geometry>::get() {
-    static const Choice<Geometry> choice{"geometry",
-                                         "The shape that boundary nodes are put onto.",
-                                         {{"surrogate", "a smooth surface through the mesh's boundary"},
-                                          {"straight", "the flat facets themselves"},
-                                          {"analytic", "spheres, planes, cylinders, tori by reference"}}};
+    static const Choice<Geometry> choice{
+        "geometry",
+        "The shape that boundary nodes are put onto.",
+        {{"surrogate", "a smooth surface through the mesh's boundary"},
+         {"straight", "the flat facets themselves"},
+         {"analytic", "spheres, planes, cylinders, tori by reference, the surrogate on all others"}}};
     return choice;
 }
 

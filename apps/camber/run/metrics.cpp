@@ -58,7 +58,7 @@ Outcome<AnalyticField<D>> of_dimension(const config::SphericalShock& s) {
 /// The surrogate of the geometry stage, or one made for its normals.
 template <int D>
 Outcome<Surrogate<D>> surrogate_of(const State<D>& state, const Execution& execution) {
-    if (const auto* there = std::get_if<Surrogate<D>>(&*state.geometry)) return *there;
+    if (const auto* there = surrogate_part(*state.geometry)) return *there;
     return build_surrogate(state.linear(), state.quadratic()->edges, *state.features, SurrogateOptions{}, execution);
 }
 
@@ -67,16 +67,16 @@ template <int D>
 Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const State<D>& state, const Execution& execution) {
     const auto surrogate = surrogate_of(state, execution);
     if (!surrogate) return fail(surrogate.error());
-    const bool analytic = std::holds_alternative<AnalyticGeometry<D>>(*state.geometry);
+    const auto* analytic = analytic_part(*state.geometry);
     const auto& facets = state.linear().facets;
     return map_each(execution, facets.size(), [&](std::size_t f) {
         std::array<Vec<D>, D> out;
+        const auto* surface = analytic ? surface_of(*analytic, facets.references[f]) : nullptr;
         for (std::size_t i = 0; i < D; ++i) {
-            if (analytic)
-                out[i] = project(*state.geometry, SurfaceHint{.reference = facets.references[f]},
-                                 state.linear().points[facets.vertices[f][i]])
-                             .normal;
-            if (norm_squared(out[i]) > 0) continue;
+            if (surface) {
+                out[i] = closest_point<D>(*surface, state.linear().points[facets.vertices[f][i]]).normal;
+                continue;
+            }
             Barycentric<D - 1> corner{};
             corner[i] = 1;
             out[i] = normal_at<D>(surrogate->facets[f], corner);

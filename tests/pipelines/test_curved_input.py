@@ -1,0 +1,71 @@
+"""A mesh that is read with its curves goes into `curve`: its boundary stays, its nodes are where the search may begin.
+
+    python3 tests/pipelines/test_curved_input.py build/bin/camber [unittest arguments]
+"""
+import json
+import sys
+import unittest
+
+from program import CONFIGS, Folder, report_of
+
+import gmf  # noqa: E402  (program puts the oracle on the path)
+import numpy as np
+from sample_meshes import ascii_file
+
+
+class CurvedInput(unittest.TestCase):
+    """The shell of configs/spheres.json, curved."""
+
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+        done = self.folder.camber("run", CONFIGS / "spheres.json", "--set", "output/mesh=first.meshb")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.first = gmf.read(self.folder.path / "first.meshb")
+        self.surface = np.unique(self.first.cells["TrianglesP2"].nodes[:, 3:])
+
+    def curve(self, name, *sets, codes=(0,), **config):
+        """The mesh and the report of curve, validate, relax, commit."""
+        whole = {"input": {"mesh": name}, "stages": ["curve", "validate", "relax", "commit"],
+                 "output": {"mesh": "out.meshb", "report": "r.json"}, **config}
+        (self.folder.path / "c.json").write_text(json.dumps(whole))
+        done = self.folder.camber("run", "c.json", *sets)
+        self.assertIn(done.returncode, codes, done.stdout + done.stderr)
+        return gmf.read(self.folder.path / "out.meshb"), report_of(self.folder.path / "r.json")
+
+    def bulged(self, share):
+        """Its boundary nodes moved outwards by a share of their distance to the centre."""
+        self.first.points[self.surface] *= 1 + share
+        (self.folder.path / "bulged.mesh").write_bytes(ascii_file(self.first))
+        return self.first.points[self.surface]
+
+    def test_boundary_nodes_stay(self):
+        places = self.bulged(0.01)
+        out, report = self.curve("bulged.mesh", codes=(0, 1))
+        np.testing.assert_array_equal(out.points[self.surface], places)
+        kept = f"{len(self.surface)} edges of the boundary keep the nodes that the mesh was read with"
+        self.assertIn(kept, report["notices"])
+
+    def test_analytic_surfaces_take_them(self):
+        self.bulged(0.01)
+        analytic = {"surfaces": [{"references": [1], "sphere": {"radius": 1}}, {"references": [2], "sphere": {"radius": 5}}]}
+        out, report = self.curve("bulged.mesh", geometry={"analytic": analytic})
+        radii = np.linalg.norm(out.points[self.surface], axis=1)
+        self.assertLess(np.minimum(abs(radii - 1), abs(radii - 5)).max(), 1e-12)
+        self.assertIn("0 edges of the boundary keep the nodes that the mesh was read with", report["notices"])
+
+    def test_what_is_curved_already_is_not_lost(self):
+        first = report_of_run(self.folder, "first.meshb")
+        _, again = self.curve("first.meshb")
+        self.assertGreaterEqual(again["curve"]["after"]["mean_gain"], first - 1e-6)
+
+
+def report_of_run(folder, name):
+    """The mean gain of a curved mesh as it is, from a run that only measures it: by the shell's own first run."""
+    done = folder.camber("run", CONFIGS / "spheres.json", "--set", f"output/mesh={name}", "--set", "output/report=first.json")
+    assert done.returncode == 0, done.stderr
+    return report_of(folder.path / "first.json")["curve"]["after"]["mean_gain"]
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
