@@ -1,0 +1,117 @@
+"""Analytic surfaces as the program takes them: beside the surrogate, and refused where they are not the mesh's.
+
+    python3 tests/pipelines/test_geometry.py build/bin/camber [unittest arguments]
+"""
+import json
+import sys
+import unittest
+
+from program import Folder, report_of
+
+import gmf  # noqa: E402  (program puts the oracle on the path)
+import numpy as np
+import vtu
+
+SHAPES = {"shell": {"shell": {"inner_radius": 1, "outer_radius": 5, "inner_size": 0.6, "outer_size": 2}},
+          "annulus": {"annulus": {"inner_radius": 1, "outer_radius": 5, "inner_size": 0.4, "outer_size": 2}}}
+OUTER, INNER = 1, 2
+
+
+def sphere(radius, references=(OUTER,), **more):
+    return {"references": list(references), "sphere": {"radius": radius, **more}}
+
+
+class Geometry(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+
+    def config(self, shape, surfaces, **output):
+        text = json.dumps({"input": {"generate": SHAPES[shape]}, "metric": "natural", "geometry": surfaces,
+                           "stages": ["elevate", "curve", "validate", "relax", "commit"], "output": output})
+        (self.folder.path / "run.json").write_text(text)
+        return "run.json"
+
+    def camber(self, *arguments):
+        done = self.folder.camber(*arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done
+
+    def off_sphere(self, name, reference, radius):
+        """How far the mid nodes of the facets of a reference are from a sphere around the origin, at most."""
+        mesh = gmf.read(self.folder.path / name)
+        cells = mesh.cells["TrianglesP2" if mesh.dim == 3 else "EdgesP2"]
+        nodes = cells.nodes[cells.refs == reference][:, mesh.dim:].ravel()
+        return np.abs(np.linalg.norm(mesh.points[nodes], axis=1) - radius).max()
+
+    def test_references_without_a_surface_take_the_surrogate(self):
+        for shape in SHAPES:
+            off, largest = {}, {}
+            for name, geometry in (("straight", "straight"), ("surrogate", "surrogate"),
+                                   ("mixed", {"analytic": [sphere(5)]})):
+                self.camber("run", self.config(shape, geometry, mesh=f"{name}.meshb", report=f"{name}.json"))
+                off[name] = {r: self.off_sphere(f"{name}.meshb", r, radius) for r, radius in ((OUTER, 5), (INNER, 1))}
+                largest[name] = report_of(self.folder.path / f"{name}.json")["boundary"]["largest_distance"]
+            with self.subTest(shape=shape):
+                self.assertEqual(off["mixed"][INNER], off["surrogate"][INNER])
+                self.assertLess(off["mixed"][INNER], 0.1 * off["straight"][INNER])
+                self.assertLess(off["mixed"][OUTER], 1e-14)
+                self.assertLess(largest["mixed"], 1.5 * largest["surrogate"])
+
+    def test_the_surface_metric_has_the_normals_of_both(self):
+        metrics = {}
+        for name, geometry in (("surrogate", "surrogate"), ("mixed", {"analytic": [sphere(5)]}),
+                               ("analytic", {"analytic": [sphere(5), sphere(1, [INNER])]})):
+            self.camber("run", self.config("shell", geometry, vtu="run.vtu", report="run.report.json"), "--set",
+                        'metric={"surface": {"tangent_size": 0.5, "normal_size": 0.3}}')
+            vertices = report_of(self.folder.path / "run.report.json")["mesh"]["vertices"]
+            grid = vtu.read(self.folder.path / "run.vtu")
+            metrics[name] = grid.point_data["metric"][:vertices]
+            radius = np.linalg.norm(grid.points[:vertices], axis=1)
+            distances = grid.point_data["distance_to_geometry"]
+            self.assertLess(distances[~np.isnan(distances)].max(), 1e-12)
+        for other, on in (("analytic", abs(radius - 5) < 1e-9), ("surrogate", abs(radius - 1) < 1e-9)):
+            self.assertGreater(on.sum(), 20)
+            np.testing.assert_array_equal(metrics["mixed"][on], metrics[other][on])
+        self.assertTrue((metrics["surrogate"] != metrics["analytic"]).any())
+
+    def refused(self, surfaces, *figures):
+        """By `run` and by `curve`: exit code 2, one line with the place and the figures, and no file more."""
+        geometry = {"analytic": surfaces}
+        files = self.folder.files()
+        for arguments in (("run", "run.json", "--set", f"geometry={json.dumps(geometry)}"),
+                          ("curve", "plain.meshb", "-o", "curved.meshb", "--geometry", json.dumps(geometry))):
+            done = self.folder.camber(*arguments)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+            for part in ("/geometry/analytic", *figures):
+                self.assertIn(part, done.stderr)
+            self.assertEqual(self.folder.files(), files)
+
+    def test_surfaces_that_are_not_the_mesh_s_are_refused(self):
+        self.config("shell", "straight", mesh="run.meshb", report="run-report.json")
+        self.camber("run", "run.json", "--set", "stages=[]", "--set", "output/mesh=plain.meshb",
+                    "--set", "output/report=")
+        points = gmf.read(self.folder.path / "plain.meshb").points
+        on_sphere = {n for n, p in enumerate(points, 1) if abs(np.linalg.norm(p) - 5) < 1e-9}
+        for what, surfaces, figures in (
+                ("too small", [sphere(4)], ("vertex ", "is 1 away from the sphere of reference 1")),
+                ("no such reference", [sphere(5), sphere(5, [7])], ("has reference 7", "it has 1, 2")),
+                ("two for one", [sphere(5), sphere(1, [INNER, OUTER])], ("reference 1 is given to two surfaces",)),
+                ("too large", [sphere(1e300)], ("reference 1", "the radius of its sphere, 1e+300", "at most 1e8")),
+                ("beside", [sphere(5, centre=[40, 0, 0])], ("vertex ", "away from the sphere of reference 1")),
+                ("a plane", [{"references": [OUTER], "plane": {"point": [5, 0, 0], "normal": [1, 0, 0]}}],
+                 ("vertex ", "away from the plane of reference 1"))):
+            with self.subTest(what):
+                self.refused(surfaces, *figures)
+        # The farthest vertex, by the file's numbers.
+        said = self.folder.camber("run", "run.json", "--set",
+                                  f"geometry={json.dumps({'analytic': [sphere(5, centre=[40, 0, 0])]})}").stderr
+        named = int(said.split("vertex ")[1].split(":")[0])
+        self.assertIn(named, on_sphere)
+        self.assertEqual(named, 1 + max(range(len(points)), key=lambda v: abs(
+            np.linalg.norm(points[v] - [40, 0, 0]) - 5) if v + 1 in on_sphere else -1))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
