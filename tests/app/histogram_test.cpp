@@ -7,9 +7,13 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 #include "dice.hpp"
 #include "property.hpp"
@@ -23,10 +27,17 @@ namespace {
 
 std::size_t sum(const Series& s) { return std::accumulate(s.counts.begin(), s.counts.end(), std::size_t{0}); }
 
+/// Of both signs, and of all sizes from 1e-12 to 1000.
 std::vector<double> some_values(camber::testing::Dice& dice) {
     std::vector<double> values(dice.below(200));
-    for (double& x : values) x = dice.uniform(-1, 9);
+    for (double& x : values) x = std::copysign(std::pow(10, dice.uniform(-12, 3)), dice.uniform(-1, 3));
     return values;
+}
+
+std::size_t bin_of(std::span<const double> limits, double x) {
+    std::size_t bin = 0;
+    while (bin < limits.size() && x >= limits[bin]) ++bin;
+    return bin;
 }
 
 }  // namespace
@@ -39,6 +50,7 @@ TEST_CASE("histograms") {
             const auto limits = limits_of(static_cast<Quantity>(q));
             const Series s = counted("count", limits, values);
             RC_ASSERT(sum(s) == values.size());
+            RC_ASSERT(s.not_numbers == 0);
             for (std::size_t bin = 0; bin < s.counts.size(); ++bin) {
                 const auto inside = std::count_if(values.begin(), values.end(), [&](double x) {
                     return (bin == 0 || x >= limits[bin - 1]) && (bin == limits.size() || x < limits[bin]);
@@ -46,6 +58,44 @@ TEST_CASE("histograms") {
                 RC_ASSERT(static_cast<std::size_t>(inside) == s.counts[bin]);
             }
         }
+    });
+    camber::testing::property(
+        "the extremes are values, in the first bin and the last that hold any", [](std::uint64_t seed) {
+            camber::testing::Dice dice(seed);
+            const auto values = some_values(dice);
+            for (std::size_t q = 0; q < quantity_count; ++q) {
+                const auto limits = limits_of(static_cast<Quantity>(q));
+                const Series s = counted("count", limits, values);
+                RC_ASSERT(s.extremes.has_value() == !values.empty());
+                if (values.empty()) continue;
+                const auto [least, greatest] = *s.extremes;
+                RC_ASSERT(least == *std::min_element(values.begin(), values.end()));
+                RC_ASSERT(greatest == *std::max_element(values.begin(), values.end()));
+                RC_ASSERT(least <= s.mean && s.mean <= greatest);
+                const auto is_used = [](std::size_t count) { return count > 0; };
+                const auto first = std::find_if(s.counts.begin(), s.counts.end(), is_used);
+                const auto last = std::find_if(s.counts.rbegin(), s.counts.rend(), is_used);
+                RC_ASSERT(static_cast<std::size_t>(first - s.counts.begin()) == bin_of(limits, least));
+                RC_ASSERT(static_cast<std::size_t>(s.counts.rend() - last) == bin_of(limits, greatest) + 1);
+            }
+        });
+    camber::testing::property("what is not finite counts as it is said to", [](std::uint64_t seed) {
+        constexpr double inf = std::numeric_limits<double>::infinity();
+        camber::testing::Dice dice(seed);
+        auto values = some_values(dice);
+        const auto limits = limits_of(static_cast<Quantity>(dice.below(quantity_count)));
+        const Series finite = counted("count", limits, values);
+        const std::size_t low = dice.below(3), high = dice.below(3), none = dice.below(3);
+        values.insert(values.end(), low, -inf);
+        values.insert(values.end(), high, inf);
+        values.insert(values.end(), none, std::nan(""));
+        const Series s = counted("count", limits, values);
+        RC_ASSERT(sum(s) + s.not_numbers == values.size());
+        RC_ASSERT(s.not_numbers == none);
+        RC_ASSERT(s.counts.front() == finite.counts.front() + low);
+        RC_ASSERT(s.counts.back() == finite.counts.back() + high);
+        RC_ASSERT(s.extremes == finite.extremes);
+        RC_ASSERT(s.mean == finite.mean);
     });
     camber::testing::property("the order of the values does not matter for the counts", [](std::uint64_t seed) {
         camber::testing::Dice dice(seed);
@@ -64,9 +114,48 @@ TEST_CASE("histograms") {
             RC_ASSERT(picture.starts_with("<svg ") && picture.ends_with("</svg>\n"));
             RC_ASSERT(picture.find("nan") == std::string::npos && picture.find("inf") == std::string::npos);
             const bool empty = sum(h.series[0]) + sum(h.series[1]) == 0;
-            RC_ASSERT(bars(h).find(empty ? "nothing to count" : "after correction") != std::string::npos);
+            const std::string rows = bars(h);
+            RC_ASSERT(rows.find(empty ? "nothing to count" : "after correction") != std::string::npos);
+            for (const Series& s : h.series) {
+                if (!s.extremes) continue;
+                for (const double extreme : {s.extremes->least, s.extremes->greatest}) {
+                    RC_ASSERT(rows.find(fmt::format("{:.4g}", extreme)) != std::string::npos);
+                    RC_ASSERT(picture.find(fmt::format("{:.4g}", extreme)) != std::string::npos);
+                }
+            }
         }
     });
+}
+
+TEST_CASE("the tails are told apart") {
+    const auto bins = [](Quantity quantity, const std::vector<double>& values) {
+        std::set<std::size_t> used;
+        for (const double x : values) used.insert(bin_of(limits_of(quantity), x));
+        return used.size();
+    };
+    const std::vector<double> jacobians{-100, -5,   -0.5, -0.05, -1e-3 / 2, -1e-12, 0,
+                                        1e-9, 1e-8, 1e-5, 1e-3,  0.04,      0.5,    1};
+    CHECK(bins(Quantity::normalised_jacobian, jacobians) == jacobians.size());
+    CHECK(bins(Quantity::quality, jacobians) == jacobians.size());
+    // Both sides of the usual bound are one bin: there lie those that were relaxed down to it.
+    CHECK(bins(Quantity::normalised_jacobian, {0.00999, 0.01, 0.01001}) == 1);
+    const std::vector<double> gains{-0.5, -0.05, -1e-5, 0, 1e-5, 0.001, 0.01, 0.1, 0.5, 1, 3, 10, 30, 1000};
+    CHECK(bins(Quantity::length_gain, gains) == gains.size());
+    const std::vector<double> curvatures{0, 0.001, 0.01, 0.1, 0.5, 1, 2, 5, 20};
+    CHECK(bins(Quantity::curvature, curvatures) == curvatures.size());
+    const std::vector<double> lengths{1e-4, 1e-2, 0.1, 0.5, 0.8, 1, 1.2, 2, 10, 100, 1e4};
+    CHECK(bins(Quantity::length, lengths) == lengths.size());
+}
+
+TEST_CASE("a few of very many are seen in the picture, with their number") {
+    std::vector<double> values(100000, 0.5);
+    values.insert(values.end(), 7, 1e-7);
+    Histogram h{Quantity::normalised_jacobian, limits_of(Quantity::normalised_jacobian), {}};
+    h.series = {counted("count", h.limits, values)};
+    CHECK(svg(h).find(">7</text>") != std::string::npos);
+    CHECK(svg(h).find("height=\"0.0") == std::string::npos);
+    CHECK(bars(h).find("1e-07 to 1e-06          7 ▏") != std::string::npos);
+    CHECK(bars(h).find("1e-06 to 0.5          0\n") != std::string::npos);  // empty ones in one row
 }
 
 TEST_CASE("limits rise, and have the numbers that the documentation says") {
@@ -74,22 +163,17 @@ TEST_CASE("limits rise, and have the numbers that the documentation says") {
         const auto limits = limits_of(static_cast<Quantity>(q));
         CHECK(std::adjacent_find(limits.begin(), limits.end(), std::greater_equal<>()) == limits.end());
     }
-    CHECK(limits_of(Quantity::length_gain).size() == 26);
-    CHECK(limits_of(Quantity::length_gain).back() == 0.5);
-    CHECK(limits_of(Quantity::length).front() == 0.125);
-    CHECK(limits_of(Quantity::length).back() == 8);
-    CHECK(limits_of(Quantity::normalised_jacobian).size() == 21);
+    // The numbers that one reads are the limits, to the last bit.
+    for (const auto quantity : {Quantity::length_gain, Quantity::curvature, Quantity::normalised_jacobian})
+        for (const double limit : limits_of(quantity)) CHECK(std::stod(fmt::format("{:.2g}", limit)) == limit);
+    CHECK(limits_of(Quantity::length_gain).front() == -0.1);
+    CHECK(limits_of(Quantity::length_gain).back() == 100);
+    CHECK(limits_of(Quantity::curvature).front() == 0);
+    CHECK(limits_of(Quantity::curvature).back() == 10);
+    CHECK(limits_of(Quantity::length).front() == 1.0 / 1024);
+    CHECK(limits_of(Quantity::length).back() == 1024);
+    CHECK(limits_of(Quantity::normalised_jacobian).front() == -10);
     CHECK(limits_of(Quantity::normalised_jacobian).back() == 1);
-}
-
-TEST_CASE("what is not finite") {
-    constexpr double inf = std::numeric_limits<double>::infinity();
-    const auto limits = limits_of(Quantity::normalised_jacobian);
-    const Series s = counted("count", limits, std::vector<double>{-inf, 0.5, inf, std::nan("")});
-    CHECK(s.counts.front() == 1);
-    CHECK(s.counts.back() == 1);
-    CHECK(sum(s) == 3);
-    CHECK(s.mean == 0.5);
 }
 
 TEST_CASE("a report gives its histograms back") {
@@ -97,10 +181,19 @@ TEST_CASE("a report gives its histograms back") {
     Histogram h{Quantity::length, limits_of(Quantity::length), {}};
     h.series = {counted("straight", h.limits, std::vector<double>{0.7, 1.3}),
                 counted("before", h.limits, std::vector<double>{0.6, 1.1})};
+    h.series[1].not_numbers = 3;
     report.histograms = {h};
     const auto back = histograms_of_report(to_json(report));
     REQUIRE(back.has_value());
     CHECK(*back == report.histograms);
+    // One that was written before there were extremes, and one that contradicts itself.
+    const auto older = histograms_of_report(
+        R"({"histograms": {"curvature": {"edges": [0, 1], "count": [1, 2, 0], "mean": {"count": 0}}}})");
+    REQUIRE(older.has_value());
+    CHECK(older->front().series == std::vector{Series{"count", {1, 2, 0}, 0, {}, 0}});
+    CHECK_FALSE(histograms_of_report(R"({"histograms": {"curvature": {"edges": [0, 1], "count": [1, 2, 0],
+        "mean": {"count": 0}, "min": {"count": 1}, "max": {"count": 0}}}})")
+                    .has_value());
     CHECK_FALSE(histograms_of_report("{}").has_value());
     CHECK_FALSE(histograms_of_report("no json").has_value());
     CHECK_FALSE(

@@ -216,8 +216,12 @@ class Formats(unittest.TestCase):
             things = report["mesh"]["elements"] if key == "normalised_jacobian" else report["curve"]["volume_edges"]
             for series in histogram["mean"]:
                 self.assertEqual(len(histogram[series]), len(histogram["edges"]) + 1)
-                self.assertEqual(sum(histogram[series]), things)
+                self.assertEqual(sum(histogram[series]) + histogram["not_a_number"][series], things)
+                self.assertLessEqual(histogram["min"][series], histogram["mean"][series])
+                self.assertLessEqual(histogram["mean"][series], histogram["max"][series])
         for when in ("before", "after"):
+            self.assertEqual(histograms["curvature"]["max"][when],
+                             report["curve"][when + "_correction"]["largest_curvature"])
             self.assertAlmostEqual(histograms["length_gain"]["mean"][when],
                                    report["curve"][when + "_correction"]["mean_gain"], places=12)
         self.assertEqual({f for f in self.folder.files() if f.startswith("plots")},

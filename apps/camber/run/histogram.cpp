@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,26 +17,6 @@ import :histogram;
 namespace camber::run {
 
 namespace {
-
-constexpr std::array<QuantityInfo, quantity_count> infos{{
-    {Quantity::length_gain, "length_gain", "Length gain", "length of the chord / length of the edge - 1",
-     "volume edges", Scale::linear},
-    {Quantity::length, "riemannian_length", "Riemannian length", "length in the metric", "volume edges", Scale::log2},
-    {Quantity::curvature, "curvature", "Curvature", "offset of the node / length of the chord", "volume edges",
-     Scale::linear},
-    {Quantity::normalised_jacobian, "normalised_jacobian", "Normalised Jacobian",
-     "smallest det J / det J of the straight element", "elements", Scale::linear},
-    {Quantity::quality, "quality", "Quality", "mean ratio: 1 equilateral, 0 flat, negative inverted", "elements",
-     Scale::linear},
-}};
-
-/// first, first + step … n limits; as quotients, so that the limits are the numbers that one reads.
-std::vector<double> regular(int n, double parts) {
-    std::vector<double> limits;
-    limits.reserve(static_cast<std::size_t>(n));
-    for (int i = 0; i < n; ++i) limits.push_back(i / parts);
-    return limits;
-}
 
 /// Letters of a bar: so that three series fit 100 columns too.
 std::size_t bar_width(const Histogram& h) { return h.series.size() > 2 ? 16 : 24; }
@@ -52,14 +33,49 @@ std::string bar(double filled, std::size_t width) {
     return text + std::string(width - letters, ' ');
 }
 
-std::string range(const Histogram& h, std::size_t bin) {
-    const auto limit = [&](std::size_t i) {
-        return info(h.quantity).scale == Scale::log2 ? fmt::format("{:.3g}", h.limits[i])
-                                                     : fmt::format("{:.2f}", h.limits[i]);
+/// What the bins [first, last) hold.
+std::string range(const Histogram& h, std::size_t first, std::size_t last) {
+    const auto limit = [&](std::size_t i) { return fmt::format("{:.4g}", h.limits[i]); };
+    if (first == 0) return "below " + limit(last - 1);
+    if (last == h.limits.size() + 1) return "from " + limit(first - 1);
+    return limit(first - 1) + " to " + limit(last - 1);
+}
+
+bool is_empty(const Histogram& h, std::size_t bin) {
+    return std::all_of(h.series.begin(), h.series.end(), [&](const Series& s) { return s.counts[bin] == 0; });
+}
+
+/// The end of the row that begins at this bin: a bin of its own, or all the empty ones that follow each other up to
+/// zero.
+std::size_t row_end(const Histogram& h, std::size_t bin, std::size_t last) {
+    if (!is_empty(h, bin)) return bin + 1;
+    do ++bin;
+    while (bin < last && is_empty(h, bin) && h.limits[bin - 1] != 0);
+    return bin;
+}
+
+/// A row of numbers, one a series, under the bars; nothing where a series has none.
+template <class NumberOf>
+std::string numbers(const Histogram& h, std::string_view name, std::size_t width, NumberOf&& number_of) {
+    std::string row = fmt::format("\n  {:>18}", name);
+    for (const Series& s : h.series) row += fmt::format("  {:<{}}", fmt::format("{:>9}", number_of(s)), width + 10);
+    return row;
+}
+
+std::string statistics(const Histogram& h, std::size_t width) {
+    const auto extreme = [](const Series& s, double Extremes::* which) {
+        return s.extremes ? fmt::format("{:.4g}", (*s.extremes).*which) : std::string();
     };
-    if (bin == 0) return "below " + limit(0);
-    if (bin == h.limits.size()) return "from " + limit(bin - 1);
-    return limit(bin - 1) + " to " + limit(bin);
+    const auto some = [&](auto&& has) { return std::any_of(h.series.begin(), h.series.end(), has); };
+    const bool extremes = some([](const Series& s) { return s.extremes.has_value(); });
+    std::string rows;
+    if (extremes) rows += numbers(h, "smallest", width, [&](const Series& s) { return extreme(s, &Extremes::least); });
+    rows += numbers(h, "mean", width, [](const Series& s) { return fmt::format("{:.4g}", s.mean); });
+    if (extremes)
+        rows += numbers(h, "largest", width, [&](const Series& s) { return extreme(s, &Extremes::greatest); });
+    if (some([](const Series& s) { return s.not_numbers > 0; }))
+        rows += numbers(h, "no number", width, [](const Series& s) { return fmt::format("{}", s.not_numbers); });
+    return rows;
 }
 
 /// The first bin that is not empty in all series, and the one after the last; equal when all are.
@@ -76,34 +92,22 @@ std::pair<std::size_t, std::size_t> used(const Histogram& h) {
 
 }  // namespace
 
-const QuantityInfo& info(Quantity quantity) { return infos[static_cast<std::size_t>(quantity)]; }
-
-std::vector<double> limits_of(Quantity quantity) {
-    switch (quantity) {
-        case Quantity::length_gain:
-        case Quantity::curvature: return regular(26, 50);
-        case Quantity::length: {
-            std::vector<double> limits = regular(25, 4);
-            for (double& x : limits) x = std::exp2(x - 3);
-            return limits;
-        }
-        case Quantity::normalised_jacobian:
-        case Quantity::quality: return regular(21, 20);
-    }
-    return {};
-}
-
 Series counted(std::string name, std::span<const double> limits, std::span<const double> values) {
-    Series series{std::move(name), std::vector<std::size_t>(limits.size() + 1), 0};
+    Series series{.name = std::move(name), .counts = std::vector<std::size_t>(limits.size() + 1), .extremes = {}};
     double sum = 0;
     std::size_t finite = 0;
     for (const double x : values) {
-        if (std::isnan(x)) continue;
+        if (std::isnan(x)) {
+            ++series.not_numbers;
+            continue;
+        }
         const auto bin = std::upper_bound(limits.begin(), limits.end(), x) - limits.begin();
         ++series.counts[static_cast<std::size_t>(bin)];
         if (!std::isfinite(x)) continue;
         sum += x;
         ++finite;
+        const Extremes so_far = series.extremes.value_or(Extremes{x, x});
+        series.extremes = Extremes{std::fmin(so_far.least, x), std::fmax(so_far.greatest, x)};
     }
     if (finite > 0) series.mean = sum / static_cast<double>(finite);
     return series;
@@ -128,15 +132,14 @@ std::string bars(const Histogram& histogram) {
         const std::string name = s.name == "before" || s.name == "after" ? s.name + " correction" : s.name;
         text += fmt::format("  {:<{}}", fmt::format("{:>9} {}", "", name), width + 10);
     }
-    for (std::size_t bin = first; bin < last; ++bin) {
-        text += fmt::format("\n  {:>18}", range(histogram, bin));
+    for (std::size_t bin = first, end = first; bin < last; bin = end) {
+        end = row_end(histogram, bin, last);
+        text += fmt::format("\n  {:>18}", range(histogram, bin, end));
         for (const Series& s : histogram.series)
             text += fmt::format("  {:>9} {}", s.counts[bin],
                                 bar(static_cast<double>(s.counts[bin]) / static_cast<double>(most), width));
     }
-    text += fmt::format("\n  {:>18}", "mean");
-    for (const Series& s : histogram.series)
-        text += fmt::format("  {:<{}}", fmt::format("{:>9.4g}", s.mean), width + 10);
+    text += statistics(histogram, width);
     // No line ends with blanks.
     std::string out;
     std::size_t blanks = 0;

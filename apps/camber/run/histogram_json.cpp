@@ -1,4 +1,6 @@
 module;
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -16,13 +18,32 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// What is no series: the limits, and numbers by the series' names.
+constexpr std::array<std::string_view, 5> reserved{"edges", "mean", "min", "max", "not_a_number"};
+
+/// The number of a series, if the object of that key is there and has one.
+template <class T>
+std::optional<T> number_of(const Json& json, const char* key, const std::string& series) {
+    if (!json.contains(key) || !json.at(key).contains(series)) return {};
+    return json.at(key).at(series).get<T>();
+}
+
+Series series_of(const Json& json, const std::string& name) {
+    Series s{.name = name,
+             .counts = json.at(name).get<std::vector<std::size_t>>(),
+             .mean = json.at("mean").at(name).get<double>(),
+             .extremes = {},
+             .not_numbers = number_of<std::size_t>(json, "not_a_number", name).value_or(0)};
+    const auto least = number_of<double>(json, "min", name), greatest = number_of<double>(json, "max", name);
+    if (least && greatest) s.extremes = Extremes{*least, *greatest};
+    return s;
+}
+
 Histogram histogram_of(Quantity quantity, const Json& json) {
     Histogram h{quantity, json.at("edges").get<std::vector<double>>(), {}};
-    for (const auto& [name, value] : json.items()) {
-        if (name == "edges" || name == "mean") continue;
-        h.series.push_back(
-            {name, value.get<std::vector<std::size_t>>(), json.at("mean").at(name).template get<double>()});
-    }
+    for (const auto& [name, value] : json.items())
+        if (std::find(reserved.begin(), reserved.end(), name) == reserved.end())
+            h.series.push_back(series_of(json, name));
     return h;
 }
 
@@ -31,7 +52,8 @@ bool is_sound(const Histogram& h) {
     for (std::size_t i = 1; i < h.limits.size(); ++i)
         if (!(h.limits[i - 1] < h.limits[i])) return false;
     for (const Series& s : h.series)
-        if (s.counts.size() != h.limits.size() + 1) return false;
+        if (s.counts.size() != h.limits.size() + 1 || (s.extremes && s.extremes->least > s.extremes->greatest))
+            return false;
     return true;
 }
 
@@ -41,12 +63,19 @@ std::string histograms_json(const std::vector<Histogram>& histograms) {
     Json all = Json::object();
     for (const Histogram& h : histograms) {
         Json one{{"edges", h.limits}};
-        Json means = Json::object();
+        Json means = Json::object(), least = Json::object(), greatest = Json::object(), not_numbers = Json::object();
         for (const Series& s : h.series) {
             one[s.name] = s.counts;
             means[s.name] = s.mean;
+            not_numbers[s.name] = s.not_numbers;
+            if (!s.extremes) continue;
+            least[s.name] = s.extremes->least;
+            greatest[s.name] = s.extremes->greatest;
         }
         one["mean"] = std::move(means);
+        one["min"] = std::move(least);
+        one["max"] = std::move(greatest);
+        one["not_a_number"] = std::move(not_numbers);
         all[std::string(info(h.quantity).key)] = std::move(one);
     }
     return all.dump();

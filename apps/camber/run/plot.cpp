@@ -19,7 +19,7 @@ namespace camber::run {
 
 namespace {
 
-constexpr double width = 880, height = 360, top = 78, bottom = 62, left = 74, gap = 36, right = 24;
+constexpr double width = 880, height = 372, top = 90, bottom = 62, left = 74, gap = 36, right = 24;
 constexpr std::string_view ink = "#222", faint = "#e4e4e4", grey = "#777";
 
 struct Panel {
@@ -52,9 +52,9 @@ struct Axes {
         if (above <= 0 || static_cast<std::size_t>(above) >= h.limits.size()) return {};
         const auto bin = static_cast<std::size_t>(above);
         const double low = h.limits[bin - 1], high = h.limits[bin];
-        const double part = info(h.quantity).scale == Scale::log2 ? std::log(value / low) / std::log(high / low)
-                                                                  : (value - low) / (high - low);
-        const double b = static_cast<double>(bin) + part;
+        const double part =
+            low * high > 0 ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
+        const double b = static_cast<double>(bin) + (part >= 0 && part <= 1 ? part : 0.5);
         if (b < static_cast<double>(first) || b > static_cast<double>(last)) return {};
         return x_of_bin(b);
     }
@@ -89,19 +89,29 @@ std::string count_axis(const Axes& a, bool labelled) {
     return out;
 }
 
+/// Which limits are numbered first where there is no room for all: zero, whole powers of the base, the others.
+int rank(double limit, int base) {
+    if (limit == 0) return 0;
+    const double power = std::log(std::fabs(limit)) / std::log(base);
+    return std::fabs(power - std::round(power)) < 1e-9 ? 1 : 2;
+}
+
 std::string value_axis(const Axes& a) {
     const double y = a.origin_y + a.plot_height();
     std::string out = line(0, y, a.panel_width, y, fmt::format("stroke=\"{}\" stroke-width=\"1.2\"", ink));
-    // Every limit has a number where there is room; lengths at the powers of two.
-    std::size_t step = info(a.h.quantity).scale == Scale::log2 ? 4 : 1;
-    for (const std::size_t wider : {2, 5, 10, 20})
-        if (static_cast<double>(step) * a.bin_width() < 38) step = std::max<std::size_t>(step, wider);
-    for (std::size_t i = 0; i < a.h.limits.size(); ++i) {
-        if (i % step != 0 || i + 1 < a.first || i + 1 > a.last) continue;
-        const double x = a.x_of_bin(static_cast<double>(i + 1));
-        out += line(x, y, x, y + 5, fmt::format("stroke=\"{}\"", ink));
-        out += text(x, y + 19, "middle", 12, ink, fmt::format("{:.4g}", a.h.limits[i]));
-    }
+    constexpr double room = 42;
+    std::vector<double> numbered;
+    for (const int wanted : {0, 1, 2})
+        for (std::size_t i = 0; i < a.h.limits.size(); ++i) {
+            if (i + 1 < a.first || i + 1 > a.last || rank(a.h.limits[i], info(a.h.quantity).base) != wanted) continue;
+            const double x = a.x_of_bin(static_cast<double>(i + 1));
+            const bool fits = std::none_of(numbered.begin(), numbered.end(),
+                                           [&](double other) { return std::fabs(other - x) < room; });
+            out += line(x, y, x, y + (fits ? 5 : 3), fmt::format("stroke=\"{}\"", ink));
+            if (!fits) continue;
+            numbered.push_back(x);
+            out += text(x, y + 19, "middle", 12, ink, fmt::format("{:.4g}", a.h.limits[i]));
+        }
     return out;
 }
 
@@ -122,22 +132,34 @@ std::string mean_mark(const Axes& a, double mean) {
                 fmt::format("stroke=\"{}\" stroke-width=\"1.5\" stroke-dasharray=\"6 4\"", ink));
 }
 
+/// However few they are, a bar is seen, and a low one has its count written above it: of the tail each one matters.
+std::string bar(const Axes& a, std::size_t b, std::size_t count, std::string_view colour) {
+    constexpr double least_height = 1.5, low = 12;
+    const double bottom_y = a.origin_y + a.plot_height();
+    const double filled = std::max(bottom_y - a.y_of(static_cast<double>(count)), least_height);
+    const double x = a.x_of_bin(static_cast<double>(b)), y = bottom_y - filled;
+    const bool open = b == 0 || b == a.h.limits.size();
+    std::string out =
+        fmt::format("<rect x=\"{:.1f}\" y=\"{:.2f}\" width=\"{:.1f}\" height=\"{:.2f}\" fill=\"{}\"{}/>\n", x + 0.5, y,
+                    std::max(a.bin_width() - 1, 0.5), filled, colour, open ? " fill-opacity=\"0.45\"" : "");
+    if (filled >= low) return out;
+    const double middle = x + a.bin_width() / 2 + 3;
+    return out + text(middle, y - 3, "start", 9, grey, fmt::format("{}", count),
+                      fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", middle, y - 3));
+}
+
 std::string panel(const Axes& a, const Panel& p, bool labelled) {
     std::string out = count_axis(a, labelled);
-    for (std::size_t b = a.first; b < a.last; ++b) {
-        const auto count = static_cast<double>(p.series->counts[b]);
-        if (count == 0) continue;
-        const bool open = b == 0 || b == a.h.limits.size();
-        const double y = a.y_of(count);
-        out += fmt::format("<rect x=\"{:.1f}\" y=\"{:.2f}\" width=\"{:.1f}\" height=\"{:.2f}\" fill=\"{}\"{}/>\n",
-                           a.x_of_bin(static_cast<double>(b)) + 0.5, y, std::max(a.bin_width() - 1, 0.5),
-                           a.origin_y + a.plot_height() - y, p.colour, open ? " fill-opacity=\"0.45\"" : "");
-    }
+    for (std::size_t b = a.first; b < a.last; ++b)
+        if (p.series->counts[b] > 0) out += bar(a, b, p.series->counts[b], p.colour);
     if (const Series* straight = find_series(a.h, "straight")) out += outline(a, *straight);
     out += value_axis(a) + mean_mark(a, p.series->mean);
-    const std::string mean = fmt::format("mean {:.4g} (dashed)", p.series->mean);
-    out += text(a.panel_width / 2, a.origin_y - 12, "middle", 14, ink,
-                p.title.empty() ? mean : fmt::format("{}: {}", p.title, mean));
+    std::string numbers = fmt::format("mean {:.4g} (dashed)", p.series->mean);
+    if (const auto& extremes = p.series->extremes)
+        numbers = fmt::format("min {:.4g}, {}, max {:.4g}", extremes->least, numbers, extremes->greatest);
+    if (p.series->not_numbers > 0) numbers += fmt::format(", {} no number", p.series->not_numbers);
+    out += text(a.panel_width / 2, a.origin_y - 26, "middle", 14, ink, p.title);
+    out += text(a.panel_width / 2, a.origin_y - 9, "middle", 12, ink, numbers);
     return out;
 }
 
