@@ -1,6 +1,7 @@
 module;
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -18,6 +19,14 @@ struct Notice {
     friend bool operator==(const Notice&, const Notice&) = default;
 };
 
+/// What a flat mesh in space has and the same mesh in 2D does not hold: see `flattened` and `raised`.
+struct Lift {
+    double z = 0;                      ///< of every node that a triangle or an edge uses (model units)
+    Column<double> heights = {};       ///< z of each vertex, where unused ones have another; else empty
+    GeometryNotes<3> directions = {};  ///< its table of normals, or tangents, when one of them leaves the plane
+    friend bool operator==(const Lift&, const Lift&) = default;
+};
+
 /// What a mesh file holds, and what is to be said about it.
 struct DecodedMesh {
     AnyMesh mesh;
@@ -25,6 +34,7 @@ struct DecodedMesh {
     /// Of a quadratic mesh: the file's number, from 1, of each vertex, then of each edge's node (0: it has none), for
     /// messages; empty where they are 1, 2, 3 …
     Column<std::uint32_t> node_numbers = {};
+    std::optional<Lift> lift = {};  ///< of a 2D mesh that was a flat one in space
 };
 
 /// An encoded file: its bytes are those of the chunks, one after the other.

@@ -1,10 +1,11 @@
-/// Meshes and solutions to and from bytes, one file a format. Nothing here touches files: the shell maps and writes
-/// them.
+/// Meshes and solutions to and from bytes, one file a format; flat meshes to 2D and back. Nothing here touches files:
+/// the shell maps and writes them.
 export module camber.io;
 export import :any_mesh;
 export import :solution;
 export import :gmf;
 export import :mesh_fields;
+export import :flat;
 export import :vtu;
 // The partitions below export no names: they are the parts that readers and writers are made of.
 export import :gmf_keywords;

@@ -102,6 +102,11 @@ void mesh(Bytes bytes) {
             judge(mesh);
         },
         decoded->mesh);
+    const auto flat = with_flat_in_2d(*decoded, alone);
+    expect(flat.has_value(), "any mesh can be asked whether it is flat");
+    const auto raised_again = flat->lift ? raised(flat->mesh, *flat->lift, alone) : flat->mesh;
+    expect(raised_again.has_value() && *raised_again == decoded->mesh, "a flat mesh raised is the same");
+    if (flat->lift) std::visit([](const auto& mesh) { judge(mesh); }, flat->mesh);
     const std::size_t numbers = decoded->node_numbers.size();
     std::visit(
         [&]<class Mesh>(const Mesh& mesh) {

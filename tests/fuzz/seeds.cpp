@@ -36,13 +36,18 @@ void add_mesh(std::vector<Seed>& seeds, const std::string& name, const Mesh& mes
 template <int D>
 void add_meshes(std::vector<Seed>& seeds) {
     const std::string dimension = std::to_string(D) + "d";
-    // Coordinates without sense, and every block there is; a grid that is a mesh; its curved twin; a surface alone.
+    // Coordinates without sense, and every block there is; a grid that is a mesh; its curved twin; a surface alone; in
+    // 2D the grid and its twin as flat meshes.
     add_mesh(seeds, dimension + "-features", generated::mesh<D>(7, 2));
     BoxOptions<D> box;
     for (auto& cells : box.cells) cells = 1;
     const LinearMesh<D> grid = *generate(box);
     add_mesh(seeds, dimension + "-grid", grid);
     add_mesh(seeds, dimension + "-curved", *elevate(grid, {.threads = 1}));
+    if constexpr (D == 2) {
+        add_mesh(seeds, "flat-grid", *raised(grid, {}, {.threads = 1}));
+        add_mesh(seeds, "flat-curved", *raised(*elevate(grid, {.threads = 1}), {.z = 1}, {.threads = 1}));
+    }
     LinearMesh<D> surface = grid;
     surface.elements = {};
     add_mesh(seeds, dimension + "-surface", surface);
@@ -68,6 +73,7 @@ void add_solutions(std::vector<Seed>& seeds) {
 void add_configs(std::vector<Seed>& seeds) {
     const std::vector<std::pair<std::string, std::string>> texts{
         {"least", R"({"input": {"mesh": "a.mesh"}})"},
+        {"flat", R"({"input": {"mesh": "a.mesh", "flat": "surface"}})"},
         {"shapes", R"({"input": {"generate": {"shell": {"inner_layer": {"count": 8}, "structure": "prisms"}}}})"},
         {"metric", R"({"input": {"mesh": "a"}, "metric": {"constant": {"sizes": [1, 2, 3]}},
   "metric_operations": [{"intersect": {"file": "b.sol"}}, "gradation", {"bound": {"max_size": 3}}]})"},
