@@ -85,6 +85,15 @@ CLI::Validator share_below_one() {
         "[0, 1)");
 }
 
+void add_flat(CLI::App* verb, camber::config::Flat& flat) {
+    verb->add_option("--flat", flat,
+                     "What triangles without tetrahedra and of one z are: plane (the default), a 2D mesh, written with "
+                     "its z again; or surface, one in space")
+        ->transform(CLI::CheckedTransformer(std::map<std::string, camber::config::Flat>{
+            {"plane", camber::config::Flat::plane}, {"surface", camber::config::Flat::surface}}))
+        ->option_text("plane|surface");
+}
+
 void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
                   bool& histogram, bool& dry_run) {
     verb->add_option("--set", settings,
@@ -104,6 +113,7 @@ void add_pipeline(CLI::App* verb, PipelineArguments& a) {
     verb->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
                      "Every element's normalised Jacobian is to be at least this, from 0 and below 1")
         ->check(share_below_one());
+    add_flat(verb, a.flat);
     verb->add_option("--report", a.report, "Also write the figures as JSON");
     verb->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
     verb->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
@@ -178,6 +188,7 @@ void add_check(CLI::App& app, Verb& verb) {
                      "Faces of the boundary that turn by less than this (degrees) are one smooth wall")
         ->check(CLI::Range(0.0, 180.0))
         ->capture_default_str();
+    add_flat(check, a.flat);
     check->add_option("--worst", a.worst, "How many of the worst elements to show")
         ->check(CLI::Range(0, 1000000))
         ->capture_default_str();

@@ -40,7 +40,10 @@ TEST_CASE("unknown keys are refused with their path and the nearest known key") 
 }
 
 TEST_CASE("wrong types are refused with what was expected") {
-    CHECK(error_of("[]") == "config.json: /: expected an object, got an array");
+    CHECK(error_of("[]") ==
+          "config.json: /: expected an object, got an array (known: input, metric, metric_operations, geometry, "
+          "features, "
+          "stages, threads, output)");
     CHECK(error_with(R"("threads": "two")") ==
           "config.json: /threads: expected a whole number, got the string \"two\"");
     CHECK(error_with(R"("threads": 1.5)") == "config.json: /threads: expected a whole number, got 1.5");
@@ -49,6 +52,11 @@ TEST_CASE("wrong types are refused with what was expected") {
     CHECK(error_with(R"("stages": {})") == "config.json: /stages: expected an array, got an object");
     CHECK(error_with(R"("stages": [{"curve": {"objective": 3}}])") ==
           "config.json: /stages/0/curve/objective: expected \"energy\" or \"length\" or \"shape\", got 3");
+    CHECK(error_of(R"({"input": {"mesh": "a", "flat": "surfaces"}})") ==
+          "config.json: /input/flat: expected \"plane\" or \"surface\", got the string \"surfaces\" (did you mean "
+          "\"surface\"?)");
+    CHECK(error_of(R"({"input": "a.mesh"})") ==
+          "config.json: /input: expected an object, got the string \"a.mesh\" (known: mesh, generate, flat)");
     CHECK(error_with(R"("output": {"mesh": 3})") == "config.json: /output/mesh: expected a string, got 3");
     CHECK(error_with(R"("metric": {"file": 3})") == "config.json: /metric/file: expected a file's path, got 3");
     CHECK(error_with(R"("metric": {"natural": {}, "file": "a"})") ==
@@ -89,6 +97,11 @@ TEST_CASE("what is missing or contradicts itself is refused") {
           "config.json: /geometry/analytic/0/plane: the normal is zero");
     CHECK(error_with(R"("metric": {"constant": {"tensor": [1, 2]}})") ==
           "config.json: /metric/constant: a tensor has 3 entries (2D) or 6 (3D), got 2");
+    CHECK(error_of(R"({"input": {"flat": "plane"}})") == "config.json: /input: \"mesh\" or \"generate\" is missing");
+    CHECK(error_of(R"({"input": {"mesh": "a", "generate": "shell"}})") ==
+          "config.json: /input/generate: only one of \"mesh\" and \"generate\" may be given");
+    CHECK(error_of(R"({"input": {"generate": "rectangle", "flat": "surface"}})") ==
+          "config.json: /input: \"flat\" is for a mesh file");
     CHECK(error_of(R"({"input": {"mesh": ""}})") == "config.json: /input/mesh: the path is empty");
 }
 

@@ -38,7 +38,7 @@ const std::string everything = R"({
 
 TEST_CASE("a config's values arrive, and defaults fill the rest") {
     const Pipeline p = read(everything);
-    const auto& shell = std::get<ShellOptions<3>>(std::get<Shape>(p.input));
+    const auto& shell = std::get<ShellOptions<3>>(std::get<Shape>(p.input.source));
     CHECK(shell.inner_layer.count == 8);
     CHECK(shell.inner_layer.growth == BoundaryLayer{}.growth);
     CHECK(shell.structure == ShellStructure::prisms);
@@ -64,6 +64,7 @@ TEST_CASE("what is written is read back as the same value") {
         everything,
         R"({"input": {"mesh": "a.meshb"}})",
         R"({"input": {"mesh": "a.meshb"}, "metric": {"file": "m.solb"}, "geometry": "straight", "stages": []})",
+        R"({"input": {"mesh": "a.meshb", "flat": "surface"}})",
         R"({"input": {"generate": "annulus"}, "metric": {"constant": {"tensor": [1, 0, 1]}}})",
         R"({"input": {"generate": {"bump": {"cells": [10, 3]}}}, "metric": {"natural": {}}})",
         R"({"input": {"generate": {"rectangle": {"high": [2, 0.1]}}}, "geometry": {"analytic": [
@@ -86,6 +87,8 @@ TEST_CASE("a bare word is the alternative without options") {
 TEST_CASE("overrides change what the text says, what it leaves out, and stages by their verb") {
     const std::string text = R"({"input": {"mesh": "a"}, "stages": ["elevate", {"curve": {"iterations": 3}}]})";
     CHECK(read(text, {"threads=3"}).threads == 3);
+    CHECK(read(text).input.flat == Flat::plane);
+    CHECK(read(text, {"input/flat=surface"}).input == Input{FilePath{"a"}, Flat::surface});
     CHECK(read(text, {"metric/file=m.sol"}).metric == Metric(FilePath{"m.sol"}));
     CHECK(read(text, {"metric=natural"}).metric == Metric(NaturalMetric{}));
     CHECK(std::get<Curve>(read(text, {"stages/1/curve/objective=length"}).stages[1]).objective == Objective::length);
@@ -110,7 +113,7 @@ TEST_CASE("inputs are beside the config, outputs in the working directory") {
     const Pipeline p =
         read(R"({"input": {"mesh": "../data/a.mesh"}, "metric": {"file": "/m.sol"}, "output": {"mesh": "o.mesh"}})");
     const Pipeline q = with_inputs_below(p, "configs/sub");
-    CHECK(std::get<FilePath>(q.input).path == "configs/data/a.mesh");
+    CHECK(std::get<FilePath>(q.input.source).path == "configs/data/a.mesh");
     CHECK(std::get<FilePath>(q.metric).path == "/m.sol");
     CHECK(q.output.mesh == "o.mesh");
 }

@@ -191,6 +191,16 @@ CASES = [
     Case("Boundary", "a feature edge that is an edge of nothing", "accepted", 0, "belongs to no tetrahedron",
          with_block("Edges", "1 26 1"), finds="lone_edges"),
 
+    # ------------------------------------------------ flat meshes
+    Case("Flat meshes", "triangles with z = 0 in a file of dimension 3", "accepted", 0, "the mesh is flat (z = 0)",
+         plain(flat_square)),
+    Case("Flat meshes", "a metric of six components beside them", "accepted", 0, "the mesh is flat (z = 0)", flat_metric,
+         WITH_METRIC),
+    Case("Flat meshes", "an edge of no triangle", "refused", 3, "edge 5: is a face of no triangle",
+         changed(flat_square, lambda m: appended(m.cells["Edges"], [1, 3], 5)), finds="stray_facets"),
+    Case("Flat meshes", "z that differ by rounding", "accepted", 0, "the mesh is nearly flat",
+         changed(flat_square, lambda m: m.points.__setitem__((2, 2), 1e-17))),
+
     # ------------------------------------------------ metrics
     Case("Metrics", "in another dimension than the mesh", "refused", 3, "m.solb: is in 2D, the mesh in 3D",
          metric(row=[1.0, 0, 1], dim=2), WITH_METRIC),

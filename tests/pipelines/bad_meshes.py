@@ -24,6 +24,13 @@ def square():
                        facet_refs=[1, 2, 3, 4])
 
 
+def flat_square():
+    """The square in a file of dimension 3, as programs write it that know no other."""
+    mesh = square()
+    mesh.dim, mesh.points = 3, np.column_stack([mesh.points, np.zeros(len(mesh.points))])
+    return mesh
+
+
 def elements(mesh):
     return mesh.cells["Tetrahedra" if mesh.dim == 3 else "Triangles"]
 
@@ -266,6 +273,10 @@ def metric(rows=27, row=IDENTITY, at=None, dim=3, kind=3):
         values = np.array([row if at is None or i + 1 == at else IDENTITY for i in range(rows)], float)
         return plain(block)() | {"m.solb": solution_file(values, kind, dim)}
     return files
+
+
+def flat_metric():
+    return plain(flat_square)() | {"m.solb": solution_file(np.array([IDENTITY] * 4, float), 3, 3)}
 
 
 def metric_text(word):

@@ -69,7 +69,7 @@ Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
     };
     std::optional<DecodedMesh> mesh;
     auto read = around("read", [&](const Execution& execution) -> Outcome<Done> {
-        auto decoded = read_mesh(arguments.input, execution);
+        auto decoded = read_mesh(arguments.input, arguments.flat, execution);
         if (!decoded) return fail(decoded.error());
         mesh = std::move(*decoded);
         return Done{};

@@ -26,6 +26,7 @@ struct RunArguments {
 /// Of the verbs that are a pipeline from one mesh to another.
 struct PipelineArguments {
     std::string input, output, report, vtu, plots;
+    config::Flat flat = config::Flat::plane;
     std::vector<std::string> settings;  ///< path=value
     std::optional<int> threads;
     std::optional<double> min_scaled_jacobian;
@@ -58,6 +59,7 @@ struct PlotArguments {
 
 struct CheckArguments {
     std::string input;
+    config::Flat flat = config::Flat::plane;
     double min_scaled_jacobian = 0, ridge_angle = 40;
     std::size_t worst = 10;
     int threads = 0;

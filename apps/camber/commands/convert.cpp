@@ -56,6 +56,20 @@ Outcome<AnyMesh> elevated(AnyMesh mesh, const std::string& name, const Execution
         std::move(mesh));
 }
 
+/// A solution's fields on the mesh; beside a flat mesh it may be one in 2D.
+Outcome<MeshFields> fields_of(const Solution& solution, const std::string& name, const AnyMesh& mesh,
+                              const Execution& execution) {
+    if (solution.dimension == 2) {
+        auto flat = with_flat_in_2d({mesh, {}}, execution);
+        if (!flat) return fail(std::move(flat.error()));
+        if (flat->lift)
+            return run::solution_fields(solution, name, flat->mesh, execution).and_then([&](const MeshFields& fields) {
+                return raised(fields, execution);
+            });
+    }
+    return run::solution_fields(solution, name, mesh, execution);
+}
+
 Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution) {
     const auto format = mesh_format_of(a.output);
     if (!format) return fail(format.error());
@@ -63,7 +77,7 @@ Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution
     if (!vtu && (!a.metric.empty() || a.cells))
         return fail(ErrorKind::usage, "--metric and --cells are for .vtu", a.output, {},
                     "a GMF mesh has no place for fields: convert the .sol beside it");
-    auto decoded = read_mesh(a.input, execution);
+    auto decoded = read_mesh(a.input, config::Flat::surface, execution);
     if (!decoded) return fail(std::move(decoded.error()));
     say(decoded->notices);
     AnyMesh mesh = std::move(decoded->mesh);
@@ -77,7 +91,7 @@ Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution
         auto solution = read_solution(a.metric, execution);
         if (!solution) return fail(std::move(solution.error()));
         say(solution->notices);
-        auto made = run::solution_fields(solution->solution, a.metric, mesh, execution);
+        auto made = fields_of(solution->solution, a.metric, mesh, execution);
         if (!made) return fail(std::move(made.error()));
         fields = std::move(*made);
     }

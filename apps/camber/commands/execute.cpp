@@ -12,6 +12,8 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include <fmt/format.h>
 module camber.commands;
 import camber.core;
 import camber.app_shell;
@@ -27,13 +29,14 @@ namespace camber::app {
 namespace {
 
 Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Execution& execution) {
-    const auto* file = std::get_if<config::FilePath>(&pipeline.input);
-    auto mesh = file != nullptr ? read_mesh(file->path, execution)
-                                : run::generate_shape(std::get<config::Shape>(pipeline.input));
+    const config::Input& input = pipeline.input;
+    const auto* file = std::get_if<config::FilePath>(&input.source);
+    auto mesh = file != nullptr ? read_mesh(file->path, input.flat, execution)
+                                : run::generate_shape(std::get<config::Shape>(input.source));
     if (!mesh) return fail(mesh.error());
     run::Inputs inputs{std::move(*mesh), {}};
     if (const auto* metric = std::get_if<config::FilePath>(&pipeline.metric)) {
-        auto solution = read_solution(metric->path, execution);
+        auto solution = read_solution_for(inputs.mesh, metric->path, execution);
         if (!solution) return fail(solution.error());
         inputs.metric = std::move(solution->solution);
         inputs.mesh.notices.insert(inputs.mesh.notices.end(), solution->notices.begin(), solution->notices.end());
@@ -42,7 +45,7 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
         const auto* intersect = std::get_if<config::Intersect>(&operation);
         const auto* operand = intersect != nullptr ? std::get_if<config::FilePath>(&intersect->metric) : nullptr;
         if (operand == nullptr) continue;
-        auto solution = read_solution(operand->path, execution);
+        auto solution = read_solution_for(inputs.mesh, operand->path, execution);
         if (!solution) return fail(solution.error());
         inputs.operands.push_back({operand->path, std::move(solution->solution)});
     }
@@ -114,6 +117,21 @@ Outcome<Done> write_outputs(run::Run& run, const config::Pipeline& pipeline, con
     return output.plots.empty() ? Done{} : write_plots(run.report.histograms, output.plots, written);
 }
 
+/// What a run made of a flat mesh, back in space.
+Outcome<run::Run> raised(run::Run run, const Lift& lift, const run::Around& around) {
+    auto done = around("raise", [&](const Execution& execution) -> Outcome<Done> {
+        auto mesh = camber::raised(run.mesh, lift, execution);
+        if (!mesh) return fail(std::move(mesh.error()));
+        auto fields = camber::raised(run.fields, execution);
+        if (!fields) return fail(std::move(fields.error()));
+        run.mesh = std::move(*mesh);
+        run.fields = std::move(*fields);
+        return Done{};
+    });
+    if (!done) return fail(std::move(done.error()));
+    return run;
+}
+
 /// Whether a file could be written, with folders that are not there yet made; makes none.
 std::string writable(const std::string& path) {
     std::filesystem::path at(path);
@@ -144,10 +162,28 @@ Error of_file(Error error, const std::string& path) {
     return error;
 }
 
-Outcome<DecodedMesh> read_mesh(const std::string& path, const Execution& execution) {
+Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const Execution& execution) {
     auto bytes = read_file(path, execution.stop);
     if (!bytes) return fail(bytes.error());
-    return decode_gmf_mesh(*bytes, path, execution);
+    auto decoded = decode_gmf_mesh(*bytes, path, execution);
+    if (!decoded || flat == config::Flat::surface) return decoded;
+    decoded = with_flat_in_2d(std::move(*decoded), execution);
+    if (decoded && decoded->lift)
+        decoded->notices.push_back(
+            {fmt::format("the mesh is flat (z = {}): taken as 2D, and written with its z again (a surface in "
+                         "space: --flat surface, or input/flat=surface of a config)",
+                         decoded->lift->z)});
+    return decoded;
+}
+
+Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::string& path,
+                                           const Execution& execution) {
+    auto decoded = read_solution(path, execution);
+    if (!decoded || !mesh.lift) return decoded;
+    auto flat = flattened(std::move(decoded->solution), execution);
+    if (!flat) return fail(std::move(flat.error()));
+    decoded->solution = std::move(*flat);
+    return decoded;
 }
 
 Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
@@ -168,7 +204,7 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
     };
 
     std::optional<run::Inputs> inputs;
-    auto read = around(std::holds_alternative<config::FilePath>(pipeline.input) ? "read" : "generate",
+    auto read = around(std::holds_alternative<config::FilePath>(pipeline.input.source) ? "read" : "generate",
                        [&](const Execution& execution) -> Outcome<Done> {
                            auto got = read_inputs(pipeline, execution);
                            if (!got) return fail(got.error());
@@ -176,9 +212,11 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
                            return check_memory(inputs->mesh.mesh);
                        });
     if (!read) return fail(read.error());
+    const std::optional<Lift> lift = inputs->mesh.lift;
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
+    if (run && lift) run = raised(std::move(*run), *lift, around);
     if (!run) {
-        const auto* file = std::get_if<config::FilePath>(&pipeline.input);
+        const auto* file = std::get_if<config::FilePath>(&pipeline.input.source);
         return fail(of_file(run.error(), file != nullptr ? file->path : "the generated mesh"));
     }
     if (auto done = write_outputs(*run, pipeline, around, written); !done) return fail(done.error());

@@ -13,8 +13,13 @@ namespace camber::app {
 /// An error that says no place, as one of that file.
 Error of_file(Error error, const std::string& path);
 
-/// A file's mesh, by its content.
-Outcome<DecodedMesh> read_mesh(const std::string& path, const Execution& execution);
+/// A file's mesh, by its content; a flat one as a plane mesh in 2D with its lift, and a notice of that, or as a
+/// surface.
+Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const Execution& execution);
+
+/// A solution file for a mesh that was read: of a flat one's in space, what it says of directions in the plane.
+Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::string& path,
+                                           const Execution& execution);
 
 /// The whole run of a config: reads or generates, runs the stages with clocks and progress, writes the outputs
 /// and adds them to those written.

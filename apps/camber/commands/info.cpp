@@ -9,6 +9,7 @@ module;
 #include <nlohmann/json.hpp>
 module camber.commands;
 import camber.core;
+import camber.config;
 import camber.io;
 import :ending;
 import :execute;
@@ -66,9 +67,13 @@ Json described(const QuadraticMesh<D>& mesh) {
 }  // namespace
 
 int info_command(const InfoArguments& arguments) {
-    auto decoded = read_mesh(arguments.input, Execution{});
+    auto decoded = read_mesh(arguments.input, config::Flat::plane, Execution{});
     if (!decoded) return report_error(decoded.error());
     Json j = std::visit([](const auto& mesh) { return described(mesh); }, decoded->mesh);
+    if (decoded->lift) {
+        j["written_in_dimension"] = 3;
+        j["z"] = decoded->lift->z;
+    }
     Json notices = Json::array();
     for (const Notice& notice : decoded->notices) notices.push_back(notice.what);
     j["notices"] = std::move(notices);

@@ -79,7 +79,7 @@ std::vector<NamedFile> files_of(const config::Pipeline& pipeline, const Pipeline
     const auto add = [&](const std::string& path, std::string word, Role role) {
         if (!path.empty()) files.push_back({path, std::move(word), role});
     };
-    if (const auto* file = std::get_if<config::FilePath>(&pipeline.input))
+    if (const auto* file = std::get_if<config::FilePath>(&pipeline.input.source))
         add(file->path, words.input, Role::input_mesh);
     if (const auto* file = std::get_if<config::FilePath>(&pipeline.metric)) add(file->path, words.metric, Role::input);
     for (std::size_t k = 0; k < pipeline.metric_operations.size(); ++k) {

@@ -80,10 +80,10 @@ Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArgum
     for (const std::string& setting : arguments.settings)
         if (setting.starts_with("input") || setting.starts_with("output/mesh"))
             return fail(ErrorKind::usage, "\"" + setting + "\" is the verb's own argument", "--set", {},
-                        "give the mesh and -o, or use camber run");
+                        "give the mesh, --flat and -o, or use camber run");
     auto pipeline = config::read_pipeline(base, "command line", arguments.settings);
     if (!pipeline) return pipeline;
-    pipeline->input = config::FilePath{arguments.input};
+    pipeline->input = {config::FilePath{arguments.input}, arguments.flat};
     if (arguments.min_scaled_jacobian) {
         for (config::Stage& stage : pipeline->stages) {
             if (auto* validate = std::get_if<config::Validate>(&stage))

@@ -15,11 +15,35 @@ import :values;
 
 namespace camber::config {
 
-const Choice<Input>& Described<Input>::get() {
-    static const Choice<Input> choice{"input",
-                                      "Where the mesh comes from.",
-                                      {{"mesh", "a mesh file (.mesh, .meshb)"}, {"generate", "an example domain"}}};
+const Choice<MeshSource>& Described<MeshSource>::get() {
+    static const Choice<MeshSource> choice{
+        "source",
+        "one of them: a mesh file (.mesh, .meshb), or an example domain",
+        {{"mesh", "a mesh file (.mesh, .meshb)"}, {"generate", "an example domain"}}};
     return choice;
+}
+const Words& Described<Flat>::get() {
+    static const Words words{{"plane", "surface"}};
+    return words;
+}
+const Description<Input>& Described<Input>::get() {
+    using S = Input;
+    static const Description<S> description{
+        "input",
+        "Where the mesh comes from.",
+        {[] {
+             auto source = inlined(&S::source);
+             source.is_required = true;
+             return source;
+         }(),
+         field("flat", &S::flat,
+               "what a file's triangles are that have no tetrahedra and one z: a plane mesh in 2D, written with its z "
+               "again; or a surface in space")},
+        [](const S& s) -> std::string {
+            const bool generated = std::holds_alternative<Shape>(s.source);
+            return generated && s.flat != Flat::plane ? "\"flat\" is for a mesh file" : std::string();
+        }};
+    return description;
 }
 
 const Words& Described<Required>::get() {

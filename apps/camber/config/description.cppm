@@ -52,6 +52,7 @@ CAMBER_DESCRIBED(Sphere)
 CAMBER_DESCRIBED(Cylinder)
 CAMBER_DESCRIBED(Torus)
 CAMBER_DESCRIBED(AnalyticSurface)
+CAMBER_DESCRIBED(Input)
 CAMBER_DESCRIBED(Features)
 CAMBER_DESCRIBED(Elevate)
 CAMBER_DESCRIBED(Curve)
@@ -64,7 +65,7 @@ CAMBER_DESCRIBED(Pipeline)
 #undef CAMBER_KIND
 #define CAMBER_KIND Choice
 CAMBER_DESCRIBED(Shape)
-CAMBER_DESCRIBED(Input)
+CAMBER_DESCRIBED(MeshSource)
 CAMBER_DESCRIBED(Metric)
 CAMBER_DESCRIBED(FieldMetric)
 CAMBER_DESCRIBED(MetricExpression)
@@ -93,6 +94,10 @@ struct Described<Repair> {
 };
 template <>
 struct Described<Vertices> {
+    static const Words& get();
+};
+template <>
+struct Described<Flat> {
     static const Words& get();
 };
 template <>
@@ -167,8 +172,10 @@ struct Codec<S> {
     }
 
     static Outcome<S> read(const Json& json, const Place& place, const Limits&) {
-        if (!json.is_object()) return bad(place, "expected an object, got " + kind_of(json));
         const auto known = keys();
+        if (!json.is_object())
+            return bad(place, "expected an object, got " + kind_of(json),
+                       known.empty() ? std::string() : suggestion("", known));
         for (const auto& [key, value] : json.items())
             if (std::find(known.begin(), known.end(), key) == known.end() &&
                 !(place.pointer.empty() && key == "$schema"))
@@ -358,7 +365,7 @@ template <class S, OneOf V>
         object[Codec<V>::key(from.*member)] = Codec<V>::options(from.*member);
     };
     f.schema = [](const std::string& key, const Limits& limits) { return Codec<V>::schema_of(key, limits); };
-    f.type = [](const Limits&) { return std::string("object"); };
+    f.type = [](const Limits& limits) { return Codec<V>::type(limits); };
     return f;
 }
 

@@ -95,7 +95,7 @@ std::vector<Topic> with_words(std::vector<Topic> topics) {
 
 const std::vector<Topic>& all_topics() {
     static const std::vector<Topic> all = with_words(
-        {topic_of_struct<Pipeline>(),        topic_of_choice<Input>(),           topic_of_choice<Shape>(),
+        {topic_of_struct<Pipeline>(),        topic_of_struct<Input>(),           topic_of_choice<Shape>(),
          topic_of_struct<ShellOptions<3>>(), topic_of_struct<ShellOptions<2>>(), topic_of_struct<BoxOptions<3>>(),
          topic_of_struct<BoxOptions<2>>(),   topic_of_struct<BumpOptions>(),     topic_of_struct<BoundaryLayer>(),
          topic_of_choice<Metric>(),          topic_of_struct<NaturalMetric>(),   topic_of_struct<ConstantMetric>(),

@@ -78,7 +78,9 @@ Parts parts_of(const Pipeline& pipeline) {
     const auto text = [](const Json& json) {
         return json.is_string() ? json.get<std::string>() : json.dump(-1, ' ', false, Json::error_handler_t::replace);
     };
-    Parts parts{text(Codec<Input>::write(pipeline.input)),
+    const Input& input = pipeline.input;
+    const std::string flat = input.flat == Flat{} ? "" : " flat=" + text(Codec<Flat>::write(input.flat));
+    Parts parts{text(Codec<MeshSource>::write(input.source)) + flat,
                 text(Codec<Metric>::write(pipeline.metric)),
                 text(Codec<Geometry>::write(pipeline.geometry)),
                 {},
@@ -107,7 +109,7 @@ std::string pipeline_schema() {
 }
 
 Pipeline with_inputs_below(Pipeline pipeline, std::string_view folder) {
-    if (auto* file = std::get_if<FilePath>(&pipeline.input)) put_below(*file, folder);
+    if (auto* file = std::get_if<FilePath>(&pipeline.input.source)) put_below(*file, folder);
     if (auto* file = std::get_if<FilePath>(&pipeline.metric)) put_below(*file, folder);
     for (MetricOperation& operation : pipeline.metric_operations)
         if (auto* intersect = std::get_if<Intersect>(&operation))

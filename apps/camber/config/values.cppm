@@ -22,7 +22,16 @@ struct FilePath {
 using Shape = std::variant<ShellOptions<3>, ShellOptions<2>, BoxOptions<3>, BoxOptions<2>, BumpOptions>;
 
 /// A file, or a shape to generate.
-using Input = std::variant<FilePath, Shape>;
+using MeshSource = std::variant<FilePath, Shape>;
+
+/// What triangles alone in one plane z = constant are taken for.
+enum class Flat : std::uint8_t { plane, surface };
+
+struct Input {
+    MeshSource source = FilePath{};
+    Flat flat = Flat::plane;  ///< of a file
+    friend bool operator==(const Input&, const Input&) = default;
+};
 
 // ---------------------------------------------------------------- the metric
 
@@ -178,7 +187,7 @@ struct Output {
 };
 
 struct Pipeline {
-    Input input = FilePath{};
+    Input input;
     Metric metric;
     std::vector<MetricOperation> metric_operations;
     Geometry geometry;
