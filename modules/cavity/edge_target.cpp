@@ -28,7 +28,7 @@ EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, std::span
                             const BackMesh<D>& back, const EdgeRules& rules, const EdgeMinimiserOptions& options) {
     if (shell.empty()) return boundary_target(mesh, edge, mesh.mid_nodes[edge]);
     const auto& [a, b] = mesh.edges.vertices[edge];
-    const EdgeMinimum<D> m = minimise_back_edge(back, a, b, shell, rules, options);
+    const EdgeMinimum<D> m = minimise_back_edge(back, a, b, mesh.mid_nodes[edge], shell, rules, options);
     const bool moved = m.node.point != chord_middle(mesh, edge);
     return {.node = m.node,
             .change = moved ? EdgeChange::optimised : EdgeChange::straight,

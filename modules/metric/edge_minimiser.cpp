@@ -65,8 +65,7 @@ void shorten(const BackMesh<D>& back, EdgeObjective<D> objective, const EdgeMini
 
 template <int D>
 EdgeMinimum<D> minimised(const BackMesh<D>& back, const EdgeObjective<D>& objective, const UnitFrame<D>& frame,
-                         const Vec<D>& predicted, const EdgeRules& rules, const EdgeMinimiserOptions& options) {
-    Iterate<D> at = start(objective, frame, predicted);
+                         Iterate<D> at, const EdgeRules& rules, const EdgeMinimiserOptions& options) {
     EdgeMinimum<D> minimum;
     minimum.search = descend(objective, frame, options.max_iterations, options.tolerance, at);
     minimum.node.point = frame.node(at.y);
@@ -103,25 +102,33 @@ EdgeMinimum<D> minimise_edge(const BackMesh<D>& back, const Vec<D>& p20, const V
     const EdgeObjective<D> objective =
         edge_objective(back, rules.objective, options.objective, options.field, p20, p02, hint);
     const UnitFrame<D> frame = unit_frame(back, objective, options.max_tangential_shift, options.max_offset);
-    return minimised(back, objective, frame, frame.coordinates(geodesic_start(back, p20, p02, hint)), rules, options);
+    const Vec<D> predicted = frame.coordinates(geodesic_start(back, p20, p02, hint));
+    return minimised(back, objective, frame, start(objective, frame, predicted), rules, options);
 }
 
 template <int D>
-EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, VertexId a, VertexId b, std::span<const ElementId> shell,
-                                  const EdgeRules& rules, const EdgeMinimiserOptions& options) {
+EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, VertexId a, VertexId b, const LagrangeNode<D>& present,
+                                  std::span<const ElementId> shell, const EdgeRules& rules,
+                                  const EdgeMinimiserOptions& options) {
     const EdgeObjective<D> objective =
         edge_objective(back, rules.objective, options.objective, options.field, back.mesh.points[a],
                        back.mesh.points[b], *std::min_element(shell.begin(), shell.end()));
     const UnitFrame<D> frame = unit_frame(back, objective, options.max_tangential_shift, options.max_offset);
-    return minimised(back, objective, frame, best_sector_start(back, objective, frame, a, b, shell), rules, options);
+    Iterate<D> at = start(objective, frame, best_sector_start(back, objective, frame, a, b, shell));
+    if (present.point != midpoint(objective.p20, objective.p02)) {
+        const Iterate<D> own = evaluated(objective, frame, frame.bounded(frame.coordinates(present.point)));
+        if (own.value < at.value) at = own;
+    }
+    return minimised(back, objective, frame, at, rules, options);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                         \
-    template Vec<D> geodesic_start<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId);                   \
-    template EdgeMinimum<D> minimise_edge<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId,             \
-                                             const EdgeRules&, const EdgeMinimiserOptions&);                          \
-    template EdgeMinimum<D> minimise_back_edge<D>(const BackMesh<D>&, VertexId, VertexId, std::span<const ElementId>, \
-                                                  const EdgeRules&, const EdgeMinimiserOptions&);
+#define CAMBER_INSTANTIATE(D)                                                                                     \
+    template Vec<D> geodesic_start<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId);               \
+    template EdgeMinimum<D> minimise_edge<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId,         \
+                                             const EdgeRules&, const EdgeMinimiserOptions&);                      \
+    template EdgeMinimum<D> minimise_back_edge<D>(const BackMesh<D>&, VertexId, VertexId, const LagrangeNode<D>&, \
+                                                  std::span<const ElementId>, const EdgeRules&,                   \
+                                                  const EdgeMinimiserOptions&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

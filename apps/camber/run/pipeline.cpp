@@ -44,7 +44,7 @@ class Runner {
           operands_(std::move(operands)),
           around_(around) {
         measure_mesh();
-        read_curved_ = state_.quadratic() != nullptr;
+        state_.read_curved = state_.quadratic() != nullptr;
     }
 
     Outcome<Run> run() {
@@ -102,7 +102,7 @@ class Runner {
     }
 
     Outcome<Done> apply(const config::Elevate&) {
-        if (state_.quadratic() && !read_curved_)
+        if (state_.quadratic() && !state_.read_curved)
             return fail(ErrorKind::usage, "the mesh is quadratic already, by an \"elevate\" before", {}, {},
                         "leave one of them out");
         return step("elevate", [&](State<D> s, const Execution& e) { return elevate_stage(std::move(s), report_, e); });
@@ -132,7 +132,7 @@ class Runner {
     }
     /// A mesh that was read with its curves brings what else the stage "curve" proposes.
     Outcome<Done> adopt_own_nodes() {
-        if (state_.proposal || !read_curved_) return Done{};
+        if (state_.proposal || !state_.read_curved) return Done{};
         return step("features", [&](State<D> s, const Execution& e) {
             return adopt_stage(std::move(s), pipeline_.features, report_, e);
         });
@@ -158,7 +158,6 @@ class Runner {
     std::optional<MetricFile> metric_;
     std::vector<MetricFile> operands_;
     const Around& around_;
-    bool read_curved_ = false;
     Report report_;
 };
 

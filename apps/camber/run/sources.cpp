@@ -185,8 +185,8 @@ Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const State
             if (error.kind == ErrorKind::usage) error.where = "/geometry/analytic";
             return fail(std::move(error));
         }
-        return with_surrogate(std::move(*made), state.linear(), state.quadratic()->edges, *state.features, SurrogateOptions{},
-                              execution);
+        return with_surrogate(std::move(*made), state.linear(), state.quadratic()->edges, *state.features,
+                              SurrogateOptions{}, execution);
     }
     auto surrogate =
         build_surrogate(state.linear(), state.quadratic()->edges, *state.features, SurrogateOptions{}, execution);

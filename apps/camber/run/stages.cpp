@@ -8,6 +8,8 @@ module;
 #include <span>
 #include <string>
 #include <utility>
+
+#include <fmt/format.h>
 module camber.run;
 import camber.core;
 import camber.bezier;
@@ -114,12 +116,32 @@ Outcome<Column<QuadraticModel<D>>> models_of(const State<D>& state, const Execut
     return Column<QuadraticModel<D>>(std::move(*models));
 }
 
-/// Where boundary nodes are wanted.
+constexpr const char* starts_from_file =
+    "volume edges: the search begins at the node that the mesh was read with, where that is the better start";
+
+/// Where boundary nodes are wanted: on the geometry; in a mesh that was read with its curves where they are, but for
+/// edges on analytic surfaces.
 template <int D>
-Outcome<Buffer<LagrangeNode<D>>> wanted_boundary(const State<D>& state, const Execution& execution) {
+Outcome<Buffer<LagrangeNode<D>>> wanted_boundary(const State<D>& state, Report& report, const Execution& execution) {
     const bool keeps = state.required == RequiredBoundary::keep;
-    return boundary_nodes(keeps ? *state.quadratic() : without_required(*state.quadratic()), *state.features,
-                          *state.geometry, execution);
+    const QuadraticMesh<D>& mesh = *state.quadratic();
+    auto nodes = boundary_nodes(keeps ? mesh : without_required(mesh), *state.features, *state.geometry, execution);
+    if (!nodes || !state.read_curved) return nodes;
+    const auto* analytic = analytic_part(*state.geometry);
+    const auto around = facet_shells(mesh.edges, execution);
+    if (!around) return fail(around.error());
+    std::size_t kept = 0;
+    for (std::size_t e = 0; e < nodes->size(); ++e) {
+        if (state.features->edge_kinds[e] == EdgeKind::volume) continue;
+        const bool on_analytic = analytic && std::ranges::any_of((*around)[e], [&](FacetId f) {
+                                     return surface_of(*analytic, mesh.linear.facets.references[f]) != nullptr;
+                                 });
+        if (on_analytic) continue;
+        (*nodes)[e] = mesh.mid_nodes[e];
+        ++kept;
+    }
+    report.notices.push_back(fmt::format("{} edges of the boundary keep the nodes that the mesh was read with", kept));
+    return nodes;
 }
 
 /// The proposal of `shape` as one of `curve`, without lengths: there is no field to measure them in.
@@ -279,10 +301,12 @@ Outcome<State<D>> curve_stage(State<D> state, const config::Curve& options, Repo
     auto around = shells(mesh.edges, execution);
     if (!around) return fail(around.error());
     state.shells = std::move(*around);
-    auto boundary = wanted_boundary(state, execution);
+    auto boundary = wanted_boundary(state, report, execution);
     if (!boundary) return fail(boundary.error());
     const auto kinds = held_kinds(mesh, state.features->edge_kinds, state.required);
 
+    if (state.read_curved && options.objective != config::Objective::shape)
+        report.notices.emplace_back(starts_from_file);
     const auto begin = std::chrono::steady_clock::now();
     const Column<LagrangeNode<D>> nodes(std::move(*boundary));
     auto curved = options.objective == config::Objective::shape
@@ -335,7 +359,8 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
         if (!made) return fail(made.error());
         models = std::move(*made);
     }
-    auto mended = (state.adopted ? mend_within<D> : mend_or_straighten<D>)(*state.judged, models, options, execution);
+    auto mended =
+        (state.boundary_is_given() ? mend_within<D> : mend_or_straighten<D>)(*state.judged, models, options, execution);
     if (!mended) return fail(mended.error());
     // After the cavities' own relaxation: what both did.
     RelaxReport& sum = report.relax ? *report.relax : report.relax.emplace();
@@ -344,10 +369,10 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
     sum.relaxed_volume_edges += mended->moved_volume_nodes;
     sum.relaxed_surface_edges += mended->moved_surface_nodes;
     sum.moved_vertices += mended->moved_vertices;
-    if (state.adopted)
+    if (state.boundary_is_given())
         report.kept_boundary = kept_boundary(*state.quadratic(), mended->judged.proposal(), options.boundary_tolerance);
     enter(std::move(mended->judged), state, report);
-    report.remaining = state.adopted ? remaining(*state.judged) : remaining_by_requirement(*state.judged);
+    report.remaining = state.boundary_is_given() ? remaining(*state.judged) : remaining_by_requirement(*state.judged);
     return state;
 }
 
@@ -374,9 +399,10 @@ Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options
     auto around = shells(state.quadratic()->edges, execution);
     if (!around) return fail(around.error());
     state.shells = std::move(*around);
-    auto boundary = wanted_boundary(state, execution);
+    auto boundary = wanted_boundary(state, report, execution);
     if (!boundary) return fail(boundary.error());
     const auto kinds = held_kinds(*state.quadratic(), state.features->edge_kinds, state.required);
+    if (state.read_curved) report.notices.emplace_back(starts_from_file);
     const ReinsertAllOptions all{{edge_options(options.curve), relax_options(options.relax)}, options.max_turns};
     const auto begin = std::chrono::steady_clock::now();
     auto done = reinsert_all(*state.quadratic(), kinds, Column<LagrangeNode<D>>(std::move(*boundary)), *state.back, all,

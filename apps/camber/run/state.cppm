@@ -23,9 +23,10 @@ struct State {
     std::optional<Geometry<D>> geometry;
     std::optional<BackMesh<D>> back;
     std::optional<Curved<D>> curved;
-    std::optional<Proposal<D>> proposal;      ///< the last one, committed or not
-    std::optional<JudgedProposal<D>> judged;  ///< of `proposal` for `mesh`, until either changes
-    bool adopted = false;  ///< the proposal began with the nodes that the mesh was read with: its boundary is given
+    std::optional<Proposal<D>> proposal;            ///< the last one, committed or not
+    std::optional<JudgedProposal<D>> judged;        ///< of `proposal` for `mesh`, until either changes
+    bool read_curved = false;                       ///< the mesh was read with its curves
+    bool adopted = false;                           ///< the proposal began with the nodes that the mesh was read with
     std::optional<EdgeLengths> lengths;             ///< in the end, against the chords as they are then
     std::optional<Validation<D>> first_validation;  ///< before any correction
     std::optional<Validation<D>> validation;        ///< of the proposal, or of the mesh when there is none
@@ -34,6 +35,8 @@ struct State {
         const auto* curves = quadratic();
         return curves ? curves->linear : std::get<LinearMesh<D>>(mesh);
     }
+    /// Whether the boundary's nodes are the file's: they stay, unless analytic surfaces are given.
+    [[nodiscard]] bool boundary_is_given() const { return read_curved && !(geometry && analytic_part(*geometry)); }
     /// None while the mesh is of degree 1.
     [[nodiscard]] const QuadraticMesh<D>* quadratic() const { return std::get_if<QuadraticMesh<D>>(&mesh); }
 
