@@ -1,5 +1,7 @@
 module;
 #include <array>
+#include <cstddef>
+#include <limits>
 #include <vector>
 export module camber.cavity:joint_programme;
 import camber.core;
@@ -33,11 +35,19 @@ struct JointProgramme {
     };
     std::vector<OffsetModel<D>> unknowns;
     std::vector<Element> elements;
-    double first_penalty = weak;  ///< of a shortfall, beside the models
+    double first_penalty = weak;                                 ///< of a shortfall, beside the models
+    double most_work = std::numeric_limits<double>::infinity();  ///< after it no more steps are taken
 
     static constexpr double weak = 0.1;   ///< the first steps choose the way that costs little
     static constexpr double strong = 10;  ///< they go where the constraints hold
 };
+
+/// The work of a programme's step: (unknowns / 10)². A count, so that what is decided by it does not depend on the
+/// machine.
+[[nodiscard]] constexpr double step_work(std::size_t unknowns) {
+    const auto n = static_cast<double>(unknowns);
+    return n * n / 100;
+}
 
 /// How far below its floor a coefficient may end, as a share of |det straight|.
 inline constexpr double largest_shortfall = 1e-6;
@@ -47,6 +57,7 @@ template <int D>
 struct JointSolution {
     std::vector<Vec<D>> offsets;
     double shortfall = 0;  ///< how far below its floor the lowest coefficient is; at most 0 when all are above
+    double work = 0;       ///< of all steps
 };
 
 /// Minimises the sum of the models subject to c ≥ max(floor · |det straight|, least) for every Bézier coefficient c of

@@ -20,6 +20,10 @@ namespace {
 /// Turns over what may return, while any of it does.
 constexpr int most_edge_turns = 4;
 constexpr int most_joint_turns = 12;
+/// What one pass may take of the work that is left.
+constexpr double most_of_work = 0.5;
+/// Passes in a repair that needs all of them.
+constexpr std::size_t most_passes = 14;
 /// Elements with an edge that costs less of its length return by single edges only.
 constexpr double costly = 1e-3;
 
@@ -34,6 +38,7 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, s
         return fail(ErrorKind::usage, "min_scaled_jacobian must be at least 0 and below 1");
     if (!(options.target >= 0 && options.target < 1))
         return fail(ErrorKind::usage, "target must be at least 0 and below 1");
+    if (!(options.effort >= 0)) return fail(ErrorKind::usage, "effort must not be negative");
     return Done{};
 }
 
@@ -43,39 +48,40 @@ struct Passes {
     RepairState<D> state;
     std::vector<ElementId> queue;
     Execution execution;
+    std::size_t begun = 0;   ///< passes so far
+    bool cut_short = false;  ///< some pass spent the work that it had and left elements
 
     [[nodiscard]] Outcome<Done> by_edges() {
-        const auto needless = [&](ElementId e) { return state.good(e); };
-        const auto claim = [&](ElementId e) { return repair_cavity(state, e, Reach{}).elements; };
-        const auto plan = [&](ElementId e) { return plan_edge_repair(state, e); };
-        return finish(in_rounds(state, queue, execution, needless, claim, plan, [](ElementId, bool) {}));
+        return over_queue([&](ElementId e) { return repair_cavity(state, e, Reach{}).elements; },
+                          [&](ElementId e, double) { return plan_edge_repair(state, e); });
     }
     [[nodiscard]] Outcome<Done> by_cavities(Reach reach, double asked) {
-        const auto needless = [&](ElementId e) { return state.good(e); };
-        const auto claim = [&](ElementId e) { return repair_cavity(state, e, reach).elements; };
-        const auto plan = [&](ElementId e) {
-            return plan_cavity_repair(state, repair_cavity(state, e, reach), e, asked);
-        };
-        return finish(in_rounds(state, queue, execution, needless, claim, plan, [](ElementId, bool) {}));
+        return over_queue([&](ElementId e) { return repair_cavity(state, e, reach).elements; },
+                          [&](ElementId e, double most_work) {
+                              return plan_cavity_repair(state, repair_cavity(state, e, reach), e, asked, most_work);
+                          });
     }
     /// Around what is left, and outwards until all is above `bound`, the nodes extend the boundary's displacement; what
     /// this spoils is mended as before, or stays as it was.
     [[nodiscard]] Outcome<Done> by_extension(double bound) {
+        const Execution quiet = without_progress(execution);
         auto extended =
-            extend_boundary(state.mesh, state.kinds, Column<LagrangeNode<D>>(state.nodes), state.shells, {}, execution);
+            extend_boundary(state.mesh, state.kinds, Column<LagrangeNode<D>>(state.nodes), state.shells, {}, quiet);
         if (!extended) return fail(extended.error());
         // It is of the mesh's own vertices, some of which may have moved.
         for (std::size_t e = 0; e < state.nodes.size(); ++e) {
             const auto& [a, b] = state.mesh.edges.vertices[e];
             extended->nodes[e].point += 0.5 * (state.shifts[a.index()] + state.shifts[b.index()]);
         }
-        Passes trial{state, {}, execution};
+        Passes trial{state, {}, quiet};
         apply(trial.state, plan_extension(state, queue, extended->nodes, bound));
         for (std::size_t e = 0; e < state.verdicts.size(); ++e)
             if (trial.state.verdicts[e] != Verdict::valid) trial.queue.push_back(ElementId(e));
         auto done = trial.by_cavities({Reach::Moves::volume_nodes, 0}, state.options.target);
         if (done) done = trial.by_edges();
         if (!done) return done;
+        state.work_left = trial.state.work_left;
+        cut_short = cut_short || trial.cut_short;
         const auto plan = plan_towards(state, trial.state.nodes);
         const auto mended = [&](const auto& v) { return v.second == Verdict::valid && !state.good(v.first); };
         if (std::ranges::any_of(plan.verdicts, mended)) apply(state, plan);
@@ -90,7 +96,8 @@ struct Passes {
         const auto claim = [&](EdgeId e) {
             return std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end());
         };
-        return while_moving(std::move(edges), most_edge_turns, claim, [&](EdgeId e) { return plan_return(state, e); });
+        return while_moving(std::move(edges), most_edge_turns, claim,
+                            [&](EdgeId e, double) { return plan_return(state, e); });
     }
     /// And those of an element together, where one of them costs much.
     [[nodiscard]] Outcome<Done> joint_returns() {
@@ -99,8 +106,9 @@ struct Passes {
             if (std::ranges::any_of(state.mesh.edges.of_elements[e], [&](EdgeId edge) { return is_costly(edge); }))
                 elements.push_back(ElementId(e));
         const auto claim = [&](ElementId e) { return repair_cavity(state, e, Reach{}).elements; };
-        const auto plan = [&](ElementId e) { return plan_joint_return(state, repair_cavity(state, e, Reach{})); };
-        return while_moving(std::move(elements), most_joint_turns, claim, plan);
+        return while_moving(std::move(elements), most_joint_turns, claim, [&](ElementId e, double most_work) {
+            return plan_joint_return(state, repair_cavity(state, e, Reach{}), most_work);
+        });
     }
 
   private:
@@ -111,17 +119,40 @@ struct Passes {
         std::erase_if(queue, [&](ElementId e) { return state.good(e); });
         return done;
     }
+    /// The next pass's share of the progress of them all.
+    [[nodiscard]] Execution next_pass(std::size_t turn = 0, std::size_t turns = 1) {
+        if (turn == 0) ++begun;
+        if (!execution.progress) return execution;
+        constexpr std::size_t fine = 1000;
+        const std::size_t from = (begun - 1) * fine + turn * fine / turns;
+        return {execution.threads, execution.stop, [this, from, turns](std::size_t done, std::size_t total) {
+                    execution.progress(from + fine / turns * done / total, most_passes * fine);
+                }};
+    }
+    template <class Claim, class Plan>
+    Outcome<Done> over_queue(Claim&& claim, Plan&& plan) {
+        // A pass that mends nothing leaves something to those that come after it.
+        const double kept = state.work_left * (1 - most_of_work);
+        state.work_left -= kept;
+        auto done = finish(in_rounds(
+            state, queue, next_pass(), [&](ElementId e) { return state.good(e); }, claim, plan,
+            [](ElementId, const Planned<D>&) {}));
+        cut_short = cut_short || (state.exhausted() && !queue.empty());
+        state.work_left += kept;
+        return done;
+    }
     /// Turns over the items, each next one over those with an element that the last one claimed and moved: there may be
     /// room now.
     template <class Item, class Claim, class Plan>
     Outcome<Done> while_moving(std::vector<Item> items, int most_turns, Claim&& claim, Plan&& plan) {
         for (int turn = 0; turn < most_turns && !items.empty(); ++turn) {
             std::vector<std::uint8_t> near(state.mesh.linear.elements.size(), 0);
-            const auto mark = [&](const Item& item, bool moved) {
-                if (!moved) return;
+            const auto mark = [&](const Item& item, const Planned<D>& planned) {
+                if (!planned.plan) return;
                 for (const ElementId e : claim(item)) near[e.index()] = 1;
             };
-            auto done = in_rounds(state, items, execution, [](const Item&) { return false; }, claim, plan, mark);
+            const Execution share = next_pass(static_cast<std::size_t>(turn), static_cast<std::size_t>(most_turns));
+            auto done = in_rounds(state, items, share, [](const Item&) { return false; }, claim, plan, mark);
             if (!done) return done;
             std::erase_if(items, [&](const Item& item) {
                 return std::ranges::none_of(claim(item), [&](ElementId e) { return near[e.index()] != 0; });
@@ -169,8 +200,8 @@ Outcome<Done> run(Passes<D>& passes, RepairStatistics& s) {
 
 /// The state as a proposal, judged as a whole.
 template <int D>
-Outcome<Repaired<D>> summed_up(RepairState<D> state, const JudgedProposal<D>& wanted, RepairStatistics statistics,
-                               const Execution& execution) {
+Outcome<Repaired<D>> summed_up(RepairState<D> state, bool cut_short, const JudgedProposal<D>& wanted,
+                               RepairStatistics statistics, double most_work, const Execution& execution) {
     const Proposal<D>& before = wanted.proposal();
     Buffer<EdgeChange> changes(before.changes.begin(), before.changes.end());
     for (std::size_t e = 0; e < changes.size(); ++e) {
@@ -191,7 +222,12 @@ Outcome<Repaired<D>> summed_up(RepairState<D> state, const JudgedProposal<D>& wa
     for (std::size_t e = 0; e < verdicts.size(); ++e)
         statistics.corrected_elements +=
             verdicts[e] != Verdict::valid && judged->validation().verdicts[e] == Verdict::valid;
-    return Repaired<D>{std::move(*judged), statistics};
+    std::vector<ElementId> given_up;
+    if (cut_short)
+        for (std::size_t e = 0; e < verdicts.size(); ++e)
+            if (judged->validation().verdicts[e] != Verdict::valid) given_up.emplace_back(e);
+    statistics.work = most_work - state.work_left;
+    return Repaired<D>{std::move(*judged), statistics, std::move(given_up)};
 }
 
 /// How far each vertex of the proposal is from where the mesh has it.
@@ -215,7 +251,8 @@ Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const Column<Quadra
         if (!again) return fail(again.error());
         return repair(*again, models, options, execution);
     }
-    if (wanted.validation().all_valid()) return Repaired<D>{wanted, {}};
+    if (wanted.validation().all_valid()) return Repaired<D>{wanted, {}, {}};
+    const double most_work = std::min(allowed_work(wanted.validation().not_valid(), options.effort), options.most_work);
     return guarded([&]() -> Outcome<Repaired<D>> {
         const auto around = shells(mesh.edges, execution);
         if (!around) return fail(around.error());
@@ -224,14 +261,14 @@ Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const Column<Quadra
         Passes<D> passes{
             {mesh, *around, *vertex_balls, models, options, proposal.kinds,
              held_vertices(mesh, proposal.kinds, options.vertices), take(proposal.points),
-             shifts_of(mesh.linear, proposal), take(proposal.mid_nodes), take(wanted.validation().verdicts)},
+             shifts_of(mesh.linear, proposal), take(proposal.mid_nodes), take(wanted.validation().verdicts), most_work},
             {},
             execution};
         for (std::size_t e = 0; e < passes.state.verdicts.size(); ++e)
             if (passes.state.verdicts[e] != Verdict::valid) passes.queue.push_back(ElementId(e));
         RepairStatistics statistics;
         if (auto done = run(passes, statistics); !done) return fail(done.error());
-        return summed_up(std::move(passes.state), wanted, statistics, execution);
+        return summed_up(std::move(passes.state), passes.cut_short, wanted, statistics, most_work, execution);
     });
 }
 

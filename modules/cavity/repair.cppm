@@ -1,6 +1,8 @@
 module;
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <vector>
 export module camber.cavity:repair;
 import camber.core;
 import camber.validity;
@@ -26,7 +28,19 @@ struct RepairOptions {
     double surface_tolerance = 0;
     /// Vertices of the volume may move where nodes alone do not help; required ones never do.
     VertexMoves vertices = VertexMoves::allowed;
+    /// The work that may be spent for each element that is not good enough, those that are mended easily leaving theirs
+    /// to others: steps of programmes, a step with ten unknown points counts 1 and others with the square of their
+    /// number. So repair ends where what is asked cannot be had; counts, not seconds, so that the result is the same
+    /// on any machine.
+    double effort = 500;
+    double most_work = std::numeric_limits<double>::infinity();  ///< and in all
 };
+
+/// The work that a repair of so many elements that are not good enough may take: effort · (200 + elements). Where there
+/// are few, one may take more.
+[[nodiscard]] constexpr double allowed_work(std::size_t elements, double effort) {
+    return (200 + static_cast<double>(elements)) * effort;
+}
 
 /// How repair went.
 struct RepairStatistics {
@@ -34,6 +48,7 @@ struct RepairStatistics {
     std::size_t moved_volume_nodes = 0;     ///< edges whose node is not where it was
     std::size_t moved_vertices = 0;         ///< in the volume
     std::size_t relaxed_surface_nodes = 0;  ///< surface and ridge edges that left the geometry
+    double work = 0;                        ///< of its programmes
     std::size_t by_edges = 0, by_cavities = 0, by_extension = 0, by_vertices = 0, by_surface = 0;  ///< elements
 };
 
@@ -42,6 +57,7 @@ template <int D>
 struct Repaired {
     JudgedProposal<D> judged;
     RepairStatistics statistics;
+    std::vector<ElementId> given_up;  ///< not good enough when the work that may be spent was spent; rising
 };
 
 /// Mends what is not good enough in a mesh with the places of `wanted`, at the least cost by the models: for each such

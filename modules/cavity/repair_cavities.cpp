@@ -238,31 +238,38 @@ RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach
 }
 
 template <int D>
-std::optional<RepairPlan<D>> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity,
-                                                ElementId seed, double asked) {
+Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed, double asked,
+                              double most_work) {
     if (cavity.edges.empty() && cavity.vertices.empty()) return {};
     const double floor = std::max(state.options.min_scaled_jacobian + slack, asked);
     auto programme = programme_of(state, cavity, [&](ElementId e) { return floor_of(state, cavity, e, seed, floor); });
     if (asked == 0) programme.first_penalty = JointProgramme<D>::strong;
-    const auto planned = [&]() -> std::optional<RepairPlan<D>> {
+    Planned<D> planned;
+    const auto succeeds = [&] {
+        programme.most_work = most_work - planned.work;
         const auto solution = solve(programme, std::vector<Vec<D>>(programme.unknowns.size()));
+        planned.work += solution.work;
         RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
-        if (!judge(state, cavity, plan) || !mends(plan, seed)) return {};
-        return plan;
+        if (!judge(state, cavity, plan) || !mends(plan, seed)) return false;
+        planned.plan = std::move(plan);
+        return true;
     };
-    if (cavity.vertices.empty()) return planned();
+    if (cavity.vertices.empty()) {
+        succeeds();
+        return planned;
+    }
     for (const double share : kept_shares) {
         for (std::size_t i = 0; i < cavity.elements.size(); ++i)
             programme.elements[i].least = least_of(state, cavity, cavity.elements[i], share);
-        if (auto plan = planned()) return plan;
+        if (succeeds()) break;
     }
-    return {};
+    return planned;
 }
 
 template <int D>
-std::optional<RepairPlan<D>> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity) {
+Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity, double most_work) {
     const double target = std::max(state.options.min_scaled_jacobian, state.options.target) + slack;
-    const auto programme = programme_of(state, cavity, [&](ElementId e) {
+    auto programme = programme_of(state, cavity, [&](ElementId e) {
         return state.good(e) ? kept_good(state, e, target) : kept_of(state, e, target);
     });
     std::vector<Vec<D>> as_it_is(programme.unknowns.size());
@@ -272,24 +279,26 @@ std::optional<RepairPlan<D>> plan_joint_return(const RepairState<D>& state, cons
     std::vector<Vec<D>> as_wanted;
     as_wanted.reserve(programme.unknowns.size());
     for (const auto& unknown : programme.unknowns) as_wanted.push_back(unknown.centre);
-    std::optional<RepairPlan<D>> best;
+    Planned<D> best;
     for (auto* start : {&as_it_is, &as_wanted}) {
+        programme.most_work = most_work - best.work;
         const auto solution = solve(programme, std::move(*start));
+        best.work += solution.work;
         const double cost = cost_of(programme, solution.offsets);
         if (!(cost < least) || !(solution.shortfall < largest_shortfall)) continue;
         RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
         if (!judge(state, cavity, plan)) continue;
-        best = std::move(plan);
+        best.plan = std::move(plan);
         least = cost;
     }
     return best;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                  \
-    template RepairCavity<D> repair_cavity<D>(const RepairState<D>&, ElementId, Reach);                        \
-    template std::optional<RepairPlan<D>> plan_cavity_repair<D>(const RepairState<D>&, const RepairCavity<D>&, \
-                                                                ElementId, double);                            \
-    template std::optional<RepairPlan<D>> plan_joint_return<D>(const RepairState<D>&, const RepairCavity<D>&);
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template RepairCavity<D> repair_cavity<D>(const RepairState<D>&, ElementId, Reach);                         \
+    template Planned<D> plan_cavity_repair<D>(const RepairState<D>&, const RepairCavity<D>&, ElementId, double, \
+                                              double);                                                          \
+    template Planned<D> plan_joint_return<D>(const RepairState<D>&, const RepairCavity<D>&, double);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

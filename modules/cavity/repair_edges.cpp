@@ -60,29 +60,30 @@ std::optional<RepairPlan<D>> plan_of(const RepairState<D>& state, EdgeId edge, c
 }  // namespace
 
 template <int D>
-std::optional<RepairPlan<D>> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
+Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
     const double bound = state.options.min_scaled_jacobian;
     const auto no_other = [&](ElementId e) { return e != seed; };
     const auto none = [](ElementId) { return false; };
-    std::optional<RepairPlan<D>> best;
+    Planned<D> best;
     double least = 0;
     const auto try_all = [&](double asked, auto&& keeps) {
         for (const EdgeId edge : state.mesh.edges.of_elements[seed]) {
             if (state.kinds[edge] != EdgeKind::volume) continue;
             const QuadraticModel<D> model = state.model(edge);
             const auto nearest = nearest_node(shell_of(state, edge, asked, keeps), model, asked);
+            best.work += edge_work;
             if (!nearest) continue;
             const double cost = nearest->cost - model(state.nodes[edge.index()].point);
-            if (best && !(cost < least)) continue;
+            if (best.plan && !(cost < least)) continue;
             auto plan = plan_of(state, edge, nearest->node);
             const bool mended = plan && std::ranges::any_of(plan->verdicts, [&](const auto& v) {
                                     return v.first == seed && v.second == Verdict::valid;
                                 });
             if (!mended) continue;
-            best = std::move(plan);
+            best.plan = std::move(plan);
             least = cost;
         }
-        return best.has_value();
+        return best.plan.has_value();
     };
     const double target = std::max(bound, state.options.target);
     if (try_all(target, none) || try_all(target, no_other)) return best;
@@ -92,20 +93,20 @@ std::optional<RepairPlan<D>> plan_edge_repair(const RepairState<D>& state, Eleme
 }
 
 template <int D>
-std::optional<RepairPlan<D>> plan_return(const RepairState<D>& state, EdgeId edge) {
+Planned<D> plan_return(const RepairState<D>& state, EdgeId edge) {
     const QuadraticModel<D> model = state.model(edge);
     const double now = model(state.nodes[edge.index()].point);
     const double worth = std::max(least_return, least_returned_share * now);
     if (!(now > worth)) return {};
     const double target = std::max(state.options.min_scaled_jacobian, state.options.target);
     const auto nearest = nearest_node(shell_of(state, edge, target, [](ElementId) { return true; }), model, target);
-    if (!nearest || !(nearest->cost < now - worth)) return {};
-    return plan_of(state, edge, nearest->node);
+    if (!nearest || !(nearest->cost < now - worth)) return {{}, edge_work};
+    return {plan_of(state, edge, nearest->node), edge_work};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                    \
-    template std::optional<RepairPlan<D>> plan_edge_repair<D>(const RepairState<D>&, ElementId); \
-    template std::optional<RepairPlan<D>> plan_return<D>(const RepairState<D>&, EdgeId);
+#define CAMBER_INSTANTIATE(D)                                                  \
+    template Planned<D> plan_edge_repair<D>(const RepairState<D>&, ElementId); \
+    template Planned<D> plan_return<D>(const RepairState<D>&, EdgeId);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

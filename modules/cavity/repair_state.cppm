@@ -26,7 +26,9 @@ struct RepairState {
     Buffer<Vec<D>> shifts;  ///< of vertices: how far each is from where the mesh has it
     Buffer<LagrangeNode<D>> nodes;
     Buffer<Verdict> verdicts;
+    double work_left = 0;  ///< of programmes, see step_work
 
+    [[nodiscard]] bool exhausted() const { return work_left < 1; }
     [[nodiscard]] bool good(ElementId e) const { return verdicts[e.index()] == Verdict::valid; }
     [[nodiscard]] NodalSimplex<D> element(ElementId e) const {
         NodalSimplex<D> s;
@@ -72,17 +74,27 @@ struct RepairPlan {
     std::vector<std::pair<ElementId, Verdict>> verdicts;
 };
 
+/// What planning came to, and the work that it was.
+template <int D>
+struct Planned {
+    std::optional<RepairPlan<D>> plan;
+    double work = 0;
+};
+
+/// The work of the programme of one edge.
+inline constexpr double edge_work = 1;
+
 /// One volume node moves, such that the seed is good enough and no element around it stops being so: the cheapest of
 /// the seed's edges. None when none can.
 template <int D>
-[[nodiscard]] std::optional<RepairPlan<D>> plan_edge_repair(const RepairState<D>& state, ElementId seed);
+[[nodiscard]] Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed);
 
 /// A return that wins less of what its nodes cost is not made.
 inline constexpr double least_returned_share = 0.01;
 
 /// An edge's node nearer to where it is wanted, as far as the elements around it allow; none if that is not worth it.
 template <int D>
-[[nodiscard]] std::optional<RepairPlan<D>> plan_return(const RepairState<D>& state, EdgeId edge);
+[[nodiscard]] Planned<D> plan_return(const RepairState<D>& state, EdgeId edge);
 
 /// What a cavity may move, and how far it reaches around its element.
 struct Reach {
@@ -104,15 +116,14 @@ template <int D>
 /// The cavity's nodes and vertices together: mends the seed, to `asked` as a scaled Jacobian; no other element that is
 /// good enough stops being so. `asked` 0: to the bound, at whatever cost. None when that is not found.
 template <int D>
-[[nodiscard]] std::optional<RepairPlan<D>> plan_cavity_repair(const RepairState<D>& state,
-                                                              const RepairCavity<D>& cavity, ElementId seed,
-                                                              double asked);
+[[nodiscard]] Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
+                                            double asked, double most_work);
 
 /// The cavity's nodes together nearer to where they are wanted, as far as its elements allow: from where they are, and
 /// from where they are wanted, whichever costs less; none if that is not worth it.
 template <int D>
-[[nodiscard]] std::optional<RepairPlan<D>> plan_joint_return(const RepairState<D>& state,
-                                                             const RepairCavity<D>& cavity);
+[[nodiscard]] Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity,
+                                           double most_work);
 
 /// Volume nodes around the elements of `seeds` go to `extended`, and those around the elements that are not above
 /// `bound` then, outwards; it may spoil elements.

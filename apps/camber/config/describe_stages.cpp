@@ -113,6 +113,12 @@ const Description<Relax>& Described<Relax>::get() {
          field("vertices", &S::vertices,
                "vertices of the volume: move, where nodes alone do not mend an element; keep, all stay. Required ones "
                "never move"),
+         field(
+             "effort", &S::effort,
+             "work that cavity and edge may spend for each element that is not good enough, in steps of programmes of "
+             "ten nodes; easily mended ones leave theirs to others, and what is not mended when it is spent is "
+             "listed")
+             .at_least(0),
          field("theta", &S::theta, "what a correction leaves of a node's offset")
              .unit("shares of the offset")
              .above(0)

@@ -160,6 +160,7 @@ struct Relax {
     double target = 1e-2;
     double boundary_tolerance = 0;
     Vertices vertices = Vertices::move;
+    double effort = 500;
     double theta = 0.75;
     int max_corrections = 40;
     double min_scaled_jacobian = 1e-9;

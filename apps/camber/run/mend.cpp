@@ -46,8 +46,11 @@ bool hold_beyond(const Proposal<D>& before, const Proposal<D>& after, double tol
 
 /// A later state of the same mesh, with the kinds of `before` and all that changed since counted.
 template <int D>
-Mended<D> counted(const JudgedProposal<D>& before, const JudgedProposal<D>& after) {
-    Mended<D> sum{after.with_kinds(before.proposal().kinds)};
+Mended<D> counted(const JudgedProposal<D>& before, const Mended<D>& mended) {
+    const JudgedProposal<D>& after = mended.judged;
+    Mended<D> sum{.judged = after.with_kinds(before.proposal().kinds), .given_up = {}};
+    sum.work = mended.work;
+    sum.given_up = mended.given_up;
     const Proposal<D>& was = before.proposal();
     const Proposal<D>& is = after.proposal();
     const auto valid = [](const JudgedProposal<D>& judged, std::size_t e) {
@@ -76,87 +79,100 @@ RelaxOptions relax_options(const config::Relax& options) {
 
 template <int D>
 Outcome<Mended<D>> mend(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
-                        const config::Relax& options, const Execution& execution) {
+                        const config::Relax& options, double most_work, const Execution& execution) {
     if (!needs_models(options.repair)) {
         auto done = relax(wanted, relax_options(options), execution);
         if (!done) return fail(done.error());
-        return Mended<D>{std::move(done->judged), done->corrected_elements, done->relaxed_volume_edges,
-                         done->relaxed_surface_edges, 0};
+        return Mended<D>{.judged = std::move(done->judged),
+                         .corrected_elements = done->corrected_elements,
+                         .moved_volume_nodes = done->relaxed_volume_edges,
+                         .moved_surface_nodes = done->relaxed_surface_edges,
+                         .given_up = {}};
     }
     const RepairOptions repair_options{
         .min_scaled_jacobian = options.min_scaled_jacobian,
         .target = options.target,
         .scope = options.repair == config::Repair::edge ? RepairScope::edges : RepairScope::cavities,
         .surface_tolerance = options.boundary_tolerance,
-        .vertices = options.vertices == config::Vertices::move ? VertexMoves::allowed : VertexMoves::never};
+        .vertices = options.vertices == config::Vertices::move ? VertexMoves::allowed : VertexMoves::never,
+        .effort = options.effort,
+        .most_work = most_work};
     auto done = repair(wanted, models, repair_options, execution);
     if (!done) return fail(done.error());
     const RepairStatistics& s = done->statistics;
-    return Mended<D>{std::move(done->judged), s.corrected_elements, s.moved_volume_nodes, s.relaxed_surface_nodes,
-                     s.moved_vertices};
+    return Mended<D>{std::move(done->judged),  s.corrected_elements, s.moved_volume_nodes,
+                     s.relaxed_surface_nodes,  s.moved_vertices,     s.work,
+                     std::move(done->given_up)};
 }
-
-namespace {
-
-template <int D>
-std::size_t left(const JudgedProposal<D>& judged) {
-    return judged.validation().invalid + judged.validation().undecided;
-}
-
-}  // namespace
 
 template <int D>
 Outcome<Mended<D>> mend_or_straighten(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
                                       const config::Relax& options, const Execution& execution) {
-    auto kept = mend(wanted, models, options, execution);
+    auto kept = mend(wanted, models, options, allowed_work(wanted.validation().not_valid(), options.effort), execution);
     if (!kept || kept->judged.validation().all_valid() || options.repair != config::Repair::cavity) return kept;
-    const auto done = relax(kept->judged, relax_options(options), execution);
+    auto done = relax(kept->judged, relax_options(options), execution);
     if (!done) return fail(done.error());
-    if (left(done->judged) >= left(kept->judged)) return kept;
-    return counted(wanted, done->judged);
+    if (done->judged.validation().not_valid() >= kept->judged.validation().not_valid()) return kept;
+    kept->judged = std::move(done->judged);
+    std::erase_if(kept->given_up, [&](ElementId e) { return kept->judged.validation().verdicts[e] == Verdict::valid; });
+    return counted(wanted, *kept);
 }
 
 namespace {
 
+/// Mending with the boundary given, over several tries that share the work.
+template <int D>
+struct Within {
+    const JudgedProposal<D>& wanted;
+    const Column<QuadraticModel<D>>& models;
+    config::Relax options;
+    double work_left;
+    const Execution& execution;
+
+    /// From `start`, with the boundary edges held that are marked.
+    Outcome<Mended<D>> tried(const JudgedProposal<D>& start, const std::vector<std::uint8_t>& held) {
+        auto mended =
+            mend(start.with_kinds(with_held(wanted.proposal().kinds, held)), models, options, work_left, execution);
+        if (mended) work_left -= mended->work;
+        return mended;
+    }
+};
+
 /// What mending gives from nodes that slid in planes, or `kept` if that is no better.
-Outcome<Mended<3>> mend_after_slide(const JudgedProposal<3>& kept, const Column<QuadraticModel<3>>& models,
-                                    const config::Relax& options, const Column<EdgeKind>& kinds,
-                                    const std::vector<std::uint8_t>& held, const Execution& execution) {
+Outcome<Mended<3>> mend_after_slide(Within<3>& within, Mended<3> kept, const std::vector<std::uint8_t>& held) {
     // The kinds of the boundary, not those that hold it.
-    auto slid = slid_in_planes(kept.with_kinds(kinds), options.boundary_tolerance, execution);
+    auto slid = slid_in_planes(kept.judged.with_kinds(within.wanted.proposal().kinds),
+                               within.options.boundary_tolerance, within.execution);
     if (!slid) return fail(slid.error());
-    slid->kinds = with_held(kinds, held);
-    const auto start = validate(kept.mesh(), std::move(*slid), kept.validation().bound, execution);
+    const auto start = validate(kept.judged.mesh(), std::move(*slid), kept.judged.validation().bound, within.execution);
     if (!start) return fail(start.error());
-    auto mended = mend(*start, models, options, execution);
-    if (!mended) return mended;
-    if (left(mended->judged) < left(kept)) return mended;
-    return Mended<3>{kept};
+    auto mended = within.tried(*start, held);
+    if (!mended || mended->judged.validation().not_valid() < kept.judged.validation().not_valid()) return mended;
+    return kept;
 }
 
 template <int D>
-Outcome<Mended<D>> mend_to_bound(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
-                                 const config::Relax& options, const Execution& execution) {
-    const Proposal<D>& proposal = wanted.proposal();
+Outcome<Mended<D>> mend_to_bound(Within<D>& within) {
+    const Proposal<D>& proposal = within.wanted.proposal();
+    const double tolerance = within.options.boundary_tolerance;
     std::vector<std::uint8_t> held(proposal.kinds.size(), 1);
-    auto kept = mend(wanted.with_kinds(with_held(proposal.kinds, held)), models, options, execution);
+    auto kept = within.tried(within.wanted, held);
     if (!kept) return kept;
-    const auto done = [&] { return kept->judged.validation().all_valid() || options.boundary_tolerance == 0; };
-    if (done()) return counted(wanted, kept->judged);
+    const auto done = [&] { return kept->judged.validation().all_valid() || tolerance == 0; };
+    if (done()) return counted(within.wanted, *kept);
     if constexpr (D == 3) {
-        auto better = mend_after_slide(kept->judged, models, options, proposal.kinds, held, execution);
+        auto better = mend_after_slide(within, std::move(*kept), held);
         if (!better) return better;
         kept = std::move(better);
-        if (done()) return counted(wanted, kept->judged);
+        if (done()) return counted(within.wanted, *kept);
     }
     std::ranges::fill(held, std::uint8_t{0});
     for (int round = 0; round < most_rounds; ++round) {
-        auto freed = mend(kept->judged.with_kinds(with_held(proposal.kinds, held)), models, options, execution);
+        auto freed = within.tried(kept->judged, held);
         if (!freed) return freed;
-        if (!hold_beyond(proposal, freed->judged.proposal(), options.boundary_tolerance, held))
-            return counted(wanted, freed->judged);
+        if (!hold_beyond(proposal, freed->judged.proposal(), tolerance, held)) return counted(within.wanted, *freed);
     }
-    return counted(wanted, kept->judged);
+    return counted(within.wanted, *kept);
 }
 
 }  // namespace
@@ -166,24 +182,29 @@ Outcome<Mended<D>> mend_within(const JudgedProposal<D>& wanted, const Column<Qua
                                const config::Relax& options, const Execution& execution) {
     config::Relax lower = options;
     lower.min_scaled_jacobian = config::Relax{}.min_scaled_jacobian;
-    auto asked = mend_to_bound(wanted, models, options, execution);
+    const auto to = [&](const JudgedProposal<D>& judged, const config::Relax& relax) {
+        Within<D> within{judged, models, relax, allowed_work(judged.validation().not_valid(), relax.effort), execution};
+        return mend_to_bound(within);
+    };
+    auto asked = to(wanted, options);
     if (!asked || asked->judged.validation().all_valid() || options.min_scaled_jacobian <= lower.min_scaled_jacobian)
         return asked;
     // To the passes elements below the bound are alike: what cannot reach it may have become invalid.
-    const auto to = [&](const JudgedProposal<D>& judged, double bound) {
+    const auto judged_for = [&](const JudgedProposal<D>& judged, double bound) {
         return validate(judged.mesh(), judged.proposal(), bound, execution);
     };
-    const auto now = to(asked->judged, lower.min_scaled_jacobian);
+    const auto now = judged_for(asked->judged, lower.min_scaled_jacobian);
     if (!now) return fail(now.error());
     if (now->validation().all_valid()) return asked;
-    const auto before = to(wanted, lower.min_scaled_jacobian);
+    const auto before = judged_for(wanted, lower.min_scaled_jacobian);
     if (!before) return fail(before.error());
-    const auto plain = mend_to_bound(*before, models, lower, execution);
+    auto plain = to(*before, lower);
     if (!plain) return plain;
-    if (left(*now) <= left(plain->judged)) return asked;
-    const auto judged = to(plain->judged, options.min_scaled_jacobian);
+    if (now->validation().not_valid() <= plain->judged.validation().not_valid()) return asked;
+    auto judged = judged_for(plain->judged, options.min_scaled_jacobian);
     if (!judged) return fail(judged.error());
-    return counted(wanted, *judged);
+    plain->judged = std::move(*judged);
+    return counted(wanted, *plain);
 }
 
 template <int D>
@@ -203,7 +224,7 @@ KeptBoundaryReport kept_boundary(const QuadraticMesh<D>& mesh, const Proposal<D>
 
 #define CAMBER_INSTANTIATE(D)                                                                                     \
     template Outcome<Mended<D>> mend<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&,               \
-                                        const config::Relax&, const Execution&);                                  \
+                                        const config::Relax&, double, const Execution&);                          \
     template Outcome<Mended<D>> mend_or_straighten<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&, \
                                                       const config::Relax&, const Execution&);                    \
     template Outcome<Mended<D>> mend_within<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&,        \

@@ -15,6 +15,8 @@ template <int D>
 struct Mended {
     JudgedProposal<D> judged;
     std::size_t corrected_elements = 0, moved_volume_nodes = 0, moved_surface_nodes = 0, moved_vertices = 0;
+    double work = 0;                  ///< as `RepairOptions::effort` counts it
+    std::vector<ElementId> given_up;  ///< not valid when the work that may be spent was spent
 };
 
 /// Whether that repair weighs places by models, one an edge; the others take none.
@@ -25,10 +27,11 @@ struct Mended {
 /// The options of `camber.validity`'s relaxation.
 [[nodiscard]] RelaxOptions relax_options(const config::Relax& options);
 
-/// What is not valid mended, by the repair that the options name. Errors: those of the repair.
+/// What is not valid mended, by the repair that the options name and for no more than that work. Errors: those of the
+/// repair.
 template <int D>
 [[nodiscard]] Outcome<Mended<D>> mend(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
-                                      const config::Relax& options, const Execution& execution);
+                                      const config::Relax& options, double most_work, const Execution& execution);
 
 /// The same as `mend`; what cavities leave is relaxed towards the straight mesh, surface edges last, if that mends any:
 /// an element then remains only if its straight one is not valid.
@@ -68,10 +71,11 @@ template <int D>
 /// 4 P_ij − 3 P_i − P_j); required edges and vertices; a facet of the boundary that is folded, seen from its straight
 /// form; nodes that are all on the boundary; else nothing that forbids it is known.
 template <int D>
-[[nodiscard]] std::vector<RemainingReport> remaining(const JudgedProposal<D>& judged);
+[[nodiscard]] std::vector<RemainingReport> remaining(const Mended<D>& mended);
 
-/// Those of them that hold something required, with that reason: the others had all the freedom there is.
+/// Those of them that hold something required, or on which the work was spent, with that reason: the others had all the
+/// freedom there is.
 template <int D>
-[[nodiscard]] std::vector<RemainingReport> remaining_by_requirement(const JudgedProposal<D>& judged);
+[[nodiscard]] std::vector<RemainingReport> remaining_but_for_shape(const Mended<D>& mended);
 
 }  // namespace camber::run

@@ -7,9 +7,11 @@ module;
 #include <fmt/format.h>
 module camber.run;
 import camber.core;
+import camber.cavity;
 import camber.config;
 import camber.io;
 import :memory;
+import :mend;
 import :plan;
 
 namespace camber::run {
@@ -35,6 +37,18 @@ PlanSize size_of(const QuadraticMesh<D>& m) {
     size.degree = 2;
     size.edges = m.edges.size();
     return size;
+}
+
+/// What a stage may spend on what it repairs; empty for stages that repair nothing by programmes.
+std::string repair_limit(const config::Stage& stage, int threads) {
+    const auto* relax = std::get_if<config::Relax>(&stage);
+    if (!relax || !needs_models(relax->repair)) return {};
+    constexpr double seconds_of_work = 5e-5;  // measured on one core
+    const auto seconds = [&](std::size_t elements) {
+        return allowed_work(elements, relax->effort) * seconds_of_work / (threads > 0 ? threads : 1);
+    };
+    return fmt::format("about {:.2g} s and {:.2g} s for each element below the bound", seconds(0),
+                       seconds(1) - seconds(0));
 }
 
 std::string row(const std::string& name, const std::string& value) { return fmt::format("  {:<26}{}\n", name, value); }
@@ -64,7 +78,11 @@ std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, in
         row("edges", fmt::format("{}{}", size.degree == 1 ? "about " : "", size.edges)) + row("metric", parts.metric);
     for (const std::string& operation : parts.metric_operations) text += row("then", operation);
     text += row("geometry", parts.geometry);
-    for (std::size_t i = 0; i < parts.stages.size(); ++i) text += row(fmt::format("stage {}", i + 1), parts.stages[i]);
+    for (std::size_t i = 0; i < parts.stages.size(); ++i) {
+        text += row(fmt::format("stage {}", i + 1), parts.stages[i]);
+        if (const auto limit = repair_limit(pipeline.stages[i], threads); !limit.empty())
+            text += row("  repair ends after", limit);
+    }
     return text + row("threads", fmt::format("{}", threads)) +
            row("peak memory", fmt::format("about {:.0f} MiB", static_cast<double>(size.peak_bytes) / 1048576)) +
            row("time", time_class(size, threads));

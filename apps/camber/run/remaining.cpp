@@ -146,13 +146,20 @@ std::string reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                        free == 1 ? "node" : std::to_string(free) + " nodes");
 }
 
+constexpr const char* spent = "; the work that may be spent is spent (stages/relax/effort)";
+
+template <int D>
+bool is_given_up(const Mended<D>& mended, std::size_t e) {
+    return std::ranges::binary_search(mended.given_up, ElementId(e));
+}
+
 }  // namespace
 
 template <int D>
-std::vector<RemainingReport> remaining(const JudgedProposal<D>& judged) {
-    const Proposal<D>& proposal = judged.proposal();
-    const Validation<D>& validation = judged.validation();
-    const QuadraticMesh<D> mesh = proposed(judged.mesh(), proposal);
+std::vector<RemainingReport> remaining(const Mended<D>& mended) {
+    const Proposal<D>& proposal = mended.judged.proposal();
+    const Validation<D>& validation = mended.judged.validation();
+    const QuadraticMesh<D> mesh = proposed(mended.judged.mesh(), proposal);
     const Folds<D> folds = find_folds<D>(mesh, proposal);
     const auto required = required_vertices(mesh.linear);
     std::vector<RemainingReport> all;
@@ -161,28 +168,32 @@ std::vector<RemainingReport> remaining(const JudgedProposal<D>& judged) {
         if (validation.verdicts[e] == Verdict::valid) continue;
         std::string reason = required_of<D>(mesh, proposal, required, e);
         if (reason.empty()) reason = reason_of<D>(mesh, proposal, validation, folds, e);
+        if (is_given_up(mended, e)) reason += spent;
         all.push_back({e + 1, std::move(reason)});
     }
     return all;
 }
 
 template <int D>
-std::vector<RemainingReport> remaining_by_requirement(const JudgedProposal<D>& judged) {
-    const QuadraticMesh<D>& mesh = judged.mesh();
+std::vector<RemainingReport> remaining_but_for_shape(const Mended<D>& mended) {
+    const QuadraticMesh<D>& mesh = mended.judged.mesh();
     const auto required = required_vertices(mesh.linear);
-    const auto& verdicts = judged.validation().verdicts;
+    const auto& verdicts = mended.judged.validation().verdicts;
     std::vector<RemainingReport> all;
     for (std::size_t e = 0; e < verdicts.size(); ++e) {
         if (verdicts[e] == Verdict::valid) continue;
-        std::string reason = required_of<D>(mesh, judged.proposal(), required, e);
-        if (!reason.empty()) all.push_back({e + 1, std::move(reason)});
+        std::string reason = required_of<D>(mesh, mended.judged.proposal(), required, e);
+        if (reason.empty() && !is_given_up(mended, e)) continue;
+        if (reason.empty()) reason = "not mended";
+        if (is_given_up(mended, e)) reason += spent;
+        all.push_back({e + 1, std::move(reason)});
     }
     return all;
 }
 
-template std::vector<RemainingReport> remaining<2>(const JudgedProposal<2>&);
-template std::vector<RemainingReport> remaining<3>(const JudgedProposal<3>&);
-template std::vector<RemainingReport> remaining_by_requirement<2>(const JudgedProposal<2>&);
-template std::vector<RemainingReport> remaining_by_requirement<3>(const JudgedProposal<3>&);
+template std::vector<RemainingReport> remaining<2>(const Mended<2>&);
+template std::vector<RemainingReport> remaining<3>(const Mended<3>&);
+template std::vector<RemainingReport> remaining_but_for_shape<2>(const Mended<2>&);
+template std::vector<RemainingReport> remaining_but_for_shape<3>(const Mended<3>&);
 
 }  // namespace camber::run

@@ -71,7 +71,9 @@ Json json(const RelaxReport& r) {
             {"corrected_elements", r.corrected_elements},
             {"relaxed_volume_edges", r.relaxed_volume_edges},
             {"relaxed_surface_edges", r.relaxed_surface_edges},
-            {"moved_vertices", r.moved_vertices}};
+            {"moved_vertices", r.moved_vertices},
+            {"work", r.work},
+            {"given_up", r.given_up}};
 }
 Json json(const KeptBoundaryReport& k) {
     return {{"tolerance", k.tolerance},

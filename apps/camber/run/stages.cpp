@@ -187,7 +187,7 @@ ValidityReport validity_report(const Validation<D>& v) {
 template <int D>
 RelaxReport relax_report(const Validation<D>& wanted, const Validation<D>& now, const Reinserted<D>& done,
                          const char* repair) {
-    RelaxReport r{repair, 0, 0, 0, 0};
+    RelaxReport r{.repair = repair};
     for (std::size_t e = 0; e < now.verdicts.size(); ++e)
         r.corrected_elements += wanted.verdicts[e] != Verdict::valid && now.verdicts[e] == Verdict::valid;
     for (std::size_t e = 0; e < done.proposal.mid_nodes.size(); ++e) {
@@ -371,8 +371,10 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
     sum.moved_vertices += mended->moved_vertices;
     if (state.boundary_is_given())
         report.kept_boundary = kept_boundary(*state.quadratic(), mended->judged.proposal(), options.boundary_tolerance);
+    report.remaining = state.boundary_is_given() ? remaining(*mended) : remaining_but_for_shape(*mended);
+    sum.work += mended->work;
+    sum.given_up += mended->given_up.size();
     enter(std::move(mended->judged), state, report);
-    report.remaining = state.boundary_is_given() ? remaining(*state.judged) : remaining_by_requirement(*state.judged);
     return state;
 }
 
