@@ -27,13 +27,17 @@ Hinge hinge_between(const SimplexVertices<D>& element, int i, int j) {
     return hinge;
 }
 
-/// Edges that the file lists, lower vertex first, sorted; in 2D its corners, and the ends of its ridges.
+/// The ridges that the file lists, lower vertex first, sorted; in 2D its corners, and the ends of its ridges. An edge
+/// that is merely listed is a seam, and its wall goes on.
 template <int D>
 std::vector<Hinge> listed_features(const LinearMesh<D>& mesh) {
     std::vector<Hinge> features;
-    features.reserve(mesh.edges.size() + mesh.corners.size() + 2 * mesh.ridges.size());
+    features.reserve(mesh.corners.size() + 2 * mesh.ridges.size());
     if constexpr (D == 3) {
-        for (const auto& [a, b] : mesh.edges.vertices) features.push_back({std::min(a, b), std::max(a, b)});
+        for (const std::uint32_t ridge : mesh.ridges) {
+            const auto& [a, b] = mesh.edges.vertices[ridge];
+            features.push_back({std::min(a, b), std::max(a, b)});
+        }
     } else {
         for (const VertexId v : mesh.corners) features.push_back({v, {}});
         for (const std::uint32_t f : mesh.ridges)

@@ -67,7 +67,7 @@ struct WallElement {
 
 struct ExamineOptions {
     /// Two faces that turn by less than this (degrees) across an edge are one smooth wall, unless their references
-    /// differ or the edge is listed (2D: the vertex is a listed corner).
+    /// differ or the edge is a listed ridge (2D: the vertex is a listed corner, or an end of a listed ridge).
     double ridge_angle_degrees = 40;
 };
 

@@ -165,28 +165,61 @@ TEST_CASE("elements with two faces on one wall") {
     test_walls<3>();
 }
 
-TEST_CASE("listed edges and corners end a wall") {
+namespace {
+
+/// A tetrahedron with two faces that turn by little at the edge of its vertices 0 and 1.
+LinearMesh<3> shallow_tetrahedron() {
     LinearMesh<3> mesh;
-    mesh.points = Buffer<Vec<3>>{{{0, 0, 0}}, {{1, 0, 0}}, {{0.5, 1, -0.05}}, {{0.5, -1, -0.3}}};
     const auto v = [](std::size_t i) { return VertexId(i); };
+    mesh.points = Buffer<Vec<3>>{{{0, 0, 0}}, {{1, 0, 0}}, {{0.5, 1, -0.05}}, {{0.5, -1, -0.3}}};
     mesh.point_references = Buffer<Reference>(4, 0);
     mesh.elements.vertices = Buffer<SimplexVertices<3>>{{v(0), v(2), v(1), v(3)}};
     mesh.elements.references = Buffer<Reference>{1};
-    const ExamineOptions options{.ridge_angle_degrees = 30};
-    REQUIRE(examine(mesh, options, alone)->wall_elements.size() == 1);
-    CHECK(examine(mesh, options, alone)->wall_elements[0] == WallElement{ElementId(0), {v(0), v(1)}});
-    mesh.edges.vertices = Buffer<SimplexVertices<1>>{{v(1), v(0)}};
-    mesh.edges.references = Buffer<Reference>{1};
-    CHECK(examine(mesh, options, alone)->wall_elements.empty());
+    mesh.facets.vertices = Buffer<SimplexVertices<2>>{
+        {v(0), v(1), v(2)}, {v(1), v(0), v(3)}, {v(0), v(2), v(3)}, {v(1), v(3), v(2)}};
+    mesh.facets.references = Buffer<Reference>{1, 1, 1, 1};
+    return mesh;
+}
 
+}  // namespace
+
+TEST_CASE("ridges and other references end a wall, seams do not") {
+    const ExamineOptions options{.ridge_angle_degrees = 30};
+    const std::vector<WallElement> whole{{ElementId(0), {VertexId(0), VertexId(1)}}};
+    auto mesh = shallow_tetrahedron();
+    CHECK(examine(mesh, options, alone)->wall_elements == whole);
+    mesh.edges.vertices = Buffer<SimplexVertices<1>>{{VertexId(0), VertexId(2)}, {VertexId(1), VertexId(0)}};
+    mesh.edges.references = Buffer<Reference>{1, 1};
+    CHECK(examine(mesh, options, alone)->wall_elements == whole);  // listed, and no ridge
+    mesh.corners = Buffer<VertexId>{VertexId(0), VertexId(1)};
+    CHECK(examine(mesh, options, alone)->wall_elements == whole);
+    mesh.ridges = Buffer<std::uint32_t>{0};
+    CHECK(examine(mesh, options, alone)->wall_elements == whole);  // a ridge elsewhere
+    mesh.ridges = Buffer<std::uint32_t>{1};
+    CHECK(examine(mesh, options, alone)->wall_elements.empty());
+    mesh.ridges = {};
+    mesh.facets.references = Buffer<Reference>{1, 2, 1, 1};
+    CHECK(examine(mesh, options, alone)->wall_elements.empty());
+}
+
+TEST_CASE("corners and the ends of ridges end a wall in 2D") {
+    const auto v = [](std::size_t i) { return VertexId(i); };
     LinearMesh<2> flat;
     flat.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{0.5, 0.1}}};
     flat.point_references = Buffer<Reference>(3, 0);
     flat.elements.vertices = Buffer<SimplexVertices<2>>{{v(0), v(1), v(2)}};
     flat.elements.references = Buffer<Reference>{1};
+    flat.facets.vertices = Buffer<SimplexVertices<1>>{{v(0), v(1)}, {v(1), v(2)}, {v(2), v(0)}};
+    flat.facets.references = Buffer<Reference>{1, 1, 1};
     REQUIRE(examine(flat, alone)->wall_elements.size() == 1);
-    flat.corners = Buffer<VertexId>{v(2)};
-    CHECK(examine(flat, alone)->wall_elements.empty());
+    auto other = flat;
+    other.corners = Buffer<VertexId>{v(2)};
+    CHECK(examine(other, alone)->wall_elements.empty());
+    other = flat;
+    other.ridges = Buffer<std::uint32_t>{0};
+    CHECK(examine(other, alone)->wall_elements.size() == 1);
+    other.ridges = Buffer<std::uint32_t>{1};
+    CHECK(examine(other, alone)->wall_elements.empty());
 }
 
 TEST_CASE("nodes at one place") {
