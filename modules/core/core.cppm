@@ -11,5 +11,6 @@ export import :each;
 export import :mesh;
 export import :maps;
 export import :required;
+export import :scale;
 export import :topology;
 export import :box_tree;

@@ -190,7 +190,7 @@ Outcome<Column<LogMetric<D>>> made(const TensorExpression& e, std::span<const Ve
             error.entity->kind = "vertex";
             error.what =
                 "the expressions' tensor " + error.what + " at " + coordinates(points[error.entity->number - 1]);
-            error.remedy = "its eigenvalues must be positive";
+            error.remedy = "its eigenvalues must be positive, between 1e-120 and 1e120";
         }
         return fail(std::move(error));
     }

@@ -3,6 +3,9 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <optional>
+#include <sstream>
 #include <string>
 #include <utility>
 module camber.metric;
@@ -68,7 +71,41 @@ std::string check(const MetricBounds& b) {
     return {};
 }
 
+/// The size of a metric that is out of range, or is no number; none where all are in it.
+template <int D>
+std::optional<double> size_out_of_range(const LogMetric<D>& log_metric) {
+    const double least = -2 * std::log(most_length), most = -2 * std::log(least_length);
+    // The norm bounds every eigenvalue; the slack is rounding's, for sizes at the very end.
+    constexpr double slack = 1e-12;
+    if (norm(log_metric.l) < std::fmin(-least, most)) return {};
+    for (const double x : eigen_system(log_metric.l).values.c)
+        if (!(x > least * (1 + slack) && x < most * (1 + slack))) return std::exp(-x / 2);
+    return {};
+}
+
 }  // namespace
+
+template <int D>
+Outcome<Done> check_sizes(const Column<LogMetric<D>>& field, const Execution& execution) {
+    constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+    const auto first = reduce_each(
+        execution, field.size(), none,
+        [&](std::size_t& at, std::size_t v) {
+            if (at == none && size_out_of_range(field[v])) at = v;
+        },
+        [](std::size_t a, std::size_t b) { return std::min(a, b); });
+    if (!first) return fail(first.error());
+    if (*first == none) return Done{};
+    const double size = *size_out_of_range(field[*first]);
+    std::ostringstream what;
+    if (std::isfinite(size))
+        what << "a size of " << size << " is not between 1e-60 and 1e60";
+    else
+        what << "is of sizes that are not between 1e-60 and 1e60";
+    static_assert(least_length == 1e-60 && most_length == 1e60);
+    return fail(ErrorKind::input, what.str(), {}, Entity{"metric at vertex", *first + 1},
+                "take another unit of length");
+}
 
 template <int D>
 LogMetric<D> bounded(const LogMetric<D>& log_metric, const MetricBounds& bounds) {
@@ -134,6 +171,7 @@ Outcome<Column<LogMetric<D>>> scaled_to_complexity(const LinearMesh<D>& mesh, co
                                                       const Execution&);                                              \
     template Outcome<Column<LogMetric<D>>> intersection<D>(const Column<LogMetric<D>>&, const Column<LogMetric<D>>&,  \
                                                            const Execution&);                                         \
+    template Outcome<Done> check_sizes<D>(const Column<LogMetric<D>>&, const Execution&);                             \
     template Outcome<double> complexity<D>(const LinearMesh<D>&, const Column<LogMetric<D>>&, const Execution&);      \
     template Outcome<Column<LogMetric<D>>> scaled_to_complexity<D>(const LinearMesh<D>&, const Column<LogMetric<D>>&, \
                                                                    double, const Execution&);

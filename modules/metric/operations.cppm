@@ -28,6 +28,11 @@ template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> intersection(const Column<LogMetric<D>>& a, const Column<LogMetric<D>>& b,
                                                          const Execution& execution);
 
+/// That every size is in the range of lengths (`least_length` to `most_length`): squares of a metric's entries are
+/// numbers with all their digits then. Errors (input, entity "metric at vertex N"): a size that is not; stopped.
+template <int D>
+[[nodiscard]] Outcome<Done> check_sizes(const Column<LogMetric<D>>& field, const Execution& execution);
+
 /// C = ∫ sqrt(det M) of the log-Euclidean field that is linear in each element. There sqrt(det M) is the exponential of
 /// a linear function f = ½ tr log M, whose integral is exact by Hermite and Genocchi: D! |K| exp[f_0, …, f_D], a
 /// divided difference over the vertices' values; so no quadrature is needed. A mesh whose elements are unit for M has

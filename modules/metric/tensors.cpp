@@ -14,7 +14,7 @@ namespace camber {
 
 namespace {
 
-enum class TensorState : std::uint8_t { sound, floored, indefinite, singular, zero, not_finite };
+enum class TensorState : std::uint8_t { sound, floored, indefinite, singular, zero, out_of_range, not_finite };
 
 /// Whether a row of the matrix is zero: then so is an eigenvalue, and no rounding of the entries made it so. That any
 /// other matrix is singular cannot be told from rounding.
@@ -26,6 +26,15 @@ bool has_zero_row(const Sym<D>& m) {
         if (zero) return true;
     }
     return false;
+}
+
+/// Whether the sizes are beyond the range of lengths by far: squares of the entries would overflow or vanish.
+template <int D>
+bool is_out_of_range(const Sym<D>& m) {
+    double largest = 0;
+    for (const double x : m.c) largest = std::max(largest, std::abs(x));
+    constexpr double beyond = 4;
+    return largest * (least_length * least_length) > beyond || largest * (most_length * most_length) * beyond < 1;
 }
 
 /// What rounding the entries of M by ε each does to an eigenvalue: ε Σ |r_j| |m_jk| |r_k|, at most ε λ_max D and far
@@ -49,6 +58,7 @@ TensorState log_of_tensor(std::span<const double> row, double epsilon, LogMetric
         m.c[i] = row[i];
     }
     if (m == Sym<D>{}) return TensorState::zero;
+    if (is_out_of_range(m)) return TensorState::out_of_range;
     EigenSystem<D> e = eigen_system(m);
     const Vec<D> rounding = eigenvalue_rounding(m, e, epsilon);
     const double largest = *std::max_element(e.values.c.begin(), e.values.c.end());
@@ -77,6 +87,10 @@ std::optional<Error> refusal_of(TensorState state, const Entity& vertex) {
         case TensorState::not_finite: return Error{kind, "holds a number that is not finite", {}, vertex, {}};
         case TensorState::zero:
             return Error{kind, "is zero", {}, vertex, "sizes would be infinite: give each direction a size"};
+        case TensorState::out_of_range:
+            static_assert(least_length == 1e-60 && most_length == 1e60);
+            return Error{
+                kind, "is of sizes that are not between 1e-60 and 1e60", {}, vertex, "take another unit of length"};
         case TensorState::singular:
             return Error{kind, "is singular", {}, vertex, "a size would be infinite: give each direction a size"};
         case TensorState::indefinite:

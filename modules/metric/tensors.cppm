@@ -21,7 +21,8 @@ struct TensorLogs {
 /// anisotropic ones indefinite. With δ what rounding by the file's reals can do to an eigenvalue (at most a few ε
 /// λ_max, and nothing where the axes are those of the coordinates), eigenvalues from −8 δ to δ are raised to δ and
 /// counted. Errors (entity "metric at vertex N"): NaN or infinite numbers, eigenvalues that are negative beyond
-/// rounding, a zero tensor, a row of zeros: such a tensor is singular, and rounding cannot have made it so.
+/// rounding, sizes far beyond the range of lengths (`check_sizes` tells of all), a zero tensor, a row of zeros: such a
+/// tensor is singular, and rounding cannot have made it so.
 template <int D>
 [[nodiscard]] Outcome<TensorLogs<D>> log_metrics_of_tensors(std::span<const double> rows, TensorPrecision precision,
                                                             const Execution& execution);

@@ -131,6 +131,14 @@ template <int D>
 [[nodiscard]] Outcome<Done> examine_orientation(const LinearMesh<D>& mesh, const Buffer<double>& volumes,
                                                 Examination<D>& examination, const Execution& execution);
 
+/// What is beyond the range of lengths: vertices, elements, facets; of a quadratic mesh its mid nodes (only those).
+template <int D>
+[[nodiscard]] Outcome<Done> examine_scale(const LinearMesh<D>& mesh, Examination<D>& examination,
+                                          const Execution& execution);
+template <int D>
+[[nodiscard]] Outcome<Done> examine_scale(const QuadraticMesh<D>& mesh, Examination<D>& examination,
+                                          const Execution& execution);
+
 /// Unused, coincident and hanging vertices.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_vertices(const LinearMesh<D>& mesh, Examination<D>& examination,

@@ -68,6 +68,7 @@ Outcome<Examination<D>> examine_with(const LinearMesh<D>& mesh, const Buffer<dou
     x.facets_of = std::move(*facets_of);
     auto done = examine_faces(mesh, x, execution)
                     .and_then([&](Done) { return examine_orientation(mesh, volumes, x, execution); })
+                    .and_then([&](Done) { return examine_scale(mesh, x, execution); })
                     .and_then([&](Done) { return examine_vertices(mesh, x, execution); })
                     .and_then([&](Done) { return examine_boundary(mesh, x, execution); })
                     .and_then([&](Done) { return examine_walls(mesh, options, x, execution); });
@@ -98,7 +99,8 @@ Outcome<Examination<D>> examine_all(const QuadraticMesh<D>& mesh, const Executio
     if (!volumes) return fail(volumes.error());
     auto x = examine_with(mesh.linear, *volumes, options, execution);
     if (!x) return x;
-    if (auto done = examine_nodes(mesh, *x, execution); !done) return fail(done.error());
+    auto done = examine_scale(mesh, *x, execution).and_then([&](Done) { return examine_nodes(mesh, *x, execution); });
+    if (!done) return fail(done.error());
     return x;
 }
 

@@ -166,14 +166,6 @@ Outcome<Done> examine_vertices(const LinearMesh<D>& mesh, Examination<D>& x, con
     if (!lone) return fail(lone.error());
     x[Defect::lone_edge] = *lone;
 
-    auto distant = count(execution, n, [&](std::size_t v) {
-        constexpr double most = 1e100;
-        const auto& c = mesh.points[v].c;
-        return std::any_of(c.begin(), c.end(), [](double x) { return std::abs(x) > most; });
-    });
-    if (!distant) return fail(distant.error());
-    x[Defect::distant_vertex] = *distant;
-
     auto twin = coincident(
         n, [&](std::size_t v) -> const Vec<D>& { return mesh.points[v]; }, used,
         [](std::size_t, std::size_t) { return true; }, execution);

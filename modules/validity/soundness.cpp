@@ -25,6 +25,9 @@ struct Wording {
     const char* remedy;
 };
 
+// The words below say so.
+static_assert(least_length == 1e-60 && most_length == 1e60);
+
 /// In the order of Defect.
 constexpr std::array<Wording, defect_count> wordings{{
     {"repeated_elements", Gravity::mended, Who::element, "lists the vertices of %e # again",
@@ -39,8 +42,14 @@ constexpr std::array<Wording, defect_count> wordings{{
      "list the vertices of an earlier one again", "remove it"},
     {"contradicting_facets", Gravity::fatal, Who::facet, "has the vertices of %f #, but another reference",
      "have the vertices of an earlier one, but another reference", "remove one of them"},
-    {"distant_vertices", Gravity::fatal, Who::vertex, "is more than 1e100 away from the origin",
-     "are more than 1e100 away from the origin", "take another unit of length"},
+    {"distant_vertices", Gravity::fatal, Who::vertex, "is more than 1e60 away from the origin",
+     "are more than 1e60 away from the origin", "take another unit of length"},
+    {"distant_nodes", Gravity::fatal, Who::node, "is more than 1e60 away from the origin",
+     "are more than 1e60 away from the origin", "take another unit of length"},
+    {"tiny_elements", Gravity::fatal, Who::element, "is smaller than 1e-60", "are smaller than 1e-60",
+     "take another unit of length"},
+    {"tiny_facets", Gravity::fatal, Who::facet, "is smaller than 1e-60", "are smaller than 1e-60",
+     "take another unit of length"},
     {"hanging_vertices", Gravity::fatal, Who::vertex, "lies inside a face of %e #, which does not have it as a vertex",
      "lie inside faces that do not have them as a vertex",
      "the elements must meet face to face; if a gap is meant there, list the boundary on both sides"},

@@ -18,7 +18,10 @@ enum class Defect : std::uint8_t {
     stray_facet,            ///< a facet that is a face of no element
     repeated_facet,         ///< as for elements
     contradicting_facet,
-    distant_vertex,     ///< so far from the origin that products of coordinates overflow
+    distant_vertex,     ///< has a coordinate beyond `most_length`: products of such overflow
+    distant_node,       ///< a mid node of which the same holds (P2)
+    tiny_element,       ///< its vertices differ by less than `least_length` in each coordinate: products vanish
+    tiny_facet,         ///< as for elements
     hanging_vertex,     ///< lies inside a face of the boundary that the file does not list as such
     duplicate_vertex,   ///< is at the very place of an earlier one, and not on two sides of a slit
     reversed_element,   ///< its vertices are numbered the wrong way round
@@ -38,7 +41,7 @@ enum class Defect : std::uint8_t {
     wall_element,       ///< has two faces on one smooth wall: straight it may be good, curved it cannot be
 };
 /// The number of defects in `Defect`.
-inline constexpr std::size_t defect_count = 24;
+inline constexpr std::size_t defect_count = 27;
 
 /// What is to be thought of a defect.
 enum class Gravity : std::uint8_t {

@@ -176,6 +176,37 @@ TEST_CASE("golden: two thin plates at right angles make a needle; the unit metri
                           alone)) == doctest::Approx(1).epsilon(1e-12));
 }
 
+namespace {
+
+template <int D>
+void size_laws() {
+    property("sizes in the range of lengths pass, others are told of with their vertex", [](std::uint64_t seed) {
+        Dice dice(seed);
+        Buffer<LogMetric<D>> logs(5);
+        const auto sized = [&](double exponent) {
+            Vec<D> sizes;
+            for (double& h : sizes.c) h = std::pow(10.0, dice.uniform(-60, 60));
+            sizes[0] = std::pow(10.0, exponent);
+            return log_metric_of_sizes(sizes, dice.rotation<D>());
+        };
+        for (auto& log_metric : logs) log_metric = sized(dice.below(2) == 0 ? 60 : -60);
+        RC_ASSERT(check_sizes(Column<LogMetric<D>>(logs), alone).has_value());
+        const std::size_t at = static_cast<std::size_t>(dice.below(5));
+        logs[at] = sized(dice.below(2) == 0 ? dice.uniform(60.01, 300) : dice.uniform(-300, -60.01));
+        const auto checked = check_sizes(Column<LogMetric<D>>(logs), alone);
+        RC_ASSERT(!checked.has_value());
+        RC_ASSERT(checked.error().kind == ErrorKind::input);
+        RC_ASSERT(checked.error().entity->number == at + 1);
+    });
+}
+
+}  // namespace
+
+TEST_CASE("sizes in the range of lengths") {
+    size_laws<2>();
+    size_laws<3>();
+}
+
 TEST_CASE("operations refuse what makes no sense") {
     const auto mesh = unit_box<2>(2, 4);
     const Column<LogMetric<2>> field(Buffer<LogMetric<2>>(mesh.points.size(), LogMetric<2>{}));

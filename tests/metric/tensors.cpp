@@ -150,6 +150,15 @@ TEST_CASE("a zero tensor is called zero, one with no size in a direction singula
              {.count = 50});
 }
 
+TEST_CASE("tensors of sizes beyond the range of lengths are refused by that name") {
+    for (const double entry : {1e-300, 1e-140, 1e140, 1e300})
+        for (const double across : {0.0, 0.5 * entry})
+            CHECK(said_of(Sym<2>{{entry, across, entry}}, TensorPrecision::eight_bytes) ==
+                  "metric at vertex 2: is of sizes that are not between 1e-60 and 1e60 (take another unit of length)");
+    CHECK(said_of(Sym<2>::diagonal(Vec<2>{{1e-120, 1e-120}}), TensorPrecision::eight_bytes).empty());
+    CHECK(said_of(Sym<2>::diagonal(Vec<2>{{1e120, 1}}), TensorPrecision::eight_bytes).empty());
+}
+
 TEST_CASE("a tensor that rounding flattened is floored, in either precision") {
     std::vector<double> rows;
     append(rows, Sym<2>{{1, 1, 1}});

@@ -238,11 +238,13 @@ def plain(make):
     return lambda: {"in.mesh": ascii_file(make())}
 
 
-def quadratic(change=lambda mesh: None):
+def quadratic(change=lambda mesh: None, change_nodes=lambda mesh: None):
     def files():
         mesh = block()
         change(mesh)
-        return {"in.mesh": ascii_file(elevate(mesh)),
+        mesh = elevate(mesh)
+        change_nodes(mesh)
+        return {"in.mesh": ascii_file(mesh),
                 "p2.json": json.dumps({"input": {"mesh": "in.mesh"}, "stages": ["validate"],
                                        "output": {"mesh": "out.mesh"}}).encode()}
     return files

@@ -175,8 +175,8 @@ LinearMesh<3> shallow_tetrahedron() {
     mesh.point_references = Buffer<Reference>(4, 0);
     mesh.elements.vertices = Buffer<SimplexVertices<3>>{{v(0), v(2), v(1), v(3)}};
     mesh.elements.references = Buffer<Reference>{1};
-    mesh.facets.vertices = Buffer<SimplexVertices<2>>{
-        {v(0), v(1), v(2)}, {v(1), v(0), v(3)}, {v(0), v(2), v(3)}, {v(1), v(3), v(2)}};
+    mesh.facets.vertices =
+        Buffer<SimplexVertices<2>>{{v(0), v(1), v(2)}, {v(1), v(0), v(3)}, {v(0), v(2), v(3)}, {v(1), v(3), v(2)}};
     mesh.facets.references = Buffer<Reference>{1, 1, 1, 1};
     return mesh;
 }

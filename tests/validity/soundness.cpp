@@ -365,7 +365,7 @@ void test_scales() {
                  auto random = random_source();
                  auto mesh = broken<D>(random);
                  const auto found = *examine(mesh, alone);
-                 for (const int exponent : {-230, 230})  // 1e-69, 1e69
+                 for (const int exponent : {-195, 195})  // 2e-59, 5e58
                      RC_ASSERT(*examine(scaled(mesh, exponent), alone) == found);
                  // Sound ones whose faces are not listed: no vertex of theirs hangs, up to the limit of coordinates.
                  auto sound = sound_mesh<D>(random);
@@ -376,11 +376,96 @@ void test_scales() {
              {.count = 10});
 }
 
+/// Whether a simplex is below the range in every coordinate, as differences of pairs say.
+template <int D, std::size_t N>
+bool is_tiny(const LinearMesh<D>& mesh, const std::array<VertexId, N>& simplex) {
+    double extent = 0;
+    for (const VertexId a : simplex)
+        for (const VertexId b : simplex)
+            for (int c = 0; c < D; ++c) extent = std::fmax(extent, mesh.points[a][c] - mesh.points[b][c]);
+    return extent < 1e-60;
+}
+
+template <int D>
+void test_range() {
+    property("what is beyond the range of lengths is counted and refused, " + std::to_string(D) + "D",
+             [] {
+                 auto random = random_source();
+                 // A part of it is beyond the range.
+                 auto mesh = sound_mesh<D>(random);
+                 auto points = take(std::move(mesh.points));
+                 const bool far = random() % 2 == 0;
+                 const double unit = far ? 0.5e60 : 1e-60;
+                 for (auto& p : points)
+                     for (double& x : p.c) x *= unit * (far ? 1 : uniform(random, 0.9, 1));
+                 mesh.points = std::move(points);
+                 std::size_t distant = 0, elements = 0, facets = 0;
+                 for (const auto& p : mesh.points)
+                     distant += std::any_of(p.c.begin(), p.c.end(), [](double x) { return std::abs(x) > 1e60; });
+                 for (const auto& e : mesh.elements.vertices) elements += is_tiny(mesh, e);
+                 for (const auto& f : mesh.facets.vertices) facets += is_tiny(mesh, f);
+                 RC_ASSERT((distant > 0) == far);
+                 const auto found = *examine(mesh, alone);
+                 RC_ASSERT(found[Defect::distant_vertex].count == distant);
+                 RC_ASSERT(found[Defect::tiny_element].count == elements);
+                 RC_ASSERT(found[Defect::tiny_facet].count == facets);
+                 RC_ASSERT(prepare(mesh, alone).has_value() == (distant + elements + facets == 0));
+             },
+             {.count = 20});
+}
+
 }  // namespace
 
 TEST_CASE("scales") {
     test_scales<2>();
     test_scales<3>();
+}
+
+TEST_CASE("range of lengths") {
+    test_range<2>();
+    test_range<3>();
+}
+
+TEST_CASE("meshes beyond the range are refused in one sentence, straight or quadratic") {
+    auto random = std::mt19937_64(3);
+    const auto mesh = sound_mesh<3>(random, 2);
+    const auto said = [](const auto& m) {
+        const auto prepared = prepare(m, alone);
+        return prepared ? std::string() : describe(prepared.error());
+    };
+    for (const int exponent : {-1000, -300, -203}) {
+        const auto small = scaled(mesh, exponent);
+        CHECK(said(small) == "tetrahedron 1: is smaller than 1e-60, the first of 48 (take another unit of length)");
+        CHECK(said(*elevate(small, alone)) == said(small));
+    }
+    for (const int exponent : {201, 300, 1000}) {
+        const auto large = scaled(mesh, exponent);
+        CHECK(said(large).find("is more than 1e60 away from the origin") != std::string::npos);
+        CHECK(said(*elevate(large, alone)) == said(large));
+    }
+    auto surface = scaled(mesh, -300);
+    surface.elements = {};
+    CHECK(said(surface) == "triangle 1: is smaller than 1e-60, the first of 48 (take another unit of length)");
+}
+
+TEST_CASE("a mid node beyond the range is refused") {
+    auto random = std::mt19937_64(3);
+    auto mesh = *elevate(sound_mesh<2>(random, 2), alone);
+    auto nodes = take(std::move(mesh.mid_nodes));
+    nodes[1].point[0] = -1e61;
+    mesh.mid_nodes = std::move(nodes);
+    const std::size_t number = mesh.linear.points.size() + 2;
+    CHECK((*examine(mesh, alone))[Defect::distant_node] == Finding{1, number, 0});
+    CHECK(describe(prepare(mesh, alone).error()) ==
+          "node " + std::to_string(number) + ": is more than 1e60 away from the origin (take another unit of length)");
+}
+
+TEST_CASE("an element whose vertices are at one place has duplicate vertices, and is not called tiny") {
+    auto random = std::mt19937_64(3);
+    const auto found = *examine(scaled(sound_mesh<2>(random, 2), -2000), alone);
+    CHECK(found[Defect::tiny_element] == Finding{});
+    CHECK(found[Defect::tiny_facet] == Finding{});
+    CHECK(found[Defect::duplicate_vertex].count > 0);
 }
 
 TEST_CASE("marks on items follow them") {

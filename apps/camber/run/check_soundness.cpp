@@ -29,6 +29,7 @@ struct Vertices {
 Vertices vertices_of(Defect defect) {
     switch (defect) {
         case Defect::distant_vertex:
+        case Defect::distant_node:
         case Defect::hanging_vertex:
         case Defect::unused_vertex:
         case Defect::pinched_vertex: return {.first = true};
@@ -51,13 +52,16 @@ Concern concern_of(Defect defect) {
         case Defect::hanging_vertex: return Concern::conformity;
         case Defect::reversed_element:
         case Defect::tangled_element:
-        case Defect::flat_element: return Concern::orientation;
+        case Defect::flat_element:
+        case Defect::tiny_element: return Concern::orientation;
         case Defect::distant_vertex:
+        case Defect::distant_node:
         case Defect::duplicate_vertex:
         case Defect::unused_vertex:
         case Defect::slit_vertex:
         case Defect::coincident_node: return Concern::nodes;
         case Defect::stray_facet:
+        case Defect::tiny_facet:
         case Defect::repeated_facet:
         case Defect::contradicting_facet:
         case Defect::missing_facet:

@@ -162,6 +162,21 @@ struct Operated {
     }
 };
 
+/// One operation. Those that set sizes may set them out of range.
+template <int D>
+Outcome<Column<LogMetric<D>>> after(Operated<D>& run, const config::MetricOperation& operation) {
+    auto next = std::visit(run, operation);
+    const bool sets_sizes =
+        std::holds_alternative<config::Bound>(operation) || std::holds_alternative<config::Complexity>(operation);
+    if (!next || !sets_sizes) return next;
+    if (auto sizes = check_sizes(*next, run.execution); !sizes) {
+        Error error = sizes.error();
+        if (error.kind == ErrorKind::input) error.kind = ErrorKind::usage;
+        return fail(std::move(error));
+    }
+    return next;
+}
+
 }  // namespace
 
 template <int D>
@@ -190,7 +205,7 @@ Outcome<Column<LogMetric<D>>> operated(Column<LogMetric<D>> field, std::span<con
                                        const Execution& execution) {
     Operated<D> run{std::move(field), operands, state, report, execution};
     for (std::size_t i = 0; i < operations.size(); ++i) {
-        auto next = std::visit(run, operations[i]);
+        auto next = after(run, operations[i]);
         if (!next) {
             Error error = next.error();
             const std::string path = "/metric_operations/" + std::to_string(i);

@@ -171,6 +171,36 @@ Outcome<Column<LogMetric<D>>> at_moved_vertices(Column<LogMetric<D>> field, cons
     return Column<LogMetric<D>>(std::move(*moved));
 }
 
+template <int D>
+Outcome<Column<LogMetric<D>>> log_metrics_given(const config::Metric& metric, const std::optional<MetricFile>& file,
+                                                const State<D>& state, Report& report, const Execution& execution) {
+    if (const auto* constant = std::get_if<config::ConstantMetric>(&metric)) {
+        report.metric->source = "constant";
+        auto value = constant_log_metric<D>(*constant);
+        if (!value) return fail(value.error());
+        Buffer<LogMetric<D>> logs(state.linear().points.size());
+        std::fill(logs.begin(), logs.end(), *value);
+        return Column<LogMetric<D>>(std::move(logs));
+    }
+    if (const auto* surface = std::get_if<config::SurfaceMetric>(&metric)) {
+        report.metric->source = "surface";
+        return make_surface_metric(*surface, state, execution);
+    }
+    if (const auto* field = std::get_if<config::FieldMetric>(&metric)) {
+        report.metric->source = "field";
+        return make_field_metric(*field, state.linear(), execution);
+    }
+    if (const auto* expression = std::get_if<MetricExpression>(&metric)) {
+        report.metric->source = "expression";
+        return log_metrics_of<D>(*expression, state.linear().points.view(), execution);
+    }
+    if (!file) return fail(ErrorKind::internal, "the metric file was not read");
+    report.metric->source = file->name;
+    auto logs = log_metrics_of_file<D>(*file, state.linear().points.size(), report, execution);
+    if (!logs) return logs;
+    return at_moved_vertices(std::move(*logs), state, execution);
+}
+
 }  // namespace
 
 template <int D>
@@ -205,31 +235,16 @@ Outcome<Column<LogMetric<D>>> make_log_metrics(const config::Metric& metric, con
         if (!logs) return fail(logs.error());
         return Column<LogMetric<D>>(std::move(*logs));
     }
-    if (const auto* constant = std::get_if<config::ConstantMetric>(&metric)) {
-        report.metric->source = "constant";
-        auto value = constant_log_metric<D>(*constant);
-        if (!value) return fail(value.error());
-        Buffer<LogMetric<D>> logs(state.linear().points.size());
-        std::fill(logs.begin(), logs.end(), *value);
-        return Column<LogMetric<D>>(std::move(logs));
+    auto given = log_metrics_given(metric, file, state, report, execution);
+    if (!given) return given;
+    if (auto sizes = check_sizes(*given, execution); !sizes) {
+        Error error = sizes.error();
+        const bool of_file = std::holds_alternative<config::FilePath>(metric);
+        if (of_file && file) error.where = file->name;
+        if (!of_file && error.kind == ErrorKind::input) error.kind = ErrorKind::usage;
+        return fail(std::move(error));
     }
-    if (const auto* surface = std::get_if<config::SurfaceMetric>(&metric)) {
-        report.metric->source = "surface";
-        return make_surface_metric(*surface, state, execution);
-    }
-    if (const auto* field = std::get_if<config::FieldMetric>(&metric)) {
-        report.metric->source = "field";
-        return make_field_metric(*field, state.linear(), execution);
-    }
-    if (const auto* expression = std::get_if<MetricExpression>(&metric)) {
-        report.metric->source = "expression";
-        return log_metrics_of<D>(*expression, state.linear().points.view(), execution);
-    }
-    if (!file) return fail(ErrorKind::internal, "the metric file was not read");
-    report.metric->source = file->name;
-    auto logs = log_metrics_of_file<D>(*file, state.linear().points.size(), report, execution);
-    if (!logs) return logs;
-    return at_moved_vertices(std::move(*logs), state, execution);
+    return given;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                   \
