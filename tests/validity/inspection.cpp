@@ -96,6 +96,7 @@ void test_walls() {
                  const auto found = *examine(mesh, ExamineOptions{degrees}, alone);
                  const auto again = walls_again(mesh, degrees);
                  std::vector<std::size_t> listed;
+                 listed.reserve(found.wall_elements.size());
                  for (const WallElement& wall : found.wall_elements) listed.push_back(wall.element.index());
                  RC_ASSERT(listed == again);
                  RC_ASSERT(found[Defect::wall_element].count == again.size());
