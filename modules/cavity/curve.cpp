@@ -67,7 +67,7 @@ Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& k
         execution, mesh.edges.size(),
         [&](std::size_t e) {
             if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), boundary_nodes[e]);
-            return volume_target(mesh, EdgeId(e), shells[e], back, rules, options);
+            return volume_target(mesh, EdgeId(e), mesh.mid_nodes[e], shells[e], back, rules, options);
         },
         64);
     if (!targets) return fail(targets.error());

@@ -24,11 +24,12 @@ EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const L
 }
 
 template <int D>
-EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, std::span<const ElementId> shell,
-                            const BackMesh<D>& back, const EdgeRules& rules, const EdgeMinimiserOptions& options) {
+EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& present,
+                            std::span<const ElementId> shell, const BackMesh<D>& back, const EdgeRules& rules,
+                            const EdgeMinimiserOptions& options) {
     if (shell.empty()) return boundary_target(mesh, edge, mesh.mid_nodes[edge]);
     const auto& [a, b] = mesh.edges.vertices[edge];
-    const EdgeMinimum<D> m = minimise_back_edge(back, a, b, mesh.mid_nodes[edge], shell, rules, options);
+    const EdgeMinimum<D> m = minimise_back_edge(back, a, b, present, shell, rules, options);
     const bool moved = m.node.point != chord_middle(mesh, edge);
     return {.node = m.node,
             .change = moved ? EdgeChange::optimised : EdgeChange::straight,
@@ -43,10 +44,11 @@ EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, std::span
             .length = m.length};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                            \
-    template EdgeTarget<D> boundary_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);  \
-    template EdgeTarget<D> volume_target<D>(const QuadraticMesh<D>&, EdgeId, std::span<const ElementId>, \
-                                            const BackMesh<D>&, const EdgeRules&, const EdgeMinimiserOptions&);
+#define CAMBER_INSTANTIATE(D)                                                                                 \
+    template EdgeTarget<D> boundary_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);       \
+    template EdgeTarget<D> volume_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,          \
+                                            std::span<const ElementId>, const BackMesh<D>&, const EdgeRules&, \
+                                            const EdgeMinimiserOptions&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

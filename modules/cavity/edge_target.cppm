@@ -28,11 +28,11 @@ template <int D>
 [[nodiscard]] EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node);
 
 /// Of an edge in the volume: the node that makes it shortest in the field `back`, whose mesh is the straight form of
-/// `mesh`; the node that it has is one of the starts of the search. An edge that no element holds has no field to
-/// follow and stays straight.
+/// `mesh`; `present` is one of the starts of the search, unless it is the middle of the chord. An edge that no element
+/// holds has no field to follow and stays straight.
 template <int D>
-[[nodiscard]] EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, std::span<const ElementId> shell,
-                                          const BackMesh<D>& back, const EdgeRules& rules,
-                                          const EdgeMinimiserOptions& options);
+[[nodiscard]] EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& present,
+                                          std::span<const ElementId> shell, const BackMesh<D>& back,
+                                          const EdgeRules& rules, const EdgeMinimiserOptions& options);
 
 }  // namespace camber

@@ -175,12 +175,12 @@ JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> s
     const double of_step = step_work(programme.unknowns.size());
     double work = 0;
     for (int update = 0; update < most_updates; ++update) {
-        for (int i = 0; i < most_steps && work < programme.most_work; ++i, work += of_step)
+        for (int i = 0; i < most_steps && work + of_step <= programme.most_work; ++i, work += of_step)
             if (!descent.step()) break;
         shortfall = descent.shortfall();
         largest = std::max(largest, shortfall);
         descent.update_multipliers();
-        if (shortfall < largest_shortfall || !(work < programme.most_work)) break;
+        if (shortfall < largest_shortfall || work + of_step > programme.most_work) break;
         // Stuck in a fold: neither penalty nor multipliers have moved it.
         if (update >= patience && shortfall > 0.5 * largest) break;
         if (shortfall > 0.3 * before) descent.raise_penalty();

@@ -31,7 +31,8 @@ struct JointProgramme {
         QuadraticSimplex<D, D> bezier;                   ///< where its points are now
         std::array<int, quadratic_nodes<D>> unknowns{};  ///< of its vertices and edges, in that order; or fixed
         double floor = 0;  ///< what the coefficients are to be above, as shares of |det straight|
-        double least = 0;  ///< and as they are: a vertex that moves takes |det straight| along
+        double least =
+            -std::numeric_limits<double>::infinity();  ///< and as they are: vertices take |det straight| along
     };
     std::vector<OffsetModel<D>> unknowns;
     std::vector<Element> elements;

@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 export module camber.cavity:joint_slack;
 import :jacobian_gradient;
@@ -58,7 +59,7 @@ using Slacks = std::array<double, jacobian_coefficients<D>>;
 /// What the coefficients of an element are to be above.
 struct SlackLevel {
     double floor = 0;  ///< of |det straight|
-    double least = 0;
+    double least = -std::numeric_limits<double>::infinity();
 };
 
 /// (c − max(floor · |det straight|, least)) / scale for all coefficients of a displaced element.

@@ -100,8 +100,11 @@ Outcome<Reinsertion<D>> reinsert(const Curving<D>& curving, const CavityTopology
 
     const auto target = [&](EdgeId e) {
         if (curving.known[e] != 0) return curving.targets[e];
+        // From the chord: a target must not depend on when it is asked for.
+        const auto& [a, b] = curving.mesh.edges.vertices[e];
+        const LagrangeNode<D> middle{midpoint(curving.mesh.linear.points[a], curving.mesh.linear.points[b])};
         auto t = curving.kinds[e] == EdgeKind::volume
-                     ? volume_target(curving.mesh, e, topology.shells[e], back, rules, options.edge)
+                     ? volume_target(curving.mesh, e, middle, topology.shells[e], back, rules, options.edge)
                      : boundary_target(curving.mesh, e, curving.boundary_nodes[e]);
         out.found.push_back({e, t});
         return t;

@@ -81,6 +81,7 @@ struct Passes {
         if (done) done = trial.by_edges();
         if (!done) return done;
         state.work_left = trial.state.work_left;
+        state.work = trial.state.work;
         cut_short = cut_short || trial.cut_short;
         const auto plan = plan_towards(state, trial.state.nodes);
         const auto mended = [&](const auto& v) { return v.second == Verdict::valid && !state.good(v.first); };
@@ -201,7 +202,7 @@ Outcome<Done> run(Passes<D>& passes, RepairStatistics& s) {
 /// The state as a proposal, judged as a whole.
 template <int D>
 Outcome<Repaired<D>> summed_up(RepairState<D> state, bool cut_short, const JudgedProposal<D>& wanted,
-                               RepairStatistics statistics, double most_work, const Execution& execution) {
+                               RepairStatistics statistics, const Execution& execution) {
     const Proposal<D>& before = wanted.proposal();
     Buffer<EdgeChange> changes(before.changes.begin(), before.changes.end());
     for (std::size_t e = 0; e < changes.size(); ++e) {
@@ -226,7 +227,7 @@ Outcome<Repaired<D>> summed_up(RepairState<D> state, bool cut_short, const Judge
     if (cut_short)
         for (std::size_t e = 0; e < verdicts.size(); ++e)
             if (judged->validation().verdicts[e] != Verdict::valid) given_up.emplace_back(e);
-    statistics.work = most_work - state.work_left;
+    statistics.work = state.work;
     return Repaired<D>{std::move(*judged), statistics, std::move(given_up)};
 }
 
@@ -258,17 +259,17 @@ Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const Column<Quadra
         if (!around) return fail(around.error());
         const auto vertex_balls = balls(mesh.linear, execution);
         if (!vertex_balls) return fail(vertex_balls.error());
-        Passes<D> passes{
-            {mesh, *around, *vertex_balls, models, options, proposal.kinds,
-             held_vertices(mesh, proposal.kinds, options.vertices), take(proposal.points),
-             shifts_of(mesh.linear, proposal), take(proposal.mid_nodes), take(wanted.validation().verdicts), most_work},
-            {},
-            execution};
+        Passes<D> passes{{mesh, *around, *vertex_balls, models, options, proposal.kinds,
+                          held_vertices(mesh, proposal.kinds, options.vertices), take(proposal.points),
+                          shifts_of(mesh.linear, proposal), take(proposal.mid_nodes),
+                          take(wanted.validation().verdicts), most_work, 0},
+                         {},
+                         execution};
         for (std::size_t e = 0; e < passes.state.verdicts.size(); ++e)
             if (passes.state.verdicts[e] != Verdict::valid) passes.queue.push_back(ElementId(e));
         RepairStatistics statistics;
         if (auto done = run(passes, statistics); !done) return fail(done.error());
-        return summed_up(std::move(passes.state), passes.cut_short, wanted, statistics, most_work, execution);
+        return summed_up(std::move(passes.state), passes.cut_short, wanted, statistics, execution);
     });
 }
 

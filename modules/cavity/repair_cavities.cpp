@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -79,10 +80,11 @@ double floor_of(const RepairState<D>& state, const RepairCavity<D>& cavity, Elem
 /// What the coefficients of an element with a free vertex are to be above.
 template <int D>
 double least_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, double share) {
-    if (share == 0) return 0;
+    constexpr double nothing = -std::numeric_limits<double>::infinity();
+    if (share == 0) return nothing;
     for (const VertexId v : state.mesh.linear.elements.vertices[e])
         if (position_in(cavity.vertices, v) >= 0) return share * shape_floor(state, e).determinant;
-    return 0;
+    return nothing;
 }
 
 template <int D>
@@ -118,7 +120,8 @@ JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D
     programme.elements.reserve(cavity.elements.size());
     const int edges = static_cast<int>(cavity.edges.size());
     for (const ElementId e : cavity.elements) {
-        typename JointProgramme<D>::Element element{bezier_form(state.element(e)), {}, floor_of(e), 0};
+        typename JointProgramme<D>::Element element{
+            .bezier = bezier_form(state.element(e)), .unknowns = {}, .floor = floor_of(e)};
         for (int i = 0; i <= D; ++i) {
             const int at = position_in(cavity.vertices, state.mesh.linear.elements.vertices[e][i]);
             element.unknowns[i] = at < 0 ? JointProgramme<D>::fixed : edges + at;

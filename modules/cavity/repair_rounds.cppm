@@ -55,6 +55,7 @@ template <int D, class Item, class Needless, class Claim, class Plan, class Fini
                 const Planned<D>& planned = (*plans)[i];
                 if (planned.plan) apply(state, *planned.plan);
                 state.work_left -= planned.work;
+                state.work += planned.work;
                 finished(items[chosen[first + i]], planned);
             }
         }

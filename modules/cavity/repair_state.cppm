@@ -27,6 +27,7 @@ struct RepairState {
     Buffer<LagrangeNode<D>> nodes;
     Buffer<Verdict> verdicts;
     double work_left = 0;  ///< of programmes, see step_work
+    double work = 0;       ///< done so far
 
     [[nodiscard]] bool exhausted() const { return work_left < 1; }
     [[nodiscard]] bool good(ElementId e) const { return verdicts[e.index()] == Verdict::valid; }

@@ -25,9 +25,9 @@ struct Validation {
     double smallest = 1;                ///< of min_scaled_jacobian, flat ones left out; within 1e-3 of the true minimum
     ElementId worst;                    ///< where it is; invalid when there is no element to speak of
 
-    [[nodiscard]] std::size_t not_valid() const { return invalid + undecided; }      ///< to the bound
-    [[nodiscard]] bool all_valid() const { return not_valid() == 0; }                ///< to the bound
-    [[nodiscard]] bool certified() const { return not_positive == 0; }               ///< det J > 0 everywhere
+    [[nodiscard]] std::size_t not_valid() const { return invalid + undecided; }  ///< to the bound
+    [[nodiscard]] bool all_valid() const { return not_valid() == 0; }            ///< to the bound
+    [[nodiscard]] bool certified() const { return not_positive == 0; }           ///< det J > 0 everywhere
     friend bool operator==(const Validation&, const Validation&) = default;
 };
 

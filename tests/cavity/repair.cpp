@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <stop_token>
 #include <utility>
+#include <vector>
 
 #include "block.hpp"
 #include "dice.hpp"
@@ -181,6 +182,38 @@ void threads(const std::array<int, D>& cells) {
     }
 }
 
+/// Of a request that cannot be had: nothing that was good is lost, no more work is done than allowed, what was given up
+/// is what is left, progress never falls, and threads change nothing.
+template <int D>
+void work_has_bounds(const std::array<int, D>& cells) {
+    const auto b = shell_block<D>(cells, 8);
+    const auto p = thrown(b, 9, 0.4);
+    RepairOptions options;
+    options.min_scaled_jacobian = 0.999;
+    const auto before = must(validate(b.mesh, p, options.min_scaled_jacobian, alone)).validation();
+    for (const double effort : {0.0, 0.05, 1.0}) {
+        CAPTURE(effort);
+        options.effort = effort;
+        const auto r = repaired(b, p, options);
+        const Validation<D>& after = r.judged.validation();
+        // Programmes of single edges are not cut short: twelve a plan at most, 32 plans at once.
+        CHECK(r.statistics.work <= allowed_work(before.not_valid(), effort) + (effort > 0 ? 384 : 0));
+        CHECK(after.not_valid() <= before.not_valid());
+        CHECK(r.given_up.size() == after.not_valid());
+        CHECK(repaired(b, p, options, 3).judged == r.judged);
+    }
+    std::vector<double> told;
+    const auto judged = must(validate(b.mesh, p, options.min_scaled_jacobian, alone));
+    const Execution listening{1, {}, [&](std::size_t done, std::size_t total) {
+                                  if (total >= 1000)
+                                      told.push_back(static_cast<double>(done) / static_cast<double>(total));
+                              }};
+    CHECK(repair(judged, models_of(b, p), options, listening).has_value());
+    CHECK(told.size() > 3);
+    CHECK(std::ranges::is_sorted(told));
+    CHECK((told.empty() || told.back() <= 1));
+}
+
 /// In a constant metric, about a straight edge: across the edge a model is the energy's second order, half of the
 /// energy's share; where it is fitted, the length's; along the edge a twentieth of the energy's.
 template <int D>
@@ -244,6 +277,10 @@ TEST_CASE("repair: the same bytes for any number of threads") {
     threads<2>({16, 8});
     threads<3>({3, 3, 3});
 }
+TEST_CASE("repair: work has bounds") {
+    work_has_bounds<2>({12, 8});
+    work_has_bounds<3>({3, 3, 3});
+}
 TEST_CASE("repair: models are the energy's second order") {
     model_of_energy<2>({6, 4});
     model_of_energy<3>({3, 3, 3});
@@ -258,6 +295,9 @@ TEST_CASE("repair: what cannot be is said") {
     CHECK(repair(judged, models, options, alone).error().kind == ErrorKind::usage);
     options = {};
     options.target = -1;
+    CHECK(repair(judged, models, options, alone).error().kind == ErrorKind::usage);
+    options = {};
+    options.effort = -1;
     CHECK(repair(judged, models, options, alone).error().kind == ErrorKind::usage);
     CHECK(repair(judged, {}, {}, alone).error().kind == ErrorKind::internal);
     std::stop_source stop;

@@ -245,6 +245,21 @@ class Repair(unittest.TestCase):
         self.assertEqual(report["relax"]["moved_vertices"], 1)
         self.assertEqual(boundary_places(self.result()), boundary_places(mesh))
 
+    def test_work_has_bounds(self):
+        """What is not mended when the work is spent is listed with that reason; the plan of a run tells the limit."""
+        mesh = elevate(cube(2))
+        throw_volume_nodes(mesh, 0.6)
+        self.write(mesh)
+        done, report = self.repair("--set", "stages/relax/effort=0", code=1)
+        self.assertIn("given up (work is spent)", done.stdout)
+        self.assertGreater(report["relax"]["given_up"], 0)
+        self.assertEqual(len(report["remaining_elements"]), report["relax"]["given_up"])
+        for entry in report["remaining_elements"]:
+            self.assertIn("(stages/relax/effort)", entry["reason"])
+        plan = self.folder.camber("repair", "in.meshb", "-o", "plan.meshb", "--dry-run").stdout
+        self.assertIn("repair ends after", plan)
+        self.assertIn("for each element below the bound", plan)
+
     def test_straight_meshes_are_refused(self):
         self.write(cube(1), "straight.mesh")
         done = self.folder.camber("repair", "straight.mesh", "-o", "out.meshb")

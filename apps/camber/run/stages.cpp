@@ -404,7 +404,6 @@ Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options
     auto boundary = wanted_boundary(state, report, execution);
     if (!boundary) return fail(boundary.error());
     const auto kinds = held_kinds(*state.quadratic(), state.features->edge_kinds, state.required);
-    if (state.read_curved) report.notices.emplace_back(starts_from_file);
     const ReinsertAllOptions all{{edge_options(options.curve), relax_options(options.relax)}, options.max_turns};
     const auto begin = std::chrono::steady_clock::now();
     auto done = reinsert_all(*state.quadratic(), kinds, Column<LagrangeNode<D>>(std::move(*boundary)), *state.back, all,
