@@ -2,6 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 export module camber.core:mesh;
 import :column;
 import :ids;
@@ -51,40 +52,45 @@ struct Simplices {
     friend bool operator==(const Simplices&, const Simplices&) = default;
 };
 
-/// A vertex and the row of a direction table (GMF NormalAtVertices, TangentAtVertices; rows from 0 here).
-struct DirectionAtVertex {
+/// A vertex and the row, from 0, of a table of directions.
+struct DirectionRow {
     VertexId vertex;
-    std::uint32_t direction = 0;
-    friend bool operator==(const DirectionAtVertex&, const DirectionAtVertex&) = default;
+    std::uint32_t row = 0;
+    friend bool operator==(const DirectionRow&, const DirectionRow&) = default;
 };
-/// GMF VerticesOnGeometricVertices, …Edges (t), …Triangles (u, v): the vertex's place on a CAD entity.
-struct OnGeometricVertex {
-    VertexId vertex;
-    Reference entity = 0;
-    friend bool operator==(const OnGeometricVertex&, const OnGeometricVertex&) = default;
-};
-struct OnGeometricEdge {
-    VertexId vertex;
-    Reference entity = 0;
-    double t = 0, distance = 0;
-    friend bool operator==(const OnGeometricEdge&, const OnGeometricEdge&) = default;
-};
-struct OnGeometricTriangle {
-    VertexId vertex;
-    Reference entity = 0;
-    double u = 0, v = 0, distance = 0;
-    friend bool operator==(const OnGeometricTriangle&, const OnGeometricTriangle&) = default;
+/// Directions given at vertices, as a table and who has which of its rows: several vertices may share a row, and a
+/// vertex has several where a surface or a curve breaks. They are directions only: of any length, either way round.
+template <int D>
+struct DirectionsAtVertices {
+    Column<Vec<D>> table;
+    Column<DirectionRow> at;
+    friend bool operator==(const DirectionsAtVertices&, const DirectionsAtVertices&) = default;
 };
 
-/// What a file says of the geometry beyond the simplices; kept from input to output.
+/// An item of the mesh (a vertex; edges and facets can be others) on an entity of the geometry that the mesh stands
+/// for: a point (G = 0), a curve (1) or a surface (2) of a CAD model, or of what a mesher classifies its nodes by.
+template <int G, class Item = VertexId>
+struct Association {
+    Item item;
+    Reference entity = 0;  ///< its number among those of dimension G, as the mesh's maker counts them
+    /// Where on it, in the entity's own parametrisation: t of a curve, (u, v) of a surface. None: not known; a point
+    /// has none.
+    std::optional<std::array<double, G>> parameters = {};
+    std::optional<double> distance = {};  ///< of the item from that place (model units); none: not known
+    friend bool operator==(const Association&, const Association&) = default;
+};
+
+/// What the mesh's maker says of the geometry beyond the simplices, kept from input to output. `camber.surface` takes
+/// normals and tangents where they agree with the mesh; associations are for whoever has the geometry they speak of. An
+/// item may have several: a vertex on a curve has a place on each surface that meets there.
 template <int D>
-struct GeometryNotes {
-    Column<Vec<D>> normals, tangents;
-    Column<DirectionAtVertex> normal_at_vertices, tangent_at_vertices;
-    Column<OnGeometricVertex> on_vertices;
-    Column<OnGeometricEdge> on_edges;
-    Column<OnGeometricTriangle> on_triangles;
-    friend bool operator==(const GeometryNotes&, const GeometryNotes&) = default;
+struct GivenGeometry {
+    DirectionsAtVertices<D> normals;   ///< of the surface (in 2D: of the boundary)
+    DirectionsAtVertices<D> tangents;  ///< of curves: ridges in 3D, the boundary in 2D
+    Column<Association<0>> on_points;
+    Column<Association<1>> on_curves;
+    Column<Association<2>> on_surfaces;
+    friend bool operator==(const GivenGeometry&, const GivenGeometry&) = default;
 };
 
 /// A straight mesh of D-simplices in D dimensions: an immutable value of columns. Elements are positively
@@ -102,7 +108,7 @@ struct LinearMesh {
     Simplices<D - 1> facets;
     Simplices<1> edges;
     Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or `facets` (2D)
-    GeometryNotes<D> notes;
+    GivenGeometry<D> geometry;
 
     friend bool operator==(const LinearMesh&, const LinearMesh&) = default;
 };

@@ -21,9 +21,10 @@ struct Notice {
 
 /// What a flat mesh in space has and the same mesh in 2D does not hold: see `flattened` and `raised`.
 struct Lift {
-    double z = 0;                      ///< of every node that a triangle or an edge uses (model units)
-    Column<double> heights = {};       ///< z of each vertex, where unused ones have another; else empty
-    GeometryNotes<3> directions = {};  ///< its table of normals, or tangents, when one of them leaves the plane
+    double z = 0;                 ///< of every node that a triangle or an edge uses (model units)
+    Column<double> heights = {};  ///< z of each vertex, where unused ones have another; else empty
+    /// Its normals, its tangents, where one of them leaves the plane; else empty.
+    DirectionsAtVertices<3> normals = {}, tangents = {};
     friend bool operator==(const Lift&, const Lift&) = default;
 };
 

@@ -3,7 +3,6 @@ module;
 #include <array>
 #include <cstddef>
 #include <optional>
-#include <tuple>
 #include <utility>
 #include <variant>
 module camber.io;
@@ -81,47 +80,54 @@ bool leaves_plane(const Column<Vec<3>>& directions) {
     return std::any_of(directions.begin(), directions.end(), [](const Vec<3>& d) { return d[2] != 0; });
 }
 
-/// The tables of directions, each with the vertices that have them.
-constexpr std::size_t table_count = 2;
-template <class Notes>
-auto tables(Notes& notes) {
-    return std::array{std::tie(notes.normals, notes.normal_at_vertices),
-                      std::tie(notes.tangents, notes.tangent_at_vertices)};
+/// Directions that leave the plane go with the lift.
+Outcome<Done> lower_directions(const DirectionsAtVertices<3>& from, DirectionsAtVertices<2>& to,
+                               DirectionsAtVertices<3>& lifted, const Execution& execution) {
+    if (leaves_plane(from.table)) {
+        lifted = from;
+        return Done{};
+    }
+    return mapped<Vec<2>>(from.table, execution, without_z).map([&](Column<Vec<2>> table) {
+        to = {std::move(table), from.at};
+        return Done{};
+    });
 }
 
-/// A table that leaves the plane goes with the lift.
-Outcome<Done> lower_notes(const GeometryNotes<3>& from, GeometryNotes<2>& to, GeometryNotes<3>& lifted,
-                          const Execution& execution) {
-    to.on_vertices = from.on_vertices;
-    to.on_edges = from.on_edges;
-    to.on_triangles = from.on_triangles;
-    for (std::size_t k = 0; k < table_count; ++k) {
-        const auto [directions, at] = tables(from)[k];
-        if (leaves_plane(directions)) {
-            tables(lifted)[k] = tables(from)[k];
-            continue;
-        }
-        auto flat = mapped<Vec<2>>(directions, execution, without_z);
-        if (!flat) return fail(std::move(flat.error()));
-        tables(to)[k] = std::tie(*flat, at);
+Outcome<Done> raise_directions(const DirectionsAtVertices<2>& from, const DirectionsAtVertices<3>& lifted,
+                               DirectionsAtVertices<3>& to, const Execution& execution) {
+    if (!lifted.table.empty()) {
+        to = lifted;
+        return Done{};
     }
-    return Done{};
+    return mapped<Vec<3>>(from.table, execution, [](const Vec<2>& d) { return with_z(d, 0); })
+        .map([&](Column<Vec<3>> table) {
+            to = {std::move(table), from.at};
+            return Done{};
+        });
 }
 
-Outcome<Done> raise_notes(const GeometryNotes<2>& from, const GeometryNotes<3>& lifted, GeometryNotes<3>& to,
-                          const Execution& execution) {
-    to = lifted;
-    to.on_vertices = from.on_vertices;
-    to.on_edges = from.on_edges;
-    to.on_triangles = from.on_triangles;
-    for (std::size_t k = 0; k < table_count; ++k) {
-        if (!std::get<0>(tables(lifted)[k]).empty()) continue;
-        const auto [directions, at] = tables(from)[k];
-        auto in_space = mapped<Vec<3>>(directions, execution, [](const Vec<2>& d) { return with_z(d, 0); });
-        if (!in_space) return fail(std::move(in_space.error()));
-        tables(to)[k] = std::tie(*in_space, at);
-    }
-    return Done{};
+/// Associations do not speak of coordinates: they are the same in 2D and in space.
+template <int From, int To>
+void keep_associations(const GivenGeometry<From>& from, GivenGeometry<To>& to) {
+    to.on_points = from.on_points;
+    to.on_curves = from.on_curves;
+    to.on_surfaces = from.on_surfaces;
+}
+
+Outcome<Done> lower_geometry(const GivenGeometry<3>& from, GivenGeometry<2>& to, Lift& lift,
+                             const Execution& execution) {
+    keep_associations(from, to);
+    return lower_directions(from.normals, to.normals, lift.normals, execution).and_then([&](Done) {
+        return lower_directions(from.tangents, to.tangents, lift.tangents, execution);
+    });
+}
+
+Outcome<Done> raise_geometry(const GivenGeometry<2>& from, const Lift& lift, GivenGeometry<3>& to,
+                             const Execution& execution) {
+    keep_associations(from, to);
+    return raise_directions(from.normals, lift.normals, to.normals, execution).and_then([&](Done) {
+        return raise_directions(from.tangents, lift.tangents, to.tangents, execution);
+    });
 }
 
 /// The z of each vertex; none where all have the lift's.
@@ -148,7 +154,7 @@ Outcome<Flattened<LinearMesh<2>>> lowered(const LinearMesh<3>& mesh, double z, c
     flat.mesh.elements = mesh.facets;
     flat.mesh.facets = mesh.edges;
     flat.mesh.ridges = mesh.ridges;
-    return lower_notes(mesh.notes, flat.mesh.notes, flat.lift.directions, execution).map([&](Done) {
+    return lower_geometry(mesh.geometry, flat.mesh.geometry, flat.lift, execution).map([&](Done) {
         return std::move(flat);
     });
 }
@@ -217,7 +223,7 @@ Outcome<LinearMesh<3>> raised(const LinearMesh<2>& mesh, const Lift& lift, const
         space.facets = mesh.elements;
         space.edges = mesh.facets;
         space.ridges = mesh.ridges;
-        return raise_notes(mesh.notes, lift.directions, space.notes, execution).map([&](Done) {
+        return raise_geometry(mesh.geometry, lift, space.geometry, execution).map([&](Done) {
             return std::move(space);
         });
     });

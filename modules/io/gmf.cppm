@@ -2,6 +2,7 @@ module;
 #include <cstddef>
 #include <span>
 #include <string_view>
+#include <vector>
 export module camber.io:gmf;
 import camber.core;
 import :any_mesh;
@@ -48,6 +49,15 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const QuadraticMesh<D>& mesh, GmfOptions options,
                                               const Execution& execution);
+
+/// What of the mesh a GMF file has no place for: associations without parameters, which are left out, and distances
+/// that are not known, which are written as 0.
+template <int D>
+[[nodiscard]] std::vector<Notice> not_in_gmf(const LinearMesh<D>& mesh);
+template <int D>
+[[nodiscard]] std::vector<Notice> not_in_gmf(const QuadraticMesh<D>& mesh) {
+    return not_in_gmf(mesh.linear);
+}
 
 /// The fields of SolAtVertices in a GMF file (.sol, .solb). Errors as above; values that are not finite are errors.
 [[nodiscard]] Outcome<DecodedSolution> decode_gmf_solution(std::span<const std::byte> bytes, std::string_view name,

@@ -1,8 +1,10 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
+#include <vector>
 export module camber.io:gmf_blocks;
 import camber.core;
 import camber.bezier;
@@ -29,40 +31,39 @@ template <class Sink>
 }
 
 template <int D, class Sink>
-[[nodiscard]] Outcome<Done> put_directions(Sink& sink, Keyword vectors_keyword, const Column<Vec<D>>& vectors,
-                                           Keyword pairs_keyword, const Column<DirectionAtVertex>& pairs) {
+[[nodiscard]] Outcome<Done> put_directions(Sink& sink, Keyword vectors_keyword, Keyword pairs_keyword,
+                                           const DirectionsAtVertices<D>& given) {
+    const auto& [table, at] = given;
     return sink
-        .template rows<DirectionRow<D>>(vectors_keyword, vectors.size(),
-                                        [&](std::size_t i) { return DirectionRow<D>{{}, vectors[i].c}; })
+        .template rows<VectorRow<D>>(vectors_keyword, table.size(),
+                                     [&](std::size_t i) { return VectorRow<D>{{}, table[i].c}; })
         .and_then([&](Done) {
-            return sink.template rows<PairRow>(pairs_keyword, pairs.size(), [&](std::size_t i) {
-                return PairRow{{to_file(pairs[i].vertex.value), to_file(pairs[i].direction)}, {}};
+            return sink.template rows<PairRow>(pairs_keyword, at.size(), [&](std::size_t i) {
+                return PairRow{{to_file(at[i].vertex.value), to_file(at[i].row)}, {}};
             });
         });
 }
 
-template <int D, class Sink>
-[[nodiscard]] Outcome<Done> put_places(Sink& sink, const GeometryNotes<D>& notes) {
-    return sink
-        .template rows<Row<2, 0>>(Keyword::vertices_on_geometric_vertices, notes.on_vertices.size(),
-                                  [&](std::size_t i) {
-                                      const OnGeometricVertex& on = notes.on_vertices[i];
-                                      return Row<2, 0>{{to_file(on.vertex.value), on.entity}, {}};
-                                  })
-        .and_then([&](Done) {
-            return sink.template rows<Row<2, 2>>(
-                Keyword::vertices_on_geometric_edges, notes.on_edges.size(), [&](std::size_t i) {
-                    const OnGeometricEdge& on = notes.on_edges[i];
-                    return Row<2, 2>{{to_file(on.vertex.value), on.entity}, {on.t, on.distance}};
-                });
-        })
-        .and_then([&](Done) {
-            return sink.template rows<Row<2, 3>>(
-                Keyword::vertices_on_geometric_triangles, notes.on_triangles.size(), [&](std::size_t i) {
-                    const OnGeometricTriangle& on = notes.on_triangles[i];
-                    return Row<2, 3>{{to_file(on.vertex.value), on.entity}, {on.u, on.v, on.distance}};
-                });
-        });
+/// GMF has no word for parameters that are not known: those associations are left out (`not_in_gmf` counts them).
+template <int G>
+[[nodiscard]] bool is_in_gmf(const Association<G>& on) {
+    return G == 0 || on.parameters.has_value();
+}
+
+template <int G, class Sink>
+[[nodiscard]] Outcome<Done> put_associations(Sink& sink, const Column<Association<G>>& all) {
+    std::vector<std::size_t> chosen;
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (is_in_gmf(all[i])) chosen.push_back(i);
+    return sink.template rows<AssociationRow<G>>(association_keyword<G>, chosen.size(), [&](std::size_t i) {
+        const Association<G>& on = all[chosen[i]];
+        AssociationRow<G> row{{to_file(on.item.value), on.entity}, {}};
+        if constexpr (G > 0) {
+            std::copy_n(on.parameters->begin(), G, row.real.begin());
+            row.real[G] = on.distance.value_or(0);
+        }
+        return row;
+    });
 }
 
 /// What both degrees have after the simplices.
@@ -78,14 +79,14 @@ template <int D, class Sink>
             return Done{};
         })
         .and_then([&](Done) {
-            return put_directions<D>(sink, Keyword::normals, mesh.notes.normals, Keyword::normal_at_vertices,
-                                     mesh.notes.normal_at_vertices);
+            return put_directions(sink, Keyword::normals, Keyword::normal_at_vertices, mesh.geometry.normals);
         })
         .and_then([&](Done) {
-            return put_directions<D>(sink, Keyword::tangents, mesh.notes.tangents, Keyword::tangent_at_vertices,
-                                     mesh.notes.tangent_at_vertices);
+            return put_directions(sink, Keyword::tangents, Keyword::tangent_at_vertices, mesh.geometry.tangents);
         })
-        .and_then([&](Done) { return put_places<D>(sink, mesh.notes); });
+        .and_then([&](Done) { return put_associations(sink, mesh.geometry.on_points); })
+        .and_then([&](Done) { return put_associations(sink, mesh.geometry.on_curves); })
+        .and_then([&](Done) { return put_associations(sink, mesh.geometry.on_surfaces); });
 }
 
 template <int D, class Sink>

@@ -1,7 +1,9 @@
 module;
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <utility>
+#include <vector>
 module camber.io;
 import camber.core;
 
@@ -72,6 +74,30 @@ Outcome<Chunks> encode_gmf_mesh(const QuadraticMesh<D>& mesh, GmfOptions options
     return guarded([&] { return gmf::encode(mesh, options, execution); });
 }
 
+template <int D>
+std::vector<Notice> not_in_gmf(const LinearMesh<D>& mesh) {
+    std::size_t no_parameters = 0, no_distance = 0;
+    const auto count = [&](const auto& associations) {
+        for (const auto& on : associations)
+            if (!gmf::is_in_gmf(on))
+                ++no_parameters;
+            else if (!on.distance)
+                ++no_distance;
+    };
+    count(mesh.geometry.on_curves);
+    count(mesh.geometry.on_surfaces);
+    std::vector<Notice> losses;
+    if (no_parameters > 0)
+        losses.push_back({"GMF has no place for " + std::to_string(no_parameters) +
+                          " associations with curves and surfaces whose parameters are not known"});
+    if (no_distance > 0)
+        losses.push_back({"GMF has no word for the distances from curves and surfaces that are not known: " +
+                          std::to_string(no_distance) + " are written as 0"});
+    return losses;
+}
+
+template std::vector<Notice> not_in_gmf<2>(const LinearMesh<2>&);
+template std::vector<Notice> not_in_gmf<3>(const LinearMesh<3>&);
 template Outcome<Chunks> encode_gmf_mesh<2>(const LinearMesh<2>&, GmfOptions, const Execution&);
 template Outcome<Chunks> encode_gmf_mesh<3>(const LinearMesh<3>&, GmfOptions, const Execution&);
 template Outcome<Chunks> encode_gmf_mesh<2>(const QuadraticMesh<2>&, GmfOptions, const Execution&);

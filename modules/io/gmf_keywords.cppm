@@ -151,4 +151,10 @@ inline constexpr Keyword required_keyword = K == 1   ? Keyword::required_edges
                                             : K == 2 ? Keyword::required_triangles
                                                      : Keyword::required_tetrahedra;
 
+/// The keywords of vertices on entities of dimension G.
+template <int G>
+inline constexpr Keyword association_keyword = G == 0   ? Keyword::vertices_on_geometric_vertices
+                                               : G == 1 ? Keyword::vertices_on_geometric_edges
+                                                        : Keyword::vertices_on_geometric_triangles;
+
 }  // namespace camber::gmf

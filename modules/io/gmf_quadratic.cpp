@@ -187,8 +187,11 @@ Outcome<LinearMesh<D>> corner_mesh(RawMesh<D>& raw, const Renumbering& numbers, 
 
     std::size_t dropped = 0;
     const auto own = [](VertexId& v) -> VertexId& { return v; };
-    const auto member = [](auto& item) -> VertexId& { return item.vertex; };
-    const auto note = [&](auto& column) { column = renumbered(take(std::move(column)), numbers, dropped, member); };
+    const auto vertex = [](DirectionRow& at) -> VertexId& { return at.vertex; };
+    const auto item = [](auto& on) -> VertexId& { return on.item; };
+    const auto renumber_column = [&](auto& column, const auto& vertex_of) {
+        column = renumbered(take(std::move(column)), numbers, dropped, vertex_of);
+    };
     LinearMesh<D> mesh{std::move(*points),
                        std::move(references),
                        renumbered(raw.corners, numbers, dropped, own),
@@ -197,12 +200,12 @@ Outcome<LinearMesh<D>> corner_mesh(RawMesh<D>& raw, const Renumbering& numbers, 
                        std::move(*facets),
                        std::move(*edges),
                        std::move(raw.ridges),
-                       std::move(raw.notes)};
-    note(mesh.notes.normal_at_vertices);
-    note(mesh.notes.tangent_at_vertices);
-    note(mesh.notes.on_vertices);
-    note(mesh.notes.on_edges);
-    note(mesh.notes.on_triangles);
+                       std::move(raw.geometry)};
+    renumber_column(mesh.geometry.normals.at, vertex);
+    renumber_column(mesh.geometry.tangents.at, vertex);
+    renumber_column(mesh.geometry.on_points, item);
+    renumber_column(mesh.geometry.on_curves, item);
+    renumber_column(mesh.geometry.on_surfaces, item);
     if (dropped > 0)
         notices.push_back({std::to_string(dropped) +
                            " entries of corners, required vertices, normals, tangents or places on geometry are of mid "

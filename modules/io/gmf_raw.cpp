@@ -145,7 +145,12 @@ Outcome<RawMesh<D>> read_raw(const File& file, const Execution& execution) {
                         return read_indices(file, Keyword::required_vertices, raw.points.size(), execution,
                                             raw.required_vertices);
                     })
-                    .and_then([&](Done) { return read_notes(file, raw.points.size(), execution, raw.notes); });
+                    .and_then([&](Done) {
+                        return read_geometry<D>(file, raw.points.size(), execution).map([&](GivenGeometry<D> geometry) {
+                            raw.geometry = std::move(geometry);
+                            return Done{};
+                        });
+                    });
     if (!read) return fail(std::move(read.error()));
     return raw;
 }
@@ -159,7 +164,7 @@ LinearMesh<D> straight_mesh(RawMesh<D> raw) {
             std::move(raw.corners),  std::move(raw.required_vertices),
             simplices(raw.elements), simplices(raw.facets),
             simplices(raw.edges),    std::move(raw.ridges),
-            std::move(raw.notes)};
+            std::move(raw.geometry)};
 }
 
 template Outcome<RawMesh<2>> read_raw<2>(const File&, const Execution&);

@@ -38,7 +38,7 @@ struct RawMesh {
     RawSimplices<1> edges;  ///< empty in 2D
     Buffer<VertexId> corners, required_vertices;
     Buffer<std::uint32_t> ridges;
-    GeometryNotes<D> notes;
+    GivenGeometry<D> geometry;
 
     [[nodiscard]] bool quadratic() const {
         return !elements.curved.empty() || !facets.curved.empty() || !edges.curved.empty();
@@ -50,8 +50,8 @@ template <int D>
 
 /// Normals, tangents, and places on CAD entities, of a file with so many vertices.
 template <int D>
-[[nodiscard]] Outcome<Done> read_notes(const File& file, std::size_t vertices, const Execution& execution,
-                                       GeometryNotes<D>& notes);
+[[nodiscard]] Outcome<GivenGeometry<D>> read_geometry(const File& file, std::size_t vertices,
+                                                      const Execution& execution);
 
 /// The mesh of degree 1, its columns moved in.
 template <int D>

@@ -25,7 +25,10 @@ using SimplexRow = Row<Nodes + 1, 0>;
 using IndexRow = Row<1, 0>;
 using PairRow = Row<2, 0>;
 template <int D>
-using DirectionRow = Row<0, D>;
+using VectorRow = Row<0, D>;
+/// Vertex and entity of dimension G; parameters, and the distance; of a point neither.
+template <int G>
+using AssociationRow = Row<2, G == 0 ? 0 : G + 1>;
 using ValueRow = Row<0, 1>;
 
 /// What is wrong with a row; the number that is wrong, and what it should have been at most.

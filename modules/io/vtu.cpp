@@ -299,16 +299,16 @@ Outcome<Chunks> encode_vtu(const QuadraticMesh<D>& mesh, const MeshFields& field
 
 template <int D>
 std::vector<Notice> not_in_vtu(const LinearMesh<D>& mesh) {
-    const GeometryNotes<D>& notes = mesh.notes;
+    const GivenGeometry<D>& given = mesh.geometry;
     const std::array<std::pair<std::size_t, const char*>, 6> kinds{
         {{mesh.corners.size(), "corners"},
          {mesh.ridges.size(), "ridges"},
          {mesh.required_vertices.size() + mesh.elements.required.size() + mesh.facets.required.size() +
               mesh.edges.required.size(),
           "required entities"},
-         {notes.normal_at_vertices.size(), "normals at vertices"},
-         {notes.tangent_at_vertices.size(), "tangents at vertices"},
-         {notes.on_vertices.size() + notes.on_edges.size() + notes.on_triangles.size(), "places on CAD entities"}}};
+         {given.normals.at.size(), "normals at vertices"},
+         {given.tangents.at.size(), "tangents at vertices"},
+         {given.on_points.size() + given.on_curves.size() + given.on_surfaces.size(), "places on CAD entities"}}};
     std::vector<Notice> losses;
     losses.reserve(kinds.size());
     for (const auto& [count, kind] : kinds)

@@ -33,7 +33,7 @@ template <int D>
 [[nodiscard]] Outcome<Chunks> encode_vtu(const QuadraticMesh<D>& mesh, const MeshFields& fields, VtuOptions options,
                                          const Execution& execution);
 
-/// What of the mesh a VTU file has no place for: corners, ridges, required entities, geometry notes.
+/// What of the mesh a VTU file has no place for: corners, ridges, required entities, given geometry.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_vtu(const LinearMesh<D>& mesh);
 template <int D>

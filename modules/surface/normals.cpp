@@ -22,7 +22,7 @@ struct Fitter {
     const Fans& fans;
     std::span<const FlatPatch<3>> flats;
     const CurveTangents<3>& tangents;
-    std::vector<DirectionAtVertex> notes;  ///< by rising vertex
+    GivenAtVertices<3> given;
     double least_cosine;
 
     [[nodiscard]] Vec<3> area_weighted(std::uint32_t fan) const {
@@ -31,14 +31,12 @@ struct Fitter {
         return normalised(sum);
     }
 
-    /// The noted normal at the fan's vertex that is nearest to `base`, if near enough; else the zero vector.
-    [[nodiscard]] Vec<3> noted(VertexId v, const Vec<3>& base) const {
-        auto at = std::lower_bound(notes.begin(), notes.end(), v,
-                                   [](const DirectionAtVertex& n, VertexId w) { return n.vertex < w; });
+    /// The given normal at the fan's vertex that is nearest to `base`, if near enough; else the zero vector.
+    [[nodiscard]] Vec<3> given_normal(VertexId v, const Vec<3>& base) const {
         double best = least_cosine;
         Vec<3> out;
-        for (; at != notes.end() && at->vertex == v; ++at) {
-            const Vec<3> normal = normalised(mesh.notes.normals[at->direction]);
+        for (const DirectionRow& at : given.of(v)) {
+            const Vec<3> normal = given.unit(at);
             const double cosine = dot(normal, base);
             if (!(std::fabs(cosine) > best)) continue;
             best = std::fabs(cosine);
@@ -96,7 +94,7 @@ struct Fitter {
         const FlatPatch<3>& flat = flats[features.patches[fans.facets[fan][0]]];
         if (flat.is_flat()) return turned(flat.normal);
 
-        if (const Vec<3> given = noted(v, base); norm_squared(given) > 0) return given;
+        if (const Vec<3> normal = given_normal(v, base); norm_squared(normal) > 0) return normal;
 
         std::vector<Vec<3>> stencil;
         for (const std::uint32_t other : rings(mesh, fans, fan, base, {}))
@@ -109,23 +107,14 @@ struct Fitter {
     }
 };
 
-std::vector<DirectionAtVertex> normals_by_vertex(const GeometryNotes<3>& notes) {
-    std::vector<DirectionAtVertex> sorted;
-    for (const auto& note : notes.normal_at_vertices)
-        if (note.direction < notes.normals.size()) sorted.push_back(note);
-    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
-        return std::pair(a.vertex, a.direction) < std::pair(b.vertex, b.direction);
-    });
-    return sorted;
-}
-
 }  // namespace
 
 Outcome<Buffer<Vec<3>>> fan_normals(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
                                     const Fans& fans, std::span<const FlatPatch<3>> flats,
                                     const CurveTangents<3>& tangents, double most_degrees, const Execution& execution) {
     const double least_cosine = most_degrees > 0 ? std::cos(most_degrees * std::numbers::pi / 180) : 2;
-    const Fitter fit{mesh, edges, features, fans, flats, tangents, normals_by_vertex(mesh.notes), least_cosine};
+    const Fitter fit{mesh,        edges, features, fans, flats, tangents, GivenAtVertices<3>(mesh.geometry.normals),
+                     least_cosine};
     return map_each(execution, fans.size(), [&](std::size_t i) { return fit(static_cast<std::uint32_t>(i)); }, 64);
 }
 

@@ -1,6 +1,6 @@
 /// The boundary's shape: features, the P3 surrogate made from the mesh alone, analytic surfaces, projection, and the
-/// nodes of boundary edges. The partitions fans, tangents, heights and normals export nothing: they serve the
-/// surrogate.
+/// nodes of boundary edges. The partitions fans, given_directions, tangents, heights and normals export nothing: they
+/// serve the surrogate.
 export module camber.surface;
 export import :features;
 export import :cubic;
@@ -10,6 +10,7 @@ export import :geometry;
 export import :boundary;
 export import :fans;
 export import :flat;
+export import :given_directions;
 export import :tangents;
 export import :heights;
 export import :normals;

@@ -176,31 +176,17 @@ Tangent<D> tangent_at(const LinearMesh<D>& mesh, const Chains<D>& chains, Vertex
     return t;
 }
 
-/// The file's tangents, by rising vertex.
+/// The given line at v that is nearest to the fitted tangent, if near enough.
 template <int D>
-std::vector<DirectionAtVertex> sorted_notes(const Column<DirectionAtVertex>& notes, std::size_t directions) {
-    std::vector<DirectionAtVertex> sorted;
-    for (const auto& note : notes)
-        if (note.direction < directions) sorted.push_back(note);
-    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
-        return std::pair(a.vertex, a.direction) < std::pair(b.vertex, b.direction);
-    });
-    return sorted;
-}
-
-/// The noted line at v that is nearest to the fitted tangent, if near enough.
-template <int D>
-Tangent<D> preferred(const LinearMesh<D>& mesh, std::span<const DirectionAtVertex> notes, double least_cosine,
-                     VertexId v, Tangent<D> fitted) {
-    auto at = std::lower_bound(notes.begin(), notes.end(), v, [](const auto& n, VertexId w) { return n.vertex < w; });
+Tangent<D> preferred(const GivenAtVertices<D>& given, double least_cosine, VertexId v, Tangent<D> fitted) {
     double best = least_cosine;
     Tangent<D> out = fitted;
-    for (; at != notes.end() && at->vertex == v; ++at) {
-        const Vec<D> noted = normalised(mesh.notes.tangents[at->direction]);
-        const double cosine = dot(noted, fitted.direction);
+    for (const DirectionRow& at : given.of(v)) {
+        const Vec<D> tangent = given.unit(at);
+        const double cosine = dot(tangent, fitted.direction);
         if (!(std::fabs(cosine) > best)) continue;
         best = std::fabs(cosine);
-        out = {cosine < 0 ? -noted : noted, most_neighbours};
+        out = {cosine < 0 ? -tangent : tangent, most_neighbours};
     }
     return out;
 }
@@ -220,14 +206,14 @@ Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSe
     for (std::size_t e = 0; e < edges.size(); ++e)
         if (features.curves[e] != no_feature) curve_edges.push_back(EdgeId(e));
     const auto chains = make_chains<D>(mesh, edges, features, curve_edges);
-    const auto notes = sorted_notes<D>(mesh.notes.tangent_at_vertices, mesh.notes.tangents.size());
+    const GivenAtVertices<D> given(mesh.geometry.tangents);
     const double least_cosine = most_degrees > 0 ? std::cos(most_degrees * std::numbers::pi / 180) : 2;
     Buffer<std::array<std::uint8_t, 2>> supports(curve_edges.size());
     auto tangents = map_each(execution, curve_edges.size(), [&](std::size_t row) {
         const EdgeId e = curve_edges[row];
         const auto [low, high] = edges.vertices[e];
-        const auto at_low = preferred<D>(mesh, notes, least_cosine, low, tangent_at<D>(mesh, chains, low, e));
-        const auto at_high = preferred<D>(mesh, notes, least_cosine, high, tangent_at<D>(mesh, chains, high, e));
+        const auto at_low = preferred<D>(given, least_cosine, low, tangent_at<D>(mesh, chains, low, e));
+        const auto at_high = preferred<D>(given, least_cosine, high, tangent_at<D>(mesh, chains, high, e));
         supports[row] = {at_low.support, at_high.support};
         return std::array{at_low.direction, -at_high.direction};
     });

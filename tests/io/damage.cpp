@@ -49,8 +49,8 @@ bool is_consistent(const LinearMesh<D>& mesh) {
     check(mesh.facets);
     check(mesh.edges);
     for (const VertexId v : mesh.corners) sound = sound && v.index() < n;
-    for (const auto& at : mesh.notes.normal_at_vertices)
-        sound = sound && at.vertex.index() < n && at.direction < mesh.notes.normals.size();
+    for (const auto& at : mesh.geometry.normals.at)
+        sound = sound && at.vertex.index() < n && at.row < mesh.geometry.normals.table.size();
     return sound;
 }
 template <int D>

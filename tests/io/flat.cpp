@@ -45,8 +45,8 @@ LinearMesh<3> with_directions_in_plane(LinearMesh<3> mesh, bool normals, bool ta
         for (Vec<3>& d : flat) d[2] = 0;
         directions = std::move(flat);
     };
-    if (normals) flatten(mesh.notes.normals);
-    if (tangents) flatten(mesh.notes.tangents);
+    if (normals) flatten(mesh.geometry.normals.table);
+    if (tangents) flatten(mesh.geometry.tangents.table);
     return mesh;
 }
 
@@ -110,7 +110,7 @@ TEST_CASE("triangles are elements, edges facets, ridges count them; the edges of
         RC_ASSERT(flat.linear.facets == mesh.linear.edges);
         RC_ASSERT(flat.linear.ridges == mesh.linear.ridges);
         RC_ASSERT(flat.linear.edges.size() == 0);
-        RC_ASSERT(flat.linear.notes.on_triangles == mesh.linear.notes.on_triangles);
+        RC_ASSERT(flat.linear.geometry.on_surfaces == mesh.linear.geometry.on_surfaces);
         RC_ASSERT(flat.edges == *unique_edges(flat.linear, {}));
     });
 }

@@ -67,7 +67,7 @@ TEST_CASE("every version in either byte order") {
             CHECK(mesh.facets.references[0] == -4);
             CHECK(mesh.edges.references[0] == 3);
             CHECK(mesh.ridges[0] == 0);
-            CHECK(mesh.notes.on_edges[0] == OnGeometricEdge{VertexId(std::size_t{3}), 9, 0.25, 0.0});
+            CHECK(mesh.geometry.on_curves[0] == Association<1>{VertexId(std::size_t{3}), 9, {{0.25}}, 0.0});
             REQUIRE(decoded->notices.size() == 1);
             CHECK(decoded->notices[0].what == "the block of keyword 1234 was skipped");
         }

@@ -93,12 +93,12 @@ void faces(const std::array<camber::VertexId, N>& simplex, camber::Buffer<camber
 }
 
 template <int D>
-camber::GeometryNotes<D> notes(Random& random, std::size_t vertices) {
+camber::GivenGeometry<D> geometry(Random& random, std::size_t vertices) {
     camber::Buffer<camber::Vec<D>> normals, tangents;
-    camber::Buffer<camber::DirectionAtVertex> at;
-    camber::Buffer<camber::OnGeometricVertex> on_vertices;
-    camber::Buffer<camber::OnGeometricEdge> on_edges;
-    camber::Buffer<camber::OnGeometricTriangle> on_triangles;
+    camber::Buffer<camber::DirectionRow> at;
+    camber::Buffer<camber::Association<0>> on_points;
+    camber::Buffer<camber::Association<1>> on_curves;
+    camber::Buffer<camber::Association<2>> on_surfaces;
     for (std::size_t v = 0; v < vertices; ++v) {
         const camber::VertexId id(v);
         if (random.below(2) == 0) {
@@ -106,13 +106,16 @@ camber::GeometryNotes<D> notes(Random& random, std::size_t vertices) {
             normals.push_back(random.vector<D>());
             tangents.push_back(random.vector<D>());
         }
-        if (random.below(3) == 0) on_vertices.push_back({id, random.reference()});
-        if (random.below(3) == 0) on_edges.push_back({id, random.reference(), random.real(), random.real()});
+        if (random.below(3) == 0) on_points.push_back({id, random.reference()});
+        if (random.below(3) == 0) on_curves.push_back({id, random.reference(), {{random.real()}}, random.real()});
         if (random.below(3) == 0)
-            on_triangles.push_back({id, random.reference(), random.real(), random.real(), random.real()});
+            on_surfaces.push_back({id, random.reference(), {{random.real(), random.real()}}, random.real()});
     }
-    return {std::move(normals),  std::move(tangents),    at, std::move(at), std::move(on_vertices),
-            std::move(on_edges), std::move(on_triangles)};
+    return {{std::move(normals), at},
+            {std::move(tangents), std::move(at)},
+            std::move(on_points),
+            std::move(on_curves),
+            std::move(on_surfaces)};
 }
 
 /// A strip of `cells` simplices, each on D + 1 vertices in a row of vertices, with coordinates of no geometric sense
@@ -148,7 +151,7 @@ camber::LinearMesh<D> mesh(std::uint64_t seed, std::size_t cells) {
     made.facets = simplices<D - 1>(random, std::move(facets));
     made.ridges = some_of<std::uint32_t>(random, D == 2 ? made.facets.size() : edges.size());
     if constexpr (D == 3) made.edges = simplices<1>(random, std::move(edges));
-    made.notes = notes<D>(random, n);
+    made.geometry = geometry<D>(random, n);
     return made;
 }
 
@@ -166,6 +169,17 @@ camber::QuadraticMesh<D> quadratic(std::uint64_t seed, std::size_t cells) {
 template <class T>
 bool same_bits(const camber::Column<T>& a, const camber::Column<T>& b) {
     return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+/// The parameters and distances of associations, one after the other.
+template <int G>
+camber::Column<double> numbers_of(const camber::Column<camber::Association<G>>& associations) {
+    camber::Buffer<double> numbers;
+    for (const auto& on : associations) {
+        if (on.parameters) numbers.insert(numbers.end(), on.parameters->begin(), on.parameters->end());
+        if (on.distance) numbers.push_back(*on.distance);
+    }
+    return numbers;
 }
 
 template <int D>

@@ -108,7 +108,7 @@ QuadraticMesh<3> screw(std::uint64_t seed, std::size_t cells) {
     linear.point_references = std::move(references);
     linear.corners = linear.required_vertices = {};
     linear.ridges = linear.elements.required = linear.facets.required = linear.edges.required = {};
-    linear.notes = {};
+    linear.geometry = {};
     auto mesh = *elevate(linear, {});
     Buffer<LagrangeNode<3>> nodes = take(mesh.mid_nodes);
     for (auto& node : nodes)

@@ -47,8 +47,8 @@ Json linear_part(const LinearMesh<D>& mesh, int degree) {
     j["required_vertices"] = mesh.required_vertices.size();
     j["required_edges"] = D == 2 ? mesh.facets.required.size() : mesh.edges.required.size();
     if constexpr (D == 3) j["required_triangles"] = mesh.facets.required.size();
-    j["normals"] = mesh.notes.normal_at_vertices.size();
-    j["tangents"] = mesh.notes.tangent_at_vertices.size();
+    j["normals"] = mesh.geometry.normals.at.size();
+    j["tangents"] = mesh.geometry.tangents.at.size();
     j["empty"] = mesh.elements.vertices.empty() && mesh.facets.vertices.empty();
     return j;
 }
