@@ -15,6 +15,7 @@ import camber.core;
 import camber.app_shell;
 import camber.commands;
 import camber.config;
+import camber.io;
 
 namespace {
 
@@ -61,6 +62,14 @@ class Help : public CLI::Formatter {
         return out.str();
     }
 };
+
+std::string endings_of_input() { return camber::listed(camber::endings_read(camber::mesh_formats()), ", "); }
+std::string endings_of_output() { return camber::listed(camber::endings_written(camber::mesh_formats()), ", "); }
+std::string endings_of_solutions() { return camber::listed(camber::endings_read(camber::solution_formats()), ", "); }
+
+std::string mesh_or_solution() {
+    return "A mesh of degree 1 or 2 (" + endings_of_input() + ") or a solution (" + endings_of_solutions() + ")";
+}
 
 /// Subcommands store what is to be done; main does it.
 struct Verb {
@@ -129,11 +138,12 @@ void add_run(CLI::App& app, Verb& verb) {
 void add_curve(CLI::App& app, Verb& verb) {
     CLI::App* curve = app.add_subcommand("curve", "Curve a straight mesh: elevate, curve, validate, relax, commit");
     CurveArguments& a = verb.curve;
-    curve->add_option("input", a.input, "The mesh (.mesh, .meshb)")->required();
-    curve->add_option("-o,--output", a.output, "Where the curved mesh goes (.mesh, .meshb, .vtu)")->required();
+    curve->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
+    curve->add_option("-o,--output", a.output, "Where the curved mesh goes (" + endings_of_output() + ")")->required();
     curve
-        ->add_option("--metric", a.metric,
-                     "natural, a file (.sol, .solb), or JSON such as '{\"constant\": {\"sizes\": [0.1]}}'")
+        ->add_option(
+            "--metric", a.metric,
+            "natural, a file (" + endings_of_solutions() + "), or JSON such as '{\"constant\": {\"sizes\": [0.1]}}'")
         ->default_str("natural");
     curve
         ->add_option("--geometry", a.geometry,
@@ -155,8 +165,8 @@ void add_repair(CLI::App& app, Verb& verb) {
         "do. Elements that cannot be mended are listed with the reason, the mesh is written with them, and the exit "
         "code is 1. How it is done: docs/algorithms/repair.md");
     RepairArguments& a = verb.repair;
-    repair->add_option("input", a.input, "The curved mesh (.mesh, .meshb)")->required();
-    repair->add_option("-o,--output", a.output, "Where the mended mesh goes (.mesh, .meshb, .vtu)")->required();
+    repair->add_option("input", a.input, "The curved mesh (" + endings_of_input() + ")")->required();
+    repair->add_option("-o,--output", a.output, "Where the mended mesh goes (" + endings_of_output() + ")")->required();
     repair
         ->add_option("--boundary-tolerance", a.boundary_tolerance,
                      "How far the node of a boundary edge may move, in model units; 0 (the default): not at all")
@@ -177,7 +187,7 @@ void add_check(CLI::App& app, Verb& verb) {
         "mean ratio. Beyond its elements the mesh is examined: conformity, orientation, nodes, boundary. What each "
         "line means: docs/algorithms/check.md");
     CheckArguments& a = verb.check;
-    check->add_option("input", a.input, "The mesh (.mesh, .meshb)")->required();
+    check->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
     check
         ->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
                      "What an element's normalised Jacobian must reach to be valid, from 0 and below 1")
@@ -210,9 +220,14 @@ void add_convert(CLI::App& app, Verb& verb) {
         "  camber convert wing.solb -o wing.sol                        solutions alone\n\n"
         "What the format cannot hold is told on standard error. More: docs/formats.md");
     ConvertArguments& a = verb.convert;
-    convert->add_option("input", a.input, "A mesh of degree 1 or 2 (.mesh, .meshb) or a solution (.sol, .solb)")
+    convert->add_option("input", a.input, mesh_or_solution())->required();
+    convert
+        ->add_option("-o,--output", a.output,
+                     "Mesh: " + camber::listed(camber::endings_written(camber::mesh_formats())) +
+                         "; solution: " + camber::listed(camber::endings_written(camber::solution_formats())))
         ->required();
-    convert->add_option("-o,--output", a.output, "Mesh: .mesh, .meshb or .vtu; solution: .sol or .solb")->required();
+    convert->add_option("--format", a.format, "The format, by its name, whatever the ending of the output")
+        ->option_text(camber::listed(camber::names_written(camber::mesh_formats()), "|", "|"));
     convert->add_option("--cells", a.cells, "Cells of degree 2 in a .vtu: quadratic (the default) or lagrange")
         ->transform(CLI::CheckedTransformer(std::map<std::string, camber::config::VtuCells>{
             {"quadratic", camber::config::VtuCells::quadratic}, {"lagrange", camber::config::VtuCells::lagrange}}))
@@ -234,8 +249,8 @@ void add_plot(CLI::App& app, Verb& verb) {
 }
 
 void add_others(CLI::App& app, Verb& verb) {
-    CLI::App* info = app.add_subcommand("info", "What a mesh file holds");
-    info->add_option("input", verb.info.input, "The mesh (.mesh, .meshb)")->required();
+    CLI::App* info = app.add_subcommand("info", "What a mesh or a solution file holds");
+    info->add_option("input", verb.info.input, mesh_or_solution())->required();
     info->add_flag("--json", verb.info.json, "One JSON object instead of a table");
     CLI::App* explain = app.add_subcommand("explain", "What a stage or a source does, and its options");
     explain->add_option("topic", verb.topic, "Such as curve, relax, shell; none: list them");

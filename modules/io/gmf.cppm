@@ -27,6 +27,10 @@ export namespace camber {
 [[nodiscard]] Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
                                                    const Execution& execution);
 
+/// Whether the bytes begin as a GMF file does, as text or binary in either byte order, of a mesh or of a solution.
+[[nodiscard]] bool is_gmf_ascii(std::span<const std::byte> bytes);
+[[nodiscard]] bool is_gmf_binary(std::span<const std::byte> bytes);
+
 /// Text (.mesh, .sol) or binary, little-endian (.meshb, .solb).
 enum class GmfEncoding { ascii, binary };
 

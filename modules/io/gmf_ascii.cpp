@@ -5,6 +5,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -110,6 +111,15 @@ Outcome<Done> read_block(File& file, std::string_view name, std::size_t start, s
     return Done{};
 }
 
+/// What follows the keyword that a file begins with; none: it begins with something else.
+std::optional<Words> after_first_keyword(std::span<const std::byte> bytes) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    Words words{text.data(), text.data() + text.size()};
+    if (text.starts_with("\xEF\xBB\xBF")) words.at += 3;
+    if (words.next() != "MeshVersionFormatted") return std::nullopt;
+    return words;
+}
+
 }  // namespace
 
 bool read_unusual_real(std::string_view word, double& value) {
@@ -126,13 +136,12 @@ bool read_unusual_real(std::string_view word, double& value) {
 Outcome<File> index_ascii(File file, const Execution& execution) {
     const char* const text = reinterpret_cast<const char*>(file.bytes.data());
     const auto offset = [&](const char* at) { return static_cast<std::size_t>(at - text); };
-    Words words = words_between(file, 0, file.bytes.size());
-    if (std::string_view(text, file.bytes.size()).starts_with("\xEF\xBB\xBF")) words.at += 3;
-
-    if (words.next() != "MeshVersionFormatted")
+    auto begun = after_first_keyword(file.bytes);
+    if (!begun)
         return fail_at(file, 0,
                        "this is no GMF file: it begins neither with MeshVersionFormatted nor as binary files do",
                        "give a .mesh or .meshb file");
+    Words& words = *begun;
     std::int64_t version = 0;
     if (!read_number(words, version) || version < 1 || version > 4)
         return fail(ErrorKind::unsupported, "the GMF version is not 1 to 4", place(file, offset(words.at)));
@@ -151,3 +160,9 @@ Outcome<File> index_ascii(File file, const Execution& execution) {
 }
 
 }  // namespace camber::gmf
+
+namespace camber {
+
+bool is_gmf_ascii(std::span<const std::byte> bytes) { return gmf::after_first_keyword(bytes).has_value(); }
+
+}  // namespace camber

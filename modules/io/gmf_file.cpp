@@ -39,6 +39,15 @@ Outcome<File> checked(File file) {
     return file;
 }
 
+/// The byte order of a binary file, told by its first number; none: it is no binary GMF file.
+std::optional<ByteOrder> binary_order(std::span<const std::byte> bytes) {
+    std::int32_t mark = 0;
+    if (bytes.size() >= sizeof mark) std::memcpy(&mark, bytes.data(), sizeof mark);
+    if (mark == 1) return ByteOrder::native;
+    if (mark == 16777216) return ByteOrder::swapped;
+    return std::nullopt;
+}
+
 std::string fault_text(const Fault& fault) {
     const std::string value = std::to_string(fault.value);
     switch (fault.kind) {
@@ -77,10 +86,8 @@ const Block* File::find(Keyword keyword) const {
 Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name, const Execution& execution) {
     File file{.bytes = bytes, .name = std::string(name)};
     if (bytes.empty()) return fail_at(file, 0, "the file is empty", "write it anew");
-    std::int32_t mark = 0;
-    if (bytes.size() >= sizeof mark) std::memcpy(&mark, bytes.data(), sizeof mark);
-    if (mark == 1 || mark == 16777216) {
-        file.order = mark == 1 ? ByteOrder::native : ByteOrder::swapped;
+    if (const auto order = binary_order(bytes)) {
+        file.order = *order;
         return index_binary(std::move(file)).and_then(checked);
     }
     file.encoding = GmfEncoding::ascii;
@@ -167,3 +174,9 @@ Error fault_error(const File& file, const Block& block, std::size_t row, std::si
 }
 
 }  // namespace camber::gmf
+
+namespace camber {
+
+bool is_gmf_binary(std::span<const std::byte> bytes) { return gmf::binary_order(bytes).has_value(); }
+
+}  // namespace camber

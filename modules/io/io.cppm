@@ -1,5 +1,5 @@
-/// Meshes and solutions to and from bytes, one file a format; flat meshes to 2D and back. Nothing here touches files:
-/// the shell maps and writes them.
+/// Meshes and solutions to and from bytes; the table of formats, one row each; flat meshes to 2D and back. Nothing here
+/// touches files: the shell reads and writes them.
 export module camber.io;
 export import :any_mesh;
 export import :solution;
@@ -7,6 +7,7 @@ export import :gmf;
 export import :mesh_fields;
 export import :flat;
 export import :vtu;
+export import :formats;
 // The partitions below export no names: they are the parts that readers and writers are made of.
 export import :gmf_keywords;
 export import :gmf_row;

@@ -1,9 +1,11 @@
 module;
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -295,6 +297,16 @@ template <int D>
 Outcome<Chunks> encode_vtu(const QuadraticMesh<D>& mesh, const MeshFields& fields, VtuOptions options,
                            const Execution& execution) {
     return gmf::guarded([&] { return vtu::Writer(mesh, fields, options, execution).write(); });
+}
+
+bool is_vtu(std::span<const std::byte> bytes) {
+    constexpr std::size_t soon = 4096;  // after a declaration and comments
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), soon));
+    const std::size_t first = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
+    if (first == std::string_view::npos || text[first] != '<') return false;
+    const std::size_t tag = text.find("<VTKFile");
+    if (tag == std::string_view::npos) return false;
+    return text.substr(tag, text.find('>', tag) - tag).find("UnstructuredGrid") != std::string_view::npos;
 }
 
 template <int D>

@@ -1,5 +1,7 @@
 module;
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 export module camber.io:vtu;
 import camber.core;
@@ -32,6 +34,9 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_vtu(const QuadraticMesh<D>& mesh, const MeshFields& fields, VtuOptions options,
                                          const Execution& execution);
+
+/// Whether the bytes begin as a VTU file does: XML, and soon a VTKFile of type UnstructuredGrid.
+[[nodiscard]] bool is_vtu(std::span<const std::byte> bytes);
 
 /// What of the mesh a VTU file has no place for: corners, ridges, required entities, given geometry.
 template <int D>

@@ -13,7 +13,7 @@ export namespace camber {
 
 /// What the surrogate takes from the file beside the mesh itself.
 struct SurrogateOptions {
-    /// Normals and tangents in the file (GMF NormalAtVertices, TangentAtVertices) are taken where they agree with the
+    /// Normals and tangents that come with the mesh (`LinearMesh::geometry`) are taken where they agree with the
     /// mesh's own within this angle (degrees); 0 ignores them.
     double file_directions_degrees = 30;
 };

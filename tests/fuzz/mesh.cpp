@@ -94,6 +94,7 @@ void mesh(Bytes bytes) {
         expect(decoded.error().where.starts_with("file"), "an error says where");
         return;
     }
+    expect(format_with_content(mesh_formats(), bytes) != nullptr, "what can be read is known by its content");
     std::visit(
         [&](const auto& mesh) {
             expect_consistent(linear_part(mesh));

@@ -35,6 +35,7 @@ void solution(Bytes bytes) {
         expect(decoded.error().where.starts_with("file"), "an error says where");
         return;
     }
+    expect(format_with_content(solution_formats(), bytes) != nullptr, "what can be read is known by its content");
     const Solution& s = decoded->solution;
     expect(!s.fields.empty(), "a solution has fields");
     expect(s.values.size() == s.rows * row_width(s), "as many values as the fields of the rows have");

@@ -187,13 +187,34 @@ class Formats(unittest.TestCase):
         self.assertIn("note: VTU has no place for 2 corners", told)
         self.assertEqual(self.run_camber("convert", "c.mesh", "-o", "d.meshb").stderr, "")
 
+    def test_a_format_by_its_name(self):
+        self.curved("box", {"mesh": "b.meshb"}, stages=())
+        for name, ending in (("gmf-ascii", "mesh"), ("gmf-binary", "meshb"), ("vtu", "vtu")):
+            self.run_camber("convert", "b.meshb", "-o", "named." + ending)
+            self.run_camber("convert", "b.meshb", "-o", "any-name", "--format", name)
+            self.assertEqual(self.path("any-name").read_bytes(), self.path("named." + ending).read_bytes())
+        # What is read is told by what it holds, whatever its name.
+        self.run_camber("convert", "b.meshb", "-o", "any-name", "--format", "gmf-binary")
+        self.run_camber("convert", "any-name", "-o", "again.mesh")
+        self.assertEqual(self.path("again.mesh").read_bytes(), self.path("named.mesh").read_bytes())
+
+    def test_a_solution_is_told_of(self):
+        self.path("s.sol").write_text("MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n1\n2 3 1\n1 0 1 0.5\nEnd\n")
+        told = json.loads(self.run_camber("info", "s.sol", "--json").stdout)
+        self.assertEqual(told, {"dimension": 2, "vertices": 1, "fields": ["symmetric tensor", "scalar"], "notices": []})
+
     def test_wrong_conversions(self):
         self.curved("annulus", {"mesh": "a.mesh"}, stages=())
         self.curved("annulus", {"mesh": "p2.mesh"})
+        self.run_camber("convert", "a.mesh", "-o", "a.vtu")
         self.path("few.sol").write_text("MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n1\n1 1\n1\nEnd\n")
         for code, message, arguments in (
                 (2, "use .mesh, .meshb or .vtu", ("a.mesh", "-o", "a.vtk")),
                 (2, "--metric and --cells are for .vtu", ("a.mesh", "-o", "b.meshb", "--cells", "lagrange")),
+                (2, "use gmf-ascii, gmf-binary or vtu", ("a.mesh", "-o", "b.meshb", "--format", "stl")),
+                (2, "use gmf-ascii or gmf-binary", ("few.sol", "-o", "b.sol", "--format", "vtu")),
+                (2, "--metric and --cells are for .vtu", ("a.mesh", "-o", "b.vtu", "--format", "gmf-ascii", "--metric", "few.sol")),
+                (3, "written, but not read", ("a.vtu", "-o", "b.mesh")),
                 (2, "use .sol or .solb", ("few.sol", "-o", "few.vtu")),
                 (2, "quadratic already", ("p2.mesh", "-o", "b.mesh", "--elevate")),
                 (3, "few.sol: has 1 rows", ("a.mesh", "-o", "b.vtu", "--metric", "few.sol")),

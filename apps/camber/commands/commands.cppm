@@ -45,6 +45,7 @@ struct RepairArguments : PipelineArguments {
 
 struct ConvertArguments {
     std::string input, output;
+    std::string format;                     ///< a format's name; empty: that of the output's ending
     std::optional<config::VtuCells> cells;  ///< of a .vtu; none: quadratic
     std::string metric;                     ///< a solution file whose fields go into the .vtu; empty: none
     bool elevate = false;                   ///< degree 1 to 2

@@ -1,5 +1,6 @@
 module;
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -33,16 +34,19 @@ Outcome<Done> check_names(const ConvertArguments& a, bool solution) {
 }
 
 Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execution) {
-    if (!is_solution_file(a.output))
+    if (a.format.empty() && !is_solution_file(a.output))
         return fail(ErrorKind::usage, "a solution cannot be written in the format of this ending", a.output, {},
-                    "use .sol or .solb; with its mesh: camber convert MESH -o FILE.vtu --metric " + a.input);
+                    "use " + listed(endings_written(solution_formats())) +
+                        "; with its mesh: camber convert MESH -o FILE.vtu --metric " + a.input);
+    const auto format = format_to_write(solution_formats(), a.output, a.format);
+    if (!format) return fail(format.error());
     if (a.elevate || !a.metric.empty() || a.cells)
         return fail(ErrorKind::usage, "--elevate, --metric and --cells are for meshes");
     auto decoded = read_solution(a.input, execution);
     if (!decoded) return fail(std::move(decoded.error()));
     say(decoded->notices);
     if (auto made = make_folder_of(a.output); !made) return made;
-    return write_solution(decoded->solution, a.output, execution);
+    return write_solution(**format, decoded->solution, a.output, execution);
 }
 
 Outcome<AnyMesh> elevated(AnyMesh mesh, const std::string& name, const Execution& execution) {
@@ -70,13 +74,22 @@ Outcome<MeshFields> fields_of(const Solution& solution, const std::string& name,
     return run::solution_fields(solution, name, mesh, execution);
 }
 
+std::vector<std::string_view> endings_with_fields() {
+    std::vector<std::string_view> endings;
+    for (const MeshFormat& format : mesh_formats())
+        if (format.encode && format.holds_fields)
+            endings.insert(endings.end(), format.endings.begin(), format.endings.end());
+    return endings;
+}
+
 Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution) {
-    const auto format = mesh_format_of(a.output);
-    if (!format) return fail(format.error());
-    const bool vtu = *format == MeshFormat::vtu;
-    if (!vtu && (!a.metric.empty() || a.cells))
-        return fail(ErrorKind::usage, "--metric and --cells are for .vtu", a.output, {},
-                    "a GMF mesh has no place for fields: convert the .sol beside it");
+    const auto found = format_to_write(mesh_formats(), a.output, a.format);
+    if (!found) return fail(found.error());
+    const MeshFormat& format = **found;
+    if ((!format.holds_fields && !a.metric.empty()) || (!format.chooses_cells && a.cells))
+        return fail(ErrorKind::usage, "--metric and --cells are for " + listed(endings_with_fields()), a.output, {},
+                    format.holds_fields ? "leave --cells out"
+                                        : "a GMF mesh has no place for fields: convert the .sol beside it");
     auto decoded = read_mesh(a.input, config::Flat::surface, execution);
     if (!decoded) return fail(std::move(decoded.error()));
     say(decoded->notices);
@@ -95,9 +108,10 @@ Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution
         if (!made) return fail(std::move(made.error()));
         fields = std::move(*made);
     }
-    say(losses(mesh, a.output));
+    say(format.losses(mesh));
     if (auto made = make_folder_of(a.output); !made) return made;
-    return write_mesh(mesh, fields, vtu_options(a.cells.value_or(config::VtuCells::quadratic)), a.output, execution);
+    return write_mesh(format, mesh, fields, encode_options(a.cells.value_or(config::VtuCells::quadratic)), a.output,
+                      execution);
 }
 
 }  // namespace

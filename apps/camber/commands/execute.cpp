@@ -86,7 +86,7 @@ std::vector<std::string> named_outputs(const config::Output& output) {
 
 Outcome<Done> check_endings(const config::Output& output) {
     if (!output.mesh.empty())
-        if (auto known = mesh_format_of(output.mesh); !known) return fail(known.error());
+        if (auto known = format_to_write(mesh_formats(), output.mesh); !known) return fail(known.error());
     if (!output.vtu.empty() && !output.vtu.ends_with(".vtu"))
         return fail(ErrorKind::usage, "the file of \"vtu\" must end in .vtu", output.vtu);
     return Done{};
@@ -108,12 +108,17 @@ Outcome<Done> write_outputs(run::Run& run, const config::Pipeline& pipeline, con
     const config::Output& output = pipeline.output;
     for (const std::string& path : {output.mesh, output.vtu}) {
         if (path.empty()) continue;
-        auto done = around(path.ends_with(".vtu") ? "write vtu" : "write", [&](const Execution& execution) {
-            return write_mesh(run.mesh, run.fields, vtu_options(output.vtu_cells), path, execution);
+        const auto found = format_to_write(mesh_formats(), path);
+        if (!found) return fail(found.error());
+        const MeshFormat& format = **found;
+        const std::string stage = format.holds_fields ? "write " + std::string(format.name) : "write";
+        auto done = around(stage, [&](const Execution& execution) {
+            return write_mesh(format, run.mesh, run.fields, encode_options(output.vtu_cells), path, execution);
         });
         if (done = written.add(path, std::move(done)); !done) return done;
     }
-    for (Notice& notice : losses(run.mesh, output.mesh)) run.report.notices.push_back(std::move(notice.what));
+    if (const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh))
+        for (Notice& notice : format->losses(run.mesh)) run.report.notices.push_back(std::move(notice.what));
     return output.plots.empty() ? Done{} : write_plots(run.report.histograms, output.plots, written);
 }
 
@@ -165,7 +170,7 @@ Error of_file(Error error, const std::string& path) {
 Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const Execution& execution) {
     auto bytes = read_file(path, execution.stop);
     if (!bytes) return fail(bytes.error());
-    auto decoded = decode_gmf_mesh(*bytes, path, execution);
+    auto decoded = decode_mesh(*bytes, path, execution);
     if (!decoded || flat == config::Flat::surface) return decoded;
     decoded = with_flat_in_2d(std::move(*decoded), execution);
     if (decoded && decoded->lift)

@@ -1,5 +1,4 @@
 module;
-#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,24 +11,16 @@ import :ending;
 
 namespace camber::app {
 
-/// The formats that a mesh can be written in, told by the ending of the file's name.
-enum class MeshFormat : std::uint8_t { gmf_ascii, gmf_binary, vtu };
-
-/// Errors (usage): an ending that is none of .mesh, .meshb, .vtu.
-[[nodiscard]] Outcome<MeshFormat> mesh_format_of(std::string_view path);
-
-/// Whether the ending is that of a solution file, .sol or .solb.
+/// Whether the ending is that of a format of solutions.
 [[nodiscard]] bool is_solution_file(std::string_view path);
 
-/// The mesh in the format of the path's ending; the fields only where that has place for them (.vtu).
-[[nodiscard]] Outcome<Done> write_mesh(const AnyMesh& mesh, const MeshFields& fields, VtuOptions options,
-                                       const std::string& path, const Execution& execution);
+/// The mesh in this format; the fields only where that has place for them.
+[[nodiscard]] Outcome<Done> write_mesh(const MeshFormat& format, const AnyMesh& mesh, const MeshFields& fields,
+                                       EncodeOptions options, const std::string& path, const Execution& execution);
+[[nodiscard]] Outcome<Done> write_solution(const SolutionFormat& format, const Solution& solution,
+                                           const std::string& path, const Execution& execution);
 
-/// The solution as ASCII (.sol) or binary (.solb).
-[[nodiscard]] Outcome<Done> write_solution(const Solution& solution, const std::string& path,
-                                           const Execution& execution);
-
-/// A solution file's content.
+/// A solution file's content, in whichever format it is.
 [[nodiscard]] Outcome<DecodedSolution> read_solution(const std::string& path, const Execution& execution);
 
 [[nodiscard]] Outcome<Done> write_text(const std::string& path, std::string_view text);
@@ -37,14 +28,11 @@ enum class MeshFormat : std::uint8_t { gmf_ascii, gmf_binary, vtu };
 /// The folder of an output, made if it is not there.
 [[nodiscard]] Outcome<Done> make_folder_of(const std::string& path);
 
-/// What the mesh loses in the format of the path's ending.
-[[nodiscard]] std::vector<Notice> losses(const AnyMesh& mesh, std::string_view path);
-
 /// The files that plots in a folder may become, one a quantity.
 [[nodiscard]] std::vector<std::string> plot_files(const std::string& folder);
 [[nodiscard]] Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder,
                                         Written& written);
 
-[[nodiscard]] VtuOptions vtu_options(config::VtuCells cells);
+[[nodiscard]] EncodeOptions encode_options(config::VtuCells cells);
 
 }  // namespace camber::app

@@ -2,8 +2,10 @@ module;
 #include <cstddef>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -13,6 +15,7 @@ import camber.config;
 import camber.io;
 import :ending;
 import :execute;
+import :formats;
 
 namespace camber::app {
 
@@ -26,6 +29,12 @@ Json by_reference(const Column<Reference>& references) {
     Json json = Json::object();
     for (const auto& [reference, count] : counts) json[std::to_string(reference)] = count;
     return json;
+}
+
+Json texts(const std::vector<Notice>& notices) {
+    Json texts = Json::array();
+    for (const Notice& notice : notices) texts.push_back(notice.what);
+    return texts;
 }
 
 template <int D>
@@ -64,19 +73,48 @@ Json described(const QuadraticMesh<D>& mesh) {
     return j;
 }
 
-}  // namespace
+std::string_view name_of(FieldKind kind) {
+    switch (kind) {
+        case FieldKind::scalar: return "scalar";
+        case FieldKind::vector: return "vector";
+        case FieldKind::symmetric_tensor: return "symmetric tensor";
+        case FieldKind::full_tensor: return "full tensor";
+    }
+    return {};
+}
 
-int info_command(const InfoArguments& arguments) {
-    auto decoded = read_mesh(arguments.input, config::Flat::plane, Execution{});
-    if (!decoded) return report_error(decoded.error());
+Json described(const Solution& solution) {
+    Json fields = Json::array();
+    for (const FieldKind kind : solution.fields) fields.push_back(name_of(kind));
+    return {{"dimension", solution.dimension}, {"vertices", solution.rows}, {"fields", std::move(fields)}};
+}
+
+Outcome<Json> mesh_info(const std::string& path) {
+    auto decoded = read_mesh(path, config::Flat::plane, Execution{});
+    if (!decoded) return fail(std::move(decoded.error()));
     Json j = std::visit([](const auto& mesh) { return described(mesh); }, decoded->mesh);
     if (decoded->lift) {
         j["written_in_dimension"] = 3;
         j["z"] = decoded->lift->z;
     }
-    Json notices = Json::array();
-    for (const Notice& notice : decoded->notices) notices.push_back(notice.what);
-    j["notices"] = std::move(notices);
+    j["notices"] = texts(decoded->notices);
+    return j;
+}
+
+Outcome<Json> solution_info(const std::string& path) {
+    const auto decoded = read_solution(path, Execution{});
+    if (!decoded) return fail(decoded.error());
+    Json j = described(decoded->solution);
+    j["notices"] = texts(decoded->notices);
+    return j;
+}
+
+}  // namespace
+
+int info_command(const InfoArguments& arguments) {
+    const auto found = is_solution_file(arguments.input) ? solution_info(arguments.input) : mesh_info(arguments.input);
+    if (!found) return report_error(found.error());
+    const Json& j = *found;
     if (arguments.json) return end_with(j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
     std::string text = arguments.input + "\n";
     for (const auto& [key, value] : j.items())

@@ -8,6 +8,7 @@ module;
 #include <nlohmann/json.hpp>
 module camber.config;
 import camber.core;
+import camber.io;
 import :codec;
 import :description;
 import :json;
@@ -16,10 +17,10 @@ import :values;
 namespace camber::config {
 
 const Choice<MeshSource>& Described<MeshSource>::get() {
-    static const Choice<MeshSource> choice{
-        "source",
-        "one of them: a mesh file (.mesh, .meshb), or an example domain",
-        {{"mesh", "a mesh file (.mesh, .meshb)"}, {"generate", "an example domain"}}};
+    static const std::string file = "a mesh file (" + listed(endings_read(mesh_formats()), ", ") + ")";
+    static const Choice<MeshSource> choice{"source",
+                                           "one of them: " + file + ", or an example domain",
+                                           {{"mesh", file}, {"generate", "an example domain"}}};
     return choice;
 }
 const Words& Described<Flat>::get() {
@@ -77,7 +78,9 @@ const Description<Output>& Described<Output>::get() {
     static const Description<S> description{
         "output",
         "Files to write, relative to the working directory.",
-        {field("mesh", &S::mesh, "the mesh, in the format of its ending (.mesh, .meshb, .vtu); empty: none"),
+        {field("mesh", &S::mesh,
+               "the mesh, in the format of its ending (" + listed(endings_written(mesh_formats()), ", ") +
+                   "); empty: none"),
          field("report", &S::report, "the figures of the run, as JSON; empty: none"),
          field(
              "vtu", &S::vtu,

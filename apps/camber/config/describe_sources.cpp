@@ -9,6 +9,7 @@ module;
 #include <nlohmann/json.hpp>
 module camber.config;
 import camber.core;
+import camber.io;
 import :codec;
 import :description;
 import :json;
@@ -63,14 +64,15 @@ const Description<ConstantMetric>& Described<ConstantMetric>::get() {
 }
 
 const Choice<Metric>& Described<Metric>::get() {
-    static const Choice<Metric> choice{"metric",
-                                       "The field of sizes and directions that edges follow.",
-                                       {{"natural", "the mesh's own"},
-                                        {"file", "symmetric tensors at the vertices, from a .sol or .solb file"},
-                                        {"constant", "the same everywhere"},
-                                        {"surface", "thin along the boundary's normals, isotropic in the volume"},
-                                        {"field", "an analytic field, by name"},
-                                        {"expression", "sizes or tensors as expressions of x, y, z"}}};
+    static const Choice<Metric> choice{
+        "metric",
+        "The field of sizes and directions that edges follow.",
+        {{"natural", "the mesh's own"},
+         {"file", "symmetric tensors at the vertices, from a " + listed(endings_read(solution_formats())) + " file"},
+         {"constant", "the same everywhere"},
+         {"surface", "thin along the boundary's normals, isotropic in the volume"},
+         {"field", "an analytic field, by name"},
+         {"expression", "sizes or tensors as expressions of x, y, z"}}};
     return choice;
 }
 

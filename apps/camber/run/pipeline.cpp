@@ -170,7 +170,10 @@ State<Mesh::dimension> beginning_with(Mesh mesh) {
 
 }  // namespace
 
-bool shows_fields(const config::Output& output) { return !output.vtu.empty() || output.mesh.ends_with(".vtu"); }
+bool shows_fields(const config::Output& output) {
+    const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh);
+    return !output.vtu.empty() || (format != nullptr && format->holds_fields);
+}
 
 Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
     std::optional<MetricFile> metric;

@@ -1,0 +1,87 @@
+module;
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.io;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+template <GmfEncoding encoding>
+Outcome<Chunks> encode_gmf(const AnyMesh& mesh, const MeshFields&, EncodeOptions, const Execution& execution) {
+    return std::visit([&](const auto& m) { return encode_gmf_mesh(m, {encoding}, execution); }, mesh);
+}
+template <GmfEncoding encoding>
+Outcome<Chunks> encode_gmf_fields(const Solution& solution, const Execution& execution) {
+    return encode_gmf_solution(solution, {encoding}, execution);
+}
+std::vector<Notice> gmf_losses(const AnyMesh& mesh) {
+    return std::visit([](const auto& m) { return not_in_gmf(m); }, mesh);
+}
+
+Outcome<Chunks> encode_vtu_mesh(const AnyMesh& mesh, const MeshFields& fields, EncodeOptions options,
+                                const Execution& execution) {
+    return std::visit([&](const auto& m) { return encode_vtu(m, fields, {options.cells}, execution); }, mesh);
+}
+std::vector<Notice> vtu_losses(const AnyMesh& mesh) {
+    return std::visit([](const auto& m) { return not_in_vtu(m); }, mesh);
+}
+
+}  // namespace
+
+std::span<const MeshFormat> mesh_formats() {
+    static const std::vector<MeshFormat> formats{
+        {{"gmf-ascii", "GMF as text", {".mesh"}, is_gmf_ascii},
+         decode_gmf_mesh,
+         encode_gmf<GmfEncoding::ascii>,
+         gmf_losses},
+        {{"gmf-binary", "GMF in binary", {".meshb"}, is_gmf_binary},
+         decode_gmf_mesh,
+         encode_gmf<GmfEncoding::binary>,
+         gmf_losses},
+        {{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu}, nullptr, encode_vtu_mesh, vtu_losses, true, true},
+    };
+    return formats;
+}
+
+std::span<const SolutionFormat> solution_formats() {
+    static const std::vector<SolutionFormat> formats{
+        {{"gmf-ascii", "GMF as text", {".sol"}, is_gmf_ascii},
+         decode_gmf_solution,
+         encode_gmf_fields<GmfEncoding::ascii>},
+        {{"gmf-binary", "GMF in binary", {".solb"}, is_gmf_binary},
+         decode_gmf_solution,
+         encode_gmf_fields<GmfEncoding::binary>},
+    };
+    return formats;
+}
+
+std::string listed(std::span<const std::string_view> words, std::string_view before_last, std::string_view between) {
+    std::string text;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+        if (i > 0) text += i + 1 < words.size() ? between : before_last;
+        text += words[i];
+    }
+    return text;
+}
+
+Outcome<DecodedMesh> decode_mesh(std::span<const std::byte> bytes, std::string_view path, const Execution& execution) {
+    const auto format = format_to_read(mesh_formats(), bytes, path);
+    if (!format) return fail(format.error());
+    return (*format)->decode(bytes, path, execution);
+}
+
+Outcome<DecodedSolution> decode_solution(std::span<const std::byte> bytes, std::string_view path,
+                                         const Execution& execution) {
+    const auto format = format_to_read(solution_formats(), bytes, path);
+    if (!format) return fail(format.error());
+    return (*format)->decode(bytes, path, execution);
+}
+
+}  // namespace camber

@@ -1,0 +1,207 @@
+// The tables of formats: what each row promises, whichever it is.
+#include "generated.hpp"
+#include "property.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+using namespace camber;
+
+namespace {
+
+AnyMesh some_mesh(std::uint64_t seed) {
+    const std::size_t cells = 1 + seed % 20;
+    switch (*rc::gen::inRange(0, 4)) {
+        case 0: return generated::mesh<2>(seed, cells);
+        case 1: return generated::mesh<3>(seed, cells);
+        case 2: return generated::quadratic<2>(seed, cells);
+        default: return generated::quadratic<3>(seed, cells);
+    }
+}
+
+bool holds_simplices(const AnyMesh& mesh) {
+    return std::visit(
+        [](const auto& m) {
+            if constexpr (requires { m.linear; })
+                return generated::holds_simplices(m.linear);
+            else
+                return generated::holds_simplices(m);
+        },
+        mesh);
+}
+
+Solution some_solution(std::uint64_t seed) {
+    generated::Random random(seed);
+    Solution made{.dimension = 2 + static_cast<int>(random.below(2)),
+                  .fields = {FieldKind::symmetric_tensor, FieldKind::scalar},
+                  .rows = random.below(20)};
+    Buffer<double> values(made.rows * row_width(made));
+    for (double& x : values) x = random.real();
+    made.values = std::move(values);
+    return made;
+}
+
+template <class Format>
+void names_and_endings_are_of_one_row(std::span<const Format> formats) {
+    std::set<std::string_view> names;
+    std::vector<std::string_view> endings;
+    for (const Format& format : formats) {
+        CHECK(names.insert(format.name).second);
+        CHECK(!format.what.empty());
+        CHECK((format.decode || format.encode));
+        CHECK(format_with_name(formats, format.name) == &format);
+        for (const std::string_view ending : format.endings) {
+            CHECK(ending.starts_with('.'));
+            CHECK(format_with_ending(formats, "a/file" + std::string(ending)) == &format);
+            endings.push_back(ending);
+        }
+    }
+    // No ending ends another: which row is found does not depend on their order.
+    for (const std::string_view a : endings)
+        CHECK(std::count_if(endings.begin(), endings.end(), [&](auto b) { return b.ends_with(a); }) == 1);
+}
+
+template <class Format>
+std::size_t rows_that_know(std::span<const Format> formats, const generated::Bytes& bytes) {
+    return static_cast<std::size_t>(
+        std::count_if(formats.begin(), formats.end(), [&](const Format& format) { return format.sniff(bytes); }));
+}
+
+}  // namespace
+
+TEST_CASE("each name and each ending is one row's") {
+    names_and_endings_are_of_one_row(mesh_formats());
+    names_and_endings_are_of_one_row(solution_formats());
+}
+
+TEST_CASE("what a row of meshes writes it knows again, and no other does; what it reads is what was written") {
+    for (const MeshFormat& format : mesh_formats())
+        if (format.encode)
+            testing::property(std::string(format.name), [&](std::uint64_t seed) {
+                const AnyMesh mesh = some_mesh(seed);
+                RC_PRE(holds_simplices(mesh));
+                const auto bytes = generated::joined(*format.encode(mesh, {}, {}, {}));
+                RC_ASSERT(format_with_content(mesh_formats(), bytes) == &format);
+                RC_ASSERT(rows_that_know(mesh_formats(), bytes) == 1U);
+                if (!format.decode) return;
+                const auto back = decode_mesh(bytes, "file.of-no-format", {});
+                if (!back) RC_FAIL(describe(back.error()));
+                RC_ASSERT(back->mesh == mesh);
+            });
+}
+
+TEST_CASE("what a row of solutions writes it knows again, and no other does; what it reads is what was written") {
+    for (const SolutionFormat& format : solution_formats())
+        if (format.encode)
+            testing::property(std::string(format.name), [&](std::uint64_t seed) {
+                const Solution solution = some_solution(seed);
+                const auto bytes = generated::joined(*format.encode(solution, {}));
+                RC_ASSERT(format_with_content(solution_formats(), bytes) == &format);
+                RC_ASSERT(rows_that_know(solution_formats(), bytes) == 1U);
+                if (!format.decode) return;
+                const auto back = decode_solution(bytes, "file.of-no-format", {});
+                if (!back) RC_FAIL(describe(back.error()));
+                RC_ASSERT(back->solution == solution);
+            });
+}
+
+TEST_CASE("any bytes can be asked what they are, and two rows never both say: mine") {
+    testing::property("noise after a beginning", [](std::uint64_t seed) {
+        generated::Random random(seed);
+        const auto& format = mesh_formats()[random.below(mesh_formats().size())];
+        auto bytes = generated::joined(*format.encode(generated::mesh<3>(seed, 3), {}, {}, {}));
+        bytes.resize(random.below(bytes.size()));
+        for (std::size_t i = random.below(40); i < bytes.size(); ++i)
+            bytes[i] = static_cast<std::byte>(random.below(256));
+        RC_ASSERT(rows_that_know(mesh_formats(), bytes) <= 1U);
+    });
+    CHECK(rows_that_know(mesh_formats(), {}) == 0);
+    CHECK(rows_that_know(mesh_formats(), generated::bytes_of("<?xml version=\"1.0\"?><VTKFile type=\"PolyData\">")) ==
+          0);
+    CHECK(rows_that_know(mesh_formats(), generated::bytes_of("MFEM mesh v1.0\n\ndimension\n2\n")) == 0);
+}
+
+TEST_CASE("a file is read by its content, and by its ending where that says nothing") {
+    const auto text = generated::bytes_of("MeshVersionFormatted 2\nDimension 2\nVertices 0\nEnd\n");
+    CHECK(decode_mesh(text, "a.vtu", {}).has_value());
+    CHECK(decode_mesh(text, "/dev/stdin", {}).has_value());
+    const auto message = [](std::string_view bytes, std::string_view path) {
+        const auto decoded = decode_mesh(generated::bytes_of(bytes), path, {});
+        return decoded ? "no error" : describe(decoded.error());
+    };
+    CHECK(message("solid cube", "in.mesh").starts_with("in.mesh: line 1: this is no GMF file"));
+    CHECK(message("solid cube", "in.stl") ==
+          "in.stl: it begins as no known format does, nor is its ending known (give a .mesh or .meshb file)");
+    CHECK(message("", "/dev/stdin") == "/dev/stdin: the file is empty (give a .mesh or .meshb file)");
+    CHECK(message("<VTKFile type=\"UnstructuredGrid\">", "in.mesh") ==
+          "in.mesh: VTU (ParaView) is written, but not read (give a .mesh or .meshb file)");
+}
+
+TEST_CASE("a file is written by its ending, or by a name that is given") {
+    const auto written = [](std::string_view path, std::string_view name) {
+        const auto format = format_to_write(mesh_formats(), path, name);
+        return format ? std::string((*format)->name) : describe(format.error());
+    };
+    CHECK(written("a.mesh", "") == "gmf-ascii");
+    CHECK(written("a.meshb", "") == "gmf-binary");
+    CHECK(written("/dev/stdout", "gmf-binary") == "gmf-binary");
+    CHECK(written("a.mesh", "vtu") == "vtu");
+    CHECK(written("a.vtk", "") == "a.vtk: no format known for this ending (use .mesh, .meshb or .vtu)");
+    CHECK(written("a.mesh", "vtk") == "vtk: is no format that is written (use gmf-ascii, gmf-binary or vtu)");
+    const auto of_solutions = format_to_write(solution_formats(), "a.mesh");
+    REQUIRE(!of_solutions);
+    CHECK(of_solutions.error().kind == ErrorKind::usage);
+    CHECK(of_solutions.error().remedy == "use .sol or .solb");
+}
+
+TEST_CASE("a table with rows of one's own") {
+    std::vector<MeshFormat> formats(mesh_formats().begin(), mesh_formats().end());
+    MeshFormat only_read;
+    only_read.name = "toy";
+    only_read.what = "a toy";
+    only_read.endings = {".toy"};
+    only_read.sniff = [](std::span<const std::byte> bytes) { return !bytes.empty() && bytes[0] == std::byte{'T'}; };
+    only_read.decode = [](std::span<const std::byte>, std::string_view, const Execution&) -> Outcome<DecodedMesh> {
+        return DecodedMesh{LinearMesh<2>{}, {}};
+    };
+    formats.push_back(only_read);
+    const std::span<const MeshFormat> all(formats);
+    const auto found = format_to_read(all, generated::bytes_of("Toy"), "a.mesh");
+    REQUIRE(found);
+    CHECK((*found)->name == "toy");
+    CHECK(listed(endings_read(all)) == ".mesh, .meshb or .toy");
+    CHECK(listed(endings_written(all)) == ".mesh, .meshb or .vtu");
+    CHECK(!format_to_write(all, "a.toy"));
+}
+
+TEST_CASE("associations of which something is not known: GMF has no word for it, and that is told") {
+    auto mesh = generated::mesh<3>(1, 5);
+    const VertexId v(std::size_t{1});
+    mesh.geometry.on_points = Buffer<Association<0>>{{v, 4}};
+    mesh.geometry.on_curves = Buffer<Association<1>>{{v, 7}, {v, 8, {{0.5}}, 0.25}, {v, 9, {{0.75}}}};
+    mesh.geometry.on_surfaces = {};
+    const auto losses = not_in_gmf(mesh);
+    REQUIRE(losses.size() == 2);
+    CHECK(losses[0].what ==
+          "GMF has no place for 1 associations with curves and surfaces whose parameters are not known");
+    CHECK(losses[1].what ==
+          "GMF has no word for the distances from curves and surfaces that are not known: 1 are written as 0");
+    for (const GmfEncoding encoding : {GmfEncoding::ascii, GmfEncoding::binary}) {
+        const auto back = decode_gmf_mesh(generated::joined(*encode_gmf_mesh(mesh, {encoding}, {})), "file", {});
+        REQUIRE(back);
+        const auto& given = std::get<LinearMesh<3>>(back->mesh).geometry;
+        CHECK(given.on_points == mesh.geometry.on_points);
+        REQUIRE(given.on_curves.size() == 2);
+        CHECK(given.on_curves[0] == mesh.geometry.on_curves[1]);
+        CHECK(given.on_curves[1] == Association<1>{v, 9, {{0.75}}, 0.0});
+        CHECK(not_in_gmf(std::get<LinearMesh<3>>(back->mesh)).empty());
+    }
+}
