@@ -88,13 +88,21 @@ TEST_CASE("what a row of meshes writes it knows again, and no other does; what i
             testing::property(std::string(format.name), [&](std::uint64_t seed) {
                 const AnyMesh mesh = some_mesh(seed);
                 RC_PRE(holds_simplices(mesh));
-                const auto bytes = generated::joined(*format.encode(mesh, {}, {}, {}));
+                const auto chunks = format.encode(mesh, {}, {}, {});
+                if (!chunks) {  // a format may hold one degree or dimension only
+                    RC_ASSERT(chunks.error().kind == ErrorKind::unsupported);
+                    return;
+                }
+                const auto bytes = generated::joined(*chunks);
                 RC_ASSERT(format_with_content(mesh_formats(), bytes) == &format);
                 RC_ASSERT(rows_that_know(mesh_formats(), bytes) == 1U);
                 if (!format.decode) return;
                 const auto back = decode_mesh(bytes, "file.of-no-format", {});
                 if (!back) RC_FAIL(describe(back.error()));
-                RC_ASSERT(back->mesh == mesh);
+                // Where something is lost, what is left is at least the same from then on.
+                if (format.losses(mesh).empty()) RC_ASSERT(back->mesh == mesh);
+                RC_ASSERT(format.losses(back->mesh).empty());
+                RC_ASSERT(generated::joined(*format.encode(back->mesh, {}, {}, {})) == bytes);
             });
 }
 
@@ -137,12 +145,14 @@ TEST_CASE("a file is read by its content, and by its ending where that says noth
         const auto decoded = decode_mesh(generated::bytes_of(bytes), path, {});
         return decoded ? "no error" : describe(decoded.error());
     };
+    const std::string remedy = " (give a " + listed(endings_read(mesh_formats())) + " file)";
+    CHECK(remedy.find(".meshb") < remedy.size());
     CHECK(message("solid cube", "in.mesh").starts_with("in.mesh: line 1: this is no GMF file"));
     CHECK(message("solid cube", "in.stl") ==
-          "in.stl: it begins as no known format does, nor is its ending known (give a .mesh or .meshb file)");
-    CHECK(message("", "/dev/stdin") == "/dev/stdin: the file is empty (give a .mesh or .meshb file)");
+          "in.stl: it begins as no known format does, nor is its ending known" + remedy);
+    CHECK(message("", "/dev/stdin") == "/dev/stdin: the file is empty" + remedy);
     CHECK(message("<VTKFile type=\"UnstructuredGrid\">", "in.mesh") ==
-          "in.mesh: VTU (ParaView) is written, but not read (give a .mesh or .meshb file)");
+          "in.mesh: VTU (ParaView) is written, but not read" + remedy);
 }
 
 TEST_CASE("a file is written by its ending, or by a name that is given") {
@@ -154,8 +164,10 @@ TEST_CASE("a file is written by its ending, or by a name that is given") {
     CHECK(written("a.meshb", "") == "gmf-binary");
     CHECK(written("/dev/stdout", "gmf-binary") == "gmf-binary");
     CHECK(written("a.mesh", "vtu") == "vtu");
-    CHECK(written("a.vtk", "") == "a.vtk: no format known for this ending (use .mesh, .meshb or .vtu)");
-    CHECK(written("a.mesh", "vtk") == "vtk: is no format that is written (use gmf-ascii, gmf-binary or vtu)");
+    CHECK(written("a.vtk", "") ==
+          "a.vtk: no format known for this ending (use " + listed(endings_written(mesh_formats())) + ")");
+    CHECK(written("a.mesh", "vtk") ==
+          "vtk: is no format that is written (use " + listed(names_written(mesh_formats())) + ")");
     const auto of_solutions = format_to_write(solution_formats(), "a.mesh");
     REQUIRE(!of_solutions);
     CHECK(of_solutions.error().kind == ErrorKind::usage);
@@ -163,7 +175,7 @@ TEST_CASE("a file is written by its ending, or by a name that is given") {
 }
 
 TEST_CASE("a table with rows of one's own") {
-    std::vector<MeshFormat> formats(mesh_formats().begin(), mesh_formats().end());
+    std::vector<MeshFormat> formats(mesh_formats().begin(), mesh_formats().begin() + 2);
     MeshFormat only_read;
     only_read.name = "toy";
     only_read.what = "a toy";
@@ -178,7 +190,7 @@ TEST_CASE("a table with rows of one's own") {
     REQUIRE(found);
     CHECK((*found)->name == "toy");
     CHECK(listed(endings_read(all)) == ".mesh, .meshb or .toy");
-    CHECK(listed(endings_written(all)) == ".mesh, .meshb or .vtu");
+    CHECK(listed(endings_written(all)) == ".mesh or .meshb");
     CHECK(!format_to_write(all, "a.toy"));
 }
 

@@ -209,9 +209,9 @@ class Formats(unittest.TestCase):
         self.run_camber("convert", "a.mesh", "-o", "a.vtu")
         self.path("few.sol").write_text("MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n1\n1 1\n1\nEnd\n")
         for code, message, arguments in (
-                (2, "use .mesh, .meshb or .vtu", ("a.mesh", "-o", "a.vtk")),
+                (2, "no format known for this ending (use .mesh, .meshb", ("a.mesh", "-o", "a.vtk")),
                 (2, "--metric and --cells are for .vtu", ("a.mesh", "-o", "b.meshb", "--cells", "lagrange")),
-                (2, "use gmf-ascii, gmf-binary or vtu", ("a.mesh", "-o", "b.meshb", "--format", "stl")),
+                (2, "use gmf-ascii, gmf-binary", ("a.mesh", "-o", "b.meshb", "--format", "stl")),
                 (2, "use gmf-ascii or gmf-binary", ("few.sol", "-o", "b.sol", "--format", "vtu")),
                 (2, "--metric and --cells are for .vtu", ("a.mesh", "-o", "b.vtu", "--format", "gmf-ascii", "--metric", "few.sol")),
                 (3, "written, but not read", ("a.vtu", "-o", "b.mesh")),

@@ -1,6 +1,7 @@
 module;
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 module camber.run;
 import camber.core;
