@@ -248,9 +248,11 @@ class Repair(unittest.TestCase):
     def test_work_has_bounds(self):
         """What is not mended when the work is spent is listed with that reason; the plan of a run tells the limit."""
         mesh = elevate(cube(2))
-        throw_volume_nodes(mesh, 0.6)
+        bulge(mesh, 0.3)
         self.write(mesh)
-        done, report = self.repair("--set", "stages/relax/effort=0", code=1)
+        bound = ("--min-scaled-jacobian", 0.3)
+        self.assertEqual(self.repair(*bound)[1]["relax"]["given_up"], 0)
+        done, report = self.repair(*bound, "--set", "stages/relax/effort=0", code=1)
         self.assertIn("given up (work is spent)", done.stdout)
         self.assertGreater(report["relax"]["given_up"], 0)
         self.assertEqual(len(report["remaining_elements"]), report["relax"]["given_up"])
