@@ -126,7 +126,7 @@ struct Within {
     const JudgedProposal<D>& wanted;
     const Column<QuadraticModel<D>>& models;
     config::Relax options;
-    double work_left;
+    double work_left = 0;
     const Execution& execution;
 
     /// From `start`, with the boundary edges held that are marked.
