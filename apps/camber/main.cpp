@@ -1,5 +1,6 @@
 // The program: arguments to verbs.
 #include <algorithm>
+#include <cctype>
 #include <cstddef>
 #include <cstdio>
 #include <exception>
@@ -16,6 +17,7 @@ import camber.app_shell;
 import camber.commands;
 import camber.config;
 import camber.io;
+import camber.run;
 
 namespace {
 
@@ -83,24 +85,48 @@ struct Verb {
     std::string topic;
 };
 
-/// 1 is only for straight elements.
-CLI::Validator share_below_one() {
+/// Numbers within the limits of an option. Closed ones are told as CLI11 tells them.
+template <class T>
+CLI::Validator within(const camber::Limits& limits) {
+    if (!limits.low_open && !limits.high_open)
+        return CLI::Range(static_cast<T>(limits.low), static_cast<T>(limits.high));
     return CLI::Validator(
-        [](const std::string& text) {
+        [limits](const std::string& text) {
             double x = 0;
-            const bool holds = CLI::detail::lexical_cast(text, x) && x >= 0 && x < 1;
-            return holds ? std::string() : "must be at least 0 and below 1, got " + text;
+            const bool holds = CLI::detail::lexical_cast(text, x) && limits.hold(x);
+            return holds ? std::string() : camber::out_of_limits(limits, text);
         },
-        "[0, 1)");
+        limits.interval());
+}
+
+/// A described option of a struct as an argument of the same name, with its sentence, limits and default.
+template <class T, class S, class V>
+void add_described(CLI::App* verb, S& options, const camber::Option<S, V>& option) {
+    std::string name(option.name), sentence(option.sentence);
+    for (char& c : name) c = c == '_' ? '-' : c;
+    sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));
+    verb->add_option("--" + name, options.*option.member, sentence)
+        ->check(within<T>(option.limits))
+        ->capture_default_str();
+}
+
+/// An argument that takes the words of an enumeration.
+template <class T>
+void add_words(CLI::App* verb, const std::string& name, T& value, const std::string& sentence) {
+    using E = typename CLI::detail::wrapped_type<T, T>::type;
+    std::map<std::string, E> values;
+    std::string text;
+    for (const auto& w : words(E{})) {
+        values.emplace(w.word, w.value);
+        text += (text.empty() ? "" : "|") + std::string(w.word);
+    }
+    verb->add_option(name, value, sentence)->transform(CLI::CheckedTransformer(values))->option_text(text);
 }
 
 void add_flat(CLI::App* verb, camber::config::Flat& flat) {
-    verb->add_option("--flat", flat,
-                     "What triangles without tetrahedra and of one z are: plane (the default), a 2D mesh, written with "
-                     "its z again; or surface, one in space")
-        ->transform(CLI::CheckedTransformer(std::map<std::string, camber::config::Flat>{
-            {"plane", camber::config::Flat::plane}, {"surface", camber::config::Flat::surface}}))
-        ->option_text("plane|surface");
+    add_words(verb, "--flat", flat,
+              "What triangles without tetrahedra and of one z are: plane (the default), a 2D mesh, written with its z "
+              "again; or surface, one in space");
 }
 
 void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
@@ -121,7 +147,7 @@ void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optio
 void add_pipeline(CLI::App* verb, PipelineArguments& a) {
     verb->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
                      "Every element's normalised Jacobian is to be at least this, from 0 and below 1")
-        ->check(share_below_one());
+        ->check(within<double>(camber::option_of(&camber::config::Validate::min_scaled_jacobian).limits));
     add_flat(verb, a.flat);
     verb->add_option("--report", a.report, "Also write the figures as JSON");
     verb->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
@@ -187,21 +213,12 @@ void add_check(CLI::App& app, Verb& verb) {
         "mean ratio. Beyond its elements the mesh is examined: conformity, orientation, nodes, boundary. What each "
         "line means: docs/algorithms/check.md");
     CheckArguments& a = verb.check;
+    using Options = camber::run::CheckOptions;
     check->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
-    check
-        ->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
-                     "What an element's normalised Jacobian must reach to be valid, from 0 and below 1")
-        ->check(share_below_one())
-        ->capture_default_str();
-    check
-        ->add_option("--ridge-angle", a.ridge_angle,
-                     "Faces of the boundary that turn by less than this (degrees) are one smooth wall")
-        ->check(CLI::Range(0.0, 180.0))
-        ->capture_default_str();
+    add_described<double>(check, a.options, camber::option_of(&Options::min_scaled_jacobian));
+    add_described<double>(check, a.options, camber::option_of(&Options::ridge_angle));
     add_flat(check, a.flat);
-    check->add_option("--worst", a.worst, "How many of the worst elements to show")
-        ->check(CLI::Range(0, 1000000))
-        ->capture_default_str();
+    add_described<int>(check, a.options, camber::option_of(&Options::worst));
     check->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
     check->add_flag("--histogram,!--no-histogram", a.histogram,
                     "How the normalised Jacobians (of a straight mesh: the quality) are spread; shown by default");
@@ -228,10 +245,7 @@ void add_convert(CLI::App& app, Verb& verb) {
         ->required();
     convert->add_option("--format", a.format, "The format, by its name, whatever the ending of the output")
         ->option_text(camber::listed(camber::names_written(camber::mesh_formats()), "|", "|"));
-    convert->add_option("--cells", a.cells, "Cells of degree 2 in a .vtu: quadratic (the default) or lagrange")
-        ->transform(CLI::CheckedTransformer(std::map<std::string, camber::config::VtuCells>{
-            {"quadratic", camber::config::VtuCells::quadratic}, {"lagrange", camber::config::VtuCells::lagrange}}))
-        ->option_text("quadratic|lagrange");
+    add_words(convert, "--cells", a.cells, "Cells of degree 2 in a .vtu: quadratic (the default) or lagrange");
     convert->add_option("--metric", a.metric, "A solution on the mesh's vertices, whose fields go into the .vtu");
     convert->add_flag("--elevate", a.elevate, "Degree 1 to 2 first: each edge gets a node at its middle");
     convert->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);

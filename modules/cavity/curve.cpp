@@ -62,6 +62,7 @@ Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& k
                          const Column<LagrangeNode<D>>& boundary_nodes, const Incidence<ElementId>& shells,
                          const BackMesh<D>& back, const EdgeMinimiserOptions& options, const Execution& execution) {
     if (auto fits = check_columns(mesh, kinds.size(), boundary_nodes.size()); !fits) return fail(fits.error());
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
     const EdgeRules rules = edge_rules(options);
     auto targets = map_each(
         execution, mesh.edges.size(),

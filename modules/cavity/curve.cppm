@@ -36,7 +36,7 @@ template <int D>
 /// The second verb on a whole mesh: volume edges become as short as their one node allows in the field `back`, whose
 /// mesh must be the straight form of `mesh`; boundary edges take `boundary_nodes` (see camber.surface), which has one
 /// row an edge. Edges do not see one another, so the cost is linear and the order does not matter. Errors: columns that
-/// do not fit the mesh; stopped.
+/// do not fit the mesh; options out of range (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                        const Column<LagrangeNode<D>>& boundary_nodes,

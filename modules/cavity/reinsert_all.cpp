@@ -173,6 +173,8 @@ Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind
         return fail(ErrorKind::internal, "reinsert_all needs a kind and a boundary node for each of the " +
                                              std::to_string(n) + " edges, not " + std::to_string(kinds.size()) +
                                              " and " + std::to_string(boundary_nodes.size()));
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    if (auto checked = check_limits(options.cavity.edge); !checked) return fail(checked.error());
     const auto topology = cavity_topology(mesh, execution);
     if (!topology) return fail(topology.error());
     const std::size_t vertices = mesh.linear.points.size();

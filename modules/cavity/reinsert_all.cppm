@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <tuple>
 export module camber.cavity:reinsert_all;
 import camber.core;
 import camber.metric;
@@ -14,6 +15,14 @@ struct ReinsertAllOptions {
     /// Turns over the vertices that have a node short of its target next to something that changed. The first turn
     /// reinserts every vertex: those of the volume, then those of the boundary.
     int max_turns = 20;
+
+    [[nodiscard]] static constexpr auto options() {
+        return std::tuple(option("max_turns", &ReinsertAllOptions::max_turns,
+                                 "turns over the vertices; after the first only those with nodes that neighbours kept "
+                                 "from their places")
+                              .at_least(1)
+                              .at_most(1000));
+    }
 };
 
 /// What the walk over the vertices came to.

@@ -34,12 +34,7 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, s
     if (proposal.mid_nodes.size() != edges || proposal.kinds.size() != edges || proposal.changes.size() != edges ||
         models != edges)
         return fail(ErrorKind::internal, "the proposal or the models have another number of edges than the mesh");
-    if (!(options.min_scaled_jacobian >= 0 && options.min_scaled_jacobian < 1))
-        return fail(ErrorKind::usage, "min_scaled_jacobian must be at least 0 and below 1");
-    if (!(options.target >= 0 && options.target < 1))
-        return fail(ErrorKind::usage, "target must be at least 0 and below 1");
-    if (!(options.effort >= 0)) return fail(ErrorKind::usage, "effort must not be negative");
-    return Done{};
+    return check_limits(options);
 }
 
 /// The passes of a repair over the elements that are not good enough yet, the queue.

@@ -2,6 +2,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <tuple>
 #include <vector>
 export module camber.cavity:repair;
 import camber.core;
@@ -16,24 +17,41 @@ enum class RepairScope : std::uint8_t {
 };
 
 enum class VertexMoves : std::uint8_t { allowed, never };
+[[nodiscard]] constexpr auto words(VertexMoves) {
+    return words_of(Word{VertexMoves::allowed, "move"}, Word{VertexMoves::never, "keep"});
+}
 
 /// What repair asks of the elements.
 struct RepairOptions {
-    double min_scaled_jacobian = 1e-12;  ///< det J / |det straight| that makes an element good enough
-    /// What is aimed at where it can be had: keeps mended elements off the very edge of validity.
-    double target = 1e-2;
+    double min_scaled_jacobian = default_bound;
+    double target = RelaxOptions{}.target;  ///< the same as relaxation's
     RepairScope scope = RepairScope::cavities;
-    /// How far a surface node may go, last, from where it is wanted: to the distance of the middle of its chord, as
-    /// relaxation takes it, or to this one if that is more (model units).
     double surface_tolerance = 0;
-    /// Vertices of the volume may move where nodes alone do not help; required ones never do.
     VertexMoves vertices = VertexMoves::allowed;
-    /// The work that may be spent for each element that is not good enough, those that are mended easily leaving theirs
-    /// to others: steps of programmes, a step with ten unknown points counts 1 and others with the square of their
-    /// number. So repair ends where what is asked cannot be had; counts, not seconds, so that the result is the same
-    /// on any machine.
+    /// A step of a programme with ten unknown points counts 1, others with the square of their number. So repair ends
+    /// where what is asked cannot be had; counts, not seconds, so that the result is the same on any machine.
     double effort = 500;
-    double most_work = std::numeric_limits<double>::infinity();  ///< and in all
+    double most_work = std::numeric_limits<double>::infinity();  ///< what may be spent in all
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = RepairOptions;
+        return std::tuple(
+            bound_option<S>(), option_of(&RelaxOptions::target).as(&S::target),
+            option("surface_tolerance", &S::surface_tolerance,
+                   "how far a surface node may go, last, from where it is wanted: to the distance of the middle of "
+                   "its chord, as relaxation takes it, or to this one if that is more")
+                .unit("model units")
+                .at_least(0),
+            option("vertices", &S::vertices,
+                   "vertices of the volume: move, where nodes alone do not mend an element; keep, all stay. Required "
+                   "ones never move"),
+            option("effort", &S::effort,
+                   "work that cavity and edge may spend for each element that is not good enough, in steps of "
+                   "programmes of ten nodes; easily mended ones leave theirs to others, and what is not mended when "
+                   "it is spent is listed")
+                .at_least(0));
+    }
+    friend bool operator==(const RepairOptions&, const RepairOptions&) = default;
 };
 
 /// The work that a repair of so many elements that are not good enough may take: effort · (200 + elements). Where there

@@ -3,6 +3,8 @@ export module camber.core;
 export import :vec;
 export import :sym;
 export import :outcome;
+export import :option;
+export import :words;
 export import :guarded;
 export import :ids;
 export import :column;

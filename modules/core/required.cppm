@@ -6,6 +6,7 @@ export module camber.core:required;
 import :column;
 import :ids;
 import :mesh;
+import :words;
 
 /// What a file says must not change (GMF's Required entities).
 export namespace camber {
@@ -40,6 +41,9 @@ template <int D>
 
 /// Whether edges of the boundary are held where they are required, or those of the volume alone.
 enum class RequiredBoundary : std::uint8_t { keep, geometry };
+[[nodiscard]] constexpr auto words(RequiredBoundary) {
+    return words_of(Word{RequiredBoundary::keep, "keep"}, Word{RequiredBoundary::geometry, "geometry"});
+}
 
 /// The kinds with the required edges `fixed`: their nodes stay.
 template <int D>

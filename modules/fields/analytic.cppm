@@ -1,5 +1,6 @@
 module;
 #include <span>
+#include <tuple>
 #include <variant>
 export module camber.fields:analytic;
 import camber.core;
@@ -15,6 +16,15 @@ export namespace camber {
 struct LinearField {
     double least_size = 0.001, size = 0.1, position = 0.5;
     double scale = 1;  ///< all sizes times this
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = LinearField;
+        return std::tuple(
+            option("least_size", &S::least_size, "size across, at the plane").unit("model units").above(0),
+            option("size", &S::size, "size along, and across at a distance of 1/2").unit("model units").above(0),
+            option("position", &S::position, "z (2D: y) of the plane").unit("model units"),
+            option("scale", &S::scale, "all sizes times this").above(0));
+    }
     friend bool operator==(const LinearField&, const LinearField&) = default;
 };
 
@@ -23,6 +33,15 @@ struct LinearField {
 struct PolarOneField {
     double least_size = 0.001, size = 0.1, radius = 0.5;
     double scale = 1;  ///< all sizes times this
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = PolarOneField;
+        return std::tuple(
+            option("least_size", &S::least_size, "size along the radius, in the layer").unit("model units").above(0),
+            option("size", &S::size, "size along the layer").unit("model units").above(0),
+            option("radius", &S::radius, "of the layer").unit("model units").above(0),
+            option("scale", &S::scale, "all sizes times this").above(0));
+    }
     friend bool operator==(const PolarOneField&, const PolarOneField&) = default;
 };
 
@@ -31,6 +50,23 @@ struct PolarOneField {
 struct PolarTwoField {
     double least_size = 0.001, tangential_size = 0.025, size = 0.1, radius = 0.5, layer_width = 0.1;
     double scale = 1;  ///< all sizes times this
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = PolarTwoField;
+        return std::tuple(
+            option("least_size", &S::least_size, "size along the radius, in the layer").unit("model units").above(0),
+            option("tangential_size", &S::tangential_size, "size around the circle, in the layer")
+                .unit("model units")
+                .above(0),
+            option("size", &S::size, "size along z, and around the circle away from the layer")
+                .unit("model units")
+                .above(0),
+            option("radius", &S::radius, "of the layer").unit("model units").above(0),
+            option("layer_width", &S::layer_width, "distance from which the size around the circle is `size`")
+                .unit("model units")
+                .above(0),
+            option("scale", &S::scale, "all sizes times this").above(0));
+    }
     friend bool operator==(const PolarTwoField&, const PolarTwoField&) = default;
 };
 
@@ -56,6 +92,14 @@ struct SphericalShock {
 /// metric's derivative commutes with it nowhere, which is the case that a wrong D exp gets wrong.
 struct RotatingField {
     double least_size = 0.01, size = 0.1, period = 1;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = RotatingField;
+        return std::tuple(
+            option("least_size", &S::least_size, "size along the turning axis").unit("model units").above(0),
+            option("size", &S::size, "size across it").unit("model units").above(0),
+            option("period", &S::period, "of a whole turn").unit("model units").above(0));
+    }
     friend bool operator==(const RotatingField&, const RotatingField&) = default;
 };
 

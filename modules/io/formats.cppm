@@ -19,7 +19,7 @@ export namespace camber {
 
 /// What a caller may choose of how a mesh is written; each format takes what is its own.
 struct EncodeOptions {
-    VtuCells cells = VtuCells::quadratic;  ///< of formats that have both kinds (`chooses_cells`)
+    VtuCells cells = VtuOptions{}.cells;  ///< of formats that have both kinds (`chooses_cells`)
 };
 
 /// How a format is called, and by what its files are known.

@@ -2,6 +2,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <tuple>
 #include <vector>
 export module camber.io:vtu;
 import camber.core;
@@ -15,10 +16,18 @@ enum class VtuCells : std::uint8_t {
     quadratic,  ///< VTK_QUADRATIC_EDGE, _TRIANGLE, _TETRA (21, 22, 24): every reader of VTK files knows them
     lagrange,   ///< VTK_LAGRANGE_CURVE, _TRIANGLE, _TETRAHEDRON (68, 69, 71): ParaView refines them more smoothly
 };
+[[nodiscard]] constexpr auto words(VtuCells) {
+    return words_of(Word{VtuCells::quadratic, "quadratic"}, Word{VtuCells::lagrange, "lagrange"});
+}
 
 /// How a VTU file is written.
 struct VtuOptions {
     VtuCells cells = VtuCells::quadratic;
+
+    [[nodiscard]] static constexpr auto options() {
+        return std::tuple(option("vtu_cells", &VtuOptions::cells,
+                                 "VTK's quadratic cells, which everything reads, or its Lagrange cells of degree 2"));
+    }
 };
 
 /// The mesh as a VTK UnstructuredGrid file (XML, appended raw data, zlib blocks, this machine's byte order as

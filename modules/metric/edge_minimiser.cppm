@@ -1,6 +1,7 @@
 module;
 #include <cstdint>
 #include <span>
+#include <tuple>
 export module camber.metric:edge_minimiser;
 import camber.core;
 import camber.bezier;
@@ -18,14 +19,35 @@ struct EdgeMinimiserOptions {
     int max_iterations = 30;
     /// Ends when the model promises to lower the objective by less than this, relatively.
     double tolerance = 1e-7;
-    /// Energy only: from its minimum the length itself is lowered as long as its model promises more than this,
-    /// relatively; 0 keeps the energy's minimum.
-    double length_tolerance = 1e-3;
-    /// Bound on the node's shift along the chord, in chords. At 1/4 the edge folds (l' = 0 at an end).
-    double max_tangential_shift = 0.2;
-    /// Bound on the node's offset from the chord's middle, as a length in the metric there. An edge of a mesh that is
-    /// unit for the metric has length 1.
-    double max_offset = 4;
+    double length_tolerance = 1e-3;     ///< of the length's model
+    double max_tangential_shift = 0.2;  ///< at 1/4 the edge folds (l' = 0 at an end)
+    double max_offset = 4;              ///< an edge of a mesh that is unit for the metric has length 1
+
+    /// All that a user may set; `objective` is named by whoever offers more than these two.
+    [[nodiscard]] static constexpr auto options() {
+        using S = EdgeMinimiserOptions;
+        return std::tuple(
+            option("field", &S::field,
+                   "metric along the edge: back, from the mesh's vertices all the way; edge, from the edge's own three "
+                   "values"),
+            option("quadrature_points", &S::quadrature_points, "Gauss points along an edge").at_least(2).at_most(12),
+            option("iterations", &S::max_iterations, "largest number of quasi-Newton steps an edge")
+                .at_least(0)
+                .at_most(1000),
+            option("length_tolerance", &S::length_tolerance,
+                   "energy only: from its minimum the length is lowered while that promises more than this share; 0: "
+                   "never")
+                .at_least(0)
+                .at_most(1),
+            option("max_tangential_shift", &S::max_tangential_shift, "how far a node may slide along its edge")
+                .unit("chord lengths")
+                .at_least(0)
+                .below(0.25),
+            option("max_offset", &S::max_offset, "how far a volume node may leave the middle of its chord")
+                .unit("lengths in the metric")
+                .above(0));
+    }
+    friend bool operator==(const EdgeMinimiserOptions&, const EdgeMinimiserOptions&) = default;
 };
 
 /// How the node of an edge was found.

@@ -13,12 +13,18 @@ export namespace camber {
 /// edge and a quadrature rule turns that into false minima; the energy ∫ l'ᵀ M l' dt has the same curves as minimisers,
 /// at constant speed, and a regular Hessian.
 enum class EdgeObjectiveKind : std::uint8_t { energy, length };
+[[nodiscard]] constexpr auto words(EdgeObjectiveKind) {
+    return words_of(Word{EdgeObjectiveKind::energy, "energy"}, Word{EdgeObjectiveKind::length, "length"});
+}
 
 /// Which field the objective sees along the edge.
 enum class EdgeFieldKind : std::uint8_t {
     back,  ///< the back mesh's at each quadrature point: the true field
     edge,  ///< the quadratic through the three nodes' log-metrics (paper §2.2.1, eq. 7)
 };
+[[nodiscard]] constexpr auto words(EdgeFieldKind) {
+    return words_of(Word{EdgeFieldKind::back, "back"}, Word{EdgeFieldKind::edge, "edge"});
+}
 
 /// The objective at one node.
 template <int D>

@@ -14,12 +14,9 @@ namespace camber {
 
 namespace {
 
-std::string check(const GradationOptions& o) {
-    if (!(o.ratio > 1) || !std::isfinite(o.ratio)) return "the gradation's ratio must be above 1";
-    if (!(o.physical_share >= 0 && o.physical_share <= 1)) return "the physical share must be from 0 to 1";
-    if (o.max_sweeps < 0) return "the number of sweeps must not be negative";
-    if (!(o.tolerance >= 0)) return "the gradation's tolerance must not be negative";
-    return {};
+Outcome<Done> check(const GradationOptions& options) {
+    if (!(options.tolerance >= 0)) return fail(ErrorKind::usage, "the gradation's tolerance must not be negative");
+    return check_limits(options);
 }
 
 /// The vertices at the other ends of the edges around each vertex, rising.
@@ -58,7 +55,7 @@ struct Swept {
 template <int D>
 Outcome<Done> check_sizes(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Column<LogMetric<D>>& field,
                           const GradationOptions& options) {
-    if (std::string wrong = check(options); !wrong.empty()) return fail(ErrorKind::usage, std::move(wrong));
+    if (auto checked = check(options); !checked) return checked;
     if (field.size() != mesh.points.size() || edges.of_elements.size() != mesh.elements.size())
         return fail(ErrorKind::usage, "the metric or the edges are of another mesh");
     return Done{};

@@ -1,6 +1,7 @@
 module;
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 export module camber.metric:gradation;
 import camber.core;
 import :eigen;
@@ -15,16 +16,33 @@ enum class GradationSpace : std::uint8_t {
     physical,  ///< each size grows with the distance in space: it tends to isotropy
     mixed,     ///< the geometric mean of both, by `physical_share`
 };
+[[nodiscard]] constexpr auto words(GradationSpace) {
+    return words_of(Word{GradationSpace::metric, "metric"}, Word{GradationSpace::physical, "physical"},
+                    Word{GradationSpace::mixed, "mixed"});
+}
 
 /// How fast sizes may grow.
 struct GradationOptions {
     GradationSpace space = GradationSpace::mixed;
-    /// Largest ratio of the sizes of adjacent edges, β > 1: sizes grow by log β a unit length.
-    double ratio = 1.5;
-    double physical_share = 0.125;  ///< of the mixed space: 0 is metric, 1 physical
+    double ratio = 1.5;  ///< β: sizes grow by log β a unit length
+    double physical_share = 0.125;
     int max_sweeps = 1000;
     /// Ends when no size shrinks by more than this share in a sweep.
     double tolerance = 1e-6;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = GradationOptions;
+        return std::tuple(
+            option("ratio", &S::ratio, "largest ratio of the sizes of adjacent edges").above(1).at_most(1000),
+            option("space", &S::space,
+                   "metric: all sizes grow alike, anisotropy is kept; physical: each with the distance, towards "
+                   "isotropy; mixed: between the two"),
+            option("physical_share", &S::physical_share, "mixed only: 0 is metric, 1 physical").at_least(0).at_most(1),
+            option("max_sweeps", &S::max_sweeps, "largest number of sweeps over the mesh")
+                .at_least(1)
+                .at_most(1000000));
+    }
+    friend bool operator==(const GradationOptions&, const GradationOptions&) = default;
 };
 
 /// The metric that p spans at q, with axes of M_p and sizes

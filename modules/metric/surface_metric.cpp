@@ -27,11 +27,9 @@ template <int D>
 Outcome<Column<LogMetric<D>>> surface_log_metrics(const VertexNormals<D>& normals, const SurfaceMetricOptions& options,
                                                   const Execution& execution) {
     const double volume_size = options.volume_size.value_or(options.tangent_size);
-    for (const auto& [name, size] :
-         {std::pair("tangent_size", options.tangent_size), std::pair("normal_size", options.normal_size),
-          std::pair("volume_size", volume_size)})
-        if (!(size > 0) || !std::isfinite(size))
-            return fail(ErrorKind::usage, std::string("the surface metric's ") + name + " must be positive");
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    if (!(volume_size > 0) || !std::isfinite(volume_size))
+        return fail(ErrorKind::usage, "volume_size must be a finite number above 0");
     auto logs = map_each(execution, normals.size(), [&](std::size_t v) {
         LogMetric<D> out{-2 * std::log(volume_size) * Sym<D>::identity()};
         bool on_boundary = false;

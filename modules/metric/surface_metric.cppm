@@ -1,5 +1,6 @@
 module;
 #include <optional>
+#include <tuple>
 export module camber.metric:surface_metric;
 import camber.core;
 import :spd;
@@ -9,9 +10,19 @@ export namespace camber {
 /// The surface metric of paper §4.1: thin along the normal at the boundary, isotropic in the volume. Gradation then
 /// carries it into the volume.
 struct SurfaceMetricOptions {
-    double tangent_size = 1;            ///< in the tangent plane: λ_min = tangent_size⁻²; model units
+    double tangent_size = 1;            ///< in the tangent plane: λ_min = tangent_size⁻²
     double normal_size = 0.1;           ///< along the normal: λ_max = normal_size⁻²; the paper takes a tenth
-    std::optional<double> volume_size;  ///< at volume vertices; as tangent_size unless given
+    std::optional<double> volume_size;  ///< at volume vertices (model units); as tangent_size unless given
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = SurfaceMetricOptions;
+        return std::tuple(
+            option("tangent_size", &S::tangent_size, "size along the boundary").unit("model units").above(0).required(),
+            option("normal_size", &S::normal_size, "size across it; a tenth of tangent_size curves well")
+                .unit("model units")
+                .above(0)
+                .required());
+    }
 };
 
 /// Unit normals at the vertices of a mesh: none in the volume, one a smooth side on the boundary, so two at a ridge and

@@ -2,6 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 export module camber.shapes:box;
 import camber.core;
 
@@ -25,6 +26,18 @@ struct BoxOptions {
     double jitter = 0.2;     ///< largest move of a vertex along each axis, in cell sizes; on a side it stays there
     std::uint64_t seed = 1;  ///< of diagonals and jitter
 
+    [[nodiscard]] static constexpr auto options() {
+        using S = BoxOptions;
+        return std::tuple(
+            option("low", &S::low, "corner of the least coordinates").unit("model units"),
+            option("high", &S::high, "corner of the largest coordinates").unit("model units"),
+            option("cells", &S::cells, "cells along each axis").at_least(1),
+            option("jitter", &S::jitter, "largest random move of a vertex along each axis")
+                .unit("cell sizes")
+                .at_least(0)
+                .at_most(0.5),
+            option("seed", &S::seed, "another seed, another mesh of the same kind; the same seed, the same bytes"));
+    }
     friend bool operator==(const BoxOptions&, const BoxOptions&) = default;
 };
 

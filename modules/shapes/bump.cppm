@@ -1,6 +1,7 @@
 module;
 #include <array>
 #include <cstdint>
+#include <tuple>
 export module camber.shapes:bump;
 import camber.core;
 import :layers;
@@ -18,6 +19,22 @@ struct BumpOptions {
     double jitter = 0.2;  ///< largest move of an inner vertex along each axis, in cell sizes
     std::uint64_t seed = 1;
 
+    [[nodiscard]] static constexpr auto options() {
+        using S = BumpOptions;
+        return std::tuple(
+            option("length", &S::length, "length of the channel").unit("model units").above(0),
+            option("height", &S::height, "height of the channel").unit("model units").above(0),
+            option("bump_height", &S::bump_height, "height of the bump in the middle; negative: a dent")
+                .unit("model units"),
+            option("bump_width", &S::bump_width, "from foot to foot").unit("model units").above(0),
+            option("cells", &S::cells, "cells along the channel, and across it above the layers").at_least(1),
+            option("floor_layer", &S::floor_layer, "layers on the floor"),
+            option("jitter", &S::jitter, "largest random move of a vertex along each axis")
+                .unit("cell sizes")
+                .at_least(0)
+                .at_most(0.5),
+            option("seed", &S::seed, "another seed, another mesh of the same kind; the same seed, the same bytes"));
+    }
     friend bool operator==(const BumpOptions&, const BumpOptions&) = default;
 };
 

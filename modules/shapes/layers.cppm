@@ -1,5 +1,6 @@
 module;
 #include <cstdint>
+#include <tuple>
 #include <vector>
 export module camber.shapes:layers;
 import camber.core;
@@ -14,6 +15,16 @@ struct BoundaryLayer {
     Reference material = 1;      ///< of the layers' elements; what is not layers has 1
     Reference interface = 9;     ///< of the facets between the layers and what is above, if that is another material
 
+    [[nodiscard]] static constexpr auto options() {
+        using S = BoundaryLayer;
+        return std::tuple(
+            option("count", &S::count, "number of layers; 0 for none").at_least(0).at_most(1000),
+            option("first_height", &S::first_height, "height of the layer at the wall").unit("model units").above(0),
+            option("growth", &S::growth, "height of a layer over that of the one nearer to the wall").above(0),
+            option("material", &S::material, "reference of the layers' elements; that of the others is 1"),
+            option("interface", &S::interface,
+                   "reference of the facets between the layers and the others, where their materials differ"));
+    }
     friend bool operator==(const BoundaryLayer&, const BoundaryLayer&) = default;
 };
 

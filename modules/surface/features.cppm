@@ -1,6 +1,7 @@
 module;
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 export module camber.surface:features;
 import camber.core;
 
@@ -9,10 +10,17 @@ export namespace camber {
 /// When the boundary breaks.
 template <int D>
 struct FeatureOptions {
-    /// An edge whose two facets turn by more than this (degrees) is a ridge; 2D: a vertex is a corner.
-    double ridge_angle_degrees = 40;
+    double ridge_angle_degrees = 40;  ///< 2D: a vertex where facets turn by more is a corner
     /// A vertex where a ridge curve turns by more than this (degrees) is a corner (3D).
     double corner_angle_degrees = 40;
+
+    [[nodiscard]] static constexpr auto options() {
+        return std::tuple(option("ridge_angle", &FeatureOptions::ridge_angle_degrees,
+                                 "facets that meet at more than this angle make a ridge")
+                              .unit("degrees")
+                              .above(0)
+                              .at_most(180));
+    }
 };
 
 /// Where a vertex lies: a ridge curve passes through a ridge vertex and breaks at a corner. In 2D the boundary edges

@@ -26,13 +26,7 @@ Outcome<Done> sound(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
     const std::size_t edges = mesh.edges.size();
     if (proposal.mid_nodes.size() != edges || proposal.kinds.size() != edges || proposal.changes.size() != edges)
         return fail(ErrorKind::internal, "the proposal has another number of edges than the mesh");
-    if (!(options.theta > 0 && options.theta < 1)) return fail(ErrorKind::usage, "theta must be between 0 and 1");
-    if (!(options.min_scaled_jacobian >= 0 && options.min_scaled_jacobian < 1))
-        return fail(ErrorKind::usage, "min_scaled_jacobian must be at least 0 and below 1");
-    if (!(options.target >= 0 && options.target < 1))
-        return fail(ErrorKind::usage, "target must be at least 0 and below 1");
-    if (options.max_corrections < 0) return fail(ErrorKind::usage, "max_corrections must not be negative");
-    return Done{};
+    return check_limits(options);
 }
 
 template <int D>

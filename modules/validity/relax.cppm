@@ -1,6 +1,7 @@
 module;
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 export module camber.validity:relax;
 import camber.core;
 import :validate;
@@ -20,13 +21,30 @@ enum class RelaxStrategy : std::uint8_t {
 
 /// How far and in which way `relax` moves nodes.
 struct RelaxOptions {
-    double min_scaled_jacobian = 1e-12;  ///< det J / |det straight| that makes an element valid (paper §4.3)
-    /// What the shell strategy aims at in mended elements, where it can be had: keeps them off the very edge of
-    /// validity.
-    double target = 1e-2;
-    double theta = 0.75;       ///< factor of a plain step, in (0, 1)
-    int max_corrections = 10;  ///< plain steps of one edge before it is made straight
+    double min_scaled_jacobian = default_bound;
+    double target = 1e-2;  ///< of the shell strategy
+    double theta = 0.75;
+    int max_corrections = 40;
     RelaxStrategy strategy = RelaxStrategy::shell;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = RelaxOptions;
+        return std::tuple(
+            bound_option<S>(),
+            option("target", &S::target,
+                   "what is aimed at in mended elements where it can be had, as a share of the straight element's "
+                   "determinant; keeps them off the very edge of validity")
+                .at_least(0)
+                .below(1),
+            option("theta", &S::theta, "what a correction leaves of a node's offset")
+                .unit("shares of the offset")
+                .above(0)
+                .below(1),
+            option("max_corrections", &S::max_corrections, "corrections before a node goes to the middle of its chord")
+                .at_least(1)
+                .at_most(10000));
+    }
+    friend bool operator==(const RelaxOptions&, const RelaxOptions&) = default;
 };
 
 /// What `relax` made of a proposal.

@@ -10,6 +10,19 @@ import :verdict;
 
 export namespace camber {
 
+/// det J / |det straight| that makes an element valid (paper §4.3), unless another bound is asked for.
+inline constexpr double default_bound = 1e-9;
+
+/// That bound as an option of S, which has a member `min_scaled_jacobian`.
+template <class S>
+[[nodiscard]] constexpr Option<S, double> bound_option() {
+    return option("min_scaled_jacobian", &S::min_scaled_jacobian,
+                  "an element is valid when the determinant of its Jacobian is everywhere at least this share of the "
+                  "straight element's")
+        .at_least(0)
+        .below(1);
+}
+
 /// Verdicts of a whole mesh.
 template <int D>
 struct Validation {

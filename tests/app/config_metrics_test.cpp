@@ -7,6 +7,7 @@
 import camber.core;
 import camber.fields;
 import camber.config;
+import camber.metric;
 
 using namespace camber;
 using namespace camber::config;
@@ -75,8 +76,7 @@ TEST_CASE("metric operations are read in order, written again, and their files l
     REQUIRE(p.metric_operations.size() == 6);
     CHECK(std::holds_alternative<NaturalMetric>(std::get<Intersect>(p.metric_operations[0]).metric));
     CHECK(std::get<Gradation>(p.metric_operations[2]) == Gradation{});
-    CHECK(std::get<Gradation>(p.metric_operations[3]) ==
-          Gradation{.ratio = 2, .space = config::GradationSpace::physical});
+    CHECK(std::get<Gradation>(p.metric_operations[3]) == Gradation{.space = GradationSpace::physical, .ratio = 2});
     CHECK(std::get<Bound>(p.metric_operations[4]).max_size == 3);
     CHECK(std::get<Complexity>(p.metric_operations[5]).target == 100);
     const auto again = read_pipeline(write_pipeline(p), "again");

@@ -53,7 +53,7 @@ TEST_CASE("a config's values arrive, and defaults fill the rest") {
     REQUIRE(p.stages.size() == 5);
     CHECK(std::get<Curve>(p.stages[1]).objective == Objective::length);
     CHECK(std::get<Curve>(p.stages[1]).quadrature_points == 6);
-    CHECK(std::get<Curve>(p.stages[1]).iterations == Curve{}.iterations);
+    CHECK(std::get<Curve>(p.stages[1]).max_iterations == Curve{}.max_iterations);
     CHECK(std::get<Relax>(p.stages[3]).repair == Repair::relax);
     CHECK(p.threads == 2);
     CHECK(p.output.mesh == "out.meshb");
@@ -94,7 +94,7 @@ TEST_CASE("overrides change what the text says, what it leaves out, and stages b
     CHECK(std::get<Curve>(read(text, {"stages/1/curve/objective=length"}).stages[1]).objective == Objective::length);
     const auto curve = std::get<Curve>(read(text, {"stages/curve/quadrature_points=8"}).stages[1]);
     CHECK(curve.quadrature_points == 8);
-    CHECK(curve.iterations == 3);
+    CHECK(curve.max_iterations == 3);
     CHECK(std::get<Relax>(read(R"({"input": {"mesh": "a"}})", {"stages/relax/theta=0.5"}).stages[3]).theta == 0.5);
     for (const char* wrong : {"threads", "=3", "stages/9/curve=1", "stages/curved/theta=1", "thread=3"})
         CHECK(read_pipeline(text, "c", std::vector<std::string>{wrong}).error().kind == ErrorKind::usage);

@@ -186,14 +186,15 @@ TEST_CASE("relax: options out of range") {
         const auto r = relax(judged(p), options, Execution{1});
         REQUIRE_FALSE(r.has_value());
         CHECK(r.error().kind == ErrorKind::usage);
+        return r.error().what;
     };
     RelaxOptions options;
     options.theta = 1;
-    refused(options);
+    CHECK(refused(options) == "theta must be above 0 and below 1, got 1");
     options = {};
     options.min_scaled_jacobian = 1;
     refused(options);
     options = {};
-    options.max_corrections = -1;
+    options.max_corrections = 0;
     refused(options);
 }

@@ -75,8 +75,7 @@ Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
         return Done{};
     });
     if (!read) return fail(read.error());
-    const run::CheckOptions options{arguments.min_scaled_jacobian, arguments.ridge_angle, arguments.worst};
-    auto report = run::check_mesh(std::move(*mesh), options, around);
+    auto report = run::check_mesh(std::move(*mesh), arguments.options, around);
     progress.wipe();
     if (!report) return fail(of_file(report.error(), arguments.input));
     return report;

@@ -12,6 +12,8 @@ export import :ending;
 export import :suggestion;
 import camber.core;
 import camber.config;
+import camber.io;
+import camber.run;
 
 export namespace camber::app {
 
@@ -45,10 +47,10 @@ struct RepairArguments : PipelineArguments {
 
 struct ConvertArguments {
     std::string input, output;
-    std::string format;                     ///< a format's name; empty: that of the output's ending
-    std::optional<config::VtuCells> cells;  ///< of a .vtu; none: quadratic
-    std::string metric;                     ///< a solution file whose fields go into the .vtu; empty: none
-    bool elevate = false;                   ///< degree 1 to 2
+    std::string format;             ///< a format's name; empty: that of the output's ending
+    std::optional<VtuCells> cells;  ///< of a .vtu; none: the default
+    std::string metric;             ///< a solution file whose fields go into the .vtu; empty: none
+    bool elevate = false;           ///< degree 1 to 2
     int threads = 0;
 };
 [[nodiscard]] int convert_command(const ConvertArguments& arguments);
@@ -61,8 +63,7 @@ struct PlotArguments {
 struct CheckArguments {
     std::string input;
     config::Flat flat = config::Flat::plane;
-    double min_scaled_jacobian = 0, ridge_angle = 40;
-    std::size_t worst = 10;
+    run::CheckOptions options = {};
     int threads = 0;
     bool json = false, elements = false, histogram = true;
 };

@@ -110,7 +110,7 @@ Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution
     }
     say(format.losses(mesh));
     if (auto made = make_folder_of(a.output); !made) return made;
-    return write_mesh(format, mesh, fields, encode_options(a.cells.value_or(config::VtuCells::quadratic)), a.output,
+    return write_mesh(format, mesh, fields, EncodeOptions{a.cells.value_or(EncodeOptions{}.cells)}, a.output,
                       execution);
 }
 

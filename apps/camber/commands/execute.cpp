@@ -113,7 +113,7 @@ Outcome<Done> write_outputs(run::Run& run, const config::Pipeline& pipeline, con
         const MeshFormat& format = **found;
         const std::string stage = format.holds_fields ? "write " + std::string(format.name) : "write";
         auto done = around(stage, [&](const Execution& execution) {
-            return write_mesh(format, run.mesh, run.fields, encode_options(output.vtu_cells), path, execution);
+            return write_mesh(format, run.mesh, run.fields, EncodeOptions{output.vtu_cells}, path, execution);
         });
         if (done = written.add(path, std::move(done)); !done) return done;
     }

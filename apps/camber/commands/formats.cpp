@@ -9,7 +9,6 @@ module;
 module camber.commands;
 import camber.core;
 import camber.app_shell;
-import camber.config;
 import camber.io;
 import camber.run;
 import :formats;
@@ -57,10 +56,6 @@ Outcome<Done> make_folder_of(const std::string& path) {
         return fail(ErrorKind::write, "the folder cannot be made: " + error.message(), folder.string(), {},
                     "take another place");
     return Done{};
-}
-
-EncodeOptions encode_options(config::VtuCells cells) {
-    return {cells == config::VtuCells::lagrange ? camber::VtuCells::lagrange : camber::VtuCells::quadratic};
 }
 
 }  // namespace camber::app

@@ -4,7 +4,6 @@ module;
 #include <vector>
 export module camber.commands:formats;
 import camber.core;
-import camber.config;
 import camber.io;
 import camber.run;
 import :ending;
@@ -32,7 +31,5 @@ namespace camber::app {
 [[nodiscard]] std::vector<std::string> plot_files(const std::string& folder);
 [[nodiscard]] Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder,
                                         Written& written);
-
-[[nodiscard]] EncodeOptions encode_options(config::VtuCells cells);
 
 }  // namespace camber::app

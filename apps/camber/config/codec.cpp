@@ -14,38 +14,22 @@ import :json;
 
 namespace camber::config {
 
-namespace {
-
-std::string number(double x) {
-    return x == std::round(x) && std::abs(x) < 1e15 ? std::to_string(static_cast<long>(x)) : Json(x).dump();
-}
-
-}  // namespace
-
-std::string Limits::text() const {
-    std::string text;
-    if (std::isfinite(low)) text = (low_open ? "above " : "at least ") + number(low);
-    if (std::isfinite(high))
-        text += (text.empty() ? "" : " and ") + std::string(high_open ? "below " : "at most ") + number(high);
-    return text;
-}
-
-void Limits::add_to(Json& schema) const {
-    if (std::isfinite(low)) schema[low_open ? "exclusiveMinimum" : "minimum"] = low;
-    if (std::isfinite(high)) schema[high_open ? "exclusiveMaximum" : "maximum"] = high;
+void add_limits(const Limits& limits, Json& schema) {
+    if (std::isfinite(limits.low)) schema[limits.low_open ? "exclusiveMinimum" : "minimum"] = limits.low;
+    if (std::isfinite(limits.high)) schema[limits.high_open ? "exclusiveMaximum" : "maximum"] = limits.high;
 }
 
 Outcome<double> Codec<double>::read(const Json& json, const Place& place, const Limits& limits) {
     if (!json.is_number()) return bad(place, "expected a number, got " + kind_of(json));
     const auto x = json.get<double>();
     if (!std::isfinite(x)) return bad(place, "the number is too large");
-    if (!limits.hold(x)) return bad(place, "must be " + limits.text() + ", got " + json.dump());
+    if (!limits.hold(x)) return bad(place, out_of_limits(limits, json.dump()));
     return x;
 }
 
 Json Codec<double>::schema(const Limits& limits) {
     Json schema{{"type", "number"}};
-    limits.add_to(schema);
+    add_limits(limits, schema);
     return schema;
 }
 

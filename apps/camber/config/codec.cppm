@@ -6,7 +6,6 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -23,19 +22,8 @@ import :values;
 
 namespace camber::config {
 
-/// What a field may hold beyond its type; of an array: its items and their number.
-struct Limits {
-    double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
-    bool low_open = false, high_open = false;
-    std::size_t least_count = 0, most_count = std::numeric_limits<std::size_t>::max();
-
-    [[nodiscard]] bool hold(double x) const {
-        return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high);
-    }
-    /// "at least 0 and below 1"; empty without limits.
-    [[nodiscard]] std::string text() const;
-    void add_to(Json& schema) const;
-};
+/// Puts the limits of a number into its schema.
+void add_limits(const Limits& limits, Json& schema);
 
 /// One field of a struct S: the single description from which it is read, written, explained and put into the schema.
 template <class S>
@@ -80,14 +68,9 @@ struct Choice {
     std::vector<Alternative> alternatives;  ///< in the variant's order
 };
 
-/// The words of an enum, in the order of its values from 0.
-struct Words {
-    std::vector<std::string> words;
-};
-
-/// Specialised for each struct, variant and enum in describe_*.cpp, and declared in description.cppm.
+/// Specialised for each struct and variant in describe_*.cpp, and declared in description.cppm.
 template <class T>
-struct Described;  // static const Description<T> / Choice<T> / Words& get()
+struct Described;  // static const Description<T> / Choice<T>& get()
 
 template <class T>
 using DescriptionOf = std::remove_cvref_t<decltype(Described<T>::get())>;
@@ -95,8 +78,6 @@ template <class T>
 concept Struct = std::same_as<DescriptionOf<T>, Description<T>>;
 template <class T>
 concept OneOf = std::same_as<DescriptionOf<T>, Choice<T>>;
-template <class T>
-concept Enum = std::same_as<DescriptionOf<T>, Words>;
 
 /// How a type is read from JSON, written to it, put into the schema, and called.
 template <class T>
@@ -117,14 +98,14 @@ struct Codec<T> {
         const bool fits = json.is_number_unsigned() ? std::in_range<T>(json.get<std::uint64_t>())
                                                     : std::in_range<T>(json.get<std::int64_t>());
         if (!fits || !limits.hold(json.get<double>()))
-            return bad(place, "must be " + (limits.text().empty() ? "a smaller number" : limits.text()) + ", got " +
-                                  json.dump());
+            return bad(place, limits.text().empty() ? "must be a smaller number, got " + json.dump()
+                                                    : out_of_limits(limits, json.dump()));
         return json.get<T>();
     }
     static Json write(T x) { return x; }
     static Json schema(const Limits& limits) {
         Json schema{{"type", "integer"}};
-        limits.add_to(schema);
+        add_limits(limits, schema);
         if (std::is_unsigned_v<T> && !schema.contains("minimum")) schema["minimum"] = 0;
         return schema;
     }
@@ -203,21 +184,20 @@ struct Codec<Vec<D>> {
     static std::string type(const Limits& limits) { return Items::type(limits); }
 };
 
-template <Enum T>
+template <HasWords T>
 struct Codec<T> {
-    static const std::vector<std::string>& words() { return Described<T>::get().words; }
     static Outcome<T> read(const Json& json, const Place& place, const Limits&) {
-        for (std::size_t i = 0; i < words().size(); ++i)
-            if (json == words()[i]) return static_cast<T>(i);
+        for (const auto& w : words(T{}))
+            if (json == w.word) return w.value;
         const std::string word = json.is_string() ? json.get<std::string>() : std::string{};
         return bad(place, "expected " + type({}) + ", got " + kind_of(json),
-                   nearest(word, words()).empty() ? "" : suggestion(word, words()));
+                   nearest(word, all_words<T>()).empty() ? "" : suggestion(word, all_words<T>()));
     }
-    static Json write(T x) { return words()[static_cast<std::size_t>(x)]; }
-    static Json schema(const Limits&) { return {{"enum", words()}}; }
+    static Json write(T x) { return word_of(x); }
+    static Json schema(const Limits&) { return {{"enum", all_words<T>()}}; }
     static std::string type(const Limits&) {
         std::string text;
-        for (std::size_t i = 0; i < words().size(); ++i) text += (i > 0 ? " or \"" : "\"") + words()[i] + "\"";
+        for (const auto& word : all_words<T>()) text += (text.empty() ? "\"" : " or \"") + word + "\"";
         return text;
     }
 };

@@ -19,8 +19,6 @@ namespace camber::config {
 
 namespace {
 
-constexpr const char* length = "model units";
-
 bool is_zero(const std::vector<double>& v) {
     for (const double x : v)
         if (x != 0) return false;
@@ -42,19 +40,9 @@ const Description<NaturalMetric>& Described<NaturalMetric>::get() {
 }
 
 const Description<ConstantMetric>& Described<ConstantMetric>::get() {
-    using S = ConstantMetric;
-    static const Description<S> description{
-        "constant",
-        "The same metric everywhere: by sizes or by a tensor.",
-        {field("sizes", &S::sizes, "one edge length, or one along each axis; empty when a tensor is given")
-             .unit(length)
-             .above(0)
-             .count(0, 3),
-         field("tensor", &S::tensor,
-               "lower triangle by rows: xx, xy, yy (2D) or xx, xy, yy, xz, yz, zz; empty when sizes are given")
-             .unit("1 / length²")
-             .count(0, 6)},
-        [](const S& s) -> std::string {
+    static const Description<ConstantMetric> description{
+        "constant", "The same metric everywhere: by sizes or by a tensor.", listed<ConstantMetric>(),
+        [](const ConstantMetric& s) -> std::string {
             if (s.sizes.empty() == s.tensor.empty()) return "give either \"sizes\" or \"tensor\"";
             if (!s.tensor.empty() && s.tensor.size() != 3 && s.tensor.size() != 6)
                 return "a tensor has 3 entries (2D) or 6 (3D), got " + std::to_string(s.tensor.size());
@@ -64,15 +52,15 @@ const Description<ConstantMetric>& Described<ConstantMetric>::get() {
 }
 
 const Choice<Metric>& Described<Metric>::get() {
-    static const Choice<Metric> choice{
-        "metric",
-        "The field of sizes and directions that edges follow.",
-        {{"natural", "the mesh's own"},
-         {"file", "symmetric tensors at the vertices, from a " + listed(endings_read(solution_formats())) + " file"},
-         {"constant", "the same everywhere"},
-         {"surface", "thin along the boundary's normals, isotropic in the volume"},
-         {"field", "an analytic field, by name"},
-         {"expression", "sizes or tensors as expressions of x, y, z"}}};
+    static const auto choice =
+        choice_of<Metric>("metric", "The field of sizes and directions that edges follow.",
+                          key<NaturalMetric>("natural", "the mesh's own"),
+                          key<FilePath>("file", "symmetric tensors at the vertices, from a " +
+                                                    camber::listed(endings_read(solution_formats())) + " file"),
+                          key<ConstantMetric>("constant", "the same everywhere"),
+                          key<SurfaceMetric>("surface", "thin along the boundary's normals, isotropic in the volume"),
+                          key<FieldMetric>("field", "an analytic field, by name"),
+                          key<MetricExpression>("expression", "sizes or tensors as expressions of x, y, z"));
     return choice;
 }
 
@@ -89,63 +77,38 @@ const Description<Straight>& Described<Straight>::get() {
 }
 
 const Description<Plane>& Described<Plane>::get() {
-    using S = Plane;
-    static const Description<S> description{
-        "plane",
-        "A plane (2D: a line).",
-        {field("point", &S::point, "any point of it").unit(length).count(2, 3).required(),
-         field("normal", &S::normal, "perpendicular to it, of any length").count(2, 3).required()},
-        [](const S& s) { return check_axis(s.point, s.normal, "the normal"); }};
+    static const Description<Plane> description{"plane", "A plane (2D: a line).", listed<Plane>(), [](const Plane& s) {
+                                                    return check_axis(s.point, s.normal, "the normal");
+                                                }};
     return description;
 }
 
 const Description<Sphere>& Described<Sphere>::get() {
-    using S = Sphere;
-    static const Description<S> description{
-        "sphere",
-        "A sphere (2D: a circle).",
-        {field("centre", &S::centre, "its centre; empty: the origin").unit(length).count(0, 3),
-         field("radius", &S::radius, "its radius").unit(length).above(0).required()},
-        {}};
+    static const Description<Sphere> description{"sphere", "A sphere (2D: a circle).", listed<Sphere>(), {}};
     return description;
 }
 
 const Description<Cylinder>& Described<Cylinder>::get() {
-    using S = Cylinder;
-    static const Description<S> description{
-        "cylinder",
-        "An infinite circular cylinder.",
-        {field("point", &S::point, "any point of its axis").unit(length).count(3, 3).required(),
-         field("axis", &S::axis, "direction of its axis, of any length").count(3, 3).required(),
-         field("radius", &S::radius, "its radius").unit(length).above(0).required()},
-        [](const S& s) { return check_axis(s.point, s.axis, "the axis"); }};
+    static const Description<Cylinder> description{
+        "cylinder", "An infinite circular cylinder.", listed<Cylinder>(),
+        [](const Cylinder& s) { return check_axis(s.point, s.axis, "the axis"); }};
     return description;
 }
 
 const Description<Torus>& Described<Torus>::get() {
-    using S = Torus;
-    static const Description<S> description{
-        "torus",
-        "A ring torus.",
-        {field("centre", &S::centre, "its centre").unit(length).count(3, 3).required(),
-         field("axis", &S::axis, "direction of its axis of rotation, of any length").count(3, 3).required(),
-         field("major_radius", &S::major_radius, "from the centre to the middle of the tube")
-             .unit(length)
-             .above(0)
-             .required(),
-         field("minor_radius", &S::minor_radius, "radius of the tube").unit(length).above(0).required()},
-        [](const S& s) -> std::string {
-            if (!(s.minor_radius < s.major_radius)) return "minor_radius must be below major_radius";
-            return check_axis(s.centre, s.axis, "the axis");
-        }};
+    static const Description<Torus> description{"torus", "A ring torus.", listed<Torus>(),
+                                                [](const Torus& s) -> std::string {
+                                                    if (!(s.minor_radius < s.major_radius))
+                                                        return "minor_radius must be below major_radius";
+                                                    return check_axis(s.centre, s.axis, "the axis");
+                                                }};
     return description;
 }
 
 const Choice<Surface>& Described<Surface>::get() {
-    static const Choice<Surface> choice{
-        "surface",
-        "the surface's equation",
-        {{"plane", "a plane"}, {"sphere", "a sphere"}, {"cylinder", "a cylinder"}, {"torus", "a torus"}}};
+    static const auto choice = choice_of<Surface>(
+        "surface", "the surface's equation", key<Plane>("plane", "a plane"), key<Sphere>("sphere", "a sphere"),
+        key<Cylinder>("cylinder", "a cylinder"), key<Torus>("torus", "a torus"));
     return choice;
 }
 
@@ -154,9 +117,7 @@ const Description<AnalyticSurface>& Described<AnalyticSurface>::get() {
     static const Description<S> description{
         "analytic",
         "An array of surfaces by their equations; boundary facets of other references take the surrogate.",
-        {field("references", &S::references, "references of the boundary facets on this surface")
-             .count(1, 100000)
-             .required(),
+        {field<S>(option_of(&S::references)),
          [] {
              auto surface = inlined(&S::surface);
              surface.is_required = true;
@@ -167,12 +128,11 @@ const Description<AnalyticSurface>& Described<AnalyticSurface>::get() {
 }
 
 const Choice<Geometry>& Described<Geometry>::get() {
-    static const Choice<Geometry> choice{
-        "geometry",
-        "The shape that boundary nodes are put onto.",
-        {{"surrogate", "a smooth surface through the mesh's boundary"},
-         {"straight", "the flat facets themselves"},
-         {"analytic", "spheres, planes, cylinders, tori by reference, the surrogate on all others"}}};
+    static const auto choice = choice_of<Geometry>(
+        "geometry", "The shape that boundary nodes are put onto.",
+        key<Surrogate>("surrogate", "a smooth surface through the mesh's boundary"),
+        key<Straight>("straight", "the flat facets themselves"),
+        key<Analytic>("analytic", "spheres, planes, cylinders, tori by reference, the surrogate on all others"));
     return choice;
 }
 

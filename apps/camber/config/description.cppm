@@ -76,40 +76,6 @@ CAMBER_DESCRIBED(Stage)
 #undef CAMBER_KIND
 #undef CAMBER_DESCRIBED
 
-template <>
-struct Described<ShellStructure> {
-    static const Words& get();
-};
-template <>
-struct Described<Objective> {
-    static const Words& get();
-};
-template <>
-struct Described<FieldOfEdge> {
-    static const Words& get();
-};
-template <>
-struct Described<Repair> {
-    static const Words& get();
-};
-template <>
-struct Described<Vertices> {
-    static const Words& get();
-};
-template <>
-struct Described<Flat> {
-    static const Words& get();
-};
-template <>
-struct Described<Required> {
-    static const Words& get();
-};
-
-template <>
-struct Described<GradationSpace> {
-    static const Words& get();
-};
-
 /// An expression alone: a string, or an array of strings.
 template <>
 struct Codec<SizeExpression> {
@@ -139,11 +105,6 @@ struct Codec<Intersect> {
     static Json write(const Intersect& intersect);
     static Json schema(const Limits&);
     static std::string type(const Limits&);
-};
-
-template <>
-struct Described<VtuCells> {
-    static const Words& get();
 };
 
 template <>
@@ -345,6 +306,42 @@ template <class S, class T>
     f.type = [](const Limits& limits) { return Codec<T>::type(limits); };
     f.name = std::move(name);
     return f;
+}
+
+/// The key of one alternative of a choice.
+template <class T>
+struct Key {
+    Alternative alternative;
+};
+template <class T>
+[[nodiscard]] Key<T> key(std::string name, std::string doc) {
+    return {{std::move(name), std::move(doc)}};
+}
+
+/// A choice with a key for each alternative of the variant.
+template <class V, class... T>
+[[nodiscard]] Choice<V> choice_of(std::string name, std::string doc, Key<T>... keys) {
+    static_assert(std::is_same_v<V, std::variant<T...>>, "one key for each alternative, in the variant's order");
+    return {std::move(name), std::move(doc), {std::move(keys.alternative)...}};
+}
+
+/// An option as its struct, or one that S is derived from, describes it.
+template <class S, class B, class T>
+[[nodiscard]] Field<S> field(const Option<B, T>& option) {
+    T S::* member = option.member;
+    Field<S> f = field<S>(std::string(option.name), member, std::string(option.sentence));
+    f.unit_name = option.unit_name;
+    f.limits = option.limits;
+    f.is_required = option.is_required;
+    return f;
+}
+
+/// All options that a struct lists.
+template <HasOptions S>
+[[nodiscard]] std::vector<Field<S>> listed() {
+    std::vector<Field<S>> fields;
+    each_option<S>([&](const auto& option) { fields.push_back(field<S>(option)); });
+    return fields;
 }
 
 /// A choice whose keys stand in the struct's own object, beside its other fields.

@@ -2,14 +2,20 @@ module;
 #include <array>
 #include <cstdint>
 #include <string>
+#include <tuple>
 #include <variant>
 #include <vector>
 export module camber.config:values;
 import camber.core;
 import camber.fields;
 import camber.shapes;
+import camber.metric;
+import camber.validity;
+import camber.io;
+import camber.surface;
+import camber.cavity;
 
-/// What a config says, as plain values. Each struct's fields are described (unit, range, meaning) in describe_*.cpp.
+/// What a config says, as plain values, which describe their options themselves; some are options of a module.
 export namespace camber::config {
 
 struct FilePath {
@@ -26,10 +32,21 @@ using MeshSource = std::variant<FilePath, Shape>;
 
 /// What triangles alone in one plane z = constant are taken for.
 enum class Flat : std::uint8_t { plane, surface };
+[[nodiscard]] constexpr auto words(Flat) {
+    return words_of(Word{Flat::plane, "plane"}, Word{Flat::surface, "surface"});
+}
 
 struct Input {
     MeshSource source = FilePath{};
     Flat flat = Flat::plane;  ///< of a file
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Input;
+        return std::tuple(option(
+            "flat", &S::flat,
+            "what a file's triangles are that have no tetrahedra and one z: a plane mesh in 2D, written with its z "
+            "again; or a surface in space"));
+    }
     friend bool operator==(const Input&, const Input&) = default;
 };
 
@@ -41,21 +58,64 @@ struct NaturalMetric {
 struct ConstantMetric {
     std::vector<double> sizes;   ///< 1 or D edge lengths, along the axes
     std::vector<double> tensor;  ///< or D (D + 1)/2 entries, lower triangle by rows
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = ConstantMetric;
+        return std::tuple(
+            option("sizes", &S::sizes, "one edge length, or one along each axis; empty when a tensor is given")
+                .unit("model units")
+                .above(0)
+                .count(0, 3),
+            option("tensor", &S::tensor,
+                   "lower triangle by rows: xx, xy, yy (2D) or xx, xy, yy, xz, yz, zz; empty when sizes are given")
+                .unit("1 / length²")
+                .count(0, 6));
+    }
     friend bool operator==(const ConstantMetric&, const ConstantMetric&) = default;
 };
+/// `SurfaceMetricOptions` with a number where those have one or none.
 struct SurfaceMetric {
-    double tangent_size = 1, normal_size = 0.1;
+    double tangent_size = SurfaceMetricOptions{}.tangent_size, normal_size = SurfaceMetricOptions{}.normal_size;
     double volume_size = 0;  ///< 0: as tangent_size
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = SurfaceMetric;
+        return std::tuple(option_of(&SurfaceMetricOptions::tangent_size).as(&S::tangent_size),
+                          option_of(&SurfaceMetricOptions::normal_size).as(&S::normal_size),
+                          option("volume_size", &S::volume_size, "size in the volume; 0: tangent_size")
+                              .unit("model units")
+                              .at_least(0));
+    }
     friend bool operator==(const SurfaceMetric&, const SurfaceMetric&) = default;
 };
 struct PlanarShock {
     std::vector<double> point, normal;
     double least_size = 0.01, size = 0.1, width = 0.1;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = PlanarShock;
+        return std::tuple(
+            option("point", &S::point, "any point of the plane").unit("model units").count(2, 3).required(),
+            option("normal", &S::normal, "perpendicular to it, of any length").count(2, 3).required(),
+            option("least_size", &S::least_size, "size along the normal, at the plane").unit("model units").above(0),
+            option("size", &S::size, "size along the plane, and everywhere away from it").unit("model units").above(0),
+            option("width", &S::width, "of the jump").unit("model units").above(0));
+    }
     friend bool operator==(const PlanarShock&, const PlanarShock&) = default;
 };
 struct SphericalShock {
     std::vector<double> centre;
     double radius = 0.5, least_size = 0.01, size = 0.1, width = 0.1;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = SphericalShock;
+        return std::tuple(
+            option("centre", &S::centre, "of the sphere").unit("model units").count(2, 3).required(),
+            option("radius", &S::radius, "of the sphere").unit("model units").above(0),
+            option("least_size", &S::least_size, "size along the radius, at the sphere").unit("model units").above(0),
+            option("size", &S::size, "size along the sphere, and everywhere away from it").unit("model units").above(0),
+            option("width", &S::width, "of the jump").unit("model units").above(0));
+    }
     friend bool operator==(const SphericalShock&, const SphericalShock&) = default;
 };
 using FieldMetric = std::variant<LinearField, PolarOneField, PolarTwoField, PlanarShock, SphericalShock, RotatingField>;
@@ -66,20 +126,26 @@ struct Intersect {
     Metric metric;
     friend bool operator==(const Intersect&, const Intersect&) = default;
 };
-enum class GradationSpace : std::uint8_t { metric, physical, mixed };
-struct Gradation {
-    double ratio = 1.5;
-    GradationSpace space = GradationSpace::mixed;
-    double physical_share = 0.125;
-    int max_sweeps = 1000;
-    friend bool operator==(const Gradation&, const Gradation&) = default;
-};
+using Gradation = GradationOptions;
+/// `MetricBounds` with 0 for none, since JSON has no infinity.
 struct Bound {
     double min_size = 0, max_size = 0, max_anisotropy = 0;  ///< 0: none
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Bound;
+        return std::tuple(option("min_size", &S::min_size, "smallest size; 0: none").unit("model units").at_least(0),
+                          option("max_size", &S::max_size, "largest size; 0: none").unit("model units").at_least(0),
+                          option("max_anisotropy", &S::max_anisotropy, "largest ratio of sizes; 0: none").at_least(0));
+    }
     friend bool operator==(const Bound&, const Bound&) = default;
 };
 struct Complexity {
     double target = 10000;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Complexity;
+        return std::tuple(option("target", &S::target, "the wanted complexity").above(0).required());
+    }
     friend bool operator==(const Complexity&, const Complexity&) = default;
 };
 using MetricOperation = std::variant<Intersect, Gradation, Bound, Complexity>;
@@ -94,27 +160,66 @@ struct Straight {
 };
 struct Plane {
     std::vector<double> point, normal;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Plane;
+        return std::tuple(option("point", &S::point, "any point of it").unit("model units").count(2, 3).required(),
+                          option("normal", &S::normal, "perpendicular to it, of any length").count(2, 3).required());
+    }
     friend bool operator==(const Plane&, const Plane&) = default;
 };
 struct Sphere {
     std::vector<double> centre;
     double radius = 1;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Sphere;
+        return std::tuple(option("centre", &S::centre, "its centre; empty: the origin").unit("model units").count(0, 3),
+                          option("radius", &S::radius, "its radius").unit("model units").above(0).required());
+    }
     friend bool operator==(const Sphere&, const Sphere&) = default;
 };
 struct Cylinder {
     std::vector<double> point, axis;
     double radius = 1;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Cylinder;
+        return std::tuple(
+            option("point", &S::point, "any point of its axis").unit("model units").count(3, 3).required(),
+            option("axis", &S::axis, "direction of its axis, of any length").count(3, 3).required(),
+            option("radius", &S::radius, "its radius").unit("model units").above(0).required());
+    }
     friend bool operator==(const Cylinder&, const Cylinder&) = default;
 };
 struct Torus {
     std::vector<double> centre, axis;
-    double major_radius = 2, minor_radius = 1;
+    double major_radius = camber::Torus{}.major_radius, minor_radius = camber::Torus{}.minor_radius;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Torus;
+        return std::tuple(
+            option("centre", &S::centre, "its centre").unit("model units").count(3, 3).required(),
+            option("axis", &S::axis, "direction of its axis of rotation, of any length").count(3, 3).required(),
+            option("major_radius", &S::major_radius, "from the centre to the middle of the tube")
+                .unit("model units")
+                .above(0)
+                .required(),
+            option("minor_radius", &S::minor_radius, "radius of the tube").unit("model units").above(0).required());
+    }
     friend bool operator==(const Torus&, const Torus&) = default;
 };
 using Surface = std::variant<Plane, Sphere, Cylinder, Torus>;
 struct AnalyticSurface {
     std::vector<Reference> references;
     Surface surface;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = AnalyticSurface;
+        return std::tuple(option("references", &S::references, "references of the boundary facets on this surface")
+                              .count(1, 100000)
+                              .required());
+    }
     friend bool operator==(const AnalyticSurface&, const AnalyticSurface&) = default;
 };
 struct Analytic {
@@ -123,67 +228,129 @@ struct Analytic {
 };
 using Geometry = std::variant<Surrogate, Straight, Analytic>;
 
-enum class Required : std::uint8_t { keep, geometry };
-
+/// What `FeatureOptions` have for either dimension, and what required entities of the boundary hold.
 struct Features {
-    double ridge_angle = 40;
-    Required required_boundary = Required::keep;
+    double ridge_angle = FeatureOptions<3>{}.ridge_angle_degrees;
+    RequiredBoundary required_boundary = RequiredBoundary::keep;
+
+    [[nodiscard]] static constexpr auto options() {
+        return std::tuple(
+            option_of(&FeatureOptions<3>::ridge_angle_degrees).as(&Features::ridge_angle),
+            option("required_boundary", &Features::required_boundary,
+                   "nodes of required edges and facets on the boundary: keep, where they are; geometry, onto it as all "
+                   "others. In the volume they always stay, and so do required vertices"));
+    }
     friend bool operator==(const Features&, const Features&) = default;
 };
 
 // ---------------------------------------------------------------- the stages
 
+/// What places volume nodes: `curve` of camber.cavity by either objective, or its `shape`.
 enum class Objective : std::uint8_t { energy, length, shape };
-enum class FieldOfEdge : std::uint8_t { back, edge };
+[[nodiscard]] constexpr auto words(Objective) {
+    return words_of(Word{Objective::energy, word_of(EdgeObjectiveKind::energy)},
+                    Word{Objective::length, word_of(EdgeObjectiveKind::length)}, Word{Objective::shape, "shape"});
+}
+/// What mends elements: `repair` of camber.cavity with cavities or with edges alone, or `relax` of camber.validity with
+/// either strategy.
 enum class Repair : std::uint8_t { cavity, edge, segment, relax };
-enum class Vertices : std::uint8_t { move, keep };
+[[nodiscard]] constexpr auto words(Repair) {
+    return words_of(Word{Repair::cavity, "cavity"}, Word{Repair::edge, "edge"}, Word{Repair::segment, "segment"},
+                    Word{Repair::relax, "relax"});
+}
 
 struct Elevate {
     friend bool operator==(const Elevate&, const Elevate&) = default;
 };
-struct Curve {
+/// The options of the minimiser, and what chooses between it and `shape`; its own objective, which is hidden here, is
+/// set by edge_options().
+struct Curve : EdgeMinimiserOptions {
     Objective objective = Objective::energy;
-    FieldOfEdge field = FieldOfEdge::back;
-    int quadrature_points = 4;
-    int iterations = 30;
-    double length_tolerance = 1e-3;
-    double max_tangential_shift = 0.2;
-    double max_offset = 4;
+
+    [[nodiscard]] static constexpr auto options() {
+        return std::tuple_cat(
+            std::tuple(option(
+                "objective", &Curve::objective,
+                "what volume edges minimise in the metric: their energy (smooth, evenly spaced) or their length; "
+                "shape: no metric, the Jacobians of their elements are made as even as may be")),
+            EdgeMinimiserOptions::options());
+    }
     friend bool operator==(const Curve&, const Curve&) = default;
 };
 struct Validate {
-    double min_scaled_jacobian = 1e-9;
+    double min_scaled_jacobian = default_bound;
+
+    [[nodiscard]] static constexpr auto options() { return std::tuple(bound_option<Validate>()); }
     friend bool operator==(const Validate&, const Validate&) = default;
 };
-struct Relax {
+/// The options of `relax` in camber.validity, of which `repair` in camber.cavity takes the bound and the target too,
+/// and what that one has beyond; `repair` chooses between the two. The strategy is that of `repair`: see
+/// relax_options().
+struct Relax : RelaxOptions {
     Repair repair = Repair::cavity;
-    double target = 1e-2;
-    double boundary_tolerance = 0;
-    Vertices vertices = Vertices::move;
-    double effort = 500;
-    double theta = 0.75;
-    int max_corrections = 40;
-    double min_scaled_jacobian = 1e-9;
+    double boundary_tolerance = RepairOptions{}.surface_tolerance;
+    VertexMoves vertices = RepairOptions{}.vertices;
+    double effort = RepairOptions{}.effort;
+
+    [[nodiscard]] static constexpr auto options() {
+        return std::tuple(
+            option("repair", &Relax::repair,
+                   "cavity: the nodes of an element together, else one edge, then larger cavities, then vertices; "
+                   "edge: one node at a time, nearest to where it is wanted; segment: the same towards the middle of "
+                   "the chord, each as little as its elements need; relax: each edge of an invalid element by theta, "
+                   "as in the paper"),
+            option_of(&RelaxOptions::target),
+            option("boundary_tolerance", &Relax::boundary_tolerance,
+                   "of a mesh that was read with its curves: how far the node of a boundary edge may move where "
+                   "nothing else helps; 0: the boundary stays as it is. After curve, such nodes may always go back to "
+                   "their chords")
+                .unit("model units")
+                .at_least(0),
+            option_of(&RepairOptions::vertices).as(&Relax::vertices),
+            option_of(&RepairOptions::effort).as(&Relax::effort), option_of(&RelaxOptions::theta),
+            option_of(&RelaxOptions::max_corrections), option_of(&RelaxOptions::min_scaled_jacobian));
+    }
     friend bool operator==(const Relax&, const Relax&) = default;
 };
+static_assert(lists_all_of<Relax, RelaxOptions>());
 struct Commit {
     friend bool operator==(const Commit&, const Commit&) = default;
 };
+/// `ReinsertAllOptions` with the stages' own options for the cavities.
 struct Reinsert {
     Curve curve;
     Relax relax;
-    int max_turns = 20;
+    int max_turns = ReinsertAllOptions{}.max_turns;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Reinsert;
+        return std::tuple(
+            option("curve", &S::curve, "how a cavity's edges find their nodes: the options of the stage curve"),
+            option("relax", &S::relax,
+                   "what a cavity does about elements that are not valid: the options of the stage relax"),
+            option_of(&ReinsertAllOptions::max_turns).as(&S::max_turns));
+    }
     friend bool operator==(const Reinsert&, const Reinsert&) = default;
 };
 using Stage = std::variant<Elevate, Curve, Validate, Relax, Commit, Reinsert>;
 
 // ---------------------------------------------------------------- the whole
 
-enum class VtuCells : std::uint8_t { quadratic, lagrange };
-
 struct Output {
     std::string mesh, report, vtu, plots;  ///< empty: not written
-    VtuCells vtu_cells = VtuCells::quadratic;
+    VtuCells vtu_cells = VtuOptions{}.cells;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Output;
+        return std::tuple(
+            option("mesh", &S::mesh, "the mesh, in the format of its ending; empty: none"),
+            option("report", &S::report, "the figures of the run, as JSON; empty: none"),
+            option("vtu", &S::vtu,
+                   "the mesh with the run's fields (Jacobians, curvatures, gains, metric …) for ParaView (.vtu), "
+                   "beside the mesh; empty: none"),
+            option_of(&VtuOptions::cells).as(&S::vtu_cells),
+            option("plots", &S::plots, "a folder for histograms of the run as SVG files; empty: none"));
+    }
     friend bool operator==(const Output&, const Output&) = default;
 };
 
@@ -196,6 +363,20 @@ struct Pipeline {
     std::vector<Stage> stages{Elevate{}, Curve{}, Validate{}, Relax{}, Commit{}};
     int threads = 0;
     Output output;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Pipeline;
+        return std::tuple(
+            option("input", &S::input, "where the mesh comes from").required(),
+            option("metric", &S::metric, "the field of sizes and directions that edges follow"),
+            option("metric_operations", &S::metric_operations, "what is done to the metric first, in this order")
+                .count(0, 1000),
+            option("geometry", &S::geometry, "the shape that boundary nodes are put onto"),
+            option("features", &S::features, "ridges of the boundary"),
+            option("stages", &S::stages, "what is done, in this order").count(0, 1000),
+            option("threads", &S::threads, "threads to use; 0: all that the machine has").at_least(0).at_most(4096),
+            option("output", &S::output, "files to write"));
+    }
     friend bool operator==(const Pipeline&, const Pipeline&) = default;
 };
 

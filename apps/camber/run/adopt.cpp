@@ -34,7 +34,7 @@ Outcome<State<D>> adopt_stage(State<D> state, const config::Features& options, R
         const bool volume = features->edge_kinds[e] == EdgeKind::volume;
         changes[e] = straight ? EdgeChange::straight : volume ? EdgeChange::optimised : EdgeChange::projected;
     }
-    state.required = required_boundary(options);
+    state.required = options.required_boundary;
     state.propose({mesh.linear.points, mesh.mid_nodes, held_kinds(mesh, features->edge_kinds, state.required),
                    std::move(changes)});
     state.features = std::move(*features);

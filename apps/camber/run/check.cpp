@@ -97,7 +97,7 @@ class Checker {
     }
 
     Outcome<Done> examine_mesh(const Execution& execution) {
-        const ExamineOptions options{.ridge_angle_degrees = options_.ridge_angle_degrees};
+        const ExamineOptions options{.ridge_angle_degrees = options_.ridge_angle};
         auto found = mesh_ ? examine(*mesh_, options, execution) : examine(linear_, options, execution);
         if (!found) return fail(found.error());
         soundness_ = std::move(*found);

@@ -5,6 +5,7 @@ module;
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 export module camber.run:check;
 import camber.core;
@@ -17,10 +18,25 @@ import :report;
 /// What is right and wrong with a mesh, as it is: `camber check`.
 export namespace camber::run {
 
+/// What is asked of a mesh that may be anyone's: the bound is 0, not that of the meshes which a run makes.
 struct CheckOptions {
-    double min_scaled_jacobian = 0;   ///< below it an element is invalid
-    double ridge_angle_degrees = 40;  ///< two faces of the boundary that turn by less are one smooth wall
-    std::size_t worst = 10;           ///< elements to look at closely
+    double min_scaled_jacobian = 0;
+    double ridge_angle = ExamineOptions{}.ridge_angle_degrees;
+    std::size_t worst = 10;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = CheckOptions;
+        return std::tuple(
+            option("min_scaled_jacobian", &S::min_scaled_jacobian,
+                   "what an element's normalised Jacobian must reach to be valid, from 0 and below 1")
+                .at_least(0)
+                .below(1),
+            option("ridge_angle", &S::ridge_angle,
+                   "faces of the boundary that turn by less than this (degrees) are one smooth wall")
+                .at_least(0)
+                .at_most(180),
+            option("worst", &S::worst, "how many of the worst elements to show").at_least(0).at_most(1000000));
+    }
 };
 
 struct ReferenceCount {

@@ -68,12 +68,8 @@ Mended<D> counted(const JudgedProposal<D>& before, const Mended<D>& mended) {
 }  // namespace
 
 RelaxOptions relax_options(const config::Relax& options) {
-    RelaxOptions relax;
+    RelaxOptions relax = options;
     relax.strategy = options.repair == config::Repair::relax ? RelaxStrategy::paper : RelaxStrategy::shell;
-    relax.target = options.target;
-    relax.theta = options.theta;
-    relax.max_corrections = options.max_corrections;
-    relax.min_scaled_jacobian = options.min_scaled_jacobian;
     return relax;
 }
 
@@ -94,7 +90,7 @@ Outcome<Mended<D>> mend(const JudgedProposal<D>& wanted, const Column<QuadraticM
         .target = options.target,
         .scope = options.repair == config::Repair::edge ? RepairScope::edges : RepairScope::cavities,
         .surface_tolerance = options.boundary_tolerance,
-        .vertices = options.vertices == config::Vertices::move ? VertexMoves::allowed : VertexMoves::never,
+        .vertices = options.vertices,
         .effort = options.effort,
         .most_work = most_work};
     auto done = repair(wanted, models, repair_options, execution);
@@ -181,7 +177,7 @@ template <int D>
 Outcome<Mended<D>> mend_within(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
                                const config::Relax& options, const Execution& execution) {
     config::Relax lower = options;
-    lower.min_scaled_jacobian = config::Relax{}.min_scaled_jacobian;
+    lower.min_scaled_jacobian = default_bound;
     const auto to = [&](const JudgedProposal<D>& judged, const config::Relax& relax) {
         Within<D> within{judged, models, relax, allowed_work(judged.validation().not_valid(), relax.effort), execution};
         return mend_to_bound(within);

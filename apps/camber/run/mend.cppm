@@ -24,7 +24,7 @@ struct Mended {
     return repair == config::Repair::cavity || repair == config::Repair::edge;
 }
 
-/// The options of `camber.validity`'s relaxation.
+/// The options of `camber.validity`'s relaxation, with the strategy that the repair stands for.
 [[nodiscard]] RelaxOptions relax_options(const config::Relax& options);
 
 /// What is not valid mended, by the repair that the options name and for no more than that work. Errors: those of the

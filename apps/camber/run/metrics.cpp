@@ -134,14 +134,7 @@ struct Operated {
         return intersection(field, *other, execution);
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Gradation& gradation) {
-        GradationOptions options;
-        options.space = gradation.space == config::GradationSpace::metric     ? GradationSpace::metric
-                        : gradation.space == config::GradationSpace::physical ? GradationSpace::physical
-                                                                              : GradationSpace::mixed;
-        options.ratio = gradation.ratio;
-        options.physical_share = gradation.physical_share;
-        options.max_sweeps = gradation.max_sweeps;
-        auto out = graded(state.linear(), state.quadratic()->edges, field, options, execution);
+        auto out = graded(state.linear(), state.quadratic()->edges, field, gradation, execution);
         if (!out) return fail(out.error());
         report.metric->gradations.push_back({out->sweeps, out->changed, out->converged});
         if (!out->converged)

@@ -75,26 +75,10 @@ EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
 }
 
 EdgeMinimiserOptions edge_options(const config::Curve& options) {
-    EdgeMinimiserOptions edge;
+    EdgeMinimiserOptions edge = options;
     edge.objective =
         options.objective == config::Objective::energy ? EdgeObjectiveKind::energy : EdgeObjectiveKind::length;
-    edge.field = options.field == config::FieldOfEdge::back ? EdgeFieldKind::back : EdgeFieldKind::edge;
-    edge.quadrature_points = options.quadrature_points;
-    edge.max_iterations = options.iterations;
-    edge.length_tolerance = options.length_tolerance;
-    edge.max_tangential_shift = options.max_tangential_shift;
-    edge.max_offset = options.max_offset;
     return edge;
-}
-
-const char* repair_name(config::Repair repair) {
-    switch (repair) {
-        case config::Repair::cavity: return "cavity";
-        case config::Repair::edge: return "edge";
-        case config::Repair::segment: return "segment";
-        case config::Repair::relax: return "relax";
-    }
-    return "";
 }
 
 /// Models of what a node off its wanted place costs: in the field, or in the mesh's own metric where there is none.
@@ -186,8 +170,8 @@ ValidityReport validity_report(const Validation<D>& v) {
 /// What the cavities' relaxations came to, in the figures of a relaxation of the whole.
 template <int D>
 RelaxReport relax_report(const Validation<D>& wanted, const Validation<D>& now, const Reinserted<D>& done,
-                         const char* repair) {
-    RelaxReport r{.repair = repair};
+                         config::Repair repair) {
+    RelaxReport r{.repair = std::string(word_of(repair))};
     for (std::size_t e = 0; e < now.verdicts.size(); ++e)
         r.corrected_elements += wanted.verdicts[e] != Verdict::valid && now.verdicts[e] == Verdict::valid;
     for (std::size_t e = 0; e < done.proposal.mid_nodes.size(); ++e) {
@@ -257,7 +241,7 @@ Outcome<State<D>> surface_stage(State<D> state, const config::Features& options,
     report.boundary = BoundaryReport{
         features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}};
     state.features = std::move(*features);
-    state.required = required_boundary(options);
+    state.required = options.required_boundary;
     auto made = make_geometry(geometry, state, execution);
     if (!made) return fail(made.error());
     state.geometry = std::move(*made);
@@ -348,8 +332,8 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
     if (auto ok = need_curves(state, "relax"); !ok) return fail(ok.error());
     if (auto ok = need(state.proposal.has_value(), "relax", "curve"); !ok) return fail(ok.error());
     if (!state.judged || state.judged->validation().bound != options.min_scaled_jacobian) {
-        auto validated =
-            validate_stage(std::move(state), config::Validate{options.min_scaled_jacobian}, report, execution);
+        const config::Validate bound{.min_scaled_jacobian = options.min_scaled_jacobian};
+        auto validated = validate_stage(std::move(state), bound, report, execution);
         if (!validated) return fail(validated.error());
         state = std::move(*validated);
     }
@@ -364,7 +348,7 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
     if (!mended) return fail(mended.error());
     // After the cavities' own relaxation: what both did.
     RelaxReport& sum = report.relax ? *report.relax : report.relax.emplace();
-    sum.repair = repair_name(options.repair);
+    sum.repair = word_of(options.repair);
     sum.corrected_elements += mended->corrected_elements;
     sum.relaxed_volume_edges += mended->moved_volume_nodes;
     sum.relaxed_surface_edges += mended->moved_surface_nodes;
@@ -420,8 +404,8 @@ Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options
     report.curve = curve_report(*state.quadratic(), done->wanted, seconds.count());
     report.validity_before = validity_report(wanted);
     state.first_validation = wanted;
-    report.relax =
-        relax_report(wanted, *validation, *done, options.relax.repair == config::Repair::relax ? "relax" : "segment");
+    const bool by_theta = options.relax.repair == config::Repair::relax;
+    report.relax = relax_report(wanted, *validation, *done, by_theta ? config::Repair::relax : config::Repair::segment);
     const ReinsertStatistics& s = done->statistics;
     report.reinsert = ReinsertReport{s.turns, s.rounds, s.patches, s.not_valid, s.no_gain};
     if (s.left > 0)

@@ -34,10 +34,6 @@ template <int D>
 Outcome<State<D>> adopt_stage(State<D> state, const config::Features& features, Report& report,
                               const Execution& execution);
 
-[[nodiscard]] constexpr RequiredBoundary required_boundary(const config::Features& features) {
-    return features.required_boundary == config::Required::keep ? RequiredBoundary::keep : RequiredBoundary::geometry;
-}
-
 /// Features and geometry of the boundary.
 template <int D>
 Outcome<State<D>> surface_stage(State<D> state, const config::Features& features, const config::Geometry& geometry,
