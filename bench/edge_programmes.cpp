@@ -13,6 +13,7 @@
 import camber.core;
 import camber.bezier;
 import camber.validity;
+import camber.programmes;
 
 using namespace camber;
 

@@ -12,6 +12,8 @@ import camber.validity;
 import camber.shapes;
 import camber.surface;
 import camber.cavity;
+import camber.curving;
+import camber.repair;
 
 using namespace camber;
 

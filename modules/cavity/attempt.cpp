@@ -10,6 +10,8 @@ import :attempt;
 import camber.core;
 import camber.bezier;
 import camber.validity;
+import camber.programmes;
+import camber.repair;
 
 namespace camber {
 

@@ -7,6 +7,7 @@ module;
 module camber.cavity:attempt;
 import camber.core;
 import camber.validity;
+import camber.repair;
 import :reinsert;
 import :star;
 

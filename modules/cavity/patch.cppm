@@ -6,7 +6,9 @@ module;
 #include <vector>
 export module camber.cavity:patch;
 import camber.core;
-import :edge_target;
+import camber.validity;
+import camber.curving;
+import camber.repair;
 
 export namespace camber {
 

@@ -13,6 +13,8 @@ import camber.core;
 import camber.bezier;
 import camber.metric;
 import camber.validity;
+import camber.curving;
+import camber.repair;
 
 namespace camber {
 

@@ -5,7 +5,9 @@ export module camber.cavity:reinsert;
 import camber.core;
 import camber.metric;
 import camber.validity;
-import :edge_target;
+import camber.programmes;
+import camber.curving;
+import camber.repair;
 import :patch;
 import :star;
 

@@ -8,9 +8,12 @@ module;
 #include <variant>
 #include <vector>
 module camber.cavity;
-import :boundary_vertices;
 import camber.core;
 import camber.metric;
+import camber.validity;
+import camber.programmes;
+import camber.curving;
+import camber.repair;
 
 namespace camber {
 

@@ -4,7 +4,9 @@ module;
 export module camber.cavity:reinsert_all;
 import camber.core;
 import camber.metric;
-import :curve;
+import camber.validity;
+import camber.curving;
+import camber.repair;
 import :reinsert;
 
 export namespace camber {

@@ -5,6 +5,7 @@ module;
 #include <utility>
 module camber.cavity;
 import camber.core;
+import camber.validity;
 
 namespace camber {
 

@@ -3,6 +3,7 @@ module;
 #include <span>
 export module camber.cavity:schedule;
 import camber.core;
+import camber.validity;
 
 export namespace camber {
 

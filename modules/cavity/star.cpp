@@ -11,6 +11,7 @@ module;
 #include <range/v3/action/unique.hpp>
 module camber.cavity;
 import camber.core;
+import camber.validity;
 
 namespace camber {
 

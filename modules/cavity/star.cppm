@@ -4,6 +4,9 @@ module;
 #include <vector>
 export module camber.cavity:star;
 import camber.core;
+import camber.validity;
+import camber.programmes;
+import camber.repair;
 
 export namespace camber {
 

@@ -66,4 +66,15 @@ template <int D>
     return mesh;
 }
 
+/// 1 for vertices on the boundary: at an end of an edge that is not of the volume.
+template <int D>
+[[nodiscard]] inline Buffer<std::uint8_t> boundary_vertices(const QuadraticMesh<D>& mesh,
+                                                            const Column<EdgeKind>& kinds) {
+    Buffer<std::uint8_t> marks(mesh.linear.points.size(), 0);
+    for (std::size_t e = 0; e < kinds.size(); ++e)
+        if (kinds[e] != EdgeKind::volume)
+            for (const VertexId v : mesh.edges.vertices[e]) marks[v.index()] = 1;
+    return marks;
+}
+
 }  // namespace camber

@@ -9,7 +9,7 @@ import camber.bezier;
 import :coefficients;
 import :jacobian;
 
-namespace camber {
+export namespace camber {
 
 /// One averaging of de Casteljau's algorithm: c[target] ← (c[target] + c[source]) / 2.
 struct Averaging {
@@ -38,6 +38,7 @@ template <int D>
     return steps;
 }
 
+/// bisections<D>[edge][side]: those that keep the part at that end of the edge.
 template <int D>
 inline constexpr auto bisections = [] {
     std::array<std::array<std::array<Averaging, averagings<D>>, 2>, edges_per_simplex<D>> table{};
@@ -47,6 +48,10 @@ inline constexpr auto bisections = [] {
     }
     return table;
 }();
+
+}  // namespace camber
+
+namespace camber {
 
 /// Positions of γ + 2e_i, γ + e_i + e_j, γ + 2e_j for each edge i–j and γ of degree D − 2.
 template <int D>

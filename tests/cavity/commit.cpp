@@ -12,6 +12,8 @@ import camber.core;
 import camber.bezier;
 import camber.metric;
 import camber.validity;
+import camber.curving;
+import camber.repair;
 import camber.cavity;
 
 using namespace camber;

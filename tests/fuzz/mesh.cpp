@@ -8,6 +8,7 @@ import camber.core;
 import camber.bezier;
 import camber.io;
 import camber.validity;
+import camber.soundness;
 
 namespace fuzz {
 

@@ -11,6 +11,8 @@ import camber.core;
 import camber.metric;
 import camber.validity;
 import camber.cavity;
+import camber.curving;
+import camber.repair;
 import :codec;
 import :description;
 import :json;

@@ -14,6 +14,8 @@ import camber.validity;
 import camber.io;
 import camber.surface;
 import camber.cavity;
+import camber.curving;
+import camber.repair;
 
 /// What a config says, as plain values, which describe their options themselves; some are options of a module.
 export namespace camber::config {

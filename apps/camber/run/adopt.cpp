@@ -11,6 +11,7 @@ import camber.cavity;
 import camber.config;
 import camber.surface;
 import camber.validity;
+import camber.curving;
 import :mend;
 import :report;
 import :stages;

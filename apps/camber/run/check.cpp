@@ -15,6 +15,7 @@ import camber.core;
 import camber.bezier;
 import camber.io;
 import camber.validity;
+import camber.soundness;
 import :check;
 import :check_parts;
 import :histogram;

@@ -11,6 +11,7 @@ export module camber.run:check;
 import camber.core;
 import camber.io;
 import camber.validity;
+import camber.soundness;
 import :histogram;
 import :pipeline;
 import :report;

@@ -7,6 +7,7 @@ module;
 export module camber.run:check_parts;
 import camber.core;
 import camber.validity;
+import camber.soundness;
 import :check;
 
 namespace camber::run {

@@ -6,6 +6,7 @@ module;
 module camber.run;
 import camber.core;
 import camber.validity;
+import camber.soundness;
 import :check;
 import :check_parts;
 

@@ -15,6 +15,8 @@ module camber.run;
 import camber.core;
 import camber.bezier;
 import camber.validity;
+import camber.programmes;
+import camber.soundness;
 import :check;
 import :check_parts;
 

@@ -18,6 +18,7 @@ import camber.io;
 import camber.metric;
 import camber.surface;
 import camber.validity;
+import camber.programmes;
 import :fields;
 import :measures;
 import :state;

@@ -12,6 +12,9 @@ import camber.bezier;
 import camber.cavity;
 import camber.config;
 import camber.validity;
+import camber.programmes;
+import camber.soundness;
+import camber.repair;
 import :mend;
 import :report;
 

@@ -6,6 +6,9 @@ import camber.core;
 import camber.cavity;
 import camber.config;
 import camber.validity;
+import camber.programmes;
+import camber.curving;
+import camber.repair;
 import :report;
 
 namespace camber::run {

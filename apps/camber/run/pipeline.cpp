@@ -16,6 +16,8 @@ import camber.io;
 import camber.shapes;
 import camber.surface;
 import camber.validity;
+import camber.soundness;
+import camber.curving;
 import :fields;
 import :report;
 import :measures;

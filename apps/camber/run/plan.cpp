@@ -10,6 +10,7 @@ import camber.core;
 import camber.cavity;
 import camber.config;
 import camber.io;
+import camber.repair;
 import :memory;
 import :mend;
 import :plan;

@@ -10,6 +10,7 @@ import camber.cavity;
 import camber.metric;
 import camber.surface;
 import camber.validity;
+import camber.soundness;
 import :report;
 import :stages;
 import :state;

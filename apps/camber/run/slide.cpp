@@ -12,6 +12,7 @@ import camber.core;
 import camber.bezier;
 import camber.cavity;
 import camber.validity;
+import camber.curving;
 import :mend;
 
 namespace camber::run {

@@ -9,6 +9,7 @@ import camber.cavity;
 import camber.metric;
 import camber.surface;
 import camber.validity;
+import camber.curving;
 
 namespace camber::run {
 

@@ -11,6 +11,9 @@ import camber.validity;
 import camber.shapes;
 import camber.surface;
 import camber.cavity;
+import camber.programmes;
+import camber.curving;
+import camber.repair;
 
 using namespace camber;
 

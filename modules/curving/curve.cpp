@@ -1,0 +1,140 @@
+module;
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+module camber.curving;
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.validity;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+Outcome<Done> check_columns(const QuadraticMesh<D>& mesh, std::size_t kinds, std::size_t nodes) {
+    if (kinds == mesh.edges.size() && nodes == mesh.edges.size()) return Done{};
+    return fail(ErrorKind::internal, "curve needs a kind and a boundary node for each of the " +
+                                         std::to_string(mesh.edges.size()) + " edges, not " + std::to_string(kinds) +
+                                         " and " + std::to_string(nodes));
+}
+
+template <int D>
+CurveStatistics summed(std::span<const EdgeTarget<D>> targets) {
+    CurveStatistics s;
+    for (const auto& [node, change, f, straight, length] : targets) {
+        s.volume_edges += f.volume;
+        s.curved_edges += f.curved;
+        s.polished += f.polished;
+        s.exhausted += f.exhausted;
+        s.shortened += f.shortened;
+        s.outside += f.outside;
+        s.lost += f.lost;
+    }
+    return s;
+}
+
+}  // namespace
+
+template <int D>
+Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> targets, const Column<EdgeKind>& kinds) {
+    const std::size_t n = targets.size();
+    Buffer<LagrangeNode<D>> nodes(n);
+    Buffer<EdgeChange> changes(n);
+    Buffer<double> straight(n);
+    Buffer<double> lengths(n);
+    for (std::size_t e = 0; e < n; ++e) {
+        nodes[e] = targets[e].node;
+        changes[e] = targets[e].change;
+        straight[e] = targets[e].straight_length;
+        lengths[e] = targets[e].length;
+    }
+    return {{mesh.points, std::move(nodes), kinds, std::move(changes)},
+            std::move(straight),
+            std::move(lengths),
+            summed<D>(targets)};
+}
+
+template <int D>
+Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                         const Column<LagrangeNode<D>>& boundary_nodes, const Incidence<ElementId>& shells,
+                         const BackMesh<D>& back, const EdgeMinimiserOptions& options, const Execution& execution) {
+    if (auto fits = check_columns(mesh, kinds.size(), boundary_nodes.size()); !fits) return fail(fits.error());
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    const EdgeRules rules = edge_rules(options);
+    auto targets = map_each(
+        execution, mesh.edges.size(),
+        [&](std::size_t e) {
+            if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), boundary_nodes[e]);
+            return volume_target(mesh, EdgeId(e), mesh.mid_nodes[e], shells[e], back, rules, options);
+        },
+        64);
+    if (!targets) return fail(targets.error());
+    return in_columns<D>(mesh.linear, *targets, kinds);
+}
+
+template <int D>
+Outcome<Curved<D>> curve_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                  const Column<LagrangeNode<D>>& boundary_nodes, const Execution& execution) {
+    if (auto fits = check_columns(mesh, kinds.size(), boundary_nodes.size()); !fits) return fail(fits.error());
+    auto targets = map_each(execution, mesh.edges.size(), [&](std::size_t e) {
+        const bool volume = kinds[e] == EdgeKind::volume;
+        auto target = boundary_target(mesh, EdgeId(e), volume ? mesh.mid_nodes[e] : boundary_nodes[e]);
+        target.flags.volume = volume;
+        return target;
+    });
+    if (!targets) return fail(targets.error());
+    return in_columns<D>(mesh.linear, *targets, kinds);
+}
+
+template <int D>
+Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& curved, const Proposal<D>& after,
+                                     const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                     const Execution& execution) {
+    const Quadrature rule = gauss_legendre(report_points);
+    struct Lengths {
+        double straight = 0, curved = 0;
+    };
+    const auto lengths = map_each(execution, edges.size(), [&](std::size_t e) {
+        const Lengths before{curved.straight_lengths[e], curved.lengths[e]};
+        if (after.kinds[e] != EdgeKind::volume || shells[e].empty()) return before;
+        const auto& [a, b] = edges.vertices[e];
+        const Vec<D>& p = after.points[a];
+        const Vec<D>& q = after.points[b];
+        const auto length = [&](const LagrangeNode<D>& node) {
+            return riemannian_length(back, QuadraticEdge<D>{p, node, q}, rule, shells[e].front()).length;
+        };
+        if (p != curved.proposal.points[a] || q != curved.proposal.points[b])
+            return Lengths{length({midpoint(p, q)}), length(after.mid_nodes[e])};
+        if (after.mid_nodes[e] == curved.proposal.mid_nodes[e]) return before;
+        return Lengths{before.straight, length(after.mid_nodes[e])};
+    });
+    if (!lengths) return fail(lengths.error());
+    Buffer<double> chords(lengths->size());
+    Buffer<double> curves(lengths->size());
+    for (std::size_t e = 0; e < lengths->size(); ++e) {
+        chords[e] = (*lengths)[e].straight;
+        curves[e] = (*lengths)[e].curved;
+    }
+    return EdgeLengths{std::move(chords), std::move(curves)};
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Curved<D> in_columns<D>(const LinearMesh<D>&, std::span<const EdgeTarget<D>>, const Column<EdgeKind>&); \
+    template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                           \
+                                         const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,                \
+                                         const BackMesh<D>&, const EdgeMinimiserOptions&, const Execution&);         \
+    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                  \
+                                                  const Column<LagrangeNode<D>>&, const Execution&);                 \
+    template Outcome<EdgeLengths> updated_lengths<D>(const EdgeSet<D>&, const Curved<D>&, const Proposal<D>&,        \
+                                                     const Incidence<ElementId>&, const BackMesh<D>&,                \
+                                                     const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

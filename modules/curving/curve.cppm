@@ -1,0 +1,66 @@
+module;
+#include <cstddef>
+#include <span>
+export module camber.curving:curve;
+import camber.core;
+import camber.metric;
+import camber.validity;
+import :edge_target;
+
+export namespace camber {
+
+/// What `curve` found beside the nodes.
+struct CurveStatistics {
+    std::size_t volume_edges = 0;
+    std::size_t curved_edges = 0;  ///< volume edges whose node left the middle of the chord
+    std::size_t polished = 0;      ///< searches that a kink of the field stopped and a pattern search ended
+    std::size_t exhausted = 0;     ///< searches that ran out of iterations
+    std::size_t shortened = 0;     ///< minimisers that the finer rule found longer than the chord, and pulled back
+    std::size_t outside = 0;       ///< edges with samples beyond the back mesh
+    std::size_t lost = 0;          ///< edges with samples that were not found in it
+};
+
+/// A proposal for every edge, and the lengths of the volume edges on the true field.
+template <int D>
+struct Curved {
+    Proposal<D> proposal;
+    Column<double> straight_lengths;  ///< by report_points; 0 on boundary edges
+    Column<double> lengths;           ///< of the proposal's edges, likewise
+    CurveStatistics statistics;
+};
+
+/// The targets of all edges as a proposal. They are one a edge.
+template <int D>
+[[nodiscard]] Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> targets,
+                                   const Column<EdgeKind>& kinds);
+
+/// The second verb on a whole mesh: volume edges become as short as their one node allows in the field `back`, whose
+/// mesh must be the straight form of `mesh`; boundary edges take `boundary_nodes` (see camber.surface), which has one
+/// row an edge. Edges do not see one another, so the cost is linear and the order does not matter. Errors: columns that
+/// do not fit the mesh; options out of range (usage); stopped.
+template <int D>
+[[nodiscard]] Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                       const Column<LagrangeNode<D>>& boundary_nodes,
+                                       const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                       const EdgeMinimiserOptions& options, const Execution& execution);
+
+/// The same without a field: volume edges stay straight.
+template <int D>
+[[nodiscard]] Outcome<Curved<D>> curve_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                                const Column<LagrangeNode<D>>& boundary_nodes,
+                                                const Execution& execution);
+
+/// Lengths on the true field of the volume edges, by report_points; 0 on boundary edges.
+struct EdgeLengths {
+    Column<double> straight;  ///< of the chords
+    Column<double> curved;
+};
+
+/// Lengths of a later proposal, whose vertices may have moved since `curved` was made: against the chords as they are
+/// then. What did not change is not measured again. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& curved,
+                                                   const Proposal<D>& after, const Incidence<ElementId>& shells,
+                                                   const BackMesh<D>& back, const Execution& execution);
+
+}  // namespace camber

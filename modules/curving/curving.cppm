@@ -1,0 +1,9 @@
+/// Where nodes ought to be, before validity is asked for: volume edges curved by a metric, or for the shape of their
+/// elements; the boundary's displacement extended into the volume; and what it costs an edge to have its node
+/// elsewhere.
+export module camber.curving;
+export import :edge_target;
+export import :curve;
+export import :extension;
+export import :shape;
+export import :edge_models;

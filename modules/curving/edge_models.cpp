@@ -1,0 +1,194 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+module camber.curving;
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.validity;
+import camber.programmes;
+
+namespace camber {
+
+namespace {
+
+/// The energy is ∫ l'ᵀ M l' dt with l' = (P_02 − P_20) + 4(1−2t) o, o the node's offset: in a constant metric it adds
+/// (16/3) oᵀ M o. Energy is length squared at constant speed, so half of its share is that of the length.
+constexpr double stretch = 16.0 / 3;
+/// What sliding along the edge weighs, which costs energy but no length: a tenth of the chord as 0.13 % of the length.
+constexpr double least_weight = 0.05;
+constexpr double most_weight = 16;
+/// Models are fitted where the energy says that this share of the length is lost.
+constexpr double fitted_loss = 1e-3;
+/// Rings of edges around an element that is not valid whose models are fitted.
+constexpr int fitted_rings = 2;
+
+/// An H-orthonormal basis that begins along `tangent`.
+template <int D>
+std::array<Vec<D>, D> basis_along(const Sym<D>& h, const Vec<D>& tangent) {
+    std::array<Vec<D>, D> basis{tangent};
+    for (int k = 0; k < D; ++k) {
+        double longest = 0;
+        for (int axis = 0; k > 0 && axis < D; ++axis) {
+            Vec<D> v{};
+            v[axis] = 1 / std::sqrt(h(axis, axis));
+            for (int l = 0; l < k; ++l) v -= dot(v, h * basis[l]) * basis[l];
+            if (const double length = dot(v, h * v); length > longest) {
+                longest = length;
+                basis[k] = v;
+            }
+        }
+        basis[k] *= 1 / std::sqrt(dot(basis[k], h * basis[k]));
+    }
+    return basis;
+}
+
+/// Σ_k w_k (H b_k)(H b_k)ᵀ: H itself for an H-orthonormal basis and weights 1.
+template <int D>
+Sym<D> weighted(const Sym<D>& h, const std::array<Vec<D>, D>& basis, const Vec<D>& weights) {
+    Sym<D> out;
+    for (int k = 0; k < D; ++k) {
+        const Vec<D> b = h * basis[k];
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j <= i; ++j) out(i, j) += weights[k] * b[i] * b[j];
+    }
+    return out;
+}
+
+/// The energy's model with slides along the edge made cheap.
+template <int D>
+Sym<D> with_cheap_slides(const Sym<D>& h, const Vec<D>& tangent) {
+    Vec<D> weights;
+    weights.c.fill(1);
+    weights[0] = least_weight;
+    return weighted<D>(h, basis_along(h, tangent), weights);
+}
+
+/// The energy's model with each direction's weight from the length that is lost there: `loss(offset)`, as a share.
+template <int D, class Loss>
+Sym<D> fitted(const Sym<D>& h, const Vec<D>& tangent, Loss&& loss) {
+    const auto basis = basis_along(h, tangent);
+    const double r = std::sqrt(2 * fitted_loss);
+    Vec<D> weights;
+    for (int k = 0; k < D; ++k) {
+        const double lost = 0.5 * (loss(r * basis[k]) + loss(-r * basis[k]));
+        weights[k] = std::clamp(lost / fitted_loss, least_weight, most_weight);
+    }
+    return weighted<D>(h, basis, weights);
+}
+
+/// The model in a metric that is constant along the edge.
+template <int D>
+QuadraticModel<D> model_in(const LogMetric<D>& log_metric, const Vec<D>& chord, const Vec<D>& centre) {
+    const SpectralMetric<D> metric(log_metric);
+    Sym<D> hessian;
+    const double energy = metric.length_squared(chord);
+    for (int k = 0; k < D; ++k) {
+        const double weight = stretch * metric.values[k] / energy;
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j <= i; ++j) hessian(i, j) += weight * metric.vectors(i, k) * metric.vectors(j, k);
+    }
+    return {centre, with_cheap_slides(hessian, chord), 0};
+}
+
+/// Where no element tells of a metric: that of the chord alone.
+template <int D>
+QuadraticModel<D> isotropic_model(const Vec<D>& chord, const Vec<D>& centre) {
+    return {centre, (stretch / std::max(norm_squared(chord), 1e-300)) * Sym<D>::identity(), 0};
+}
+
+template <int D>
+bool is_finite(const Sym<D>& s) {
+    for (const double x : s.c)
+        if (!std::isfinite(x)) return false;
+    return true;
+}
+
+/// 1 for edges within `fitted_rings` of an element that is not valid.
+template <int D>
+Buffer<std::uint8_t> edges_near_invalid(const QuadraticMesh<D>& mesh, const Validation<D>& validation) {
+    Buffer<std::uint8_t> elements(mesh.linear.elements.size(), 0);
+    for (std::size_t e = 0; e < elements.size(); ++e) elements[e] = validation.verdicts[e] != Verdict::valid;
+    Buffer<std::uint8_t> edges(mesh.edges.size(), 0);
+    for (int ring = 0; ring <= fitted_rings; ++ring) {
+        for (std::size_t e = 0; e < elements.size(); ++e)
+            if (elements[e] != 0)
+                for (const EdgeId edge : mesh.edges.of_elements[e]) edges[edge.index()] = 1;
+        for (std::size_t e = 0; e < elements.size(); ++e)
+            for (const EdgeId edge : mesh.edges.of_elements[e])
+                if (edges[edge.index()] != 0) elements[e] = 1;
+    }
+    return edges;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Buffer<QuadraticModel<D>>> edge_models(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& wanted,
+                                               const Validation<D>& validation, const Incidence<ElementId>& shells,
+                                               const BackMesh<D>& back, const Execution& execution) {
+    const Quadrature rule = gauss_legendre(4);
+    const auto is_near = edges_near_invalid(mesh, validation);
+    return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        const Vec<D>& p20 = mesh.linear.points[a];
+        const Vec<D>& p02 = mesh.linear.points[b];
+        const Vec<D> centre = wanted[e].point;
+        if (shells[e].empty()) return isotropic_model(p02 - p20, centre);
+        const auto objective = [&](EdgeObjectiveKind kind) {
+            return edge_objective(back, rule, kind, EdgeFieldKind::back, p20, p02, shells[e].front());
+        };
+        const ObjectiveSample<D> sample = objective(EdgeObjectiveKind::energy).evaluate(centre);
+        const Sym<D> energy = (0.5 / sample.value) * sample.hessian;
+        QuadraticModel<D> model{centre, {}, 0};
+        if (is_near[e] != 0) {
+            const auto length = objective(EdgeObjectiveKind::length);
+            const double least = length.value(centre);
+            model.hessian =
+                fitted(energy, p02 - p20, [&](const Vec<D>& o) { return length.value(centre + o) / least - 1; });
+        } else {
+            model.hessian = with_cheap_slides(energy, p02 - p20);
+        }
+        return is_finite(model.hessian) ? model : isotropic_model(p02 - p20, centre);
+    });
+}
+
+template <int D>
+Outcome<Buffer<QuadraticModel<D>>> implied_edge_models(const QuadraticMesh<D>& mesh,
+                                                       const Column<LagrangeNode<D>>& wanted,
+                                                       const Incidence<ElementId>& shells, const Execution& execution) {
+    return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        const Vec<D> chord = mesh.linear.points[b] - mesh.linear.points[a];
+        LogMetric<D> mean;
+        std::size_t n = 0;
+        for (const ElementId element : shells[e]) {
+            std::array<Vec<D>, D + 1> p;
+            for (int i = 0; i <= D; ++i) p[i] = mesh.linear.points[mesh.linear.elements.vertices[element][i]];
+            const LogMetric<D> natural = natural_log_metric<D>(p);
+            if (!is_finite(natural.l)) continue;  // of a flat element
+            mean.l += natural.l;
+            ++n;
+        }
+        if (n == 0) return isotropic_model(chord, wanted[e].point);
+        mean.l *= 1.0 / static_cast<double>(n);
+        const auto model = model_in(mean, chord, wanted[e].point);
+        return is_finite(model.hessian) ? model : isotropic_model(chord, wanted[e].point);
+    });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<Buffer<QuadraticModel<D>>> edge_models<D>(                                                     \
+        const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Validation<D>&, const Incidence<ElementId>&, \
+        const BackMesh<D>&, const Execution&);                                                                      \
+    template Outcome<Buffer<QuadraticModel<D>>> implied_edge_models<D>(                                             \
+        const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,310 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
+module camber.repair;
+import :state;
+import :vertex_moves;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+import camber.programmes;
+
+namespace camber {
+
+namespace {
+
+/// Beyond it a cavity does not grow.
+constexpr std::size_t most_edges = 240;
+/// What a surface node weighs more than one of the volume, and a vertex more than an edge's node.
+constexpr double surface_weight = 1e4;
+constexpr double vertex_weight = 4;
+/// A joint return that wins less, as a share of an edge's length, is not made.
+constexpr double least_joint_return = 1e-5;
+/// What vertices that move are asked to leave of the determinants around them, as shares, one after the other.
+constexpr std::array kept_shares{0.2, 0.02, 0.0};
+/// Floors lie this much above the bound: the programme ends within a part of it.
+constexpr double slack = 2e-6;
+
+bool may_move(EdgeKind kind, Reach reach) {
+    return kind == EdgeKind::volume || (kind != EdgeKind::fixed && reach.moves == Reach::Moves::surface_nodes);
+}
+
+template <int D>
+void add_edges(const RepairState<D>& state, ElementId e, Reach reach, std::vector<EdgeId>& edges) {
+    for (const EdgeId edge : state.mesh.edges.of_elements[e])
+        if (may_move(state.kinds[edge], reach)) edges.push_back(edge);
+}
+
+template <int D>
+std::vector<ElementId> around(const RepairState<D>& state, const std::vector<EdgeId>& edges) {
+    std::vector<ElementId> elements;
+    for (const EdgeId edge : edges)
+        elements.insert(elements.end(), state.shells[edge].begin(), state.shells[edge].end());
+    elements |= ranges::actions::sort | ranges::actions::unique;
+    return elements;
+}
+
+template <class T>
+int position_in(const std::vector<T>& sorted, const T& wanted) {
+    const auto it = std::lower_bound(sorted.begin(), sorted.end(), wanted);
+    return it != sorted.end() && *it == wanted ? static_cast<int>(it - sorted.begin()) : -1;
+}
+
+/// A good element holds the bound, though it lies on it or its coefficients are too weak a test.
+template <int D>
+double kept_good(const RepairState<D>& state, ElementId e, double asked) {
+    return std::max(kept_of(state, e, asked), state.options.min_scaled_jacobian + slack);
+}
+
+/// All of what the cavity can move is asked for; elements that it moves in part only keep what they have, but for the
+/// seed.
+template <int D>
+double floor_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, ElementId seed, double asked) {
+    if (e == seed) return asked;
+    if (state.good(e)) return kept_good(state, e, asked);
+    for (const EdgeId edge : state.mesh.edges.of_elements[e])
+        if (state.kinds[edge] == EdgeKind::volume && position_in(cavity.edges, edge) < 0)
+            return kept_of(state, e, asked);
+    return asked;
+}
+
+/// What the coefficients of an element with a free vertex are to be above.
+template <int D>
+double least_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, double share) {
+    constexpr double nothing = -std::numeric_limits<double>::infinity();
+    if (share == 0) return nothing;
+    for (const VertexId v : state.mesh.linear.elements.vertices[e])
+        if (position_in(cavity.vertices, v) >= 0) return share * shape_floor(state, e).determinant;
+    return nothing;
+}
+
+template <int D>
+OffsetModel<D> model_of(const RepairState<D>& state, EdgeId edge) {
+    const QuadraticModel<D> model = state.model(edge);
+    const double weight = state.kinds[edge] == EdgeKind::volume ? 1 : surface_weight;
+    return {model.centre - state.nodes[edge.index()].point, weight * model.hessian};
+}
+
+/// The mean of the models of the vertex's edges, heavier, about where the vertex was.
+template <int D>
+OffsetModel<D> model_of(const RepairState<D>& state, VertexId vertex) {
+    OffsetModel<D> model{-state.shifts[vertex.index()], {}};
+    std::size_t n = 0;
+    for (const ElementId e : state.balls[vertex])
+        for (const EdgeId edge : state.mesh.edges.of_elements[e]) {
+            const auto& ends = state.mesh.edges.vertices[edge];
+            if (ends[0] != vertex && ends[1] != vertex) continue;
+            model.hessian += state.models[edge].hessian;
+            ++n;
+        }
+    model.hessian *= vertex_weight / static_cast<double>(std::max<std::size_t>(n, 1));
+    return model;
+}
+
+/// The cavity's programme; `floor_of(e)`: what element e is to have.
+template <int D, class FloorOf>
+JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D>& cavity, FloorOf&& floor_of) {
+    JointProgramme<D> programme;
+    programme.unknowns.reserve(cavity.edges.size() + cavity.vertices.size());
+    for (const EdgeId edge : cavity.edges) programme.unknowns.push_back(model_of(state, edge));
+    for (const VertexId vertex : cavity.vertices) programme.unknowns.push_back(model_of(state, vertex));
+    programme.elements.reserve(cavity.elements.size());
+    const int edges = static_cast<int>(cavity.edges.size());
+    for (const ElementId e : cavity.elements) {
+        typename JointProgramme<D>::Element element{
+            .bezier = bezier_form(state.element(e)), .unknowns = {}, .floor = floor_of(e)};
+        for (int i = 0; i <= D; ++i) {
+            const int at = position_in(cavity.vertices, state.mesh.linear.elements.vertices[e][i]);
+            element.unknowns[i] = at < 0 ? JointProgramme<D>::fixed : edges + at;
+        }
+        for (int i = 0; i < edges_per_simplex<D>; ++i) {
+            const int at = position_in(cavity.edges, state.mesh.edges.of_elements[e][i]);
+            element.unknowns[D + 1 + i] = at < 0 ? JointProgramme<D>::fixed : at;
+        }
+        programme.elements.push_back(element);
+    }
+    return programme;
+}
+
+/// All edges with an end at a free vertex move by half of it.
+template <int D>
+RepairPlan<D> changes_of(const RepairState<D>& state, const RepairCavity<D>& cavity,
+                         const std::vector<Vec<D>>& offsets) {
+    RepairPlan<D> plan;
+    const auto shift = [&](VertexId v) {
+        const int at = position_in(cavity.vertices, v);
+        return at < 0 ? Vec<D>{} : offsets[cavity.edges.size() + static_cast<std::size_t>(at)];
+    };
+    for (const VertexId v : cavity.vertices) plan.points.emplace_back(v, state.points[v.index()] + shift(v));
+    std::vector<EdgeId> moved = cavity.edges;
+    for (const ElementId e : cavity.elements)
+        for (const EdgeId edge : state.mesh.edges.of_elements[e])
+            for (const VertexId v : state.mesh.edges.vertices[edge])
+                if (position_in(cavity.vertices, v) >= 0) moved.push_back(edge);
+    moved |= ranges::actions::sort | ranges::actions::unique;
+    for (const EdgeId edge : moved) {
+        const auto& [a, b] = state.mesh.edges.vertices[edge];
+        Vec<D> node = state.nodes[edge.index()].point + 0.5 * (shift(a) + shift(b));
+        if (const int at = position_in(cavity.edges, edge); at >= 0) node += offsets[static_cast<std::size_t>(at)];
+        plan.nodes.push_back({edge, {node}});
+    }
+    return plan;
+}
+
+/// The element with what the plan moves.
+template <int D>
+NodalSimplex<D> changed_element(const RepairState<D>& state, const RepairPlan<D>& plan, ElementId e) {
+    NodalSimplex<D> s = state.element(e);
+    const auto at = [](const auto& list, const auto& key) {
+        const auto it = std::ranges::lower_bound(list, key, {}, [](const auto& entry) { return entry.first; });
+        return it != list.end() && it->first == key ? &it->second : nullptr;
+    };
+    for (int i = 0; i <= D; ++i)
+        if (const auto* point = at(plan.points, state.mesh.linear.elements.vertices[e][i])) s.nodes[i] = *point;
+    for (int i = 0; i < edges_per_simplex<D>; ++i)
+        if (const auto* node = at(plan.nodes, state.mesh.edges.of_elements[e][i])) s.nodes[D + 1 + i] = node->point;
+    return s;
+}
+
+/// Whether a surface node stays as near to its place as relaxation would leave it, or as the tolerance says.
+template <int D>
+bool within_reach(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D>& node) {
+    const auto& [a, b] = state.mesh.edges.vertices[edge];
+    const Vec<D>& p = state.points[a.index()];
+    const Vec<D>& q = state.points[b.index()];
+    const Vec<D> wanted = state.model(edge).centre;
+    const double rounding = 1e-12 * distance(p, q);
+    return distance(node.point, wanted) <=
+           std::max(distance(midpoint(p, q), wanted) + rounding, state.options.surface_tolerance);
+}
+
+/// The verdicts that the plan changes; false when it breaks an element.
+template <int D>
+bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, RepairPlan<D>& plan) {
+    for (const auto& [edge, node] : plan.nodes)
+        if (state.kinds[edge] != EdgeKind::volume && !within_reach(state, edge, node)) return false;
+    for (const ElementId e : cavity.elements) {
+        const NodalSimplex<D> next = changed_element(state, plan, e);
+        const Verdict now = verdict_of(state, e, next);
+        if (spoilt(state, e, next, now) || !keeps_shape(state, e, next, now)) return false;
+        plan.verdicts.emplace_back(e, now);
+    }
+    return true;
+}
+
+template <int D>
+bool mends(const RepairPlan<D>& plan, ElementId seed) {
+    return std::ranges::find(plan.verdicts, std::pair{seed, Verdict::valid}) != plan.verdicts.end();
+}
+
+/// What the programme's models cost at the offsets.
+template <int D>
+double cost_of(const JointProgramme<D>& programme, const std::vector<Vec<D>>& offsets) {
+    double sum = 0;
+    for (std::size_t u = 0; u < offsets.size(); ++u) sum += programme.unknowns[u](offsets[u]);
+    return sum;
+}
+
+}  // namespace
+
+template <int D>
+RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach reach) {
+    RepairCavity<D> cavity;
+    add_edges(state, seed, reach, cavity.edges);
+    cavity.edges |= ranges::actions::sort | ranges::actions::unique;
+    for (int closure = 0; closure < reach.closures; ++closure) {
+        std::vector<EdgeId> wider = cavity.edges;
+        for (const ElementId e : around(state, cavity.edges)) add_edges(state, e, reach, wider);
+        wider |= ranges::actions::sort | ranges::actions::unique;
+        if (wider.size() > most_edges) break;
+        cavity.edges = std::move(wider);
+    }
+    cavity.elements = around(state, cavity.edges);
+    if (reach.moves != Reach::Moves::volume_nodes) {
+        for (const VertexId v : state.mesh.linear.elements.vertices[seed])
+            if (state.on_boundary[v.index()] == 0) cavity.vertices.push_back(v);
+        cavity.vertices |= ranges::actions::sort | ranges::actions::unique;
+        for (const VertexId v : cavity.vertices)
+            cavity.elements.insert(cavity.elements.end(), state.balls[v].begin(), state.balls[v].end());
+        cavity.elements |= ranges::actions::sort | ranges::actions::unique;
+    }
+    return cavity;
+}
+
+template <int D>
+Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed, double asked,
+                              double most_work) {
+    if (cavity.edges.empty() && cavity.vertices.empty()) return {};
+    const double floor = std::max(state.options.min_scaled_jacobian + slack, asked);
+    auto programme = programme_of(state, cavity, [&](ElementId e) { return floor_of(state, cavity, e, seed, floor); });
+    if (asked == 0) programme.first_penalty = JointProgramme<D>::strong;
+    Planned<D> planned;
+    const auto succeeds = [&] {
+        programme.most_work = most_work - planned.work;
+        const auto solution = solve(programme, std::vector<Vec<D>>(programme.unknowns.size()));
+        planned.work += solution.work;
+        RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
+        if (!judge(state, cavity, plan) || !mends(plan, seed)) return false;
+        planned.plan = std::move(plan);
+        return true;
+    };
+    if (cavity.vertices.empty()) {
+        succeeds();
+        return planned;
+    }
+    for (const double share : kept_shares) {
+        for (std::size_t i = 0; i < cavity.elements.size(); ++i)
+            programme.elements[i].least = least_of(state, cavity, cavity.elements[i], share);
+        if (succeeds()) break;
+    }
+    return planned;
+}
+
+template <int D>
+Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity, double most_work) {
+    const double target = std::max(state.options.min_scaled_jacobian, state.options.target) + slack;
+    auto programme = programme_of(state, cavity, [&](ElementId e) {
+        return state.good(e) ? kept_good(state, e, target) : kept_of(state, e, target);
+    });
+    std::vector<Vec<D>> as_it_is(programme.unknowns.size());
+    const double now = cost_of(programme, as_it_is);
+    double least = now - std::max(least_joint_return, least_returned_share * now);
+    if (!(least > 0)) return {};
+    std::vector<Vec<D>> as_wanted;
+    as_wanted.reserve(programme.unknowns.size());
+    for (const auto& unknown : programme.unknowns) as_wanted.push_back(unknown.centre);
+    Planned<D> best;
+    for (auto* start : {&as_it_is, &as_wanted}) {
+        programme.most_work = most_work - best.work;
+        const auto solution = solve(programme, std::move(*start));
+        best.work += solution.work;
+        const double cost = cost_of(programme, solution.offsets);
+        if (!(cost < least) || !(solution.shortfall < largest_shortfall)) continue;
+        RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
+        if (!judge(state, cavity, plan)) continue;
+        best.plan = std::move(plan);
+        least = cost;
+    }
+    return best;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template RepairCavity<D> repair_cavity<D>(const RepairState<D>&, ElementId, Reach);                         \
+    template Planned<D> plan_cavity_repair<D>(const RepairState<D>&, const RepairCavity<D>&, ElementId, double, \
+                                              double);                                                          \
+    template Planned<D> plan_joint_return<D>(const RepairState<D>&, const RepairCavity<D>&, double);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,116 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.repair;
+import :state;
+import :vertex_moves;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+import camber.programmes;
+
+namespace camber {
+
+namespace {
+
+/// A return that wins less of an edge's length is not made.
+constexpr double least_return = 1e-7;
+
+/// The elements around an edge with what they are to keep where `asked` is wished for: all that are good, and all that
+/// `keeps` says of the others.
+template <int D, class Keeps>
+EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double asked, Keeps&& keeps) {
+    EdgeShell<D> shell{state.nodes[edge.index()], {}};
+    shell.elements.reserve(state.shells[edge].size());
+    for (const ElementId e : state.shells[edge]) {
+        const auto& edges = state.mesh.edges.of_elements[e];
+        const auto local = static_cast<int>(std::find(edges.begin(), edges.end(), edge) - edges.begin());
+        ShellElement<D> element{state.element(e), local, {}};
+        if (state.good(e) || keeps(e)) {
+            const double kept = kept_of(state, e, asked);
+            // A good element whose coefficients are too weak a test still holds the bound.
+            const double least = state.good(e) ? std::max(kept, state.options.min_scaled_jacobian) : kept;
+            if (least < asked) element.keep = least;
+        }
+        shell.elements.push_back(element);
+    }
+    return shell;
+}
+
+/// The plan that moves one node, with the verdicts around it.
+template <int D>
+std::optional<RepairPlan<D>> plan_of(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D>& node) {
+    RepairPlan<D> plan;
+    plan.nodes.emplace_back(edge, node);
+    for (const ElementId e : state.shells[edge]) {
+        NodalSimplex<D> element = state.element(e);
+        for (int i = 0; i < edges_per_simplex<D>; ++i)
+            if (state.mesh.edges.of_elements[e][i] == edge) element.nodes[D + 1 + i] = node.point;
+        const Verdict now = verdict_of(state, e, element);
+        if (spoilt(state, e, element, now)) return {};
+        plan.verdicts.emplace_back(e, now);
+    }
+    return plan;
+}
+
+}  // namespace
+
+template <int D>
+Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
+    const double bound = state.options.min_scaled_jacobian;
+    const auto no_other = [&](ElementId e) { return e != seed; };
+    const auto none = [](ElementId) { return false; };
+    Planned<D> best;
+    double least = 0;
+    const auto try_all = [&](double asked, auto&& keeps) {
+        for (const EdgeId edge : state.mesh.edges.of_elements[seed]) {
+            if (state.kinds[edge] != EdgeKind::volume) continue;
+            const QuadraticModel<D> model = state.model(edge);
+            const auto nearest = nearest_node(shell_of(state, edge, asked, keeps), model, asked);
+            best.work += edge_work;
+            if (!nearest) continue;
+            const double cost = nearest->cost - model(state.nodes[edge.index()].point);
+            if (best.plan && !(cost < least)) continue;
+            auto plan = plan_of(state, edge, nearest->node);
+            const bool mended = plan && std::ranges::any_of(plan->verdicts, [&](const auto& v) {
+                                    return v.first == seed && v.second == Verdict::valid;
+                                });
+            if (!mended) continue;
+            best.plan = std::move(plan);
+            least = cost;
+        }
+        return best.plan.has_value();
+    };
+    const double target = std::max(bound, state.options.target);
+    if (try_all(target, none) || try_all(target, no_other)) return best;
+    // Cavities may still reach the target.
+    if (target > bound && state.options.scope == RepairScope::edges && !try_all(bound, none)) try_all(bound, no_other);
+    return best;
+}
+
+template <int D>
+Planned<D> plan_return(const RepairState<D>& state, EdgeId edge) {
+    const QuadraticModel<D> model = state.model(edge);
+    const double now = model(state.nodes[edge.index()].point);
+    const double worth = std::max(least_return, least_returned_share * now);
+    if (!(now > worth)) return {};
+    const double target = std::max(state.options.min_scaled_jacobian, state.options.target);
+    const auto nearest = nearest_node(shell_of(state, edge, target, [](ElementId) { return true; }), model, target);
+    if (!nearest || !(nearest->cost < now - worth)) return {{}, edge_work};
+    return {plan_of(state, edge, nearest->node), edge_work};
+}
+
+#define CAMBER_INSTANTIATE(D)                                                  \
+    template Planned<D> plan_edge_repair<D>(const RepairState<D>&, ElementId); \
+    template Planned<D> plan_return<D>(const RepairState<D>&, EdgeId);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,60 @@
+// camber.repair: one node of a P2 mesh is pulled so far that elements fold; `validate` certifies which, `relax` moves
+// it back as little as needed. A verdict holds for every point of an element, rounding included.
+#include <cstdio>
+#include <utility>
+
+import camber.core;
+import camber.bezier;
+import camber.validity;
+import camber.repair;
+
+using namespace camber;
+
+/// A square of four triangles around its middle, vertex 4.
+static LinearMesh<2> square() {
+    const auto v = [](std::size_t i) { return VertexId(i); };
+    LinearMesh<2> mesh;
+    mesh.points = Buffer<Vec<2>>{{{-1, -1}}, {{1, -1}}, {{1, 1}}, {{-1, 1}}, {{0, 0}}};
+    mesh.point_references = Buffer<Reference>(5, 0);
+    mesh.elements.vertices =
+        Buffer<SimplexVertices<2>>{{v(0), v(1), v(4)}, {v(1), v(2), v(4)}, {v(2), v(3), v(4)}, {v(3), v(0), v(4)}};
+    mesh.elements.references = Buffer<Reference>(4, 1);
+    return mesh;
+}
+
+static Outcome<bool> example(const Execution& execution) {
+    const auto mesh = elevate(square(), execution);
+    if (!mesh) return fail(mesh.error());
+    const std::size_t n = mesh->edges.size();
+    const EdgeId spoke = find_edge(mesh->edges, VertexId(std::size_t{0}), VertexId(std::size_t{4}));
+
+    // A proposal is new places for the nodes, judged before it is made the mesh's own.
+    Buffer<LagrangeNode<2>> nodes(mesh->mid_nodes.begin(), mesh->mid_nodes.end());
+    nodes[spoke.index()].point += Vec<2>{{0.5, -0.4}};
+    Buffer<EdgeKind> kinds(n, EdgeKind::fixed);
+    kinds[spoke.index()] = EdgeKind::volume;
+    const Proposal<2> proposal{mesh->linear.points, std::move(nodes), std::move(kinds),
+                               Buffer<EdgeChange>(n, EdgeChange::optimised)};
+
+    const double bound = 0.1;  // of det J / |det of the straight element|
+    const auto judged = validate(*mesh, proposal, bound, execution);
+    if (!judged) return fail(judged.error());
+    const Validation<2>& before = judged->validation();
+    std::printf("before: %zu of 4 elements invalid, smallest scaled Jacobian %.3f in element %zu\n", before.invalid,
+                before.smallest, before.worst.index() + 1);
+
+    const auto relaxed = relax(*judged, RelaxOptions{.min_scaled_jacobian = bound, .target = bound}, execution);
+    if (!relaxed) return fail(relaxed.error());
+    const Validation<2>& after = relaxed->judged.validation();
+    const auto& node = relaxed->judged.proposal().mid_nodes[spoke].point;
+    std::printf("after:  %zu invalid, smallest scaled Jacobian %.3f; the node is at (%.3f, %.3f)\n", after.invalid,
+                after.smallest, node[0], node[1]);
+
+    return before.invalid > 0 && after.all_valid();
+}
+
+int main() {
+    const auto right = example(Execution{});
+    if (!right) std::fprintf(stderr, "%s\n", describe(right.error()).c_str());
+    return right && *right ? 0 : 1;
+}

@@ -1,0 +1,224 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+module camber.repair;
+import :nodewise;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+import camber.programmes;
+
+namespace camber {
+
+namespace {
+
+/// What det J of an element is divided by in comparisons: |det straight|, or its largest coefficient if that is flat.
+template <int D>
+double scale_of(const BoundedJacobian<D>& j) {
+    if (std::abs(j.straight) > 2 * j.error) return std::abs(j.straight);
+    double largest = std::numeric_limits<double>::min();
+    for (const double c : j.coefficients) largest = std::max(largest, std::abs(c));
+    return largest;
+}
+
+/// An element of a shell along a segment of the edge's node: its scaled coefficients at both ends.
+template <int D>
+struct Swept {
+    ElementId element;
+    bool valid = false;
+    BoundedJacobian<D> at_0, at_1;
+    double scale = 1;
+    double least_at_1 = 0;    ///< smallest scaled coefficient at θ = 1
+    double least_needed = 0;  ///< scaled coefficients above it make the element valid, rounding included
+};
+
+template <int D>
+std::vector<Swept<D>> swept_shell(const Repair<D>& repair, EdgeId edge, const LagrangeNode<D>& from,
+                                  const LagrangeNode<D>& to) {
+    std::vector<Swept<D>> shell;
+    for (const ElementId e : repair.shells[edge]) {
+        Swept<D> s{e, repair.valid(e), jacobian_with(repair, e, edge, from), jacobian_with(repair, e, edge, to), 1, 0,
+                   0};
+        s.scale = std::max(scale_of(s.at_0), scale_of(s.at_1));
+        s.least_at_1 = *std::min_element(s.at_1.coefficients.begin(), s.at_1.coefficients.end()) / s.scale;
+        s.least_needed =
+            repair.options.min_scaled_jacobian * (1 + 0x1p-40) + 4 * std::max(s.at_0.error, s.at_1.error) / s.scale;
+        shell.push_back(s);
+    }
+    return shell;
+}
+
+template <int D>
+void append(const Swept<D>& s, double floor, std::vector<AffineConstraint>& constraints) {
+    for (int i = 0; i < jacobian_coefficients<D>; ++i)
+        constraints.push_back({s.at_0.coefficients[i] / s.scale, s.at_1.coefficients[i] / s.scale, floor});
+}
+
+/// The same without the coefficients that do not contain the node: they cap a minimum that it cannot raise.
+template <int D>
+void append_moving(const Swept<D>& s, std::vector<AffineConstraint>& constraints) {
+    for (int i = 0; i < jacobian_coefficients<D>; ++i)
+        if (s.at_0.coefficients[i] != s.at_1.coefficients[i])
+            constraints.push_back({s.at_0.coefficients[i] / s.scale, s.at_1.coefficients[i] / s.scale, 0});
+}
+
+/// What a programme asks of the elements that are not valid: all of them mended or only one, and how well.
+struct Demand {
+    bool whole_shell;
+    bool to_target;
+};
+constexpr std::array<Demand, 4> demands{{{true, true}, {false, true}, {true, false}, {false, false}}};
+
+/// Valid elements keep their coefficients, or the target where they have more.
+template <int D>
+double floor_of(const Repair<D>& repair, const Swept<D>& s, ElementId e, Demand demand) {
+    const double target = std::max(repair.options.target, s.least_needed);
+    if (s.valid) return std::min(target, s.least_at_1);
+    if (demand.whole_shell || s.element == e) return demand.to_target ? target : s.least_needed;
+    return s.least_at_1;
+}
+
+/// A place for a node, and what it is worth: lower is better.
+struct Candidate {
+    EdgeId edge;
+    double theta;
+    double rank, loss;
+    friend bool operator<(const Candidate& a, const Candidate& b) {
+        return std::tuple(a.rank, a.loss, a.edge) < std::tuple(b.rank, b.loss, b.edge);
+    }
+};
+
+/// How much of the edge's curvature a step to θ takes.
+template <int D>
+double loss(const Repair<D>& repair, EdgeId edge, double theta) {
+    return (1 - theta) * distance(repair.nodes[edge.index()].point, repair.middle(edge).point) / repair.length(edge);
+}
+
+/// The farthest θ that mends the element, by the first demand that can be met.
+template <int D>
+std::optional<Candidate> mending_candidate(const Repair<D>& repair, ElementId e, EdgeId edge,
+                                           std::span<const Demand> allowed) {
+    const auto shell = swept_shell(repair, edge, repair.middle(edge), repair.nodes[edge.index()]);
+    std::vector<AffineConstraint> constraints;
+    double rank = 0;
+    for (const Demand demand : allowed) {
+        constraints.clear();
+        for (const auto& s : shell) append(s, floor_of(repair, s, e, demand), constraints);
+        if (const auto interval = feasible(constraints))
+            return Candidate{edge, interval->high, rank, loss(repair, edge, interval->high)};
+        ++rank;
+    }
+    return {};
+}
+
+/// Σ over elements that are not valid and their coefficients of what is missing to the target.
+template <int D>
+double missing(const Repair<D>& repair, const BoundedJacobian<D>& j) {
+    double sum = 0;
+    for (const double c : j.coefficients) sum += std::max(0.0, repair.options.target - c / scale_of(j));
+    return sum;
+}
+
+/// The θ with the largest smallest coefficient of the elements that are not valid, while the valid ones hold.
+template <int D>
+std::optional<Candidate> helping_candidate(const Repair<D>& repair, EdgeId edge) {
+    const LagrangeNode<D> middle = repair.middle(edge);
+    const auto shell = swept_shell(repair, edge, middle, repair.nodes[edge.index()]);
+    std::vector<AffineConstraint> kept, raised;
+    for (const auto& s : shell) {
+        if (s.valid)
+            append(s, floor_of(repair, s, s.element, demands[0]), kept);
+        else
+            append_moving(s, raised);
+    }
+    const auto within = feasible(kept);
+    if (!within || raised.empty()) return {};
+    const double theta = highest_minimum(raised, *within);
+    if (!(theta < 1)) return {};
+    double before = 0;
+    double after = 0;
+    const LagrangeNode<D> there = repair.towards_middle(edge, theta);
+    for (const auto& s : shell) {
+        if (s.valid) continue;
+        before += missing(repair, s.at_1);
+        after += missing(repair, jacobian_with(repair, s.element, edge, there));
+    }
+    // Steps that hardly help are not worth the curvature.
+    if (!(after < 0.95 * before)) return {};
+    return Candidate{edge, theta, after / before, 0};
+}
+
+/// Moves the node there unless that breaks a valid element.
+template <int D>
+bool try_candidate(Repair<D>& repair, const Candidate& candidate, ElementId must_be_valid) {
+    Changes<D> changes;
+    move_node(repair, candidate.edge, repair.towards_middle(candidate.edge, candidate.theta), changes);
+    check_shells(repair, std::span(&candidate.edge, 1), changes);
+    const bool good = changes.broken.empty() && (!must_be_valid.valid() || repair.valid(must_be_valid));
+    if (!good) undo(repair, changes);
+    return good;
+}
+
+template <int D, class Propose>
+bool try_best(Repair<D>& repair, ElementId e, EdgeGroup group, ElementId must_be_valid, Propose&& propose) {
+    std::vector<Candidate> candidates;
+    for (const EdgeId edge : loose_edges(repair, e, group))
+        if (const auto candidate = propose(edge)) candidates.push_back(*candidate);
+    std::sort(candidates.begin(), candidates.end());
+    for (const Candidate& candidate : candidates)
+        if (try_candidate(repair, candidate, must_be_valid)) return true;
+    return false;
+}
+
+}  // namespace
+
+template <int D>
+bool mend(Repair<D>& repair, ElementId e, EdgeGroup group, Steps steps) {
+    bool moved = false;
+    for (int turn = 0; turn < 2 * edges_per_simplex<D> && !repair.valid(e); ++turn) {
+        const auto allowed = std::span(demands).first(steps == Steps::to_target ? 2 : 4);
+        const auto mending = [&](EdgeId edge) { return mending_candidate(repair, e, edge, allowed); };
+        const auto helping = [&](EdgeId edge) { return helping_candidate(repair, edge); };
+        if (!try_best(repair, e, group, e, mending) &&
+            (steps != Steps::helping || !try_best(repair, e, group, ElementId{}, helping)))
+            break;
+        moved = true;
+    }
+    return moved;
+}
+
+template <int D>
+bool put_back(Repair<D>& repair, EdgeId edge) {
+    const LagrangeNode<D> from = repair.nodes[edge.index()];
+    const LagrangeNode<D> to = repair.originals.at(edge);
+    if (from == to) return false;
+    std::vector<AffineConstraint> constraints;
+    for (const auto& s : swept_shell(repair, edge, from, to)) {
+        const double now = *std::min_element(s.at_0.coefficients.begin(), s.at_0.coefficients.end()) / s.scale;
+        append(s, std::min(now, std::max(repair.options.target, s.least_needed)), constraints);
+    }
+    const auto interval = feasible(constraints);
+    if (!interval || interval->high < 0.01) return false;
+    const LagrangeNode<D> there =
+        interval->high < 1 ? LagrangeNode<D>{from.point + interval->high * (to.point - from.point)} : to;
+    Changes<D> changes;
+    move_node(repair, edge, there, changes);
+    check_shells(repair, std::span(&edge, 1), changes);
+    if (!changes.broken.empty()) undo(repair, changes);
+    return changes.broken.empty();
+}
+
+template bool mend<2>(Repair<2>&, ElementId, EdgeGroup, Steps);
+template bool mend<3>(Repair<3>&, ElementId, EdgeGroup, Steps);
+template bool put_back<2>(Repair<2>&, EdgeId);
+template bool put_back<3>(Repair<3>&, EdgeId);
+
+}  // namespace camber

@@ -1,0 +1,140 @@
+module;
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+export module camber.repair:state;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+import camber.programmes;
+import :passes;
+
+namespace camber {
+
+/// A mesh while it is repaired.
+template <int D>
+struct RepairState {
+    const QuadraticMesh<D>& mesh;  ///< topology, and where vertices were; its nodes are not looked at
+    const Incidence<ElementId>& shells;
+    const Incidence<ElementId>& balls;
+    const Column<QuadraticModel<D>>& models;
+    const RepairOptions& options;
+    Column<EdgeKind> kinds;
+    Buffer<std::uint8_t> on_boundary;  ///< of vertices: 1 if they must stay, since they are on the boundary or required
+    Buffer<Vec<D>> points;
+    Buffer<Vec<D>> shifts;  ///< of vertices: how far each is from where the mesh has it
+    Buffer<LagrangeNode<D>> nodes;
+    Buffer<Verdict> verdicts;
+    double work_left = 0;  ///< of programmes, see step_work
+    double work = 0;       ///< done so far
+
+    [[nodiscard]] bool exhausted() const { return work_left < 1; }
+    [[nodiscard]] bool good(ElementId e) const { return verdicts[e.index()] == Verdict::valid; }
+    [[nodiscard]] NodalSimplex<D> element(ElementId e) const {
+        NodalSimplex<D> s;
+        for (int i = 0; i <= D; ++i) s.nodes[i] = points[mesh.linear.elements.vertices[e][i].index()];
+        for (int i = 0; i < edges_per_simplex<D>; ++i)
+            s.nodes[D + 1 + i] = nodes[mesh.edges.of_elements[e][i].index()].point;
+        return s;
+    }
+    /// The edge's model; what is wanted goes along with its vertices.
+    [[nodiscard]] QuadraticModel<D> model(EdgeId edge) const {
+        QuadraticModel<D> m = models[edge];
+        const auto& [a, b] = mesh.edges.vertices[edge];
+        m.centre += 0.5 * (shifts[a.index()] + shifts[b.index()]);
+        return m;
+    }
+};
+
+/// What an element is to have where `asked` is wished for: what it has if that is below.
+template <int D>
+[[nodiscard]] inline double kept_of(const RepairState<D>& state, ElementId e, double asked) {
+    const NodalSimplex<D> element = state.element(e);
+    const double weak = smallest_scaled_coefficient(bounded_jacobian(element));
+    if (weak >= asked) return asked;
+    const double sharp = check_element(element, 0).min_scaled_jacobian;
+    const double now = sharp > weak ? sharp : weak;
+    return now < asked ? now : asked;
+}
+
+/// Whether an element that becomes `next`, with this verdict, is spoilt: it was good enough and is not, or it was valid
+/// below the bound and is not even that.
+template <int D>
+[[nodiscard]] inline bool spoilt(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
+                                 Verdict verdict) {
+    if (verdict == Verdict::valid) return false;
+    return state.good(e) || (decide(state.element(e), 0) == Verdict::valid && decide(next, 0) != Verdict::valid);
+}
+
+/// What is to change, planned against a state.
+template <int D>
+struct RepairPlan {
+    std::vector<std::pair<EdgeId, LagrangeNode<D>>> nodes;  ///< rising
+    std::vector<std::pair<VertexId, Vec<D>>> points;        ///< rising
+    std::vector<std::pair<ElementId, Verdict>> verdicts;
+};
+
+/// What planning came to, and the work that it was.
+template <int D>
+struct Planned {
+    std::optional<RepairPlan<D>> plan;
+    double work = 0;
+};
+
+/// The work of the programme of one edge.
+inline constexpr double edge_work = 1;
+
+/// One volume node moves, such that the seed is good enough and no element around it stops being so: the cheapest of
+/// the seed's edges. None when none can.
+template <int D>
+[[nodiscard]] Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed);
+
+/// A return that wins less of what its nodes cost is not made.
+inline constexpr double least_returned_share = 0.01;
+
+/// An edge's node nearer to where it is wanted, as far as the elements around it allow; none if that is not worth it.
+template <int D>
+[[nodiscard]] Planned<D> plan_return(const RepairState<D>& state, EdgeId edge);
+
+/// What a cavity may move, and how far it reaches around its element.
+struct Reach {
+    enum class Moves : std::uint8_t { volume_nodes, vertices, surface_nodes };
+    Moves moves = Moves::volume_nodes;
+    int closures = 0;  ///< 0: the element's own edges; each more: those of all elements around these
+};
+
+/// What a cavity holds: its elements are those around its free edges and vertices.
+template <int D>
+struct RepairCavity {
+    std::vector<EdgeId> edges;       ///< free, rising
+    std::vector<VertexId> vertices;  ///< free, rising
+    std::vector<ElementId> elements;
+};
+template <int D>
+[[nodiscard]] RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach reach);
+
+/// The cavity's nodes and vertices together: mends the seed, to `asked` as a scaled Jacobian; no other element that is
+/// good enough stops being so. `asked` 0: to the bound, at whatever cost. None when that is not found.
+template <int D>
+[[nodiscard]] Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
+                                            double asked, double most_work);
+
+/// The cavity's nodes together nearer to where they are wanted, as far as its elements allow: from where they are, and
+/// from where they are wanted, whichever costs less; none if that is not worth it.
+template <int D>
+[[nodiscard]] Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity,
+                                           double most_work);
+
+/// Volume nodes around the elements of `seeds` go to `extended`, and those around the elements that are not above
+/// `bound` then, outwards; it may spoil elements.
+template <int D>
+[[nodiscard]] RepairPlan<D> plan_extension(const RepairState<D>& state, const std::vector<ElementId>& seeds,
+                                           const Buffer<LagrangeNode<D>>& extended, double bound);
+
+/// As many nodes to where they are `there` as spoil no element: around such nodes stay.
+template <int D>
+[[nodiscard]] RepairPlan<D> plan_towards(const RepairState<D>& state, const Buffer<LagrangeNode<D>>& there);
+
+}  // namespace camber

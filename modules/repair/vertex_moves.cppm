@@ -1,0 +1,94 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+export module camber.repair:vertex_moves;
+import :state;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+import camber.soundness;
+
+namespace camber {
+
+/// Straight elements of such a mean ratio are well shaped: vertices that move may spoil them down to it.
+inline constexpr double enough_mean_ratio = 0.05;
+/// Below it a straight element counts as flat.
+inline constexpr double flat_mean_ratio = 1e-10;
+
+/// What vertices that move must leave of a straight element.
+template <int D>
+struct ShapeFloor {
+    double determinant = 0;  ///< of the mesh's straight element: det J is to be above bound · this
+    double mean_ratio = 0;
+};
+
+template <int D>
+[[nodiscard]] inline std::array<Vec<D>, D + 1> corners_of(const RepairState<D>& state, ElementId e) {
+    std::array<Vec<D>, D + 1> corners;
+    for (int i = 0; i <= D; ++i) corners[i] = state.mesh.linear.points[state.mesh.linear.elements.vertices[e][i]];
+    return corners;
+}
+template <int D>
+[[nodiscard]] inline std::array<Vec<D>, D + 1> corners_of(const NodalSimplex<D>& element) {
+    std::array<Vec<D>, D + 1> corners;
+    for (int i = 0; i <= D; ++i) corners[i] = element.nodes[i];
+    return corners;
+}
+template <int D>
+[[nodiscard]] inline double determinant_of(const std::array<Vec<D>, D + 1>& corners) {
+    return (D == 2 ? 2 : 6) * signed_measure<D>(corners);
+}
+
+/// The mesh's own element; where that is flat or inverted, the mean over the sound elements around its free vertices.
+template <int D>
+[[nodiscard]] inline ShapeFloor<D> shape_floor(const RepairState<D>& state, ElementId e) {
+    const auto own = corners_of(state, e);
+    const double ratio = mean_ratio<D>(own);
+    if (ratio > flat_mean_ratio) return {determinant_of<D>(own), std::min(ratio, enough_mean_ratio)};
+    double determinants = 0, ratios = 0;
+    std::size_t n = 0;
+    for (const VertexId v : state.mesh.linear.elements.vertices[e]) {
+        if (state.on_boundary[v.index()] != 0) continue;
+        for (const ElementId near : state.balls[v]) {
+            const auto corners = corners_of(state, near);
+            const double of_near = mean_ratio<D>(corners);
+            if (!(of_near > flat_mean_ratio)) continue;
+            determinants += determinant_of<D>(corners);
+            ratios += of_near;
+            ++n;
+        }
+    }
+    if (n == 0) return {};
+    const auto count = static_cast<double>(n);
+    return {determinants / count, std::min(ratios / count, enough_mean_ratio)};
+}
+
+/// The verdict on an element that becomes `next`: det J ≥ bound · |det| of its own straight form, and, where its
+/// vertices are not where the mesh has them, of the mesh's too (`shape_floor`).
+template <int D>
+[[nodiscard]] inline Verdict verdict_of(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next) {
+    const double bound = state.options.min_scaled_jacobian;
+    const auto corners = corners_of(next);
+    const Verdict own = decide(next, bound);
+    if (own != Verdict::valid || bound == 0 || corners == corners_of(state, e)) return own;
+    const double was = shape_floor(state, e).determinant;
+    const double is = std::abs(determinant_of<D>(corners));
+    return is < was ? decide(next, bound * was / is) : own;
+}
+
+/// Whether vertices that move leave the straight element shaped well enough: a mean ratio of at least min(the mesh's
+/// element's, 0.05). What is not valid with them all the same may only become better.
+template <int D>
+[[nodiscard]] inline bool keeps_shape(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
+                                      Verdict verdict) {
+    const auto now = corners_of(state.element(e));
+    const auto corners = corners_of(next);
+    if (corners == now) return true;
+    const double ratio = mean_ratio<D>(corners);
+    if (verdict != Verdict::valid) return ratio >= mean_ratio<D>(now);
+    return ratio >= shape_floor(state, e).mean_ratio;
+}
+
+}  // namespace camber

@@ -1,0 +1,186 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+module camber.soundness;
+import camber.core;
+import camber.validity;
+
+namespace camber {
+
+namespace {
+
+enum class Who : std::uint8_t { element, facet, vertex, node, edge };
+
+/// What is said of a defect. In `one` and `many` %e is an element of this dimension, %E several, %f a facet, %F
+/// several, # the other party's number, %> the far end of an edge of the boundary (nothing in 2D, where it is a
+/// vertex).
+struct Wording {
+    const char* key;
+    Gravity gravity;
+    Who who;
+    const char *one, *many;
+    const char* remedy;
+};
+
+// The words below say so.
+static_assert(least_length == 1e-60 && most_length == 1e60);
+
+/// In the order of Defect.
+constexpr std::array<Wording, defect_count> wordings{{
+    {"repeated_elements", Gravity::mended, Who::element, "lists the vertices of %e # again",
+     "list the vertices of an earlier one again", "remove it"},
+    {"contradicting_elements", Gravity::fatal, Who::element, "has the vertices of %e #, but another reference",
+     "have the vertices of an earlier one, but another reference", "remove one of them"},
+    {"crowded_faces", Gravity::fatal, Who::element, "shares a face with more than one other %e",
+     "share a face with more than one other %e", "elements must not overlap"},
+    {"stray_facets", Gravity::fatal, Who::facet, "is a face of no %e", "are a face of no %e",
+     "remove it, or give the mesh that belongs to it"},
+    {"repeated_facets", Gravity::mended, Who::facet, "lists the vertices of %f # again",
+     "list the vertices of an earlier one again", "remove it"},
+    {"contradicting_facets", Gravity::fatal, Who::facet, "has the vertices of %f #, but another reference",
+     "have the vertices of an earlier one, but another reference", "remove one of them"},
+    {"distant_vertices", Gravity::fatal, Who::vertex, "is more than 1e60 away from the origin",
+     "are more than 1e60 away from the origin", "take another unit of length"},
+    {"distant_nodes", Gravity::fatal, Who::node, "is more than 1e60 away from the origin",
+     "are more than 1e60 away from the origin", "take another unit of length"},
+    {"tiny_elements", Gravity::fatal, Who::element, "is smaller than 1e-60", "are smaller than 1e-60",
+     "take another unit of length"},
+    {"tiny_facets", Gravity::fatal, Who::facet, "is smaller than 1e-60", "are smaller than 1e-60",
+     "take another unit of length"},
+    {"hanging_vertices", Gravity::fatal, Who::vertex, "lies inside a face of %e #, which does not have it as a vertex",
+     "lie inside faces that do not have them as a vertex",
+     "the elements must meet face to face; if a gap is meant there, list the boundary on both sides"},
+    {"duplicate_vertices", Gravity::fatal, Who::vertex, "is at the very place of vertex #",
+     "are at the very place of an earlier one",
+     "merge them; if a slit is meant there, list the boundary on both sides"},
+    {"reversed_elements", Gravity::mended, Who::element, "is numbered the wrong way round",
+     "are numbered the wrong way round", "swap two of its vertices"},
+    {"tangled_elements", Gravity::spoils, Who::element, "is inverted, or overlaps its neighbours",
+     "are inverted, or overlap their neighbours", "mend the straight mesh"},
+    {"flat_elements", Gravity::spoils, Who::element, "has no volume", "have no volume", "mend the straight mesh"},
+    {"missing_facets", Gravity::mended, Who::element, "has a face on the boundary that is not listed",
+     "have faces on the boundary that are not listed", "list it"},
+    {"no_facets", Gravity::harmless, Who::element, "has a face on the boundary, of which nothing is listed",
+     "have faces on the boundary, of which nothing is listed", "list the boundary"},
+    {"missing_interfaces", Gravity::harmless, Who::element, "has an unlisted face to a %e of another reference",
+     "have unlisted faces to %E of another reference", "list it"},
+    {"unused_vertices", Gravity::harmless, Who::vertex, "belongs to nothing", "belong to nothing", "remove it"},
+    {"slit_vertices", Gravity::harmless, Who::vertex, "is at the very place of vertex #, across a slit",
+     "are at the very place of an earlier one, across a slit", ""},
+    {"coincident_nodes", Gravity::spoils, Who::node, "is at the very place of node #",
+     "are at the very place of another one", "no two nodes of a mesh share a place"},
+    {"inner_facets", Gravity::harmless, Who::facet, "lies between %E of one reference",
+     "lie between %E of one reference", ""},
+    {"open_edges", Gravity::harmless, Who::edge, "%>has one %f of the boundary only: the boundary is not closed",
+     "have one %f of the boundary only: the boundary is not closed", "list the boundary's other %F"},
+    {"crowded_edges", Gravity::harmless, Who::edge, "to vertex # is shared by more than two faces of the boundary",
+     "are shared by more than two faces of the boundary", ""},
+    {"pinched_vertices", Gravity::harmless, Who::vertex, "is where the boundary touches itself",
+     "are where the boundary touches itself", ""},
+    {"lone_edges", Gravity::harmless, Who::edge, "belongs to no %e and no %f", "belong to no %e and no %f",
+     "remove it"},
+    {"wall_elements", Gravity::harmless, Who::element,
+     "has two %F on one smooth wall: curved, its nodes cannot make it good; it needs a swap",
+     "have two %F on one smooth wall: curved, their nodes cannot make them good; they need a swap", "swap an edge"},
+}};
+
+const Wording& wording(Defect defect) { return wordings[static_cast<std::size_t>(defect)]; }
+
+constexpr std::array element_name{"", "", "triangle", "tetrahedron"};
+constexpr std::array elements_name{"", "", "triangles", "tetrahedra"};
+constexpr std::array facet_name{"", "", "edge", "triangle"};
+constexpr std::array facets_name{"", "", "edges", "triangles"};
+
+/// An edge of the boundary has no number of its own: it is named by its lower vertex.
+std::string noun(const Soundness& s, Defect defect) {
+    const auto d = static_cast<std::size_t>(s.dimension);
+    switch (wording(defect).who) {
+        case Who::element: return element_name[d];
+        case Who::facet: return facet_name[d];
+        case Who::vertex: return "vertex";
+        case Who::node: return "node";
+        case Who::edge: return defect == Defect::lone_edge ? "edge" : d == 2 ? "vertex" : "edge from vertex";
+    }
+    return {};
+}
+std::string nouns(const Soundness& s, Defect defect) {
+    const auto d = static_cast<std::size_t>(s.dimension);
+    switch (wording(defect).who) {
+        case Who::element: return elements_name[d];
+        case Who::facet: return facets_name[d];
+        case Who::vertex: return "vertices";
+        case Who::node: return "nodes";
+        case Who::edge: return defect != Defect::lone_edge && d == 2 ? "vertices" : "edges";
+    }
+    return {};
+}
+
+std::string filled(const Soundness& s, std::string_view text, std::size_t other) {
+    const auto d = static_cast<std::size_t>(s.dimension);
+    std::string out;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '#') {
+            out += std::to_string(other);
+        } else if (text[i] == '%' && i + 1 < text.size()) {
+            const char what = text[++i];
+            if (what == '>')
+                out += d == 2 ? "" : "to vertex " + std::to_string(other) + " ";
+            else
+                out += what == 'e'   ? element_name[d]
+                       : what == 'E' ? elements_name[d]
+                       : what == 'F' ? facets_name[d]
+                                     : facet_name[d];
+        } else {
+            out += text[i];
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
+bool Soundness::sound() const {
+    if (empty) return false;
+    for (std::size_t i = 0; i < defect_count; ++i)
+        if (findings[i].count > 0 && wordings[i].gravity != Gravity::harmless) return false;
+    return true;
+}
+
+Gravity gravity(Defect defect) { return wording(defect).gravity; }
+const char* key(Defect defect) { return wording(defect).key; }
+
+std::string sentence(const Soundness& soundness, Defect defect) {
+    const Finding& found = soundness[defect];
+    const Wording& words = wording(defect);
+    const std::string first = noun(soundness, defect) + " " + std::to_string(found.first);
+    if (found.count == 1) return first + " " + filled(soundness, words.one, found.other);
+    return std::to_string(found.count) + " " + nouns(soundness, defect) + " " +
+           filled(soundness, words.many, found.other) + " (the first: " + first + ")";
+}
+
+std::optional<Error> refusal(const Soundness& soundness) {
+    if (soundness.empty)
+        return Error{ErrorKind::input,
+                     "the mesh is empty: it has neither elements nor facets",
+                     {},
+                     {},
+                     "there is nothing to curve"};
+    for (std::size_t i = 0; i < defect_count; ++i) {
+        const Finding& found = soundness.findings[i];
+        if (found.count == 0 || wordings[i].gravity != Gravity::fatal) continue;
+        std::string what = filled(soundness, wordings[i].one, found.other);
+        if (found.count > 1) what += ", the first of " + std::to_string(found.count);
+        return Error{ErrorKind::input,
+                     what,
+                     {},
+                     Entity{noun(soundness, Defect{static_cast<std::uint8_t>(i)}), found.first},
+                     wordings[i].remedy};
+    }
+    return {};
+}
+
+}  // namespace camber

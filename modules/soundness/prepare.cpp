@@ -1,0 +1,231 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
+module camber.soundness;
+import camber.core;
+import camber.validity;
+import :examination;
+
+namespace camber {
+
+namespace {
+
+constexpr std::uint32_t dropped = nobody;
+
+/// New numbers of the items that stay.
+Buffer<std::uint32_t> renumbered(const Buffer<std::uint32_t>& twins) {
+    Buffer<std::uint32_t> numbers(twins.size());
+    std::uint32_t next = 0;
+    for (std::size_t i = 0; i < twins.size(); ++i) numbers[i] = twins[i] == nobody ? next++ : dropped;
+    return numbers;
+}
+
+template <class T>
+Column<T> kept(const Column<T>& items, const Buffer<std::uint32_t>& numbers) {
+    Buffer<T> out;
+    out.reserve(items.size());
+    for (std::size_t i = 0; i < items.size(); ++i)
+        if (numbers[i] != dropped) out.push_back(items[i]);
+    return out;
+}
+
+/// Indices of items, by their new numbers: what was said of one that goes holds for its twin.
+Column<std::uint32_t> indices(const Column<std::uint32_t>& old, const Buffer<std::uint32_t>& numbers,
+                              const Buffer<std::uint32_t>& twins) {
+    Buffer<std::uint32_t> out;
+    out.reserve(old.size());
+    for (const std::uint32_t i : old) out.push_back(numbers[twins[i] == nobody ? i : twins[i]]);
+    out |= ranges::actions::sort | ranges::actions::unique;
+    return out;
+}
+
+/// The local edges as they are numbered once the first two vertices have changed places.
+template <int K>
+inline constexpr auto edges_after_swap = [] {
+    std::array<int, edges_per_simplex<K>> from{};
+    const auto swapped = [](int v) { return v < 2 ? 1 - v : v; };
+    for (int e = 0; e < edges_per_simplex<K>; ++e)
+        for (int f = 0; f < edges_per_simplex<K>; ++f) {
+            const auto [a, b] = local_edges<K>[e];
+            const auto [c, d] = local_edges<K>[f];
+            const int p = swapped(a), q = swapped(b);
+            if ((p == c && q == d) || (p == d && q == c)) from[e] = f;
+        }
+    return from;
+}();
+
+/// What becomes of a mesh, in the numbers of the new one.
+template <int D>
+struct Plan {
+    Buffer<std::uint32_t> elements, facets;  ///< new numbers
+    Buffer<SimplexVertices<D - 1>> added;
+    Buffer<Reference> added_references;
+};
+
+/// The first reference after those in use; the smallest free one where there is none after.
+Reference fresh_reference(const std::vector<Reference>& used) {
+    const Reference highest = used.empty() ? 0 : *std::max_element(used.begin(), used.end());
+    if (highest < std::numeric_limits<Reference>::max()) return std::max(0, highest) + 1;
+    Reference free = 1;
+    while (std::find(used.begin(), used.end(), free) != used.end()) ++free;
+    return free;
+}
+
+template <int D>
+void add_faces(const LinearMesh<D>& mesh, const Examination<D>& x, const Buffer<std::uint8_t>& bits, Defect defect,
+               std::vector<Reference>& used, Plan<D>& work, std::vector<std::string>& notices) {
+    if (x.soundness[defect].count == 0) return;
+    const Reference reference = fresh_reference(used);
+    used.push_back(reference);
+    const std::size_t before = work.added.size();
+    for (std::size_t e = 0; e < bits.size(); ++e) {
+        auto element = mesh.elements.vertices[e];
+        if (x.turned[e] == 1) std::swap(element[0], element[1]);
+        // The face opposite one of the swapped vertices is now opposite the other's place.
+        for (int i = 0; i <= D; ++i) {
+            const int old = x.turned[e] == 1 && i < 2 ? 1 - i : i;
+            if (((bits[e] >> static_cast<unsigned>(old)) & 1U) != 0) work.added.push_back(face_of<D>(element, i));
+        }
+    }
+    work.added_references.resize(work.added.size(), reference);
+    const std::size_t added = work.added.size() - before;
+    notices.push_back(sentence(x.soundness, defect) + ": added " + std::to_string(added) + " " + simplex_name<D - 1> +
+                      (added == 1 ? "" : "s") + " of reference " + std::to_string(reference));
+}
+
+template <class T>
+Column<T> joined(Column<T> items, const Buffer<T>& more) {
+    if (more.empty()) return items;
+    Buffer<T> all = take(std::move(items));
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+}
+
+/// What is to be done, and what is to be said of it.
+template <int D>
+Plan<D> plan(const LinearMesh<D>& mesh, const Examination<D>& x, std::vector<std::string>& notices) {
+    const Soundness& s = x.soundness;
+    const auto say = [&](Defect defect, const char* done) {
+        if (s[defect].count > 0) notices.push_back(sentence(s, defect) + done);
+    };
+    Plan<D> work{renumbered(x.element_twins), renumbered(x.facet_twins), {}, {}};
+    say(Defect::repeated_element, ": dropped");
+    say(Defect::repeated_facet, ": dropped");
+    say(Defect::reversed_element, ": turned");
+    std::vector<Reference> used(mesh.facets.references.begin(), mesh.facets.references.end());
+    used |= ranges::actions::sort | ranges::actions::unique;
+    add_faces(mesh, x, x.unlisted, mesh.facets.vertices.empty() ? Defect::no_facets : Defect::missing_facet, used, work,
+              notices);
+    add_faces(mesh, x, x.interfaces, Defect::missing_interface, used, work, notices);
+    say(Defect::unused_vertex, ": kept");
+    for (const Defect defect :
+         {Defect::slit_vertex, Defect::inner_facet, Defect::crowded_edge, Defect::pinched_vertex, Defect::lone_edge})
+        say(defect, "");
+    return work;
+}
+
+bool any(const Buffer<std::uint8_t>& marks) {
+    return std::any_of(marks.begin(), marks.end(), [](std::uint8_t m) { return m != 0; });
+}
+
+template <int D>
+LinearMesh<D> mended(LinearMesh<D> mesh, const Examination<D>& x, const Plan<D>& work) {
+    if (any(x.turned)) {
+        auto elements = take(std::move(mesh.elements.vertices));
+        for (std::size_t e = 0; e < elements.size(); ++e)
+            if (x.turned[e] == 1) std::swap(elements[e][0], elements[e][1]);
+        mesh.elements.vertices = std::move(elements);
+    }
+    if (x.soundness[Defect::repeated_element].count > 0) {
+        mesh.elements.vertices = kept(mesh.elements.vertices, work.elements);
+        mesh.elements.references = kept(mesh.elements.references, work.elements);
+        mesh.elements.required = indices(mesh.elements.required, work.elements, x.element_twins);
+    }
+    if (x.soundness[Defect::repeated_facet].count > 0) {
+        mesh.facets.vertices = kept(mesh.facets.vertices, work.facets);
+        mesh.facets.references = kept(mesh.facets.references, work.facets);
+        mesh.facets.required = indices(mesh.facets.required, work.facets, x.facet_twins);
+        if constexpr (D == 2) mesh.ridges = indices(mesh.ridges, work.facets, x.facet_twins);
+    }
+    mesh.facets.vertices = joined(std::move(mesh.facets.vertices), work.added);
+    mesh.facets.references = joined(std::move(mesh.facets.references), work.added_references);
+    return mesh;
+}
+
+/// The edges are those that there were: faces that are added are faces of elements.
+template <int D>
+EdgeSet<D> mended(EdgeSet<D> edges, const Examination<D>& x, const Plan<D>& work) {
+    if (any(x.turned)) {
+        auto of = take(std::move(edges.of_elements));
+        for (std::size_t e = 0; e < of.size(); ++e) {
+            if (x.turned[e] == 0) continue;
+            const auto old = of[e];
+            for (std::size_t k = 0; k < old.size(); ++k)
+                of[e][k] = old[static_cast<std::size_t>(edges_after_swap<D>[k])];
+        }
+        edges.of_elements = std::move(of);
+    }
+    if (x.soundness[Defect::repeated_element].count > 0) edges.of_elements = kept(edges.of_elements, work.elements);
+    if (x.soundness[Defect::repeated_facet].count > 0) edges.of_facets = kept(edges.of_facets, work.facets);
+    Buffer<std::array<EdgeId, edges_per_simplex<D - 1>>> added;
+    added.reserve(work.added.size());
+    for (const auto& facet : work.added) {
+        std::array<EdgeId, edges_per_simplex<D - 1>> of;
+        for (std::size_t k = 0; k < of.size(); ++k) {
+            const auto [a, b] = local_edges<D - 1>[k];
+            of[k] = find_edge(edges, facet[static_cast<std::size_t>(a)], facet[static_cast<std::size_t>(b)]);
+        }
+        added.push_back(of);
+    }
+    edges.of_facets = joined(std::move(edges.of_facets), added);
+    return edges;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Prepared<LinearMesh<D>>> prepare(LinearMesh<D> mesh, const Execution& execution) {
+    return guarded([&]() -> Outcome<Prepared<LinearMesh<D>>> {
+        const auto x = examine_all(mesh, execution);
+        if (!x) return fail(x.error());
+        if (auto error = refusal(x->soundness)) return fail(std::move(*error));
+        Prepared<LinearMesh<D>> prepared;
+        const Plan<D> work = plan(mesh, *x, prepared.notices);
+        prepared.mesh = mended(std::move(mesh), *x, work);
+        return prepared;
+    });
+}
+
+template <int D>
+Outcome<Prepared<QuadraticMesh<D>>> prepare(QuadraticMesh<D> mesh, const Execution& execution) {
+    return guarded([&]() -> Outcome<Prepared<QuadraticMesh<D>>> {
+        const auto x = examine_all(mesh, execution);
+        if (!x) return fail(x.error());
+        if (auto error = refusal(x->soundness)) return fail(std::move(*error));
+        Prepared<QuadraticMesh<D>> prepared;
+        const Plan<D> work = plan(mesh.linear, *x, prepared.notices);
+        prepared.mesh.linear = mended(std::move(mesh.linear), *x, work);
+        prepared.mesh.edges = mended(std::move(mesh.edges), *x, work);
+        prepared.mesh.mid_nodes = std::move(mesh.mid_nodes);
+        return prepared;
+    });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                              \
+    template Outcome<Prepared<LinearMesh<D>>> prepare<D>(LinearMesh<D>, const Execution&); \
+    template Outcome<Prepared<QuadraticMesh<D>>> prepare<D>(QuadraticMesh<D>, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,204 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.validity;
+import camber.programmes;
+import camber.curving;
+import camber.repair;
+
+#include "generators.hpp"
+
+using namespace camber;
+using namespace generators;
+using camber::testing::property;
+
+namespace {
+
+constexpr double bound = 1e-12;
+
+template <int D>
+JudgedProposal<D> judged(const Planned<D>& p) {
+    return validate(p.mesh, p.proposal, bound, Execution{1}).value();
+}
+
+template <int D>
+Relaxation<D> relaxed(const Planned<D>& p, RelaxStrategy strategy, int threads = 1) {
+    RelaxOptions options;
+    options.min_scaled_jacobian = bound;
+    options.strategy = strategy;
+    return relax(judged(p), options, Execution{threads}).value();
+}
+
+/// Every node lies between the middle of its chord and its place in the proposal, and what the result says of it is
+/// true.
+template <int D>
+void check_nodes(const Planned<D>& p, const Relaxation<D>& r) {
+    const Proposal<D>& result = r.judged.proposal();
+    std::size_t volume = 0;
+    std::size_t surface = 0;
+    for (std::size_t e = 0; e < p.mesh.edges.size(); ++e) {
+        const Vec<D> before = p.proposal.mid_nodes[e].point;
+        const Vec<D> after = result.mid_nodes[e].point;
+        const Vec<D> middle = p.mesh.mid_nodes[e].point;
+        RC_ASSERT(result.kinds[e] == p.proposal.kinds[e]);
+        if (before == after) {
+            RC_ASSERT(result.changes[e] == p.proposal.changes[e]);
+            continue;
+        }
+        ++(p.proposal.kinds[e] == EdgeKind::volume ? volume : surface);
+        RC_ASSERT(result.changes[e] == (after == middle ? EdgeChange::straightened : EdgeChange::relaxed));
+        RC_ASSERT(std::abs(distance(before, after) + distance(after, middle) - distance(before, middle)) < 1e-12);
+    }
+    RC_ASSERT(r.relaxed_volume_edges == volume);
+    RC_ASSERT(r.relaxed_surface_edges == surface);
+}
+
+template <int D>
+void check_relaxation(const Planned<D>& p, RelaxStrategy strategy) {
+    const auto before = judged(p).validation();
+    const auto r = relaxed(p, strategy);
+    const Validation<D>& after = r.judged.validation();
+    RC_ASSERT(after.all_valid());
+    RC_ASSERT(r.corrected_elements == before.invalid + before.undecided);
+    check_nodes(p, r);
+    const auto again = validate(p.mesh, r.judged.proposal(), bound, Execution{1}).value().validation();
+    RC_ASSERT(again.verdicts == after.verdicts);
+    RC_ASSERT(again.straight_inverted == after.straight_inverted);
+    RC_ASSERT(std::abs(again.smallest - after.smallest) <= scaled_jacobian_tolerance);
+}
+
+template <int D>
+void test_ends_valid(RelaxStrategy strategy) {
+    property(std::string("relax: ends valid and tells what it did, ") + std::to_string(D) + "D, " +
+                 (strategy == RelaxStrategy::shell ? "shell" : "paper"),
+             [strategy] {
+                 auto random = random_source();
+                 const double volume = uniform(random, 0, 0.6);
+                 const double surface = uniform(random, 0, 0.4);
+                 check_relaxation(planned<D>(random, D == 2 ? 8 : 3, volume, surface), strategy);
+             },
+             {D == 2 ? 40 : 20});
+}
+
+/// Boundary nodes are off so little that the mesh with straight volume edges is valid: volume edges suffice.
+template <int D>
+void test_surface_spared() {
+    property("relax: surface edges keep their nodes where volume edges suffice, " + std::to_string(D) + "D",
+             [] {
+                 auto random = random_source();
+                 const auto p = planned<D>(random, D == 2 ? 8 : 3, uniform(random, 0, 0.4), 0.02);
+                 RC_ASSERT(relaxed(p, RelaxStrategy::shell).relaxed_surface_edges == 0);
+                 RC_ASSERT(relaxed(p, RelaxStrategy::paper).relaxed_surface_edges == 0);
+             },
+             {20});
+}
+
+template <int D>
+double kept(const Planned<D>& p, const Relaxation<D>& r) {
+    double sum = 0;
+    for (std::size_t e = 0; e < p.mesh.edges.size(); ++e)
+        sum += distance(r.judged.proposal().mid_nodes[e].point, p.mesh.mid_nodes[e].point);
+    return sum;
+}
+
+template <int D>
+void test_keeps_more() {
+    std::mt19937_64 random(3);
+    const auto p = planned<D>(random, D == 2 ? 20 : 6, 0.25, 0.1);
+    const auto shell = relaxed(p, RelaxStrategy::shell);
+    const auto paper = relaxed(p, RelaxStrategy::paper);
+    CHECK(shell.corrected_elements > 0);
+    CHECK(shell.relaxed_volume_edges < paper.relaxed_volume_edges);
+    CHECK(kept(p, shell) > kept(p, paper));
+}
+
+template <int D>
+void test_threads() {
+    std::mt19937_64 random(5);
+    const auto p = planned<D>(random, D == 2 ? 30 : 7, 0.3, 0.2);
+    for (const auto strategy : {RelaxStrategy::shell, RelaxStrategy::paper}) {
+        const auto one = relaxed(p, strategy, 1);
+        const auto two = relaxed(p, strategy, 2);
+        CHECK(one.judged == two.judged);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("relax ends with a valid mesh") {
+    test_ends_valid<2>(RelaxStrategy::shell);
+    test_ends_valid<2>(RelaxStrategy::paper);
+    test_ends_valid<3>(RelaxStrategy::shell);
+    test_ends_valid<3>(RelaxStrategy::paper);
+}
+
+TEST_CASE("relax spares surface edges") {
+    test_surface_spared<2>();
+    test_surface_spared<3>();
+}
+
+TEST_CASE("relax by shells keeps more than the paper's way") {
+    test_keeps_more<2>();
+    test_keeps_more<3>();
+}
+
+TEST_CASE("relax does not depend on threads") {
+    test_threads<2>();
+    test_threads<3>();
+}
+
+TEST_CASE("relax leaves a valid mesh alone") {
+    std::mt19937_64 random(2);
+    const auto p = planned<3>(random, 3, 0.02, 0.02);
+    const auto r = relaxed(p, RelaxStrategy::shell);
+    CHECK(r.judged.proposal() == p.proposal);
+    CHECK(r.corrected_elements == 0);
+    CHECK(r.relaxed_volume_edges == 0);
+    CHECK(r.relaxed_surface_edges == 0);
+}
+
+TEST_CASE("relax tells what it cannot mend") {
+    // Two vertices of one element swapped: inverted, and its neighbours are not.
+    std::mt19937_64 random(2);
+    auto p = planned<2>(random, 4, 0.1, 0);
+    auto vertices = take(p.mesh.linear.elements.vertices);
+    std::swap(vertices[9][0], vertices[9][1]);
+    p.mesh.linear.elements.vertices = vertices;
+    auto edges = take(p.mesh.edges.of_elements);
+    std::swap(edges[9][1], edges[9][2]);
+    p.mesh.edges.of_elements = edges;
+    for (const auto strategy : {RelaxStrategy::shell, RelaxStrategy::paper}) {
+        const auto r = relaxed(p, strategy);
+        CHECK(r.judged.validation().invalid == 1);
+        CHECK(r.judged.validation().straight_inverted == 1);
+        CHECK(r.judged.validation().verdicts[9] == Verdict::invalid);
+    }
+}
+
+TEST_CASE("relax: options out of range") {
+    std::mt19937_64 random(2);
+    const auto p = planned<2>(random, 3, 0.5, 0);
+    const auto refused = [&](RelaxOptions options) {
+        const auto r = relax(judged(p), options, Execution{1});
+        REQUIRE_FALSE(r.has_value());
+        CHECK(r.error().kind == ErrorKind::usage);
+        return r.error().what;
+    };
+    RelaxOptions options;
+    options.theta = 1;
+    CHECK(refused(options) == "theta must be above 0 and below 1, got 1");
+    options = {};
+    options.min_scaled_jacobian = 1;
+    refused(options);
+    options = {};
+    options.max_corrections = 0;
+    refused(options);
+}

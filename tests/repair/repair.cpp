@@ -1,0 +1,312 @@
+// Repair: what is not good enough is mended at a small loss, and nothing else is spoilt.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <stop_token>
+#include <utility>
+#include <vector>
+
+#include "block.hpp"
+#include "dice.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.validity;
+import camber.programmes;
+import camber.soundness;
+import camber.curving;
+import camber.repair;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+/// The block with its boundary on the spheres and volume nodes thrown about by up to `amplitude` chords.
+template <int D>
+Proposal<D> thrown(const Block<D>& b, std::uint64_t seed, double amplitude) {
+    Dice dice(seed);
+    const std::size_t n = b.mesh.edges.size();
+    Buffer<LagrangeNode<D>> nodes(b.boundary_nodes.begin(), b.boundary_nodes.end());
+    Buffer<EdgeChange> changes(n, EdgeChange::straight);
+    for (std::size_t e = 0; e < n; ++e) {
+        if (b.kinds[e] != EdgeKind::volume) continue;
+        const auto [p, q] = b.mesh.edges.vertices[e];
+        const double length = distance(b.mesh.linear.points[p], b.mesh.linear.points[q]);
+        for (int i = 0; i < D; ++i) nodes[e].point[i] += amplitude * length * dice.uniform(-1, 1);
+        changes[e] = EdgeChange::optimised;
+    }
+    return {b.mesh.linear.points, std::move(nodes), b.kinds, std::move(changes)};
+}
+
+template <int D>
+Column<QuadraticModel<D>> models_of(const Block<D>& b, const Proposal<D>& proposal) {
+    const auto judged = must(validate(b.mesh, proposal, 0, alone));
+    return must(edge_models(b.mesh, proposal.mid_nodes, judged.validation(), b.shells, b.back, alone));
+}
+
+template <int D>
+Repaired<D> repaired(const Block<D>& b, const Proposal<D>& p, const RepairOptions& options, int threads = 1) {
+    const auto judged = must(validate(b.mesh, p, options.min_scaled_jacobian, alone));
+    return must(repair(judged, models_of(b, p), options, Execution{threads}));
+}
+
+/// What the nodes cost by the models, over the volume edges.
+template <int D>
+double cost(const Block<D>& b, const Proposal<D>& wanted, const Proposal<D>& got) {
+    const auto models = models_of(b, wanted);
+    double sum = 0;
+    for (std::size_t e = 0; e < models.size(); ++e)
+        if (b.kinds[e] == EdgeKind::volume) sum += models[e](got.mid_nodes[e].point);
+    return sum;
+}
+
+template <int D>
+std::array<Vec<D>, D + 1> corners(const LinearMesh<D>& mesh, const Column<Vec<D>>& points, std::size_t e) {
+    std::array<Vec<D>, D + 1> p;
+    for (int i = 0; i <= D; ++i) p[static_cast<std::size_t>(i)] = points[mesh.elements.vertices[e][i]];
+    return p;
+}
+
+/// A vertex of the volume is thrown over the other side of its ball; where repair puts it, and others that make room,
+/// the elements around hold the bound over their determinants of before too, and keep a shape.
+template <int D>
+void vertices_that_move(const std::array<int, D>& cells) {
+    std::size_t moves = 0;
+    property("vertices that move leave what they must",
+             [&](std::uint64_t seed) {
+                 Dice dice(seed);
+                 auto b = shell_block<D>(cells, seed + 1);
+                 auto points = take(b.mesh.linear.points);
+                 const auto on = boundary_marks(b);
+                 for (std::size_t v = 0; v < points.size(); ++v)
+                     if (on[v] == 0 && dice.below(3) == 0) points[v] += dice.vector<D>(-1, 1);
+                 b.mesh.linear.points = std::move(points);
+                 b.mesh = must(elevate(b.mesh.linear, alone));
+                 const LinearMesh<D>& mesh = b.mesh.linear;
+                 RepairOptions options;
+                 options.min_scaled_jacobian = dice.below(2) == 0 ? 1e-9 : 0.2;
+                 const auto straight = must(curve_boundary(b.mesh, b.kinds, b.mesh.mid_nodes, alone)).proposal;
+                 const auto judged = must(validate(b.mesh, straight, options.min_scaled_jacobian, alone));
+                 const Column<QuadraticModel<D>> models =
+                     must(implied_edge_models(b.mesh, b.mesh.mid_nodes, b.shells, alone));
+                 const auto r = must(repair(judged, models, options, alone));
+                 const Proposal<D>& after = r.judged.proposal();
+                 moves += r.statistics.moved_vertices;
+                 for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+                     const auto was = corners<D>(mesh, mesh.points, e);
+                     const auto is = corners<D>(mesh, after.points, e);
+                     const bool valid = r.judged.validation().verdicts[e] == Verdict::valid;
+                     if (was == is || !valid || !(mean_ratio<D>(was) > 1e-6)) continue;
+                     RC_ASSERT(mean_ratio<D>(is) >= std::min(mean_ratio<D>(was), 0.05));
+                     const double share = signed_measure<D>(was) / signed_measure<D>(is);
+                     const auto element =
+                         nodal_element<D>(proposed(b.mesh, after), after.mid_nodes.view(), ElementId(e));
+                     RC_ASSERT(decide(element, options.min_scaled_jacobian * share) == Verdict::valid);
+                 }
+             },
+             {D == 2 ? 8 : 3});
+    CHECK(moves > 0);
+}
+
+template <int D>
+void laws(const std::array<int, D>& cells) {
+    property("repair mends, spoils nothing, keeps the boundary, and tells what it did",
+             [&](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto b = shell_block<D>(cells, seed + 1);
+                 const auto before = thrown(b, seed + 2, dice.uniform(0.1, 0.4));
+                 RepairOptions options;
+                 options.min_scaled_jacobian = dice.below(2) == 0 ? 1e-12 : 0.1;
+                 options.scope = dice.below(4) == 0 ? RepairScope::edges : RepairScope::cavities;
+                 const auto first = must(validate(b.mesh, before, options.min_scaled_jacobian, alone)).validation();
+                 const auto r = repaired(b, before, options);
+                 const Proposal<D>& after = r.judged.proposal();
+                 const auto again = must(validate(b.mesh, after, options.min_scaled_jacobian, alone)).validation();
+                 RC_ASSERT(again == r.judged.validation());
+                 std::size_t corrected = 0, moved = 0, surface = 0, vertices = 0;
+                 for (std::size_t e = 0; e < again.verdicts.size(); ++e) {
+                     if (first.verdicts[e] == Verdict::valid) RC_ASSERT(again.verdicts[e] == Verdict::valid);
+                     corrected += first.verdicts[e] != Verdict::valid && again.verdicts[e] == Verdict::valid;
+                 }
+                 for (std::size_t e = 0; e < b.kinds.size(); ++e) {
+                     if (after.mid_nodes[e] == before.mid_nodes[e]) {
+                         RC_ASSERT(after.changes[e] == before.changes[e]);
+                         continue;
+                     }
+                     ++(b.kinds[e] == EdgeKind::volume ? moved : surface);
+                 }
+                 for (std::size_t v = 0; v < b.mesh.linear.points.size(); ++v)
+                     vertices += after.points[v] != b.mesh.linear.points[v];
+                 RC_ASSERT(r.statistics.corrected_elements == corrected);
+                 RC_ASSERT(r.statistics.moved_volume_nodes == moved);
+                 RC_ASSERT(r.statistics.relaxed_surface_nodes == surface);
+                 RC_ASSERT(r.statistics.moved_vertices == vertices);
+                 if (options.scope == RepairScope::edges)
+                     RC_ASSERT(surface == 0 && vertices == 0);
+                 else
+                     RC_ASSERT(again.all_valid());
+             },
+             {D == 2 ? 10 : 3});
+}
+
+template <int D>
+void loses_less(const std::array<int, D>& cells) {
+    const auto b = shell_block<D>(cells, 3);
+    const auto wanted = thrown(b, 4, 0.2);
+    RelaxOptions theta;
+    theta.strategy = RelaxStrategy::paper;
+    theta.min_scaled_jacobian = 0.05;
+    const auto judged = must(validate(b.mesh, wanted, 0.05, alone));
+    CHECK(judged.validation().invalid > 0);
+    const auto relaxed = must(relax(judged, theta, alone));
+    RepairOptions options;
+    options.min_scaled_jacobian = 0.05;
+    const auto mended = repaired(b, wanted, options);
+    CHECK(mended.judged.validation().all_valid());
+    CHECK(mended.statistics.relaxed_surface_nodes == 0);
+    CHECK(cost(b, wanted, mended.judged.proposal()) < cost(b, wanted, relaxed.judged.proposal()));
+}
+
+template <int D>
+void threads(const std::array<int, D>& cells) {
+    const auto b = shell_block<D>(cells, 5);
+    const auto p = thrown(b, 6, 0.15);
+    RepairOptions options;
+    options.min_scaled_jacobian = 0.1;
+    const auto one = repaired(b, p, options, 1);
+    for (const int n : {2, 5}) {
+        const auto several = repaired(b, p, options, n);
+        CHECK(several.judged == one.judged);
+    }
+}
+
+/// Of a request that cannot be had: nothing that was good is lost, no more work is done than allowed, what was given up
+/// is what is left, progress never falls, and threads change nothing.
+template <int D>
+void work_has_bounds(const std::array<int, D>& cells) {
+    const auto b = shell_block<D>(cells, 8);
+    const auto p = thrown(b, 9, 0.4);
+    RepairOptions options;
+    options.min_scaled_jacobian = 0.999;
+    const auto before = must(validate(b.mesh, p, options.min_scaled_jacobian, alone)).validation();
+    for (const double effort : {0.0, 0.05, 1.0}) {
+        CAPTURE(effort);
+        options.effort = effort;
+        const auto r = repaired(b, p, options);
+        const Validation<D>& after = r.judged.validation();
+        // Programmes of single edges are not cut short: twelve a plan at most, 32 plans at once.
+        CHECK(r.statistics.work <= allowed_work(before.not_valid(), effort) + (effort > 0 ? 384 : 0));
+        CHECK(after.not_valid() <= before.not_valid());
+        CHECK(r.given_up.size() == after.not_valid());
+        CHECK(repaired(b, p, options, 3).judged == r.judged);
+    }
+    std::vector<double> told;
+    const auto judged = must(validate(b.mesh, p, options.min_scaled_jacobian, alone));
+    const Execution listening{1, {}, [&](std::size_t done, std::size_t total) {
+                                  if (total >= 1000)
+                                      told.push_back(static_cast<double>(done) / static_cast<double>(total));
+                              }};
+    CHECK(repair(judged, models_of(b, p), options, listening).has_value());
+    CHECK(told.size() > 3);
+    CHECK(std::ranges::is_sorted(told));
+    CHECK((told.empty() || told.back() <= 1));
+}
+
+/// In a constant metric, about a straight edge: across the edge a model is the energy's second order, half of the
+/// energy's share; where it is fitted, the length's; along the edge a twentieth of the energy's.
+template <int D>
+void model_of_energy(const std::array<int, D>& cells) {
+    const auto b = shell_block<D>(cells, 7);
+    LogMetric<D> constant;
+    for (int i = 0; i < D; ++i) constant.l(i, i) = 0.5 * i;
+    constant.l(1, 0) = 0.3;
+    const auto around = must(balls(b.mesh.linear, alone));
+    const auto back =
+        must(make_back_mesh(b.mesh.linear, around,
+                            Column<LogMetric<D>>(Buffer<LogMetric<D>>(b.mesh.linear.points.size(), constant)), alone));
+    const auto valid = must(validate(b.mesh, 0, alone));
+    Validation<D> broken = valid;
+    broken.verdicts = Column<Verdict>(Buffer<Verdict>(valid.verdicts.size(), Verdict::invalid));
+    const auto plain = must(edge_models(b.mesh, b.mesh.mid_nodes, valid, b.shells, back, alone));
+    const auto fitted = must(edge_models(b.mesh, b.mesh.mid_nodes, broken, b.shells, back, alone));
+    const auto implied = must(implied_edge_models(b.mesh, b.mesh.mid_nodes, b.shells, alone));
+    const Quadrature rule = gauss_legendre(12);
+    const SpectralMetric<D> metric(constant);
+    for (std::size_t e = 0; e < plain.size(); e += 7) {
+        const auto [p, q] = b.mesh.edges.vertices[e];
+        const Vec<D> chord = b.mesh.linear.points[q] - b.mesh.linear.points[p];
+        const Vec<D> middle = b.mesh.mid_nodes[e].point;
+        const auto share = [&](EdgeObjectiveKind kind, const Vec<D>& offset) {
+            const auto objective = edge_objective(back, rule, kind, EdgeFieldKind::back, b.mesh.linear.points[p],
+                                                  b.mesh.linear.points[q], b.shells[e].front());
+            return objective.value(middle + offset) / objective.value(middle) - 1;
+        };
+        Vec<D> offset;
+        for (int i = 0; i < D; ++i) offset[i] = 0.01 * (i + 1);
+        const Vec<D> along = dot(offset, metric.times(chord)) / metric.length_squared(chord) * chord;
+        const Vec<D> across = offset - along;
+        const double slide = 0.05 * 0.5 * share(EdgeObjectiveKind::energy, along);
+        CHECK(plain[e](middle + across) ==
+              doctest::Approx(0.5 * share(EdgeObjectiveKind::energy, across)).epsilon(1e-9));
+        CHECK(plain[e](middle + along) == doctest::Approx(slide).epsilon(1e-9));
+        CHECK(plain[e](middle + offset) ==
+              doctest::Approx(plain[e](middle + across) + plain[e](middle + along)).epsilon(1e-9));
+        const double small = 0.01 / std::sqrt(metric.length_squared(across) / metric.length_squared(chord));
+        CHECK(fitted[e](middle + small * across) ==
+              doctest::Approx(share(EdgeObjectiveKind::length, small * across)).epsilon(1e-2));
+        CHECK(fitted[e](middle + along) == doctest::Approx(slide).epsilon(1e-6));
+        CHECK(implied[e](middle + offset) > 0);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("repair: laws, 2D") { laws<2>({8, 5}); }
+TEST_CASE("repair: laws, 3D") { laws<3>({3, 3, 3}); }
+TEST_CASE("repair: vertices that move") {
+    vertices_that_move<2>({5, 4});
+    vertices_that_move<3>({3, 2, 2});
+}
+TEST_CASE("repair: cavities lose less than relaxing by theta") {
+    loses_less<2>({16, 8});
+    loses_less<3>({4, 4, 3});
+}
+TEST_CASE("repair: the same bytes for any number of threads") {
+    threads<2>({16, 8});
+    threads<3>({3, 3, 3});
+}
+TEST_CASE("repair: work has bounds") {
+    work_has_bounds<2>({12, 8});
+    work_has_bounds<3>({3, 3, 3});
+}
+TEST_CASE("repair: models are the energy's second order") {
+    model_of_energy<2>({6, 4});
+    model_of_energy<3>({3, 3, 3});
+}
+TEST_CASE("repair: what cannot be is said") {
+    const auto b = shell_block<2>({4, 3}, 1);
+    const auto p = thrown(b, 2, 0.1);
+    const auto judged = must(validate(b.mesh, p, 0, alone));
+    const auto models = models_of(b, p);
+    RepairOptions options;
+    options.min_scaled_jacobian = 1;
+    CHECK(repair(judged, models, options, alone).error().kind == ErrorKind::usage);
+    options = {};
+    options.target = -1;
+    CHECK(repair(judged, models, options, alone).error().kind == ErrorKind::usage);
+    options = {};
+    options.effort = -1;
+    CHECK(repair(judged, models, options, alone).error().kind == ErrorKind::usage);
+    CHECK(repair(judged, {}, {}, alone).error().kind == ErrorKind::internal);
+    std::stop_source stop;
+    stop.request_stop();
+    const auto bad = thrown(b, 2, 0.5);
+    CHECK(repair(must(validate(b.mesh, bad, 1e-12, alone)), models_of(b, bad), {}, Execution{1, stop.get_token(), {}})
+              .error()
+              .kind == ErrorKind::stopped);
+}

@@ -1,0 +1,85 @@
+// A block of a shell, ready to be curved: its inner and outer sides belong on spheres (circles in 2D).
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "dice.hpp"
+#include "meshes.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.validity;
+import camber.curving;
+
+namespace camber::testing {
+
+template <int D>
+struct Block {
+    QuadraticMesh<D> mesh;
+    Column<EdgeKind> kinds;
+    Column<LagrangeNode<D>> boundary_nodes;  ///< on the spheres where both ends are
+    Incidence<ElementId> shells;
+    BackMesh<D> back;
+};
+
+/// Cells in latitude and longitude, and along the radius; the metric is the mesh's own.
+template <int D>
+Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed) {
+    LatticeOptions<D> options;
+    options.cells = cells;
+    options.seed = seed;
+    options.place = [cells](const Vec<D>& p) {
+        const double s = p[D - 1] / cells[D - 1];
+        const double r = 1 + 0.3 * s + 0.7 * s * s;  // thinner layers inside
+        const double a = 1.2 * (p[0] / cells[0] - 0.5);
+        if constexpr (D == 2)
+            return Vec<2>{{r * std::sin(a), r * std::cos(a)}};
+        else
+            return r * normalised(Vec<3>{{std::tan(a), std::tan(1.2 * (p[1] / cells[1] - 0.5)), 1}});
+    };
+    auto linear = lattice_mesh(options);
+    const auto around = must(balls(linear, alone));
+    Block<D> block;
+    block.back = must(
+        make_back_mesh(linear, around, Column<LogMetric<D>>(must(natural_log_metrics(linear, around, alone))), alone));
+    block.mesh = must(elevate(std::move(linear), alone));
+    const auto& edges = block.mesh.edges;
+    block.shells = must(shells(edges, alone));
+
+    Buffer<EdgeKind> kinds(edges.size(), EdgeKind::volume);
+    for (const ElementFace& face : block.back.boundary) {
+        const auto local = face_opposite<D>(static_cast<int>(face.opposite));
+        const auto& v = block.mesh.linear.elements.vertices[face.element];
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j < i; ++j) kinds[find_edge(edges, v[local[i]], v[local[j]]).index()] = EdgeKind::surface;
+    }
+    Buffer<LagrangeNode<D>> nodes(edges.size());
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+        const auto [a, b] = edges.vertices[e];
+        const double ra = norm(block.mesh.linear.points[a]), rb = norm(block.mesh.linear.points[b]);
+        nodes[e] = block.mesh.mid_nodes[e];
+        const bool on_sphere = std::abs(ra - rb) < 1e-12 && (std::abs(ra - 1) < 1e-12 || std::abs(ra - 2) < 1e-12);
+        if (on_sphere && kinds[e] == EdgeKind::surface) nodes[e].point = ra * normalised(nodes[e].point);
+    }
+    block.kinds = std::move(kinds);
+    block.boundary_nodes = std::move(nodes);
+    return block;
+}
+
+/// 1 for vertices on the boundary.
+template <int D>
+std::vector<int> boundary_marks(const Block<D>& b) {
+    std::vector<int> marks(b.mesh.linear.points.size(), 0);
+    for (std::size_t e = 0; e < b.kinds.size(); ++e)
+        if (b.kinds[e] != EdgeKind::volume)
+            for (const VertexId v : b.mesh.edges.vertices[e]) marks[v.index()] = 1;
+    return marks;
+}
+
+}  // namespace camber::testing
