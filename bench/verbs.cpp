@@ -87,7 +87,7 @@ void validate_elements(benchmark::State& state) {
 void relax_elements(benchmark::State& state) {
     const Case& c = layers();
     const auto judged = *validate(c.mesh, c.curved.proposal, 1e-9, threads(state));
-    for (auto _ : state) benchmark::DoNotOptimize(relax(judged, RelaxOptions{}, threads(state)));
+    for (auto _ : state) benchmark::DoNotOptimize(relax(judged, RepairOptions{}, threads(state)));
     state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * judged.validation().invalid));
 }
 

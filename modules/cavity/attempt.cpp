@@ -69,7 +69,7 @@ bool try_node(const Operation<D>& op, EdgeId edge, const LagrangeNode<D>& node, 
 
 template <int D>
 Outcome<Attempt<D>> relaxed_from_targets(const Operation<D>& op, const Proposal<D>& wanted, const Proposal<D>& present,
-                                         double asked, RelaxOptions options) {
+                                         double asked, RepairOptions options) {
     const Execution alone{.threads = 1};
     const double bound = std::exchange(options.min_scaled_jacobian, asked);
     const auto judged = validate(op.small, wanted, asked, alone);
@@ -124,7 +124,7 @@ bool is_worth_a_commit(const Operation<D>& op, const Attempt<D>& attempt, const 
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
     template Outcome<Attempt<D>> relaxed_from_targets<D>(const Operation<D>&, const Proposal<D>&, const Proposal<D>&,  \
-                                                         double, RelaxOptions);                                        \
+                                                         double, RepairOptions);                                        \
     template Attempt<D> stepped_from_present<D>(const Operation<D>&, const Proposal<D>&, const Proposal<D>&, double);  \
     template bool is_worth_a_commit<D>(const Operation<D>&, const Attempt<D>&, const Proposal<D>&, const Proposal<D>&, \
                                        double);

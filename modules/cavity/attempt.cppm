@@ -80,7 +80,7 @@ struct Attempt {
 /// elements that fall short of it with the nodes `present` may stay so, but none may fall below the bound.
 template <int D>
 [[nodiscard]] Outcome<Attempt<D>> relaxed_from_targets(const Operation<D>& op, const Proposal<D>& wanted,
-                                                       const Proposal<D>& present, double asked, RelaxOptions options);
+                                                       const Proposal<D>& present, double asked, RepairOptions options);
 
 /// Where relaxing from the targets fails, since the straight star does not fit its curved surroundings: from the nodes
 /// as they are, one edge after the other a part of its way, as far as nothing breaks. Volume edges first: they make

@@ -5,6 +5,5 @@ export import :star;
 export import :patch;
 export import :reinsert;
 export import :commit;
-export import :schedule;
 export import :reinsert_all;
 import :attempt;

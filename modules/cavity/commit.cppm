@@ -8,7 +8,7 @@ import :reinsert;
 export namespace camber {
 
 /// The last verb for cavities: the patches' nodes become the mesh's; the cost is that of the patches. Their cavities
-/// must not overlap, or one would undo what the other was planned against (see `independent_vertices`). Errors
+/// must not overlap, or one would undo what the other was planned against (see Schedule of camber.core). Errors
 /// (internal): a patch with an edge that the mesh does not have.
 template <int D>
 [[nodiscard]] Outcome<Curving<D>> commit(Curving<D> curving, std::span<const Patch<D>> patches);

@@ -16,7 +16,7 @@ export namespace camber {
 /// How a cavity curves its edges and what it asks of its elements.
 struct ReinsertOptions {
     EdgeMinimiserOptions edge = {};
-    RelaxOptions relax = {};
+    RepairOptions relax = {};
 };
 
 /// A mesh that is curved cavity by cavity: its nodes as they are now, and where each edge's node ought to be, as far as

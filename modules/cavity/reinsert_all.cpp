@@ -33,7 +33,17 @@ struct Walk {
     ReinsertStatistics statistics;
     std::vector<std::uint8_t> changed;  ///< vertices in a ball that was patched since their last turn
     std::size_t done = 0;               ///< vertices reinserted in this turn
+    Schedule schedule{curving.mesh.linear.elements.size()};
 };
+
+/// The finaliser of a 64-bit mixer (SplitMix64): neighbours in number are not neighbours in rank, so that many vertices
+/// come before all whose balls they meet (after Luby). No two vertices have the same.
+constexpr std::uint64_t rank_of(VertexId v) {
+    std::uint64_t z = (v.index() + 1) * 0x9e3779b97f4a7c15ULL;
+    z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+    z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
+    return z ^ (z >> 31U);
+}
 
 template <int D>
 Curving<D> nothing_known(QuadraticMesh<D> mesh, const Column<EdgeKind>& kinds,
@@ -101,25 +111,25 @@ Outcome<Done> round(Walk<D>& walk, std::span<const VertexId> vertices, const Exe
     return Done{};
 }
 
-/// Reinserts all of these vertices, round by round.
+/// Reinserts all of these vertices, round by round, as if one after the other in the order of `rank_of`.
 template <int D>
 Outcome<Done> reinsert_each(Walk<D>& walk, std::vector<VertexId> pending, std::size_t total,
                             const Execution& execution) {
-    std::vector<std::uint8_t> is_pending(walk.curving.mesh.linear.points.size(), 0);
-    for (const VertexId v : pending) is_pending[v.index()] = 1;
-    while (!pending.empty()) {
-        auto chosen = independent_vertices<D>(walk.curving.mesh.linear, walk.topology.balls, pending, is_pending,
-                                              Execution{execution.threads, execution.stop, {}});
-        if (!chosen) return fail(chosen.error());
+    std::ranges::sort(pending, {}, rank_of);
+    const auto do_round = [&](std::span<const VertexId> chosen) -> Outcome<bool> {
+        std::vector<VertexId> vertices(chosen.begin(), chosen.end());
+        std::ranges::sort(vertices);
         Execution ticking = execution;
         if (execution.progress)
             ticking.progress = [&](std::size_t done, std::size_t) { execution.progress(walk.done + done, total); };
-        if (auto ok = round<D>(walk, *chosen, ticking); !ok) return ok;
-        walk.done += chosen->size();
-        for (const VertexId v : *chosen) is_pending[v.index()] = 0;
-        std::erase_if(pending, [&](VertexId v) { return is_pending[v.index()] == 0; });
-    }
-    return Done{};
+        auto done = round<D>(walk, vertices, ticking);
+        if (!done) return fail(done.error());
+        walk.done += vertices.size();
+        return true;
+    };
+    return in_rounds(
+        walk.schedule, std::move(pending), Execution{execution.threads, execution.stop, {}},
+        [](VertexId) { return false; }, [&](VertexId v) { return Claim(walk.topology.balls[v]); }, do_round);
 }
 
 /// 1 for vertices with an edge whose node is short of its target.

@@ -13,6 +13,8 @@ export import :each;
 export import :mesh;
 export import :maps;
 export import :required;
+export import :sparse;
+export import :schedule;
 export import :scale;
 export import :topology;
 export import :box_tree;

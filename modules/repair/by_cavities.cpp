@@ -40,7 +40,7 @@ bool may_move(EdgeKind kind, Reach reach) {
 
 template <int D>
 void add_edges(const RepairState<D>& state, ElementId e, Reach reach, std::vector<EdgeId>& edges) {
-    for (const EdgeId edge : state.mesh.edges.of_elements[e])
+    for (const EdgeId edge : state.mesh().edges.of_elements[e])
         if (may_move(state.kinds[edge], reach)) edges.push_back(edge);
 }
 
@@ -71,7 +71,7 @@ template <int D>
 double floor_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, ElementId seed, double asked) {
     if (e == seed) return asked;
     if (state.good(e)) return kept_good(state, e, asked);
-    for (const EdgeId edge : state.mesh.edges.of_elements[e])
+    for (const EdgeId edge : state.mesh().edges.of_elements[e])
         if (state.kinds[edge] == EdgeKind::volume && position_in(cavity.edges, edge) < 0)
             return kept_of(state, e, asked);
     return asked;
@@ -82,7 +82,7 @@ template <int D>
 double least_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, double share) {
     constexpr double nothing = -std::numeric_limits<double>::infinity();
     if (share == 0) return nothing;
-    for (const VertexId v : state.mesh.linear.elements.vertices[e])
+    for (const VertexId v : state.mesh().linear.elements.vertices[e])
         if (position_in(cavity.vertices, v) >= 0) return share * shape_floor(state, e).determinant;
     return nothing;
 }
@@ -91,17 +91,17 @@ template <int D>
 OffsetModel<D> model_of(const RepairState<D>& state, EdgeId edge) {
     const QuadraticModel<D> model = state.model(edge);
     const double weight = state.kinds[edge] == EdgeKind::volume ? 1 : surface_weight;
-    return {model.centre - state.nodes[edge.index()].point, weight * model.hessian};
+    return {model.centre - state.moved.nodes[edge].point, weight * model.hessian};
 }
 
 /// The mean of the models of the vertex's edges, heavier, about where the vertex was.
 template <int D>
 OffsetModel<D> model_of(const RepairState<D>& state, VertexId vertex) {
-    OffsetModel<D> model{-state.shifts[vertex.index()], {}};
+    OffsetModel<D> model{-state.moved.shift(vertex), {}};
     std::size_t n = 0;
     for (const ElementId e : state.balls[vertex])
-        for (const EdgeId edge : state.mesh.edges.of_elements[e]) {
-            const auto& ends = state.mesh.edges.vertices[edge];
+        for (const EdgeId edge : state.mesh().edges.of_elements[e]) {
+            const auto& ends = state.mesh().edges.vertices[edge];
             if (ends[0] != vertex && ends[1] != vertex) continue;
             model.hessian += state.models[edge].hessian;
             ++n;
@@ -123,11 +123,11 @@ JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D
         typename JointProgramme<D>::Element element{
             .bezier = bezier_form(state.element(e)), .unknowns = {}, .floor = floor_of(e)};
         for (int i = 0; i <= D; ++i) {
-            const int at = position_in(cavity.vertices, state.mesh.linear.elements.vertices[e][i]);
+            const int at = position_in(cavity.vertices, state.mesh().linear.elements.vertices[e][i]);
             element.unknowns[i] = at < 0 ? JointProgramme<D>::fixed : edges + at;
         }
         for (int i = 0; i < edges_per_simplex<D>; ++i) {
-            const int at = position_in(cavity.edges, state.mesh.edges.of_elements[e][i]);
+            const int at = position_in(cavity.edges, state.mesh().edges.of_elements[e][i]);
             element.unknowns[D + 1 + i] = at < 0 ? JointProgramme<D>::fixed : at;
         }
         programme.elements.push_back(element);
@@ -137,23 +137,23 @@ JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D
 
 /// All edges with an end at a free vertex move by half of it.
 template <int D>
-RepairPlan<D> changes_of(const RepairState<D>& state, const RepairCavity<D>& cavity,
+Moves<D> changes_of(const RepairState<D>& state, const RepairCavity<D>& cavity,
                          const std::vector<Vec<D>>& offsets) {
-    RepairPlan<D> plan;
+    Moves<D> plan;
     const auto shift = [&](VertexId v) {
         const int at = position_in(cavity.vertices, v);
         return at < 0 ? Vec<D>{} : offsets[cavity.edges.size() + static_cast<std::size_t>(at)];
     };
-    for (const VertexId v : cavity.vertices) plan.points.emplace_back(v, state.points[v.index()] + shift(v));
+    for (const VertexId v : cavity.vertices) plan.points.emplace_back(v, state.moved.points[v] + shift(v));
     std::vector<EdgeId> moved = cavity.edges;
     for (const ElementId e : cavity.elements)
-        for (const EdgeId edge : state.mesh.edges.of_elements[e])
-            for (const VertexId v : state.mesh.edges.vertices[edge])
+        for (const EdgeId edge : state.mesh().edges.of_elements[e])
+            for (const VertexId v : state.mesh().edges.vertices[edge])
                 if (position_in(cavity.vertices, v) >= 0) moved.push_back(edge);
     moved |= ranges::actions::sort | ranges::actions::unique;
     for (const EdgeId edge : moved) {
-        const auto& [a, b] = state.mesh.edges.vertices[edge];
-        Vec<D> node = state.nodes[edge.index()].point + 0.5 * (shift(a) + shift(b));
+        const auto& [a, b] = state.mesh().edges.vertices[edge];
+        Vec<D> node = state.moved.nodes[edge].point + 0.5 * (shift(a) + shift(b));
         if (const int at = position_in(cavity.edges, edge); at >= 0) node += offsets[static_cast<std::size_t>(at)];
         plan.nodes.push_back({edge, {node}});
     }
@@ -162,34 +162,34 @@ RepairPlan<D> changes_of(const RepairState<D>& state, const RepairCavity<D>& cav
 
 /// The element with what the plan moves.
 template <int D>
-NodalSimplex<D> changed_element(const RepairState<D>& state, const RepairPlan<D>& plan, ElementId e) {
+NodalSimplex<D> changed_element(const RepairState<D>& state, const Moves<D>& plan, ElementId e) {
     NodalSimplex<D> s = state.element(e);
     const auto at = [](const auto& list, const auto& key) {
         const auto it = std::ranges::lower_bound(list, key, {}, [](const auto& entry) { return entry.first; });
         return it != list.end() && it->first == key ? &it->second : nullptr;
     };
     for (int i = 0; i <= D; ++i)
-        if (const auto* point = at(plan.points, state.mesh.linear.elements.vertices[e][i])) s.nodes[i] = *point;
+        if (const auto* point = at(plan.points, state.mesh().linear.elements.vertices[e][i])) s.nodes[i] = *point;
     for (int i = 0; i < edges_per_simplex<D>; ++i)
-        if (const auto* node = at(plan.nodes, state.mesh.edges.of_elements[e][i])) s.nodes[D + 1 + i] = node->point;
+        if (const auto* node = at(plan.nodes, state.mesh().edges.of_elements[e][i])) s.nodes[D + 1 + i] = node->point;
     return s;
 }
 
 /// Whether a surface node stays as near to its place as relaxation would leave it, or as the tolerance says.
 template <int D>
 bool within_reach(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D>& node) {
-    const auto& [a, b] = state.mesh.edges.vertices[edge];
-    const Vec<D>& p = state.points[a.index()];
-    const Vec<D>& q = state.points[b.index()];
+    const auto& [a, b] = state.mesh().edges.vertices[edge];
+    const Vec<D>& p = state.moved.points[a];
+    const Vec<D>& q = state.moved.points[b];
     const Vec<D> wanted = state.model(edge).centre;
     const double rounding = 1e-12 * distance(p, q);
     return distance(node.point, wanted) <=
-           std::max(distance(midpoint(p, q), wanted) + rounding, state.options.surface_tolerance);
+           std::max(distance(midpoint(p, q), wanted) + rounding, state.options.boundary_tolerance);
 }
 
 /// The verdicts that the plan changes; false when it breaks an element.
 template <int D>
-bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, RepairPlan<D>& plan) {
+bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, Moves<D>& plan) {
     for (const auto& [edge, node] : plan.nodes)
         if (state.kinds[edge] != EdgeKind::volume && !within_reach(state, edge, node)) return false;
     for (const ElementId e : cavity.elements) {
@@ -202,7 +202,7 @@ bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, RepairPla
 }
 
 template <int D>
-bool mends(const RepairPlan<D>& plan, ElementId seed) {
+bool mends(const Moves<D>& plan, ElementId seed) {
     return std::ranges::find(plan.verdicts, std::pair{seed, Verdict::valid}) != plan.verdicts.end();
 }
 
@@ -230,8 +230,8 @@ RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach
     }
     cavity.elements = around(state, cavity.edges);
     if (reach.moves != Reach::Moves::volume_nodes) {
-        for (const VertexId v : state.mesh.linear.elements.vertices[seed])
-            if (state.on_boundary[v.index()] == 0) cavity.vertices.push_back(v);
+        for (const VertexId v : state.mesh().linear.elements.vertices[seed])
+            if (state.on_boundary[v] == 0) cavity.vertices.push_back(v);
         cavity.vertices |= ranges::actions::sort | ranges::actions::unique;
         for (const VertexId v : cavity.vertices)
             cavity.elements.insert(cavity.elements.end(), state.balls[v].begin(), state.balls[v].end());
@@ -252,7 +252,7 @@ Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>
         programme.most_work = most_work - planned.work;
         const auto solution = solve(programme, std::vector<Vec<D>>(programme.unknowns.size()));
         planned.work += solution.work;
-        RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
+        Moves<D> plan = changes_of(state, cavity, solution.offsets);
         if (!judge(state, cavity, plan) || !mends(plan, seed)) return false;
         planned.plan = std::move(plan);
         return true;
@@ -289,7 +289,7 @@ Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>&
         best.work += solution.work;
         const double cost = cost_of(programme, solution.offsets);
         if (!(cost < least) || !(solution.shortfall < largest_shortfall)) continue;
-        RepairPlan<D> plan = changes_of(state, cavity, solution.offsets);
+        Moves<D> plan = changes_of(state, cavity, solution.offsets);
         if (!judge(state, cavity, plan)) continue;
         best.plan = std::move(plan);
         least = cost;

@@ -25,10 +25,10 @@ constexpr double least_return = 1e-7;
 /// `keeps` says of the others.
 template <int D, class Keeps>
 EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double asked, Keeps&& keeps) {
-    EdgeShell<D> shell{state.nodes[edge.index()], {}};
+    EdgeShell<D> shell{state.moved.nodes[edge], {}};
     shell.elements.reserve(state.shells[edge].size());
     for (const ElementId e : state.shells[edge]) {
-        const auto& edges = state.mesh.edges.of_elements[e];
+        const auto& edges = state.mesh().edges.of_elements[e];
         const auto local = static_cast<int>(std::find(edges.begin(), edges.end(), edge) - edges.begin());
         ShellElement<D> element{state.element(e), local, {}};
         if (state.good(e) || keeps(e)) {
@@ -44,13 +44,11 @@ EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double asked, Ke
 
 /// The plan that moves one node, with the verdicts around it.
 template <int D>
-std::optional<RepairPlan<D>> plan_of(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D>& node) {
-    RepairPlan<D> plan;
+std::optional<Moves<D>> plan_of(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D>& node) {
+    Moves<D> plan;
     plan.nodes.emplace_back(edge, node);
     for (const ElementId e : state.shells[edge]) {
-        NodalSimplex<D> element = state.element(e);
-        for (int i = 0; i < edges_per_simplex<D>; ++i)
-            if (state.mesh.edges.of_elements[e][i] == edge) element.nodes[D + 1 + i] = node.point;
+        const NodalSimplex<D> element = state.moved.element_with(e, edge, node);
         const Verdict now = verdict_of(state, e, element);
         if (spoilt(state, e, element, now)) return {};
         plan.verdicts.emplace_back(e, now);
@@ -68,13 +66,13 @@ Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
     Planned<D> best;
     double least = 0;
     const auto try_all = [&](double asked, auto&& keeps) {
-        for (const EdgeId edge : state.mesh.edges.of_elements[seed]) {
+        for (const EdgeId edge : state.mesh().edges.of_elements[seed]) {
             if (state.kinds[edge] != EdgeKind::volume) continue;
             const QuadraticModel<D> model = state.model(edge);
             const auto nearest = nearest_node(shell_of(state, edge, asked, keeps), model, asked);
             best.work += edge_work;
             if (!nearest) continue;
-            const double cost = nearest->cost - model(state.nodes[edge.index()].point);
+            const double cost = nearest->cost - model(state.moved.nodes[edge].point);
             if (best.plan && !(cost < least)) continue;
             auto plan = plan_of(state, edge, nearest->node);
             const bool mended = plan && std::ranges::any_of(plan->verdicts, [&](const auto& v) {
@@ -89,14 +87,14 @@ Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
     const double target = std::max(bound, state.options.target);
     if (try_all(target, none) || try_all(target, no_other)) return best;
     // Cavities may still reach the target.
-    if (target > bound && state.options.scope == RepairScope::edges && !try_all(bound, none)) try_all(bound, no_other);
+    if (target > bound && state.options.method == RepairMethod::edge && !try_all(bound, none)) try_all(bound, no_other);
     return best;
 }
 
 template <int D>
 Planned<D> plan_return(const RepairState<D>& state, EdgeId edge) {
     const QuadraticModel<D> model = state.model(edge);
-    const double now = model(state.nodes[edge.index()].point);
+    const double now = model(state.moved.nodes[edge].point);
     const double worth = std::max(least_return, least_returned_share * now);
     if (!(now > worth)) return {};
     const double target = std::max(state.options.min_scaled_jacobian, state.options.target);

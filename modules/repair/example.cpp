@@ -1,5 +1,5 @@
-// camber.repair: one node of a P2 mesh is pulled so far that elements fold; `validate` certifies which, `relax` moves
-// it back as little as needed. A verdict holds for every point of an element, rounding included.
+// camber.repair: one node of a P2 mesh is pulled so far that an element folds; one call finds which and moves the node as
+// little as needed, while the boundary stays.
 #include <cstdio>
 #include <utility>
 
@@ -23,34 +23,20 @@ static LinearMesh<2> square() {
 }
 
 static Outcome<bool> example(const Execution& execution) {
-    const auto mesh = elevate(square(), execution);
+    auto mesh = elevate(square(), execution);
     if (!mesh) return fail(mesh.error());
-    const std::size_t n = mesh->edges.size();
     const EdgeId spoke = find_edge(mesh->edges, VertexId(std::size_t{0}), VertexId(std::size_t{4}));
-
-    // A proposal is new places for the nodes, judged before it is made the mesh's own.
-    Buffer<LagrangeNode<2>> nodes(mesh->mid_nodes.begin(), mesh->mid_nodes.end());
+    auto nodes = take(mesh->mid_nodes);
     nodes[spoke.index()].point += Vec<2>{{0.5, -0.4}};
-    Buffer<EdgeKind> kinds(n, EdgeKind::fixed);
-    kinds[spoke.index()] = EdgeKind::volume;
-    const Proposal<2> proposal{mesh->linear.points, std::move(nodes), std::move(kinds),
-                               Buffer<EdgeChange>(n, EdgeChange::optimised)};
+    mesh->mid_nodes = std::move(nodes);
 
-    const double bound = 0.1;  // of det J / |det of the straight element|
-    const auto judged = validate(*mesh, proposal, bound, execution);
-    if (!judged) return fail(judged.error());
-    const Validation<2>& before = judged->validation();
-    std::printf("before: %zu of 4 elements invalid, smallest scaled Jacobian %.3f in element %zu\n", before.invalid,
-                before.smallest, before.worst.index() + 1);
-
-    const auto relaxed = relax(*judged, RelaxOptions{.min_scaled_jacobian = bound, .target = bound}, execution);
-    if (!relaxed) return fail(relaxed.error());
-    const Validation<2>& after = relaxed->judged.validation();
-    const auto& node = relaxed->judged.proposal().mid_nodes[spoke].point;
-    std::printf("after:  %zu invalid, smallest scaled Jacobian %.3f; the node is at (%.3f, %.3f)\n", after.invalid,
-                after.smallest, node[0], node[1]);
-
-    return before.invalid > 0 && after.all_valid();
+    const auto repaired = repair_mesh(*mesh, {.repair = {.min_scaled_jacobian = 0.1}}, execution);
+    if (!repaired) return fail(repaired.error());
+    const Vec<2>& node = repaired->mesh.mid_nodes[spoke].point;
+    std::printf("%zu of 4 elements invalid, smallest scaled Jacobian %.3f; repaired: %zu, %.3f, the node at (%.3f, %.3f)\n",
+                repaired->before.invalid, repaired->before.smallest, repaired->after.invalid, repaired->after.smallest,
+                node[0], node[1]);
+    return repaired->before.invalid > 0 && repaired->after.all_valid();
 }
 
 int main() {

@@ -4,7 +4,7 @@ module;
 export module camber.repair:held_vertices;
 import camber.core;
 import camber.validity;
-import :passes;
+import :options;
 
 namespace camber {
 

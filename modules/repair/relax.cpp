@@ -2,14 +2,15 @@ module;
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include <range/v3/action/sort.hpp>
 #include <range/v3/action/unique.hpp>
 module camber.repair;
-import :nodewise;
+import :moved_mesh;
+import :trial;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -24,42 +25,94 @@ constexpr int most_rounds = 20;
 constexpr int put_back_rounds = 2;
 
 template <int D>
-Outcome<Done> sound(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const RelaxOptions& options) {
+Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const RepairOptions& options) {
     const std::size_t edges = mesh.edges.size();
     if (proposal.mid_nodes.size() != edges || proposal.kinds.size() != edges || proposal.changes.size() != edges)
         return fail(ErrorKind::internal, "the proposal has another number of edges than the mesh");
     return check_limits(options);
 }
 
+/// A piece of work: an element or an edge, and the elements that it reads and writes.
+template <class Id>
+struct Piece {
+    Id id;
+    std::vector<ElementId> claims;
+};
+
+/// What a piece came to.
 template <int D>
-std::vector<ElementId> elements_not_valid(const Repair<D>& repair) {
-    std::vector<ElementId> queue;
-    for (std::size_t e = 0; e < repair.verdicts.size(); ++e)
-        if (repair.verdicts[e] != Verdict::valid) queue.push_back(ElementId(e));
-    return queue;
-}
+struct Step {
+    Moves<D> moves;
+    bool moved = false;
+    std::vector<EdgeId> corrected;  ///< once more
+    std::vector<ElementId> broken;
+};
 
-/// Repair is in order, one element after the other: what is done to one decides what the next one needs.
-[[nodiscard]] Execution in_order(const Execution& execution) { return {1, execution.stop, execution.progress}; }
+/// Relaxation, piece by piece as if one after the other: what is done to one decides what the next one needs.
+template <int D>
+struct Relaxing {
+    SegmentState<D> state;
+    const Execution& execution;
+    Schedule schedule{state.moved.mesh.linear.elements.size()};
 
-/// f(element) for those of the queue that are not valid when their turn comes; keeps these in the queue. True if any f
-/// did something.
-template <int D, class F>
-Outcome<bool> turn(Repair<D>& repair, std::vector<ElementId>& queue, const Execution& execution, F&& f) {
-    bool any = false;
-    auto done = each(in_order(execution), queue.size(), [&](std::size_t i) {
-        if (!repair.valid(queue[i]) && f(queue[i])) any = true;
-    });
-    if (!done) return fail(done.error());
-    std::erase_if(queue, [&](ElementId e) { return repair.valid(e); });
-    return any;
-}
+    [[nodiscard]] Piece<ElementId> piece(ElementId e) const {
+        Piece<ElementId> piece{e, {}};
+        for (const EdgeId edge : state.moved.mesh.edges.of_elements[e])
+            piece.claims.insert(piece.claims.end(), state.shells[edge].begin(), state.shells[edge].end());
+        piece.claims |= ranges::actions::sort | ranges::actions::unique;
+        return piece;
+    }
+    /// f(trial, id, step) for each piece, when its turn comes; `finished(step)` in their order.
+    template <class Id, class Needless, class ClaimOf, class F, class Finished>
+    Outcome<Done> each_piece(std::vector<Piece<Id>> pieces, Needless&& needless, ClaimOf&& claim, F&& f,
+                             Finished&& finished) {
+        const auto round = [&](std::span<const Piece<Id>> now) -> Outcome<bool> {
+            const Execution quiet{execution.threads, execution.stop, {}};
+            auto steps = map_each(
+                quiet, now.size(),
+                [&](std::size_t i) {
+                    Trial<D> trial{state};
+                    Step<D> step;
+                    f(trial, now[i].id, step);
+                    step.moves = trial.moves();
+                    return step;
+                },
+                1);
+            if (!steps) return fail(steps.error());
+            for (const Step<D>& step : *steps) {
+                state.moved.apply(step.moves);
+                finished(step);
+            }
+            return true;
+        };
+        return in_rounds(schedule, std::move(pieces), execution, needless, claim, round);
+    }
+    /// The same for the elements of the queue that are not valid; keeps these in the queue. True if any of them moved
+    /// something.
+    template <class ClaimOf, class F>
+    Outcome<bool> turn(std::vector<ElementId>& queue, ClaimOf&& claim, F&& f) {
+        std::vector<Piece<ElementId>> pieces;
+        pieces.reserve(queue.size());
+        for (const ElementId e : queue) pieces.push_back(piece(e));
+        bool any = false;
+        auto done = each_piece(
+            std::move(pieces), [&](const Piece<ElementId>& p) { return state.moved.is_valid(p.id); }, claim,
+            [&](Trial<D>& trial, ElementId e, Step<D>& step) { step.moved = f(trial, e); },
+            [&](const Step<D>& step) { any = any || step.moved; });
+        if (!done) return fail(done.error());
+        std::erase_if(queue, [&](ElementId e) { return state.moved.is_valid(e); });
+        return any;
+    }
+};
+
+Claim own_claim(const auto& piece) { return std::span(piece.claims); }
 
 template <int D>
-Outcome<Done> mend_in_rounds(Repair<D>& repair, std::vector<ElementId>& queue, EdgeGroup group, Steps steps,
-                             const Execution& execution) {
-    for (int round = 0; round < most_rounds && !queue.empty(); ++round) {
-        const auto any = turn(repair, queue, execution, [&](ElementId e) { return mend(repair, e, group, steps); });
+Outcome<Done> mend_in_turns(Relaxing<D>& relaxing, std::vector<ElementId>& queue, EdgeGroup group, Steps steps) {
+    for (int turn = 0; turn < most_rounds && !queue.empty(); ++turn) {
+        const auto any = relaxing.turn(
+            queue, [](const auto& piece) { return own_claim(piece); },
+            [&](Trial<D>& trial, ElementId e) { return mend(trial, e, group, steps); });
         if (!any) return fail(any.error());
         if (!*any) break;
     }
@@ -70,26 +123,37 @@ Outcome<Done> mend_in_rounds(Repair<D>& repair, std::vector<ElementId>& queue, E
 /// once its volume edges are straight; what breaks joins the next round. Ends: every edge is straight after
 /// max_corrections + 1 steps.
 template <int D>
-Outcome<Done> relax_plainly(Repair<D>& repair, std::vector<ElementId> queue, const Execution& execution) {
-    std::map<EdgeId, int> corrections;
+Outcome<Done> relax_by_theta(Relaxing<D>& relaxing, std::vector<ElementId> queue) {
+    const RepairOptions& options = relaxing.state.options;
+    SparseMap<EdgeId, int> corrections;
+    const auto correct = [&](Trial<D>& trial, ElementId e, Step<D>& step) {
+        std::vector<EdgeId> loose = loose_edges(trial, e, EdgeGroup::volume);
+        if (loose.empty()) loose = loose_edges(trial, e, EdgeGroup::surface);
+        if (loose.empty()) return;  // straight, and still not valid
+        Changes<D> changes;
+        for (const EdgeId edge : loose) {
+            const int* before = corrections.find(edge);
+            const bool last = (before ? *before : 0) >= options.max_corrections;
+            move_node(trial, edge, trial.towards_middle(edge, last ? 0 : options.theta), changes);
+        }
+        check_shells(trial, loose, changes);
+        step.corrected = std::move(loose);
+        step.broken = std::move(changes.broken);
+        if (!trial.valid(e)) step.broken.push_back(e);
+    };
     while (!queue.empty()) {
+        std::vector<Piece<ElementId>> pieces;
+        pieces.reserve(queue.size());
+        for (const ElementId e : queue) pieces.push_back(relaxing.piece(e));
         std::vector<ElementId> next;
-        auto done = each(in_order(execution), queue.size(), [&](std::size_t i) {
-            const ElementId e = queue[i];
-            if (repair.valid(e)) return;
-            std::vector<EdgeId> loose = loose_edges(repair, e, EdgeGroup::volume);
-            if (loose.empty()) loose = loose_edges(repair, e, EdgeGroup::surface);
-            if (loose.empty()) return;  // straight, and still not valid
-            Changes<D> changes;
-            for (const EdgeId edge : loose) {
-                const bool last = ++corrections[edge] > repair.options.max_corrections;
-                move_node(repair, edge, repair.towards_middle(edge, last ? 0 : repair.options.theta), changes);
-            }
-            check_shells(repair, loose, changes);
-            next.insert(next.end(), changes.broken.begin(), changes.broken.end());
-            if (!repair.valid(e)) next.push_back(e);
-        });
-        if (!done) return fail(done.error());
+        auto done = relaxing.each_piece(
+            std::move(pieces), [&](const auto& p) { return relaxing.state.moved.is_valid(p.id); },
+            [](const auto& piece) { return own_claim(piece); }, correct,
+            [&](const Step<D>& step) {
+                for (const EdgeId edge : step.corrected) ++corrections.at(edge);
+                next.insert(next.end(), step.broken.begin(), step.broken.end());
+            });
+        if (!done) return done;
         next |= ranges::actions::sort | ranges::actions::unique;
         queue = std::move(next);
     }
@@ -98,94 +162,87 @@ Outcome<Done> relax_plainly(Repair<D>& repair, std::vector<ElementId> queue, con
 
 /// Surface and ridge nodes first: they make the geometry.
 template <int D>
-Outcome<Done> put_all_back(Repair<D>& repair, const Execution& execution) {
-    std::vector<EdgeId> moved;
-    moved.reserve(repair.originals.size());
-    for (const auto& [edge, node] : repair.originals) moved.push_back(edge);
-    std::ranges::sort(moved, {}, [&](EdgeId e) { return std::pair(repair.kinds[e] == EdgeKind::volume, e); });
+Outcome<Done> put_all_back(Relaxing<D>& relaxing) {
+    const SegmentState<D>& state = relaxing.state;
+    std::vector<EdgeId> moved = state.moved.nodes.set_rows();
+    std::ranges::sort(moved, {}, [&](EdgeId e) { return std::pair(state.kinds[e] == EdgeKind::volume, e); });
+    std::vector<Piece<EdgeId>> pieces;
+    pieces.reserve(moved.size());
+    for (const EdgeId e : moved)
+        pieces.push_back({e, std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end())});
     for (int round = 0; round < put_back_rounds; ++round) {
-        auto done = each(in_order(execution), moved.size(), [&](std::size_t i) { put_back(repair, moved[i]); });
-        if (!done) return fail(done.error());
+        auto done = relaxing.each_piece(
+            pieces, [](const auto&) { return false; }, [](const auto& piece) { return own_claim(piece); },
+            [](Trial<D>& trial, EdgeId e, Step<D>&) { put_back(trial, e); }, [](const Step<D>&) {});
+        if (!done) return done;
     }
     return Done{};
 }
 
 template <int D>
-Outcome<Done> relax_by_shells(Repair<D>& repair, const Execution& execution) {
-    std::vector<ElementId> queue = elements_not_valid(repair);
-    const auto in_rounds = [&](EdgeGroup group, Steps steps) {
-        return mend_in_rounds(repair, queue, group, steps, execution);
-    };
+Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> queue) {
+    const auto in_turns = [&](EdgeGroup group, Steps steps) { return mend_in_turns(relaxing, queue, group, steps); };
+    // What it draws in is not known before.
     const auto with_neighbours = [&](EdgeGroup group, double scaled_jacobian) -> Outcome<Done> {
-        return turn(repair, queue, execution,
-                    [&](ElementId e) { return mend_with_neighbours(repair, e, group, scaled_jacobian); })
+        return relaxing
+            .turn(
+                queue, [](const auto&) { return Claim{}; },
+                [&](Trial<D>& trial, ElementId e) { return mend_with_neighbours(trial, e, group, scaled_jacobian); })
             .map([](bool) { return Done{}; });
     };
-    const double bound = repair.options.min_scaled_jacobian;
-    const double target = std::max(bound, repair.options.target);
+    const double bound = relaxing.state.options.min_scaled_jacobian;
+    const double target = std::max(bound, relaxing.state.options.target);
     for (const EdgeGroup group : {EdgeGroup::volume, EdgeGroup::surface, EdgeGroup::all}) {
-        auto done = in_rounds(group, Steps::to_target);
+        auto done = in_turns(group, Steps::to_target);
         if (done) done = with_neighbours(group, target);
-        if (done) done = in_rounds(group, group == EdgeGroup::surface ? Steps::to_bound : Steps::helping);
+        if (done) done = in_turns(group, group == EdgeGroup::surface ? Steps::to_bound : Steps::helping);
         if (done) done = with_neighbours(group, bound);
         if (!done) return fail(done.error());
     }
-    if (auto done = relax_plainly(repair, queue, execution); !done) return fail(done.error());
-    return put_all_back(repair, execution);
+    if (auto done = relax_by_theta(relaxing, queue); !done) return fail(done.error());
+    return put_all_back(relaxing);
 }
 
-/// The repaired nodes as a proposal, with the counts.
+/// The places of the state, judged where they are others.
 template <int D>
-Outcome<Relaxation<D>> summed_up(Repair<D> repair, const JudgedProposal<D>& wanted, const Execution& execution) {
-    std::size_t volume = 0, surface = 0, corrected = 0;
+Outcome<Repaired<D>> judge_moved(const SegmentState<D>& state, const JudgedProposal<D>& wanted,
+                                 const Execution& execution) {
     std::vector<ElementId> touched;
-    Proposal<D> proposal = wanted.proposal();
-    Buffer<EdgeChange> changes = take(std::move(proposal.changes));
-    for (const auto& [edge, original] : repair.originals) {
-        if (repair.nodes[edge.index()] == original) continue;
-        ++(repair.kinds[edge] == EdgeKind::volume ? volume : surface);
-        changes[edge.index()] = repair.straight(edge) ? EdgeChange::straightened : EdgeChange::relaxed;
-        touched.insert(touched.end(), repair.shells[edge].begin(), repair.shells[edge].end());
-    }
+    for (const EdgeId edge : state.moved.nodes.set_rows())
+        if (state.moved.nodes[edge] != state.moved.nodes.base()[edge])
+            touched.insert(touched.end(), state.shells[edge].begin(), state.shells[edge].end());
     touched |= ranges::actions::sort | ranges::actions::unique;
-    proposal.mid_nodes = std::move(repair.nodes);
-    proposal.changes = std::move(changes);
-    auto judged = wanted.rejudged(std::move(proposal), touched, execution);
+    auto judged = wanted.rejudged(state.moved.proposal(wanted.proposal()), touched, execution);
     if (!judged) return fail(judged.error());
-    const auto& before = wanted.validation().verdicts;
-    const auto& after = judged->validation().verdicts;
-    for (std::size_t e = 0; e < before.size(); ++e)
-        corrected += before[e] != Verdict::valid && after[e] == Verdict::valid;
-    return Relaxation<D>{std::move(*judged), corrected, volume, surface};
+    const RepairStatistics statistics = changes_between(wanted, *judged);
+    return Repaired<D>{std::move(*judged), statistics};
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Relaxation<D>> relax(const JudgedProposal<D>& wanted, RelaxOptions options, const Execution& execution) {
+Outcome<Repaired<D>> relax(const JudgedProposal<D>& wanted, const RepairOptions& options, const Execution& execution) {
     const Proposal<D>& proposal = wanted.proposal();
-    if (auto checked = sound(wanted.mesh(), proposal, options); !checked) return fail(checked.error());
+    if (auto checked = check(wanted.mesh(), proposal, options); !checked) return fail(checked.error());
     if (wanted.validation().bound != options.min_scaled_jacobian) {
         const auto again = validate(wanted.mesh(), proposal, options.min_scaled_jacobian, execution);
         if (!again) return fail(again.error());
         return relax(*again, options, execution);
     }
-    if (wanted.validation().all_valid()) return Relaxation<D>{wanted};
-    return guarded([&]() -> Outcome<Relaxation<D>> {
-        const QuadraticMesh<D> mesh = proposed(wanted.mesh(), proposal);
-        const auto around = shells(mesh.edges, execution);
+    if (wanted.validation().all_valid()) return Repaired<D>{wanted};
+    return guarded([&]() -> Outcome<Repaired<D>> {
+        const auto around = shells(wanted.mesh().edges, execution);
         if (!around) return fail(around.error());
-        Repair<D> repair{
-            mesh, *around, proposal.kinds, options, take(proposal.mid_nodes), take(wanted.validation().verdicts), {}};
-        auto done = options.strategy == RelaxStrategy::paper
-                        ? relax_plainly(repair, elements_not_valid(repair), execution)
-                        : relax_by_shells(repair, execution);
+        Relaxing<D> relaxing{{MovedMesh<D>(wanted), *around, proposal.kinds, options}, execution};
+        auto queue = elements_not_valid(wanted.validation());
+        auto done = options.method == RepairMethod::theta ? relax_by_theta(relaxing, std::move(queue))
+                                                          : relax_by_segments(relaxing, std::move(queue));
         if (!done) return fail(done.error());
-        return summed_up(std::move(repair), wanted, execution);
+        return judge_moved(relaxing.state, wanted, execution);
     });
 }
 
-template Outcome<Relaxation<2>> relax<2>(const JudgedProposal<2>&, RelaxOptions, const Execution&);
-template Outcome<Relaxation<3>> relax<3>(const JudgedProposal<3>&, RelaxOptions, const Execution&);
+template Outcome<Repaired<2>> relax<2>(const JudgedProposal<2>&, const RepairOptions&, const Execution&);
+template Outcome<Repaired<3>> relax<3>(const JudgedProposal<3>&, const RepairOptions&, const Execution&);
 
 }  // namespace camber

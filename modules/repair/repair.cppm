@@ -1,10 +1,18 @@
-/// What is not valid repaired: places of a judged proposal changed until its elements are, at the least loss of what
-/// was wanted.
+/// What is not valid repaired: places of a judged proposal changed until its elements are, at the least loss of what was
+/// wanted; and whole meshes in one call.
 export module camber.repair;
+export import :options;
+export import :repaired;
 export import :relax;
-export import :passes;
+export import :method;
+export import :remaining;
+export import :mesh;
+import :moved_mesh;
+import :by_programmes;
+import :growth;
 import :held_vertices;
-import :nodewise;
-import :state;
 import :rounds;
+import :slides;
+import :state;
+import :trial;
 import :vertex_moves;

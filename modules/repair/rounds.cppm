@@ -16,14 +16,8 @@ namespace camber {
     return {execution.threads, execution.stop, {}};
 }
 
-/// The plan becomes the state's.
-template <int D>
-void apply(RepairState<D>& state, const RepairPlan<D>& plan);
-
 /// The positions of the first claims that have no element in common: by their order alone, whatever the threads.
-/// `claimed`: of all elements, 0 before and after.
-[[nodiscard]] std::vector<std::size_t> independent(const Buffer<std::vector<ElementId>>& claims,
-                                                   std::vector<std::uint8_t>& claimed);
+[[nodiscard]] std::vector<std::size_t> independent(const Buffer<std::vector<ElementId>>& claims);
 
 /// Plans that share what work is left: so many of a round at once.
 inline constexpr std::size_t plans_at_once = 32;
@@ -36,7 +30,6 @@ inline constexpr std::size_t plans_at_once = 32;
 template <int D, class Item, class Needless, class Claim, class Plan, class Finished>
 [[nodiscard]] Outcome<Done> in_rounds(RepairState<D>& state, std::vector<Item> items, const Execution& execution,
                                       Needless&& needless, Claim&& claim, Plan&& plan, Finished&& finished) {
-    std::vector<std::uint8_t> claimed(state.mesh.linear.elements.size(), 0);
     const Execution quiet = without_progress(execution);
     const std::size_t all = items.size();
     while (true) {
@@ -45,7 +38,7 @@ template <int D, class Item, class Needless, class Claim, class Plan, class Fini
         if (items.empty() || state.exhausted()) return Done{};
         const auto claims = map_each(quiet, items.size(), [&](std::size_t i) { return claim(items[i]); }, 16);
         if (!claims) return fail(claims.error());
-        const auto chosen = independent(*claims, claimed);
+        const auto chosen = independent(*claims);
         for (std::size_t first = 0; first < chosen.size() && !state.exhausted(); first += plans_at_once) {
             const std::size_t n = std::min(plans_at_once, chosen.size() - first);
             const double share = state.work_left / static_cast<double>(n);
@@ -54,7 +47,7 @@ template <int D, class Item, class Needless, class Claim, class Plan, class Fini
             if (!plans) return fail(plans.error());
             for (std::size_t i = 0; i < n; ++i) {
                 const Planned<D>& planned = (*plans)[i];
-                if (planned.plan) apply(state, *planned.plan);
+                if (planned.plan) state.moved.apply(*planned.plan);
                 state.work_left -= planned.work;
                 state.work += planned.work;
                 finished(items[chosen[first + i]], planned);

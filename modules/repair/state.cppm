@@ -9,46 +9,37 @@ import camber.core;
 import camber.bezier;
 import camber.validity;
 import camber.programmes;
-import :passes;
+import :moved_mesh;
+import :options;
 
 namespace camber {
 
-/// A mesh while it is repaired.
+/// A mesh while programmes repair it.
 template <int D>
 struct RepairState {
-    const QuadraticMesh<D>& mesh;  ///< topology, and where vertices were; its nodes are not looked at
+    MovedMesh<D> moved;
     const Incidence<ElementId>& shells;
     const Incidence<ElementId>& balls;
     const Column<QuadraticModel<D>>& models;
     const RepairOptions& options;
     Column<EdgeKind> kinds;
-    Buffer<std::uint8_t> on_boundary;  ///< of vertices: 1 if they must stay, since they are on the boundary or required
-    Buffer<Vec<D>> points;
-    Buffer<Vec<D>> shifts;  ///< of vertices: how far each is from where the mesh has it
-    Buffer<LagrangeNode<D>> nodes;
-    Buffer<Verdict> verdicts;
-    double work_left = 0;  ///< of programmes, see step_work
-    double work = 0;       ///< done so far
+    Column<std::uint8_t> on_boundary;  ///< of vertices: 1 if they must stay, since they are on the boundary or required
+    double work_left = 0;              ///< of programmes, see step_work
+    double work = 0;                   ///< done so far
 
+    [[nodiscard]] const QuadraticMesh<D>& mesh() const { return moved.mesh; }
     [[nodiscard]] bool exhausted() const { return work_left < 1; }
-    [[nodiscard]] bool good(ElementId e) const { return verdicts[e.index()] == Verdict::valid; }
-    [[nodiscard]] NodalSimplex<D> element(ElementId e) const {
-        NodalSimplex<D> s;
-        for (int i = 0; i <= D; ++i) s.nodes[i] = points[mesh.linear.elements.vertices[e][i].index()];
-        for (int i = 0; i < edges_per_simplex<D>; ++i)
-            s.nodes[D + 1 + i] = nodes[mesh.edges.of_elements[e][i].index()].point;
-        return s;
-    }
+    [[nodiscard]] bool good(ElementId e) const { return moved.is_valid(e); }
+    [[nodiscard]] NodalSimplex<D> element(ElementId e) const { return moved.element(e); }
     /// The edge's model; what is wanted goes along with its vertices.
     [[nodiscard]] QuadraticModel<D> model(EdgeId edge) const {
         QuadraticModel<D> m = models[edge];
-        const auto& [a, b] = mesh.edges.vertices[edge];
-        m.centre += 0.5 * (shifts[a.index()] + shifts[b.index()]);
+        m.centre += moved.shift(edge);
         return m;
     }
 };
 
-/// What an element is to have where `asked` is wished for: what it has if that is below.
+/// The scaled Jacobian that an element must keep while others are given `asked`: its own where that is less.
 template <int D>
 [[nodiscard]] inline double kept_of(const RepairState<D>& state, ElementId e, double asked) {
     const NodalSimplex<D> element = state.element(e);
@@ -68,18 +59,10 @@ template <int D>
     return state.good(e) || (decide(state.element(e), 0) == Verdict::valid && decide(next, 0) != Verdict::valid);
 }
 
-/// What is to change, planned against a state.
-template <int D>
-struct RepairPlan {
-    std::vector<std::pair<EdgeId, LagrangeNode<D>>> nodes;  ///< rising
-    std::vector<std::pair<VertexId, Vec<D>>> points;        ///< rising
-    std::vector<std::pair<ElementId, Verdict>> verdicts;
-};
-
 /// What planning came to, and the work that it was.
 template <int D>
 struct Planned {
-    std::optional<RepairPlan<D>> plan;
+    std::optional<Moves<D>> plan;
     double work = 0;
 };
 
@@ -130,11 +113,11 @@ template <int D>
 /// Volume nodes around the elements of `seeds` go to `extended`, and those around the elements that are not above
 /// `bound` then, outwards; it may spoil elements.
 template <int D>
-[[nodiscard]] RepairPlan<D> plan_extension(const RepairState<D>& state, const std::vector<ElementId>& seeds,
-                                           const Buffer<LagrangeNode<D>>& extended, double bound);
+[[nodiscard]] Moves<D> plan_extension(const RepairState<D>& state, const std::vector<ElementId>& seeds,
+                                      const Column<LagrangeNode<D>>& extended, double bound);
 
 /// As many nodes to where they are `there` as spoil no element: around such nodes stay.
 template <int D>
-[[nodiscard]] RepairPlan<D> plan_towards(const RepairState<D>& state, const Buffer<LagrangeNode<D>>& there);
+[[nodiscard]] Moves<D> plan_towards(const RepairState<D>& state, const Overlay<EdgeId, LagrangeNode<D>>& there);
 
 }  // namespace camber

@@ -27,7 +27,7 @@ struct ShapeFloor {
 template <int D>
 [[nodiscard]] inline std::array<Vec<D>, D + 1> corners_of(const RepairState<D>& state, ElementId e) {
     std::array<Vec<D>, D + 1> corners;
-    for (int i = 0; i <= D; ++i) corners[i] = state.mesh.linear.points[state.mesh.linear.elements.vertices[e][i]];
+    for (int i = 0; i <= D; ++i) corners[i] = state.mesh().linear.points[state.mesh().linear.elements.vertices[e][i]];
     return corners;
 }
 template <int D>
@@ -49,8 +49,8 @@ template <int D>
     if (ratio > flat_mean_ratio) return {determinant_of<D>(own), std::min(ratio, enough_mean_ratio)};
     double determinants = 0, ratios = 0;
     std::size_t n = 0;
-    for (const VertexId v : state.mesh.linear.elements.vertices[e]) {
-        if (state.on_boundary[v.index()] != 0) continue;
+    for (const VertexId v : state.mesh().linear.elements.vertices[e]) {
+        if (state.on_boundary[v] != 0) continue;
         for (const ElementId near : state.balls[v]) {
             const auto corners = corners_of(state, near);
             const double of_near = mean_ratio<D>(corners);

@@ -54,7 +54,7 @@ TEST_CASE("a config's values arrive, and defaults fill the rest") {
     CHECK(std::get<Curve>(p.stages[1]).objective == Objective::length);
     CHECK(std::get<Curve>(p.stages[1]).quadrature_points == 6);
     CHECK(std::get<Curve>(p.stages[1]).max_iterations == Curve{}.max_iterations);
-    CHECK(std::get<Relax>(p.stages[3]).repair == Repair::relax);
+    CHECK(std::get<Relax>(p.stages[3]).method == RepairMethod::theta);
     CHECK(p.threads == 2);
     CHECK(p.output.mesh == "out.meshb");
 }

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <set>
 #include <span>
 #include <stop_token>
 #include <utility>
@@ -82,12 +81,12 @@ void operator_laws(const std::array<int, D>& cells) {
             RC_ASSERT(r.wanted.lengths == whole.lengths);
             RC_ASSERT(r.wanted.straight_lengths == whole.straight_lengths);
             RC_ASSERT(r.wanted.statistics.curved_edges == whole.statistics.curved_edges);
-            RC_ASSERT(validate(r.mesh, RelaxOptions{}.min_scaled_jacobian, alone)->all_valid());
+            RC_ASSERT(validate(r.mesh, RepairOptions{}.min_scaled_jacobian, alone)->all_valid());
             RC_ASSERT(r.mesh.mid_nodes == r.proposal.mid_nodes);
             for (std::size_t e = 0; e < b.mesh.edges.size(); ++e)
                 if (r.proposal.changes[e] != EdgeChange::relaxed && r.proposal.changes[e] != EdgeChange::straightened)
                     RC_ASSERT(r.proposal.mid_nodes[e] == whole.proposal.mid_nodes[e]);
-            const auto judged = *validate(b.mesh, whole.proposal, RelaxOptions{}.min_scaled_jacobian, alone);
+            const auto judged = *validate(b.mesh, whole.proposal, RepairOptions{}.min_scaled_jacobian, alone);
             if (judged.validation().all_valid()) RC_ASSERT(r.proposal == whole.proposal);
         },
         {.count = 4});
@@ -127,37 +126,10 @@ void operator_laws(const std::array<int, D>& cells) {
              {.count = 1});
 }
 
-template <int D>
-void schedule_laws(const std::array<int, D>& cells) {
-    property("independent vertices share no element, and there is one as long as any is pending",
-             [&](std::uint64_t seed) {
-                 Dice dice(seed);
-                 const auto b = shell_block<D>(cells, seed + 1);
-                 const auto around = *balls(b.mesh.linear, alone);
-                 std::vector<VertexId> pending;
-                 std::vector<std::uint8_t> marks(b.mesh.linear.points.size(), 0);
-                 for (std::size_t v = 0; v < marks.size(); ++v)
-                     if (dice.below(3) > 0) {
-                         pending.emplace_back(v);
-                         marks[v] = 1;
-                     }
-                 const auto chosen = *independent_vertices<D>(b.mesh.linear, around, pending, marks, alone);
-                 RC_ASSERT(chosen.empty() == pending.empty());
-                 std::set<ElementId> taken;
-                 for (const VertexId v : chosen) {
-                     RC_ASSERT(marks[v.index()] == 1);
-                     for (const ElementId e : around[v]) RC_ASSERT(taken.insert(e).second);
-                 }
-             },
-             {.count = 10});
-}
-
 }  // namespace
 
 TEST_CASE("reinsertion in triangles") { operator_laws<2>({8, 5}); }
 TEST_CASE("reinsertion in tetrahedra") { operator_laws<3>({4, 4, 3}); }
-TEST_CASE("schedules in triangles") { schedule_laws<2>({8, 5}); }
-TEST_CASE("schedules in tetrahedra") { schedule_laws<3>({4, 4, 3}); }
 
 TEST_CASE("elements that come in invalid are mended, and the rest stays") {
     // All nodes on their targets, as the verb curve leaves them: some elements are broken.
@@ -169,7 +141,7 @@ TEST_CASE("elements that come in invalid are mended, and the rest stays") {
             nodes[e].point += 7.0 * (nodes[e].point - b.mesh.mid_nodes[e].point);
         b.boundary_nodes = std::move(nodes);
         const auto whole = must(curve(b.mesh, b.kinds, b.boundary_nodes, b.shells, b.back, {}, alone));
-        const double bound = RelaxOptions{}.min_scaled_jacobian;
+        const double bound = RepairOptions{}.min_scaled_jacobian;
         broken += must(validate(b.mesh, whole.proposal, bound, alone)).validation().invalid;
         b.mesh.mid_nodes = whole.proposal.mid_nodes;
         const auto r = must(all_reinserted(b, alone));

@@ -30,17 +30,17 @@ JudgedProposal<D> judged(const Planned<D>& p) {
 }
 
 template <int D>
-Relaxation<D> relaxed(const Planned<D>& p, RelaxStrategy strategy, int threads = 1) {
-    RelaxOptions options;
+Repaired<D> relaxed(const Planned<D>& p, RepairMethod method, int threads = 1) {
+    RepairOptions options;
     options.min_scaled_jacobian = bound;
-    options.strategy = strategy;
+    options.method = method;
     return relax(judged(p), options, Execution{threads}).value();
 }
 
 /// Every node lies between the middle of its chord and its place in the proposal, and what the result says of it is
 /// true.
 template <int D>
-void check_nodes(const Planned<D>& p, const Relaxation<D>& r) {
+void check_nodes(const Planned<D>& p, const Repaired<D>& r) {
     const Proposal<D>& result = r.judged.proposal();
     std::size_t volume = 0;
     std::size_t surface = 0;
@@ -57,17 +57,17 @@ void check_nodes(const Planned<D>& p, const Relaxation<D>& r) {
         RC_ASSERT(result.changes[e] == (after == middle ? EdgeChange::straightened : EdgeChange::relaxed));
         RC_ASSERT(std::abs(distance(before, after) + distance(after, middle) - distance(before, middle)) < 1e-12);
     }
-    RC_ASSERT(r.relaxed_volume_edges == volume);
-    RC_ASSERT(r.relaxed_surface_edges == surface);
+    RC_ASSERT(r.statistics.moved_volume_nodes == volume);
+    RC_ASSERT(r.statistics.moved_surface_nodes == surface);
 }
 
 template <int D>
-void check_relaxation(const Planned<D>& p, RelaxStrategy strategy) {
+void check_relaxation(const Planned<D>& p, RepairMethod method) {
     const auto before = judged(p).validation();
-    const auto r = relaxed(p, strategy);
+    const auto r = relaxed(p, method);
     const Validation<D>& after = r.judged.validation();
     RC_ASSERT(after.all_valid());
-    RC_ASSERT(r.corrected_elements == before.invalid + before.undecided);
+    RC_ASSERT(r.statistics.corrected_elements == before.invalid + before.undecided);
     check_nodes(p, r);
     const auto again = validate(p.mesh, r.judged.proposal(), bound, Execution{1}).value().validation();
     RC_ASSERT(again.verdicts == after.verdicts);
@@ -76,14 +76,14 @@ void check_relaxation(const Planned<D>& p, RelaxStrategy strategy) {
 }
 
 template <int D>
-void test_ends_valid(RelaxStrategy strategy) {
+void test_ends_valid(RepairMethod method) {
     property(std::string("relax: ends valid and tells what it did, ") + std::to_string(D) + "D, " +
-                 (strategy == RelaxStrategy::shell ? "shell" : "paper"),
-             [strategy] {
+                 (method == RepairMethod::segment ? "shell" : "paper"),
+             [method] {
                  auto random = random_source();
                  const double volume = uniform(random, 0, 0.6);
                  const double surface = uniform(random, 0, 0.4);
-                 check_relaxation(planned<D>(random, D == 2 ? 8 : 3, volume, surface), strategy);
+                 check_relaxation(planned<D>(random, D == 2 ? 8 : 3, volume, surface), method);
              },
              {D == 2 ? 40 : 20});
 }
@@ -95,14 +95,14 @@ void test_surface_spared() {
              [] {
                  auto random = random_source();
                  const auto p = planned<D>(random, D == 2 ? 8 : 3, uniform(random, 0, 0.4), 0.02);
-                 RC_ASSERT(relaxed(p, RelaxStrategy::shell).relaxed_surface_edges == 0);
-                 RC_ASSERT(relaxed(p, RelaxStrategy::paper).relaxed_surface_edges == 0);
+                 RC_ASSERT(relaxed(p, RepairMethod::segment).statistics.moved_surface_nodes == 0);
+                 RC_ASSERT(relaxed(p, RepairMethod::theta).statistics.moved_surface_nodes == 0);
              },
              {20});
 }
 
 template <int D>
-double kept(const Planned<D>& p, const Relaxation<D>& r) {
+double kept(const Planned<D>& p, const Repaired<D>& r) {
     double sum = 0;
     for (std::size_t e = 0; e < p.mesh.edges.size(); ++e)
         sum += distance(r.judged.proposal().mid_nodes[e].point, p.mesh.mid_nodes[e].point);
@@ -113,10 +113,10 @@ template <int D>
 void test_keeps_more() {
     std::mt19937_64 random(3);
     const auto p = planned<D>(random, D == 2 ? 20 : 6, 0.25, 0.1);
-    const auto shell = relaxed(p, RelaxStrategy::shell);
-    const auto paper = relaxed(p, RelaxStrategy::paper);
-    CHECK(shell.corrected_elements > 0);
-    CHECK(shell.relaxed_volume_edges < paper.relaxed_volume_edges);
+    const auto shell = relaxed(p, RepairMethod::segment);
+    const auto paper = relaxed(p, RepairMethod::theta);
+    CHECK(shell.statistics.corrected_elements > 0);
+    CHECK(shell.statistics.moved_volume_nodes < paper.statistics.moved_volume_nodes);
     CHECK(kept(p, shell) > kept(p, paper));
 }
 
@@ -124,9 +124,9 @@ template <int D>
 void test_threads() {
     std::mt19937_64 random(5);
     const auto p = planned<D>(random, D == 2 ? 30 : 7, 0.3, 0.2);
-    for (const auto strategy : {RelaxStrategy::shell, RelaxStrategy::paper}) {
-        const auto one = relaxed(p, strategy, 1);
-        const auto two = relaxed(p, strategy, 2);
+    for (const auto method : {RepairMethod::segment, RepairMethod::theta}) {
+        const auto one = relaxed(p, method, 1);
+        const auto two = relaxed(p, method, 2);
         CHECK(one.judged == two.judged);
     }
 }
@@ -134,10 +134,10 @@ void test_threads() {
 }  // namespace
 
 TEST_CASE("relax ends with a valid mesh") {
-    test_ends_valid<2>(RelaxStrategy::shell);
-    test_ends_valid<2>(RelaxStrategy::paper);
-    test_ends_valid<3>(RelaxStrategy::shell);
-    test_ends_valid<3>(RelaxStrategy::paper);
+    test_ends_valid<2>(RepairMethod::segment);
+    test_ends_valid<2>(RepairMethod::theta);
+    test_ends_valid<3>(RepairMethod::segment);
+    test_ends_valid<3>(RepairMethod::theta);
 }
 
 TEST_CASE("relax spares surface edges") {
@@ -158,11 +158,11 @@ TEST_CASE("relax does not depend on threads") {
 TEST_CASE("relax leaves a valid mesh alone") {
     std::mt19937_64 random(2);
     const auto p = planned<3>(random, 3, 0.02, 0.02);
-    const auto r = relaxed(p, RelaxStrategy::shell);
+    const auto r = relaxed(p, RepairMethod::segment);
     CHECK(r.judged.proposal() == p.proposal);
-    CHECK(r.corrected_elements == 0);
-    CHECK(r.relaxed_volume_edges == 0);
-    CHECK(r.relaxed_surface_edges == 0);
+    CHECK(r.statistics.corrected_elements == 0);
+    CHECK(r.statistics.moved_volume_nodes == 0);
+    CHECK(r.statistics.moved_surface_nodes == 0);
 }
 
 TEST_CASE("relax tells what it cannot mend") {
@@ -175,8 +175,8 @@ TEST_CASE("relax tells what it cannot mend") {
     auto edges = take(p.mesh.edges.of_elements);
     std::swap(edges[9][1], edges[9][2]);
     p.mesh.edges.of_elements = edges;
-    for (const auto strategy : {RelaxStrategy::shell, RelaxStrategy::paper}) {
-        const auto r = relaxed(p, strategy);
+    for (const auto method : {RepairMethod::segment, RepairMethod::theta}) {
+        const auto r = relaxed(p, method);
         CHECK(r.judged.validation().invalid == 1);
         CHECK(r.judged.validation().straight_inverted == 1);
         CHECK(r.judged.validation().verdicts[9] == Verdict::invalid);
@@ -186,13 +186,13 @@ TEST_CASE("relax tells what it cannot mend") {
 TEST_CASE("relax: options out of range") {
     std::mt19937_64 random(2);
     const auto p = planned<2>(random, 3, 0.5, 0);
-    const auto refused = [&](RelaxOptions options) {
+    const auto refused = [&](RepairOptions options) {
         const auto r = relax(judged(p), options, Execution{1});
         REQUIRE_FALSE(r.has_value());
         CHECK(r.error().kind == ErrorKind::usage);
         return r.error().what;
     };
-    RelaxOptions options;
+    RepairOptions options;
     options.theta = 1;
     CHECK(refused(options) == "theta must be above 0 and below 1, got 1");
     options = {};

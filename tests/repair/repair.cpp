@@ -122,7 +122,7 @@ void laws(const std::array<int, D>& cells) {
                  const auto before = thrown(b, seed + 2, dice.uniform(0.1, 0.4));
                  RepairOptions options;
                  options.min_scaled_jacobian = dice.below(2) == 0 ? 1e-12 : 0.1;
-                 options.scope = dice.below(4) == 0 ? RepairScope::edges : RepairScope::cavities;
+                 options.method = dice.below(4) == 0 ? RepairMethod::edge : RepairMethod::cavity;
                  const auto first = must(validate(b.mesh, before, options.min_scaled_jacobian, alone)).validation();
                  const auto r = repaired(b, before, options);
                  const Proposal<D>& after = r.judged.proposal();
@@ -144,9 +144,9 @@ void laws(const std::array<int, D>& cells) {
                      vertices += after.points[v] != b.mesh.linear.points[v];
                  RC_ASSERT(r.statistics.corrected_elements == corrected);
                  RC_ASSERT(r.statistics.moved_volume_nodes == moved);
-                 RC_ASSERT(r.statistics.relaxed_surface_nodes == surface);
+                 RC_ASSERT(r.statistics.moved_surface_nodes == surface);
                  RC_ASSERT(r.statistics.moved_vertices == vertices);
-                 if (options.scope == RepairScope::edges)
+                 if (options.method == RepairMethod::edge)
                      RC_ASSERT(surface == 0 && vertices == 0);
                  else
                      RC_ASSERT(again.all_valid());
@@ -158,8 +158,8 @@ template <int D>
 void loses_less(const std::array<int, D>& cells) {
     const auto b = shell_block<D>(cells, 3);
     const auto wanted = thrown(b, 4, 0.2);
-    RelaxOptions theta;
-    theta.strategy = RelaxStrategy::paper;
+    RepairOptions theta;
+    theta.method = RepairMethod::theta;
     theta.min_scaled_jacobian = 0.05;
     const auto judged = must(validate(b.mesh, wanted, 0.05, alone));
     CHECK(judged.validation().invalid > 0);
@@ -168,7 +168,7 @@ void loses_less(const std::array<int, D>& cells) {
     options.min_scaled_jacobian = 0.05;
     const auto mended = repaired(b, wanted, options);
     CHECK(mended.judged.validation().all_valid());
-    CHECK(mended.statistics.relaxed_surface_nodes == 0);
+    CHECK(mended.statistics.moved_surface_nodes == 0);
     CHECK(cost(b, wanted, mended.judged.proposal()) < cost(b, wanted, relaxed.judged.proposal()));
 }
 

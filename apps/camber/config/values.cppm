@@ -253,14 +253,6 @@ enum class Objective : std::uint8_t { energy, length, shape };
     return words_of(Word{Objective::energy, word_of(EdgeObjectiveKind::energy)},
                     Word{Objective::length, word_of(EdgeObjectiveKind::length)}, Word{Objective::shape, "shape"});
 }
-/// What mends elements: `repair` of camber.cavity with cavities or with edges alone, or `relax` of camber.validity with
-/// either strategy.
-enum class Repair : std::uint8_t { cavity, edge, segment, relax };
-[[nodiscard]] constexpr auto words(Repair) {
-    return words_of(Word{Repair::cavity, "cavity"}, Word{Repair::edge, "edge"}, Word{Repair::segment, "segment"},
-                    Word{Repair::relax, "relax"});
-}
-
 struct Elevate {
     friend bool operator==(const Elevate&, const Elevate&) = default;
 };
@@ -285,36 +277,7 @@ struct Validate {
     [[nodiscard]] static constexpr auto options() { return std::tuple(bound_option<Validate>()); }
     friend bool operator==(const Validate&, const Validate&) = default;
 };
-/// The options of `relax` in camber.validity, of which `repair` in camber.cavity takes the bound and the target too,
-/// and what that one has beyond; `repair` chooses between the two. The strategy is that of `repair`: see
-/// relax_options().
-struct Relax : RelaxOptions {
-    Repair repair = Repair::cavity;
-    double boundary_tolerance = RepairOptions{}.surface_tolerance;
-    VertexMoves vertices = RepairOptions{}.vertices;
-    double effort = RepairOptions{}.effort;
-
-    [[nodiscard]] static constexpr auto options() {
-        return std::tuple(
-            option("repair", &Relax::repair,
-                   "cavity: the nodes of an element together, else one edge, then larger cavities, then vertices; "
-                   "edge: one node at a time, nearest to where it is wanted; segment: the same towards the middle of "
-                   "the chord, each as little as its elements need; relax: each edge of an invalid element by theta, "
-                   "as in the paper"),
-            option_of(&RelaxOptions::target),
-            option("boundary_tolerance", &Relax::boundary_tolerance,
-                   "of a mesh that was read with its curves: how far the node of a boundary edge may move where "
-                   "nothing else helps; 0: the boundary stays as it is. After curve, such nodes may always go back to "
-                   "their chords")
-                .unit("model units")
-                .at_least(0),
-            option_of(&RepairOptions::vertices).as(&Relax::vertices),
-            option_of(&RepairOptions::effort).as(&Relax::effort), option_of(&RelaxOptions::theta),
-            option_of(&RelaxOptions::max_corrections), option_of(&RelaxOptions::min_scaled_jacobian));
-    }
-    friend bool operator==(const Relax&, const Relax&) = default;
-};
-static_assert(lists_all_of<Relax, RelaxOptions>());
+using Relax = RepairOptions;
 struct Commit {
     friend bool operator==(const Commit&, const Commit&) = default;
 };

@@ -12,7 +12,6 @@ import camber.config;
 import camber.io;
 import camber.repair;
 import :memory;
-import :mend;
 import :plan;
 
 namespace camber::run {
@@ -43,7 +42,7 @@ PlanSize size_of(const QuadraticMesh<D>& m) {
 /// What a stage may spend on what it repairs; empty for stages that repair nothing by programmes.
 std::string repair_limit(const config::Stage& stage, int threads) {
     const auto* relax = std::get_if<config::Relax>(&stage);
-    if (!relax || !needs_models(relax->repair)) return {};
+    if (!relax || !needs_models(relax->method)) return {};
     constexpr double seconds_of_work = 5e-5;  // measured on one core
     const auto seconds = [&](std::size_t elements) {
         return allowed_work(elements, relax->effort) * seconds_of_work / (threads > 0 ? threads : 1);

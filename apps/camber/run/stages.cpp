@@ -22,7 +22,6 @@ import camber.programmes;
 import camber.curving;
 import camber.repair;
 import :measures;
-import :mend;
 import :report;
 import :stages;
 import :state;
@@ -90,12 +89,8 @@ Outcome<Column<QuadraticModel<D>>> models_of(const State<D>& state, const Execut
     auto around =
         state.shells ? Outcome<Incidence<ElementId>>(*state.shells) : shells(state.quadratic()->edges, execution);
     if (!around) return fail(around.error());
-    Column<LagrangeNode<D>> wanted = state.curved ? state.curved->proposal.mid_nodes : state.proposal->mid_nodes;
-    if (state.adopted) {
-        auto own = own_wishes(*state.judged, *around, execution);
-        if (!own) return fail(own.error());
-        wanted = std::move(*own);
-    }
+    if (state.adopted && !state.back) return own_models(*state.judged, *around, execution);
+    const Column<LagrangeNode<D>>& wanted = state.curved ? state.curved->proposal.mid_nodes : state.proposal->mid_nodes;
     auto models = state.back
                       ? edge_models(*state.quadratic(), wanted, *state.validation, *around, *state.back, execution)
                       : implied_edge_models(*state.quadratic(), wanted, *around, execution);
@@ -170,18 +165,13 @@ ValidityReport validity_report(const Validation<D>& v) {
         v.bound, v.invalid, v.undecided, v.straight_inverted, v.smallest, v.worst.valid() ? v.worst.index() + 1 : 0};
 }
 
-/// What the cavities' relaxations came to, in the figures of a relaxation of the whole.
-template <int D>
-RelaxReport relax_report(const Validation<D>& wanted, const Validation<D>& now, const Reinserted<D>& done,
-                         config::Repair repair) {
-    RelaxReport r{.repair = std::string(word_of(repair))};
-    for (std::size_t e = 0; e < now.verdicts.size(); ++e)
-        r.corrected_elements += wanted.verdicts[e] != Verdict::valid && now.verdicts[e] == Verdict::valid;
-    for (std::size_t e = 0; e < done.proposal.mid_nodes.size(); ++e) {
-        if (done.proposal.mid_nodes[e] == done.wanted.proposal.mid_nodes[e]) continue;
-        ++(done.proposal.kinds[e] == EdgeKind::volume ? r.relaxed_volume_edges : r.relaxed_surface_edges);
-    }
-    return r;
+void add(const RepairStatistics& s, RepairMethod method, RelaxReport& sum) {
+    sum.repair = word_of(method);
+    sum.corrected_elements += s.corrected_elements;
+    sum.relaxed_volume_edges += s.moved_volume_nodes;
+    sum.relaxed_surface_edges += s.moved_surface_nodes;
+    sum.moved_vertices += s.moved_vertices;
+    sum.work += s.work;
 }
 
 template <int D>
@@ -341,27 +331,28 @@ Outcome<State<D>> relax_stage(State<D> state, const config::Relax& options, Repo
         state = std::move(*validated);
     }
     Column<QuadraticModel<D>> models;
-    if (needs_models(options.repair)) {
+    if (needs_models(options.method)) {
         auto made = models_of(state, execution);
         if (!made) return fail(made.error());
         models = std::move(*made);
     }
-    auto mended =
-        (state.boundary_is_given() ? mend_within<D> : mend_or_straighten<D>)(*state.judged, models, options, execution);
-    if (!mended) return fail(mended.error());
+    const bool keeps_boundary = state.boundary_is_given();
+    auto repaired =
+        (keeps_boundary ? repair_within<D> : repair_or_straighten<D>)(*state.judged, models, options, execution);
+    if (!repaired) return fail(repaired.error());
     // After the cavities' own relaxation: what both did.
     RelaxReport& sum = report.relax ? *report.relax : report.relax.emplace();
-    sum.repair = word_of(options.repair);
-    sum.corrected_elements += mended->corrected_elements;
-    sum.relaxed_volume_edges += mended->moved_volume_nodes;
-    sum.relaxed_surface_edges += mended->moved_surface_nodes;
-    sum.moved_vertices += mended->moved_vertices;
-    if (state.boundary_is_given())
-        report.kept_boundary = kept_boundary(*state.quadratic(), mended->judged.proposal(), options.boundary_tolerance);
-    report.remaining = state.boundary_is_given() ? remaining(*mended) : remaining_but_for_shape(*mended);
-    sum.work += mended->work;
-    sum.given_up += mended->given_up.size();
-    enter(std::move(mended->judged), state, report);
+    add(repaired->statistics, options.method, sum);
+    sum.given_up += repaired->given_up.size();
+    if (keeps_boundary) {
+        const auto shift = boundary_shift(*state.quadratic(), repaired->judged.proposal());
+        report.kept_boundary = KeptBoundaryReport{options.boundary_tolerance, shift.moved_nodes, shift.largest,
+                                                  shift.largest_relative};
+    }
+    report.remaining.clear();
+    for (auto& [element, reason] : keeps_boundary ? remaining(*repaired) : remaining_but_for_shape(*repaired))
+        report.remaining.push_back({element.index() + 1, std::move(reason)});
+    enter(std::move(repaired->judged), state, report);
     return state;
 }
 
@@ -391,7 +382,7 @@ Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options
     auto boundary = wanted_boundary(state, report, execution);
     if (!boundary) return fail(boundary.error());
     const auto kinds = held_kinds(*state.quadratic(), state.features->edge_kinds, state.required);
-    const ReinsertAllOptions all{{edge_options(options.curve), relax_options(options.relax)}, options.max_turns};
+    const ReinsertAllOptions all{{edge_options(options.curve), options.relax}, options.max_turns};
     const auto begin = std::chrono::steady_clock::now();
     auto done = reinsert_all(*state.quadratic(), kinds, Column<LagrangeNode<D>>(std::move(*boundary)), *state.back, all,
                              execution);
@@ -401,21 +392,22 @@ Outcome<State<D>> reinsert_stage(State<D> state, const config::Reinsert& options
     const auto judged = validate(*state.quadratic(), done->wanted.proposal, bound, execution);
     if (!judged) return fail(judged.error());
     const Validation<D>& wanted = judged->validation();
-    auto validation = validate(done->mesh, bound, execution);
-    if (!validation) return fail(validation.error());
+    const auto now = validate(*state.quadratic(), done->proposal, bound, execution);
+    if (!now) return fail(now.error());
 
     report.curve = curve_report(*state.quadratic(), done->wanted, seconds.count());
     report.validity_before = validity_report(wanted);
     state.first_validation = wanted;
-    const bool by_theta = options.relax.repair == config::Repair::relax;
-    report.relax = relax_report(wanted, *validation, *done, by_theta ? config::Repair::relax : config::Repair::segment);
+    const bool by_theta = options.relax.method == RepairMethod::theta;
+    add(changes_between(*judged, *now), by_theta ? RepairMethod::theta : RepairMethod::segment,
+        report.relax.emplace());
     const ReinsertStatistics& s = done->statistics;
     report.reinsert = ReinsertReport{s.turns, s.rounds, s.patches, s.not_valid, s.no_gain};
     if (s.left > 0)
         report.notices.push_back(std::to_string(s.left) + " vertices could have another turn: max_turns ended it");
     state.mesh = std::move(done->mesh);
     state.propose(std::move(done->proposal));
-    enter(std::move(*validation), state, report);
+    enter(now->validation(), state, report);
     report.committed = true;
     state.curved = std::move(done->wanted);
     return state;

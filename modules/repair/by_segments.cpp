@@ -10,7 +10,8 @@ module;
 #include <utility>
 #include <vector>
 module camber.repair;
-import :nodewise;
+import :trial;
+import :moved_mesh;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -41,16 +42,16 @@ struct Swept {
 };
 
 template <int D>
-std::vector<Swept<D>> swept_shell(const Repair<D>& repair, EdgeId edge, const LagrangeNode<D>& from,
+std::vector<Swept<D>> swept_shell(const Trial<D>& trial, EdgeId edge, const LagrangeNode<D>& from,
                                   const LagrangeNode<D>& to) {
     std::vector<Swept<D>> shell;
-    for (const ElementId e : repair.shells[edge]) {
-        Swept<D> s{e, repair.valid(e), jacobian_with(repair, e, edge, from), jacobian_with(repair, e, edge, to), 1, 0,
+    for (const ElementId e : trial.state.shells[edge]) {
+        Swept<D> s{e, trial.valid(e), jacobian_with(trial, e, edge, from), jacobian_with(trial, e, edge, to), 1, 0,
                    0};
         s.scale = std::max(scale_of(s.at_0), scale_of(s.at_1));
         s.least_at_1 = *std::min_element(s.at_1.coefficients.begin(), s.at_1.coefficients.end()) / s.scale;
         s.least_needed =
-            repair.options.min_scaled_jacobian * (1 + 0x1p-40) + 4 * std::max(s.at_0.error, s.at_1.error) / s.scale;
+            trial.state.options.min_scaled_jacobian * (1 + 0x1p-40) + 4 * std::max(s.at_0.error, s.at_1.error) / s.scale;
         shell.push_back(s);
     }
     return shell;
@@ -79,8 +80,8 @@ constexpr std::array<Demand, 4> demands{{{true, true}, {false, true}, {true, fal
 
 /// Valid elements keep their coefficients, or the target where they have more.
 template <int D>
-double floor_of(const Repair<D>& repair, const Swept<D>& s, ElementId e, Demand demand) {
-    const double target = std::max(repair.options.target, s.least_needed);
+double floor_of(const Trial<D>& trial, const Swept<D>& s, ElementId e, Demand demand) {
+    const double target = std::max(trial.state.options.target, s.least_needed);
     if (s.valid) return std::min(target, s.least_at_1);
     if (demand.whole_shell || s.element == e) return demand.to_target ? target : s.least_needed;
     return s.least_at_1;
@@ -98,22 +99,22 @@ struct Candidate {
 
 /// How much of the edge's curvature a step to θ takes.
 template <int D>
-double loss(const Repair<D>& repair, EdgeId edge, double theta) {
-    return (1 - theta) * distance(repair.nodes[edge.index()].point, repair.middle(edge).point) / repair.length(edge);
+double loss(const Trial<D>& trial, EdgeId edge, double theta) {
+    return (1 - theta) * distance(trial.node(edge).point, trial.middle(edge).point) / trial.length(edge);
 }
 
 /// The farthest θ that mends the element, by the first demand that can be met.
 template <int D>
-std::optional<Candidate> mending_candidate(const Repair<D>& repair, ElementId e, EdgeId edge,
+std::optional<Candidate> mending_candidate(const Trial<D>& trial, ElementId e, EdgeId edge,
                                            std::span<const Demand> allowed) {
-    const auto shell = swept_shell(repair, edge, repair.middle(edge), repair.nodes[edge.index()]);
+    const auto shell = swept_shell(trial, edge, trial.middle(edge), trial.node(edge));
     std::vector<AffineConstraint> constraints;
     double rank = 0;
     for (const Demand demand : allowed) {
         constraints.clear();
-        for (const auto& s : shell) append(s, floor_of(repair, s, e, demand), constraints);
+        for (const auto& s : shell) append(s, floor_of(trial, s, e, demand), constraints);
         if (const auto interval = feasible(constraints))
-            return Candidate{edge, interval->high, rank, loss(repair, edge, interval->high)};
+            return Candidate{edge, interval->high, rank, loss(trial, edge, interval->high)};
         ++rank;
     }
     return {};
@@ -121,21 +122,21 @@ std::optional<Candidate> mending_candidate(const Repair<D>& repair, ElementId e,
 
 /// Σ over elements that are not valid and their coefficients of what is missing to the target.
 template <int D>
-double missing(const Repair<D>& repair, const BoundedJacobian<D>& j) {
+double missing(const Trial<D>& trial, const BoundedJacobian<D>& j) {
     double sum = 0;
-    for (const double c : j.coefficients) sum += std::max(0.0, repair.options.target - c / scale_of(j));
+    for (const double c : j.coefficients) sum += std::max(0.0, trial.state.options.target - c / scale_of(j));
     return sum;
 }
 
 /// The θ with the largest smallest coefficient of the elements that are not valid, while the valid ones hold.
 template <int D>
-std::optional<Candidate> helping_candidate(const Repair<D>& repair, EdgeId edge) {
-    const LagrangeNode<D> middle = repair.middle(edge);
-    const auto shell = swept_shell(repair, edge, middle, repair.nodes[edge.index()]);
+std::optional<Candidate> helping_candidate(const Trial<D>& trial, EdgeId edge) {
+    const LagrangeNode<D> middle = trial.middle(edge);
+    const auto shell = swept_shell(trial, edge, middle, trial.node(edge));
     std::vector<AffineConstraint> kept, raised;
     for (const auto& s : shell) {
         if (s.valid)
-            append(s, floor_of(repair, s, s.element, demands[0]), kept);
+            append(s, floor_of(trial, s, s.element, demands[0]), kept);
         else
             append_moving(s, raised);
     }
@@ -145,11 +146,11 @@ std::optional<Candidate> helping_candidate(const Repair<D>& repair, EdgeId edge)
     if (!(theta < 1)) return {};
     double before = 0;
     double after = 0;
-    const LagrangeNode<D> there = repair.towards_middle(edge, theta);
+    const LagrangeNode<D> there = trial.towards_middle(edge, theta);
     for (const auto& s : shell) {
         if (s.valid) continue;
-        before += missing(repair, s.at_1);
-        after += missing(repair, jacobian_with(repair, s.element, edge, there));
+        before += missing(trial, s.at_1);
+        after += missing(trial, jacobian_with(trial, s.element, edge, there));
     }
     // Steps that hardly help are not worth the curvature.
     if (!(after < 0.95 * before)) return {};
@@ -158,37 +159,37 @@ std::optional<Candidate> helping_candidate(const Repair<D>& repair, EdgeId edge)
 
 /// Moves the node there unless that breaks a valid element.
 template <int D>
-bool try_candidate(Repair<D>& repair, const Candidate& candidate, ElementId must_be_valid) {
+bool try_candidate(Trial<D>& trial, const Candidate& candidate, ElementId must_be_valid) {
     Changes<D> changes;
-    move_node(repair, candidate.edge, repair.towards_middle(candidate.edge, candidate.theta), changes);
-    check_shells(repair, std::span(&candidate.edge, 1), changes);
-    const bool good = changes.broken.empty() && (!must_be_valid.valid() || repair.valid(must_be_valid));
-    if (!good) undo(repair, changes);
+    move_node(trial, candidate.edge, trial.towards_middle(candidate.edge, candidate.theta), changes);
+    check_shells(trial, std::span(&candidate.edge, 1), changes);
+    const bool good = changes.broken.empty() && (!must_be_valid.valid() || trial.valid(must_be_valid));
+    if (!good) undo(trial, changes);
     return good;
 }
 
 template <int D, class Propose>
-bool try_best(Repair<D>& repair, ElementId e, EdgeGroup group, ElementId must_be_valid, Propose&& propose) {
+bool try_best(Trial<D>& trial, ElementId e, EdgeGroup group, ElementId must_be_valid, Propose&& propose) {
     std::vector<Candidate> candidates;
-    for (const EdgeId edge : loose_edges(repair, e, group))
+    for (const EdgeId edge : loose_edges(trial, e, group))
         if (const auto candidate = propose(edge)) candidates.push_back(*candidate);
     std::sort(candidates.begin(), candidates.end());
     for (const Candidate& candidate : candidates)
-        if (try_candidate(repair, candidate, must_be_valid)) return true;
+        if (try_candidate(trial, candidate, must_be_valid)) return true;
     return false;
 }
 
 }  // namespace
 
 template <int D>
-bool mend(Repair<D>& repair, ElementId e, EdgeGroup group, Steps steps) {
+bool mend(Trial<D>& trial, ElementId e, EdgeGroup group, Steps steps) {
     bool moved = false;
-    for (int turn = 0; turn < 2 * edges_per_simplex<D> && !repair.valid(e); ++turn) {
+    for (int turn = 0; turn < 2 * edges_per_simplex<D> && !trial.valid(e); ++turn) {
         const auto allowed = std::span(demands).first(steps == Steps::to_target ? 2 : 4);
-        const auto mending = [&](EdgeId edge) { return mending_candidate(repair, e, edge, allowed); };
-        const auto helping = [&](EdgeId edge) { return helping_candidate(repair, edge); };
-        if (!try_best(repair, e, group, e, mending) &&
-            (steps != Steps::helping || !try_best(repair, e, group, ElementId{}, helping)))
+        const auto mending = [&](EdgeId edge) { return mending_candidate(trial, e, edge, allowed); };
+        const auto helping = [&](EdgeId edge) { return helping_candidate(trial, edge); };
+        if (!try_best(trial, e, group, e, mending) &&
+            (steps != Steps::helping || !try_best(trial, e, group, ElementId{}, helping)))
             break;
         moved = true;
     }
@@ -196,29 +197,29 @@ bool mend(Repair<D>& repair, ElementId e, EdgeGroup group, Steps steps) {
 }
 
 template <int D>
-bool put_back(Repair<D>& repair, EdgeId edge) {
-    const LagrangeNode<D> from = repair.nodes[edge.index()];
-    const LagrangeNode<D> to = repair.originals.at(edge);
+bool put_back(Trial<D>& trial, EdgeId edge) {
+    const LagrangeNode<D> from = trial.node(edge);
+    const LagrangeNode<D> to = trial.state.moved.nodes.base()[edge];
     if (from == to) return false;
     std::vector<AffineConstraint> constraints;
-    for (const auto& s : swept_shell(repair, edge, from, to)) {
+    for (const auto& s : swept_shell(trial, edge, from, to)) {
         const double now = *std::min_element(s.at_0.coefficients.begin(), s.at_0.coefficients.end()) / s.scale;
-        append(s, std::min(now, std::max(repair.options.target, s.least_needed)), constraints);
+        append(s, std::min(now, std::max(trial.state.options.target, s.least_needed)), constraints);
     }
     const auto interval = feasible(constraints);
     if (!interval || interval->high < 0.01) return false;
     const LagrangeNode<D> there =
         interval->high < 1 ? LagrangeNode<D>{from.point + interval->high * (to.point - from.point)} : to;
     Changes<D> changes;
-    move_node(repair, edge, there, changes);
-    check_shells(repair, std::span(&edge, 1), changes);
-    if (!changes.broken.empty()) undo(repair, changes);
+    move_node(trial, edge, there, changes);
+    check_shells(trial, std::span(&edge, 1), changes);
+    if (!changes.broken.empty()) undo(trial, changes);
     return changes.broken.empty();
 }
 
-template bool mend<2>(Repair<2>&, ElementId, EdgeGroup, Steps);
-template bool mend<3>(Repair<3>&, ElementId, EdgeGroup, Steps);
-template bool put_back<2>(Repair<2>&, EdgeId);
-template bool put_back<3>(Repair<3>&, EdgeId);
+template bool mend<2>(Trial<2>&, ElementId, EdgeGroup, Steps);
+template bool mend<3>(Trial<3>&, ElementId, EdgeGroup, Steps);
+template bool put_back<2>(Trial<2>&, EdgeId);
+template bool put_back<3>(Trial<3>&, EdgeId);
 
 }  // namespace camber

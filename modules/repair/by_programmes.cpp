@@ -5,8 +5,13 @@ module;
 #include <cstdint>
 #include <utility>
 #include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
 module camber.repair;
 import :held_vertices;
+import :by_programmes;
+import :moved_mesh;
 import :rounds;
 import :state;
 import camber.core;
@@ -28,16 +33,6 @@ constexpr double most_of_work = 0.5;
 constexpr std::size_t most_passes = 14;
 /// Elements with an edge that costs less of its length return by single edges only.
 constexpr double costly = 1e-3;
-
-template <int D>
-Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std::size_t models,
-                    const RepairOptions& options) {
-    const std::size_t edges = mesh.edges.size();
-    if (proposal.mid_nodes.size() != edges || proposal.kinds.size() != edges || proposal.changes.size() != edges ||
-        models != edges)
-        return fail(ErrorKind::internal, "the proposal or the models have another number of edges than the mesh");
-    return check_limits(options);
-}
 
 /// The passes of a repair over the elements that are not good enough yet, the queue.
 template <int D>
@@ -62,34 +57,34 @@ struct Passes {
     /// this spoils is mended as before, or stays as it was.
     [[nodiscard]] Outcome<Done> by_extension(double bound) {
         const Execution quiet = without_progress(execution);
-        auto extended =
-            extend_boundary(state.mesh, state.kinds, Column<LagrangeNode<D>>(state.nodes), state.shells, {}, quiet);
+        auto extended = extend_boundary(state.mesh(), state.kinds, state.moved.nodes.column(), state.shells, {}, quiet);
         if (!extended) return fail(extended.error());
         // It is of the mesh's own vertices, some of which may have moved.
-        for (std::size_t e = 0; e < state.nodes.size(); ++e) {
-            const auto& [a, b] = state.mesh.edges.vertices[e];
-            extended->nodes[e].point += 0.5 * (state.shifts[a.index()] + state.shifts[b.index()]);
-        }
+        for (std::size_t e = 0; e < extended->nodes.size(); ++e)
+            extended->nodes[e].point += state.moved.shift(EdgeId(e));
         Passes trial{state, {}, quiet};
-        apply(trial.state, plan_extension(state, queue, extended->nodes, bound));
-        for (std::size_t e = 0; e < state.verdicts.size(); ++e)
-            if (trial.state.verdicts[e] != Verdict::valid) trial.queue.push_back(ElementId(e));
+        const auto moves = plan_extension(state, queue, Column<LagrangeNode<D>>(std::move(extended->nodes)), bound);
+        trial.state.moved.apply(moves);
+        trial.queue = queue;
+        for (const auto& [element, verdict] : moves.verdicts) trial.queue.push_back(element);
+        trial.queue |= ranges::actions::sort | ranges::actions::unique;
+        std::erase_if(trial.queue, [&](ElementId e) { return trial.state.good(e); });
         auto done = trial.by_cavities({Reach::Moves::volume_nodes, 0}, state.options.target);
         if (done) done = trial.by_edges();
         if (!done) return done;
         state.work_left = trial.state.work_left;
         state.work = trial.state.work;
         cut_short = cut_short || trial.cut_short;
-        const auto plan = plan_towards(state, trial.state.nodes);
+        const auto plan = plan_towards(state, trial.state.moved.nodes);
         const auto mended = [&](const auto& v) { return v.second == Verdict::valid && !state.good(v.first); };
-        if (std::ranges::any_of(plan.verdicts, mended)) apply(state, plan);
+        if (std::ranges::any_of(plan.verdicts, mended)) state.moved.apply(plan);
         return finish(Done{});
     }
     /// Nodes that are off their places come as near as they may, one at a time.
     [[nodiscard]] Outcome<Done> returns() {
         std::vector<EdgeId> edges;
-        for (std::size_t e = 0; e < state.nodes.size(); ++e)
-            if (state.kinds[e] == EdgeKind::volume && state.nodes[e].point != state.models[e].centre)
+        for (std::size_t e = 0; e < state.kinds.size(); ++e)
+            if (state.kinds[e] == EdgeKind::volume && state.moved.nodes[EdgeId(e)].point != state.models[e].centre)
                 edges.push_back(EdgeId(e));
         const auto claim = [&](EdgeId e) {
             return std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end());
@@ -100,8 +95,8 @@ struct Passes {
     /// And those of an element together, where one of them costs much.
     [[nodiscard]] Outcome<Done> joint_returns() {
         std::vector<ElementId> elements;
-        for (std::size_t e = 0; e < state.verdicts.size(); ++e)
-            if (std::ranges::any_of(state.mesh.edges.of_elements[e], [&](EdgeId edge) { return is_costly(edge); }))
+        for (std::size_t e = 0; e < state.mesh().linear.elements.size(); ++e)
+            if (std::ranges::any_of(state.mesh().edges.of_elements[e], [&](EdgeId edge) { return is_costly(edge); }))
                 elements.push_back(ElementId(e));
         const auto claim = [&](ElementId e) { return repair_cavity(state, e, Reach{}).elements; };
         return while_moving(std::move(elements), most_joint_turns, claim, [&](ElementId e, double most_work) {
@@ -111,7 +106,7 @@ struct Passes {
 
   private:
     [[nodiscard]] bool is_costly(EdgeId edge) const {
-        return state.kinds[edge] == EdgeKind::volume && state.model(edge)(state.nodes[edge.index()].point) > costly;
+        return state.kinds[edge] == EdgeKind::volume && state.model(edge)(state.moved.nodes[edge].point) > costly;
     }
     Outcome<Done> finish(Outcome<Done> done) {
         std::erase_if(queue, [&](ElementId e) { return state.good(e); });
@@ -144,16 +139,16 @@ struct Passes {
     template <class Item, class Claim, class Plan>
     Outcome<Done> while_moving(std::vector<Item> items, int most_turns, Claim&& claim, Plan&& plan) {
         for (int turn = 0; turn < most_turns && !items.empty(); ++turn) {
-            std::vector<std::uint8_t> near(state.mesh.linear.elements.size(), 0);
+            SparseSet<ElementId> near;
             const auto mark = [&](const Item& item, const Planned<D>& planned) {
                 if (!planned.plan) return;
-                for (const ElementId e : claim(item)) near[e.index()] = 1;
+                for (const ElementId e : claim(item)) near.insert(e);
             };
             const Execution share = next_pass(static_cast<std::size_t>(turn), static_cast<std::size_t>(most_turns));
             auto done = in_rounds(state, items, share, [](const Item&) { return false; }, claim, plan, mark);
             if (!done) return done;
             std::erase_if(items, [&](const Item& item) {
-                return std::ranges::none_of(claim(item), [&](ElementId e) { return near[e.index()] != 0; });
+                return std::ranges::none_of(claim(item), [&](ElementId e) { return near.contains(e); });
             });
         }
         return Done{};
@@ -164,7 +159,7 @@ template <int D>
 Outcome<Done> run(Passes<D>& passes, RepairStatistics& s) {
     using Moves = Reach::Moves;
     const RepairOptions& options = passes.state.options;
-    const bool with_cavities = options.scope == RepairScope::cavities;
+    const bool with_cavities = options.method == RepairMethod::cavity;
     Outcome<Done> done = Done{};
     const auto counted = [&](std::size_t& counter, auto&& pass) {
         if (!done || passes.queue.empty()) return;
@@ -198,104 +193,57 @@ Outcome<Done> run(Passes<D>& passes, RepairStatistics& s) {
 
 /// The state as a proposal, judged as a whole.
 template <int D>
-Outcome<Repaired<D>> summed_up(RepairState<D> state, bool cut_short, const JudgedProposal<D>& wanted,
-                               RepairStatistics statistics, const Execution& execution) {
-    const Proposal<D>& before = wanted.proposal();
-    Buffer<EdgeChange> changes(before.changes.begin(), before.changes.end());
-    for (std::size_t e = 0; e < changes.size(); ++e) {
-        const auto& [a, b] = state.mesh.edges.vertices[e];
-        if (state.nodes[e] == before.mid_nodes[e]) continue;
-        const bool straight = state.nodes[e].point == midpoint(state.points[a.index()], state.points[b.index()]);
-        changes[e] = straight ? EdgeChange::straightened : EdgeChange::relaxed;
-        ++(state.kinds[e] == EdgeKind::volume ? statistics.moved_volume_nodes : statistics.relaxed_surface_nodes);
-    }
-    for (std::size_t v = 0; v < state.points.size(); ++v)
-        statistics.moved_vertices += state.points[v] != before.points[v];
-    Column<Vec<D>> points = statistics.moved_vertices > 0 ? Column<Vec<D>>(std::move(state.points)) : before.points;
-    auto judged = validate(wanted.mesh(),
-                           Proposal<D>{std::move(points), std::move(state.nodes), before.kinds, std::move(changes)},
-                           wanted.validation().bound, execution);
+Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, const JudgedProposal<D>& wanted,
+                               const RepairStatistics& passes, const Execution& execution) {
+    auto judged = validate(wanted.mesh(), state.moved.proposal(wanted.proposal()), wanted.validation().bound, execution);
     if (!judged) return fail(judged.error());
-    const auto& verdicts = wanted.validation().verdicts;
-    for (std::size_t e = 0; e < verdicts.size(); ++e)
-        statistics.corrected_elements +=
-            verdicts[e] != Verdict::valid && judged->validation().verdicts[e] == Verdict::valid;
-    std::vector<ElementId> given_up;
-    if (cut_short)
-        for (std::size_t e = 0; e < verdicts.size(); ++e)
-            if (judged->validation().verdicts[e] != Verdict::valid) given_up.emplace_back(e);
+    RepairStatistics statistics = changes_between(wanted, *judged);
     statistics.work = state.work;
+    statistics.by_edges = passes.by_edges;
+    statistics.by_cavities = passes.by_cavities;
+    statistics.by_extension = passes.by_extension;
+    statistics.by_vertices = passes.by_vertices;
+    statistics.by_surface = passes.by_surface;
+    std::vector<ElementId> given_up;
+    if (cut_short) given_up = elements_not_valid(judged->validation());
     return Repaired<D>{std::move(*judged), statistics, std::move(given_up)};
-}
-
-/// How far each vertex of the proposal is from where the mesh has it.
-template <int D>
-Buffer<Vec<D>> shifts_of(const LinearMesh<D>& mesh, const Proposal<D>& proposal) {
-    Buffer<Vec<D>> shifts(mesh.points.size());
-    for (std::size_t v = 0; v < shifts.size(); ++v) shifts[v] = proposal.points[v] - mesh.points[v];
-    return shifts;
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
-                            const RepairOptions& options, const Execution& execution) {
+Outcome<Repaired<D>> repair_by_programmes(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
+                                          const RepairOptions& options, const Execution& execution) {
     const QuadraticMesh<D>& mesh = wanted.mesh();
     const Proposal<D>& proposal = wanted.proposal();
-    if (auto fits = check(mesh, proposal, models.size(), options); !fits) return fail(fits.error());
-    if (wanted.validation().bound != options.min_scaled_jacobian) {
-        const auto again = validate(mesh, proposal, options.min_scaled_jacobian, execution);
-        if (!again) return fail(again.error());
-        return repair(*again, models, options, execution);
-    }
-    if (wanted.validation().all_valid()) return Repaired<D>{wanted, {}, {}};
+    const auto around = shells(mesh.edges, execution);
+    if (!around) return fail(around.error());
+    const auto vertex_balls = balls(mesh.linear, execution);
+    if (!vertex_balls) return fail(vertex_balls.error());
     const double most_work = std::min(allowed_work(wanted.validation().not_valid(), options.effort), options.most_work);
-    return guarded([&]() -> Outcome<Repaired<D>> {
-        const auto around = shells(mesh.edges, execution);
-        if (!around) return fail(around.error());
-        const auto vertex_balls = balls(mesh.linear, execution);
-        if (!vertex_balls) return fail(vertex_balls.error());
-        Passes<D> passes{{mesh, *around, *vertex_balls, models, options, proposal.kinds,
-                          held_vertices(mesh, proposal.kinds, options.vertices), take(proposal.points),
-                          shifts_of(mesh.linear, proposal), take(proposal.mid_nodes),
-                          take(wanted.validation().verdicts), most_work, 0},
-                         {},
-                         execution};
-        for (std::size_t e = 0; e < passes.state.verdicts.size(); ++e)
-            if (passes.state.verdicts[e] != Verdict::valid) passes.queue.push_back(ElementId(e));
-        RepairStatistics statistics;
-        if (auto done = run(passes, statistics); !done) return fail(done.error());
-        return summed_up(std::move(passes.state), passes.cut_short, wanted, statistics, execution);
-    });
+    Passes<D> passes{{MovedMesh<D>(wanted), *around, *vertex_balls, models, options, proposal.kinds,
+                      held_vertices(mesh, proposal.kinds, options.vertices), most_work, 0},
+                     elements_not_valid(wanted.validation()),
+                     execution};
+    RepairStatistics statistics;
+    if (auto done = run(passes, statistics); !done) return fail(done.error());
+    return judge_all(passes.state, passes.cut_short, wanted, statistics, execution);
 }
 
-template <int D>
-void apply(RepairState<D>& state, const RepairPlan<D>& plan) {
-    for (const auto& [edge, node] : plan.nodes) state.nodes[edge.index()] = node;
-    for (const auto& [vertex, point] : plan.points) {
-        state.shifts[vertex.index()] += point - state.points[vertex.index()];
-        state.points[vertex.index()] = point;
-    }
-    for (const auto& [element, verdict] : plan.verdicts) state.verdicts[element.index()] = verdict;
-}
-
-std::vector<std::size_t> independent(const Buffer<std::vector<ElementId>>& claims, std::vector<std::uint8_t>& claimed) {
+std::vector<std::size_t> independent(const Buffer<std::vector<ElementId>>& claims) {
     std::vector<std::size_t> chosen;
+    SparseSet<ElementId> claimed;
     for (std::size_t i = 0; i < claims.size(); ++i) {
-        if (std::ranges::any_of(claims[i], [&](ElementId e) { return claimed[e.index()] != 0; })) continue;
-        for (const ElementId e : claims[i]) claimed[e.index()] = 1;
+        if (std::ranges::any_of(claims[i], [&](ElementId e) { return claimed.contains(e); })) continue;
+        for (const ElementId e : claims[i]) claimed.insert(e);
         chosen.push_back(i);
     }
-    for (const std::size_t i : chosen)
-        for (const ElementId e : claims[i]) claimed[e.index()] = 0;
     return chosen;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                           \
-    template Outcome<Repaired<D>> repair<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&, \
-                                            const RepairOptions&, const Execution&);                    \
-    template void apply<D>(RepairState<D>&, const RepairPlan<D>&);
+#define CAMBER_INSTANTIATE(D)                                                                         \
+    template Outcome<Repaired<D>> repair_by_programmes<D>(                                            \
+        const JudgedProposal<D>&, const Column<QuadraticModel<D>>&, const RepairOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

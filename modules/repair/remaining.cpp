@@ -9,15 +9,12 @@ module;
 #include <vector>
 
 #include <fmt/format.h>
-module camber.run;
+module camber.repair;
 import camber.core;
 import camber.bezier;
-import camber.cavity;
 import camber.validity;
-import :mend;
-import :report;
 
-namespace camber::run {
+namespace camber {
 
 namespace {
 
@@ -146,54 +143,72 @@ std::string reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                        free == 1 ? "node" : std::to_string(free) + " nodes");
 }
 
-constexpr const char* spent = "; the work that may be spent is spent (stages/relax/effort)";
+constexpr const char* spent = "; the work that may be spent is spent (effort)";
 
 template <int D>
-bool is_given_up(const Mended<D>& mended, std::size_t e) {
-    return std::ranges::binary_search(mended.given_up, ElementId(e));
+bool is_given_up(const Repaired<D>& repaired, std::size_t e) {
+    return std::ranges::binary_search(repaired.given_up, ElementId(e));
 }
 
 }  // namespace
 
 template <int D>
-std::vector<RemainingReport> remaining(const Mended<D>& mended) {
-    const Proposal<D>& proposal = mended.judged.proposal();
-    const Validation<D>& validation = mended.judged.validation();
-    const QuadraticMesh<D> mesh = proposed(mended.judged.mesh(), proposal);
+std::vector<RemainingElement> remaining(const Repaired<D>& repaired) {
+    const Proposal<D>& proposal = repaired.judged.proposal();
+    const Validation<D>& validation = repaired.judged.validation();
+    const QuadraticMesh<D> mesh = proposed(repaired.judged.mesh(), proposal);
     const Folds<D> folds = find_folds<D>(mesh, proposal);
     const auto required = required_vertices(mesh.linear);
-    std::vector<RemainingReport> all;
+    std::vector<RemainingElement> all;
     all.reserve(validation.invalid + validation.undecided);
     for (std::size_t e = 0; e < validation.verdicts.size(); ++e) {
         if (validation.verdicts[e] == Verdict::valid) continue;
         std::string reason = required_of<D>(mesh, proposal, required, e);
         if (reason.empty()) reason = reason_of<D>(mesh, proposal, validation, folds, e);
-        if (is_given_up(mended, e)) reason += spent;
-        all.push_back({e + 1, std::move(reason)});
+        if (is_given_up(repaired, e)) reason += spent;
+        all.push_back({ElementId(e), std::move(reason)});
     }
     return all;
 }
 
 template <int D>
-std::vector<RemainingReport> remaining_but_for_shape(const Mended<D>& mended) {
-    const QuadraticMesh<D>& mesh = mended.judged.mesh();
+std::vector<RemainingElement> remaining_but_for_shape(const Repaired<D>& repaired) {
+    const QuadraticMesh<D>& mesh = repaired.judged.mesh();
     const auto required = required_vertices(mesh.linear);
-    const auto& verdicts = mended.judged.validation().verdicts;
-    std::vector<RemainingReport> all;
+    const auto& verdicts = repaired.judged.validation().verdicts;
+    std::vector<RemainingElement> all;
     for (std::size_t e = 0; e < verdicts.size(); ++e) {
         if (verdicts[e] == Verdict::valid) continue;
-        std::string reason = required_of<D>(mesh, mended.judged.proposal(), required, e);
-        if (reason.empty() && !is_given_up(mended, e)) continue;
+        std::string reason = required_of<D>(mesh, repaired.judged.proposal(), required, e);
+        if (reason.empty() && !is_given_up(repaired, e)) continue;
         if (reason.empty()) reason = "not mended";
-        if (is_given_up(mended, e)) reason += spent;
-        all.push_back({e + 1, std::move(reason)});
+        if (is_given_up(repaired, e)) reason += spent;
+        all.push_back({ElementId(e), std::move(reason)});
     }
     return all;
 }
 
-template std::vector<RemainingReport> remaining<2>(const Mended<2>&);
-template std::vector<RemainingReport> remaining<3>(const Mended<3>&);
-template std::vector<RemainingReport> remaining_but_for_shape<2>(const Mended<2>&);
-template std::vector<RemainingReport> remaining_but_for_shape<3>(const Mended<3>&);
+template <int D>
+BoundaryShift boundary_shift(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal) {
+    BoundaryShift shifts;
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+        if (proposal.kinds[e] == EdgeKind::volume || proposal.mid_nodes[e] == mesh.mid_nodes[e]) continue;
+        const auto& [a, b] = mesh.edges.vertices[e];
+        const double shift = norm(proposal.mid_nodes[e].point - mesh.mid_nodes[e].point);
+        const double chord = norm(mesh.linear.points[b] - mesh.linear.points[a]);
+        ++shifts.moved_nodes;
+        shifts.largest = std::max(shifts.largest, shift);
+        if (chord > 0) shifts.largest_relative = std::max(shifts.largest_relative, shift / chord);
+    }
+    return shifts;
+}
 
-}  // namespace camber::run
+template std::vector<RemainingElement> remaining<2>(const Repaired<2>&);
+template std::vector<RemainingElement> remaining<3>(const Repaired<3>&);
+template std::vector<RemainingElement> remaining_but_for_shape<2>(const Repaired<2>&);
+template std::vector<RemainingElement> remaining_but_for_shape<3>(const Repaired<3>&);
+
+template BoundaryShift boundary_shift<2>(const QuadraticMesh<2>&, const Proposal<2>&);
+template BoundaryShift boundary_shift<3>(const QuadraticMesh<3>&, const Proposal<3>&);
+
+}  // namespace camber

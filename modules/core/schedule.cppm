@@ -1,0 +1,107 @@
+module;
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+export module camber.core:schedule;
+import :column;
+import :each;
+import :execution;
+import :ids;
+import :outcome;
+
+/// Work on parts of a mesh that overlap, as if it were done piece by piece in a given order, but in parallel: what does
+/// not overlap anything before it is done at once. So the result depends on the order alone.
+export namespace camber {
+
+/// What a piece of work reads and writes: elements. None: it cannot tell before, and is done alone.
+using Claim = std::optional<std::span<const ElementId>>;
+
+/// Which pieces may be done at once. It has a row for each element of a mesh, and is made once for many rounds.
+class Schedule {
+  public:
+    explicit Schedule(std::size_t elements) : first_(elements, nobody) {}
+
+    /// The positions, rising, of those of n pieces that come before all others which claim one of their elements;
+    /// never empty when n is not 0. Of very many only the first are looked at. `claim(i)`: of the piece at position i.
+    /// Errors: stopped, memory.
+    template <class ClaimOf>
+    [[nodiscard]] Outcome<std::vector<std::size_t>> disjoint(std::size_t n, ClaimOf&& claim,
+                                                             const Execution& execution) {
+        n = std::min(n, most_at_once);
+        for (std::size_t i = 0; i < n; ++i)
+            if (!claim(i)) {
+                if (i == 0) return std::vector<std::size_t>{0};
+                n = i;
+            }
+        auto done = each(execution, n, [&](std::size_t i) {
+            const Claim elements = claim(i);
+            for (const ElementId e : *elements) lower(first_[e.index()], static_cast<std::uint32_t>(i));
+        });
+        if (!done) return fail(done.error());
+        auto is_first = map_each(execution, n, [&](std::size_t i) {
+            const Claim elements = claim(i);
+            return static_cast<std::uint8_t>(
+                std::all_of(elements->begin(), elements->end(), [&](ElementId e) { return first_[e.index()] == i; }));
+        });
+        if (!is_first) return fail(is_first.error());
+        done = each(execution, n, [&](std::size_t i) {
+            const Claim elements = claim(i);
+            for (const ElementId e : *elements)
+                std::atomic_ref(first_[e.index()]).store(nobody, std::memory_order_relaxed);
+        });
+        if (!done) return fail(done.error());
+        std::vector<std::size_t> chosen;
+        for (std::size_t i = 0; i < n; ++i)
+            if ((*is_first)[i] != 0) chosen.push_back(i);
+        return chosen;
+    }
+
+  private:
+    static constexpr std::uint32_t nobody = 0xffffffffU;
+    static constexpr std::size_t most_at_once = 65536;
+
+    static void lower(std::uint32_t& place, std::uint32_t value) {
+        std::atomic_ref there(place);
+        std::uint32_t now = there.load(std::memory_order_relaxed);
+        while (value < now && !there.compare_exchange_weak(now, value, std::memory_order_relaxed)) {
+        }
+    }
+
+    std::vector<std::uint32_t> first_;  ///< the first position that claims an element; nobody between two calls
+};
+
+/// All items, in rounds of such as may be done at once: `round(items)` does those, in their order, and says whether to
+/// go on. Items that are `needless` when their round comes are left out. `claim(item)`: see Claim; it must not change
+/// while the item waits. Progress tells of the items that are done with. Errors: those of `round`, stopped.
+template <class Item, class Needless, class ClaimOf, class Round>
+[[nodiscard]] Outcome<Done> in_rounds(Schedule& schedule, std::vector<Item> items, const Execution& execution,
+                                      Needless&& needless, ClaimOf&& claim, Round&& round) {
+    const Execution quiet{execution.threads, execution.stop, {}};
+    const std::size_t all = items.size();
+    while (true) {
+        std::erase_if(items, needless);
+        if (execution.progress && all > 0) execution.progress(all - items.size(), all);
+        if (items.empty()) return Done{};
+        const auto chosen = schedule.disjoint(items.size(), [&](std::size_t i) { return claim(items[i]); }, quiet);
+        if (!chosen) return fail(chosen.error());
+        std::vector<Item> now, later;
+        now.reserve(chosen->size());
+        later.reserve(items.size() - chosen->size());
+        for (std::size_t i = 0, next = 0; i < items.size(); ++i) {
+            const bool is_chosen = next < chosen->size() && (*chosen)[next] == i;
+            next += is_chosen;
+            (is_chosen ? now : later).push_back(std::move(items[i]));
+        }
+        items = std::move(later);
+        const Outcome<bool> go_on = round(std::span<const Item>(now));
+        if (!go_on) return fail(go_on.error());
+        if (!*go_on) return Done{};
+    }
+}
+
+}  // namespace camber

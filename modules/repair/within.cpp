@@ -1,0 +1,135 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+module camber.repair;
+import :slides;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+import camber.programmes;
+
+namespace camber {
+
+namespace {
+
+/// Rounds in which nodes that went beyond the tolerance are held.
+constexpr int most_rounds = 12;
+
+/// The kinds with the boundary edges that are marked not to be moved.
+Column<EdgeKind> with_held(const Column<EdgeKind>& kinds, const std::vector<std::uint8_t>& held) {
+    Buffer<EdgeKind> all(kinds.begin(), kinds.end());
+    for (std::size_t e = 0; e < all.size(); ++e)
+        if (all[e] != EdgeKind::volume && held[e] != 0) all[e] = EdgeKind::fixed;
+    return all;
+}
+
+/// Marks the boundary nodes that are further than the tolerance from where they were; false when there are none.
+template <int D>
+bool hold_beyond(const Proposal<D>& before, const Proposal<D>& after, double tolerance,
+                 std::vector<std::uint8_t>& held) {
+    bool any = false;
+    for (std::size_t e = 0; e < held.size(); ++e) {
+        if (before.kinds[e] == EdgeKind::volume) continue;
+        if (!(norm(after.mid_nodes[e].point - before.mid_nodes[e].point) > tolerance)) continue;
+        held[e] = 1;
+        any = true;
+    }
+    return any;
+}
+
+/// Repair with the boundary given, over several tries that share the work.
+template <int D>
+struct Within {
+    const JudgedProposal<D>& wanted;
+    const Column<QuadraticModel<D>>& models;
+    RepairOptions options;
+    double work_left = 0;
+    const Execution& execution;
+
+    /// From `start`, with the boundary edges held that are marked.
+    Outcome<Repaired<D>> tried(const JudgedProposal<D>& start, const std::vector<std::uint8_t>& held) {
+        options.most_work = work_left;
+        auto repaired = repair(start.with_kinds(with_held(wanted.proposal().kinds, held)), models, options, execution);
+        if (repaired) work_left -= repaired->statistics.work;
+        return repaired;
+    }
+};
+
+/// What repair gives from nodes that slid in planes, or `kept` if that is no better.
+Outcome<Repaired<3>> repair_after_slide(Within<3>& within, Repaired<3> kept, const std::vector<std::uint8_t>& held) {
+    // The kinds of the boundary, not those that hold it.
+    auto slid = slid_in_planes(kept.judged.with_kinds(within.wanted.proposal().kinds),
+                               within.options.boundary_tolerance, within.execution);
+    if (!slid) return fail(slid.error());
+    const auto start = validate(kept.judged.mesh(), std::move(*slid), kept.judged.validation().bound, within.execution);
+    if (!start) return fail(start.error());
+    auto repaired = within.tried(*start, held);
+    if (!repaired || repaired->judged.validation().not_valid() < kept.judged.validation().not_valid()) return repaired;
+    return kept;
+}
+
+template <int D>
+Outcome<Repaired<D>> repair_to_bound(Within<D>& within) {
+    const Proposal<D>& proposal = within.wanted.proposal();
+    const double tolerance = within.options.boundary_tolerance;
+    std::vector<std::uint8_t> held(proposal.kinds.size(), 1);
+    auto kept = within.tried(within.wanted, held);
+    if (!kept) return kept;
+    const auto done = [&] { return kept->judged.validation().all_valid() || tolerance == 0; };
+    if (done()) return with_all_changes(within.wanted, std::move(*kept));
+    if constexpr (D == 3) {
+        auto better = repair_after_slide(within, std::move(*kept), held);
+        if (!better) return better;
+        kept = std::move(better);
+        if (done()) return with_all_changes(within.wanted, std::move(*kept));
+    }
+    std::ranges::fill(held, std::uint8_t{0});
+    for (int round = 0; round < most_rounds; ++round) {
+        auto freed = within.tried(kept->judged, held);
+        if (!freed) return freed;
+        if (!hold_beyond(proposal, freed->judged.proposal(), tolerance, held)) return with_all_changes(within.wanted, std::move(*freed));
+    }
+    return with_all_changes(within.wanted, std::move(*kept));
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
+                               const RepairOptions& options, const Execution& execution) {
+    RepairOptions lower = options;
+    lower.min_scaled_jacobian = default_bound;
+    const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& wish) {
+        Within<D> within{judged, models, wish, allowed_work(judged.validation().not_valid(), wish.effort), execution};
+        return repair_to_bound(within);
+    };
+    auto asked = to(wanted, options);
+    if (!asked || asked->judged.validation().all_valid() || options.min_scaled_jacobian <= lower.min_scaled_jacobian)
+        return asked;
+    // To the passes elements below the bound are alike: what cannot reach it may have become invalid.
+    const auto judged_for = [&](const JudgedProposal<D>& judged, double bound) {
+        return validate(judged.mesh(), judged.proposal(), bound, execution);
+    };
+    const auto now = judged_for(asked->judged, lower.min_scaled_jacobian);
+    if (!now) return fail(now.error());
+    if (now->validation().all_valid()) return asked;
+    const auto before = judged_for(wanted, lower.min_scaled_jacobian);
+    if (!before) return fail(before.error());
+    auto plain = to(*before, lower);
+    if (!plain) return plain;
+    if (now->validation().not_valid() <= plain->judged.validation().not_valid()) return asked;
+    auto judged = judged_for(plain->judged, options.min_scaled_jacobian);
+    if (!judged) return fail(judged.error());
+    plain->judged = std::move(*judged);
+    return with_all_changes(wanted, std::move(*plain));
+}
+
+template Outcome<Repaired<2>> repair_within<2>(const JudgedProposal<2>&, const Column<QuadraticModel<2>>&,
+                                               const RepairOptions&, const Execution&);
+template Outcome<Repaired<3>> repair_within<3>(const JudgedProposal<3>&, const Column<QuadraticModel<3>>&,
+                                               const RepairOptions&, const Execution&);
+
+}  // namespace camber

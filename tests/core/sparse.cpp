@@ -1,0 +1,53 @@
+// What is known of few rows: against std::map.
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "dice.hpp"
+#include "property.hpp"
+
+import camber.core;
+
+using namespace camber;
+using camber::testing::Dice;
+using camber::testing::property;
+
+TEST_CASE("an overlay is its column with the rows that were set") {
+    property("as std::map over an array; a copy goes its own way", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const std::size_t n = 1 + dice.below(300);
+        Buffer<int> rows(n);
+        for (std::size_t i = 0; i < n; ++i) rows[i] = static_cast<int>(dice.below(100));
+        const Column<int> base(rows);
+        Overlay<EdgeId, int> overlay(base);
+        RC_ASSERT(overlay.column().data() == base.data());
+        std::map<EdgeId, int> model;
+        const auto set_some = [&](Overlay<EdgeId, int>& some) {
+            for (std::size_t k = dice.below(100); k > 0; --k) {
+                const EdgeId edge(dice.below(n));
+                const int value = static_cast<int>(dice.below(1000));
+                some.set(edge, value);
+                if (&some == &overlay) model[edge] = value;
+            }
+        };
+        set_some(overlay);
+        Overlay<EdgeId, int> copy = overlay;
+        set_some(copy);
+        std::vector<EdgeId> keys;
+        for (const auto& [key, value] : model) {
+            rows[key.index()] = value;
+            keys.push_back(key);
+        }
+        RC_ASSERT(overlay.set_rows() == keys);
+        RC_ASSERT(overlay.column() == Column<int>(rows));
+        for (std::size_t i = 0; i < n; ++i) RC_ASSERT(overlay[EdgeId(i)] == rows[i]);
+    });
+}
+
+TEST_CASE("a sparse set holds what was put in") {
+    SparseSet<VertexId> set;
+    CHECK_FALSE(set.contains(VertexId(std::size_t{0})));
+    for (std::size_t i = 0; i < 1000; i += 3) set.insert(VertexId(i));
+    for (std::size_t i = 0; i < 1000; ++i) CHECK(set.contains(VertexId(i)) == (i % 3 == 0));
+}
