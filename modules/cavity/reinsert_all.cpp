@@ -36,15 +36,6 @@ struct Walk {
     Schedule schedule{curving.mesh.linear.elements.size()};
 };
 
-/// The finaliser of a 64-bit mixer (SplitMix64): neighbours in number are not neighbours in rank, so that many vertices
-/// come before all whose balls they meet (after Luby). No two vertices have the same.
-constexpr std::uint64_t rank_of(VertexId v) {
-    std::uint64_t z = (v.index() + 1) * 0x9e3779b97f4a7c15ULL;
-    z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
-    z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
-    return z ^ (z >> 31U);
-}
-
 template <int D>
 Curving<D> nothing_known(QuadraticMesh<D> mesh, const Column<EdgeKind>& kinds,
                          const Column<LagrangeNode<D>>& boundary_nodes) {
@@ -111,11 +102,11 @@ Outcome<Done> round(Walk<D>& walk, std::span<const VertexId> vertices, const Exe
     return Done{};
 }
 
-/// Reinserts all of these vertices, round by round, as if one after the other in the order of `rank_of`.
+/// Reinserts all of these vertices, round by round, as if one after the other in the order of `spread_rank`.
 template <int D>
 Outcome<Done> reinsert_each(Walk<D>& walk, std::vector<VertexId> pending, std::size_t total,
                             const Execution& execution) {
-    std::ranges::sort(pending, {}, rank_of);
+    std::ranges::sort(pending, {}, [](VertexId v) { return spread_rank(v); });
     const auto do_round = [&](std::span<const VertexId> chosen) -> Outcome<bool> {
         std::vector<VertexId> vertices(chosen.begin(), chosen.end());
         std::ranges::sort(vertices);

@@ -75,6 +75,16 @@ class Schedule {
     std::vector<std::uint32_t> first_;  ///< the first position that claims an element; nobody between two calls
 };
 
+/// An order in which neighbours in number are far apart, so that many pieces come before all that they overlap (after
+/// Luby): the finaliser of a 64-bit mixer (SplitMix64). No two ids have the same rank.
+template <class Tag>
+[[nodiscard]] constexpr std::uint64_t spread_rank(Id<Tag> id) {
+    std::uint64_t z = (id.index() + 1) * 0x9e3779b97f4a7c15ULL;
+    z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+    z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
+    return z ^ (z >> 31U);
+}
+
 /// All items, in rounds of such as may be done at once: `round(items)` does those, in their order, and says whether to
 /// go on. Items that are `needless` when their round comes are left out. `claim(item)`: see Claim; it must not change
 /// while the item waits. Progress tells of the items that are done with. Errors: those of `round`, stopped.

@@ -127,7 +127,7 @@ struct Passes {
         // A pass that mends nothing leaves something to those that come after it.
         const double kept = state.work_left * (1 - most_of_work);
         state.work_left -= kept;
-        auto done = finish(in_rounds(
+        auto done = finish(plan_in_rounds(
             state, queue, next_pass(), [&](ElementId e) { return state.good(e); }, claim, plan,
             [](ElementId, const Planned<D>&) {}));
         cut_short = cut_short || (state.exhausted() && !queue.empty());
@@ -145,7 +145,7 @@ struct Passes {
                 for (const ElementId e : claim(item)) near.insert(e);
             };
             const Execution share = next_pass(static_cast<std::size_t>(turn), static_cast<std::size_t>(most_turns));
-            auto done = in_rounds(state, items, share, [](const Item&) { return false; }, claim, plan, mark);
+            auto done = plan_in_rounds(state, items, share, [](const Item&) { return false; }, claim, plan, mark);
             if (!done) return done;
             std::erase_if(items, [&](const Item& item) {
                 return std::ranges::none_of(claim(item), [&](ElementId e) { return near.contains(e); });
@@ -221,24 +221,14 @@ Outcome<Repaired<D>> repair_by_programmes(const JudgedProposal<D>& wanted, const
     const auto vertex_balls = balls(mesh.linear, execution);
     if (!vertex_balls) return fail(vertex_balls.error());
     const double most_work = std::min(allowed_work(wanted.validation().not_valid(), options.effort), options.most_work);
+    Schedule schedule(mesh.linear.elements.size());
     Passes<D> passes{{MovedMesh<D>(wanted), *around, *vertex_balls, models, options, proposal.kinds,
-                      held_vertices(mesh, proposal.kinds, options.vertices), most_work, 0},
+                      held_vertices(mesh, proposal.kinds, options.vertices), schedule, most_work, 0},
                      elements_not_valid(wanted.validation()),
                      execution};
     RepairStatistics statistics;
     if (auto done = run(passes, statistics); !done) return fail(done.error());
     return judge_all(passes.state, passes.cut_short, wanted, statistics, execution);
-}
-
-std::vector<std::size_t> independent(const Buffer<std::vector<ElementId>>& claims) {
-    std::vector<std::size_t> chosen;
-    SparseSet<ElementId> claimed;
-    for (std::size_t i = 0; i < claims.size(); ++i) {
-        if (std::ranges::any_of(claims[i], [&](ElementId e) { return claimed.contains(e); })) continue;
-        for (const ElementId e : claims[i]) claimed.insert(e);
-        chosen.push_back(i);
-    }
-    return chosen;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                         \

@@ -24,6 +24,7 @@ struct RepairState {
     const RepairOptions& options;
     Column<EdgeKind> kinds;
     Column<std::uint8_t> on_boundary;  ///< of vertices: 1 if they must stay, since they are on the boundary or required
+    Schedule& schedule;                ///< of the mesh's elements
     double work_left = 0;              ///< of programmes, see step_work
     double work = 0;                   ///< done so far
 
