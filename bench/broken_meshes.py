@@ -206,7 +206,7 @@ def optimise(part, name, path, seconds):
 # ---------------------------------------------------------------- the table
 
 def check(camber, path):
-    """Elements, those not certified valid, and the least normalised Jacobian."""
+    """Elements, those not certified valid, and the least scaled Jacobian."""
     found = json.loads(subprocess.run([camber, "check", path, "--json"], capture_output=True, text=True).stdout)
     return found["elements"], found["invalid"] + found["undecided"], found["min_scaled_jacobian"]
 

@@ -64,7 +64,7 @@ class Check(unittest.TestCase):
             self.assertEqual(found["invalid_elements"], [i + 1 for i, w in enumerate(wanted) if w == "invalid"])
             self.assertEqual((found["valid"], found["invalid"], found["undecided"]),
                              tuple(wanted.count(w) for w in ("valid", "invalid", "undecided")))
-            self.assertEqual(sum(found["histograms"]["normalised_jacobian"]["count"]), len(mesh.elements))
+            self.assertEqual(sum(found["histograms"]["scaled_jacobian"]["count"]), len(mesh.elements))
             self.assertEqual([w["element"] for w in found["worst"]], sorted(
                 (w["element"] for w in found["worst"]),
                 key=lambda e: next((v["verdict"] == "valid", v["min_scaled_jacobian"], e) for v in found["worst"]
@@ -104,8 +104,8 @@ class Check(unittest.TestCase):
         text = self.check(mesh).stdout
         self.assertRegex(text, rf"\n +{found['worst'][0]['element']} +1 +invalid ")
         self.assertRegex(text, r"invalid elements +" + str(found["invalid"]))
-        self.assertIn("Normalised Jacobian", text)
-        self.assertNotIn("Normalised Jacobian", self.check(mesh, "--no-histogram").stdout)
+        self.assertIn("Scaled Jacobian", text)
+        self.assertNotIn("Scaled Jacobian", self.check(mesh, "--no-histogram").stdout)
 
     def test_another_order_is_the_same_mesh(self):
         for dim in (2, 3):

@@ -115,9 +115,9 @@ class Formats(unittest.TestCase):
         nodes, cells = grid.point_data, grid.cell_data
         vertices = report["mesh"]["vertices"]
         elements = cells["dimension"] == 3
-        self.assertAlmostEqual(cells["normalised_jacobian"][elements].min(),
+        self.assertAlmostEqual(cells["scaled_jacobian"][elements].min(),
                                report["validity"]["min_scaled_jacobian"], places=6)
-        self.assertTrue(np.isnan(cells["normalised_jacobian"][~elements]).all())
+        self.assertTrue(np.isnan(cells["scaled_jacobian"][~elements]).all())
         self.assertEqual(set(cells["verdict"][elements]), {0})
         kinds = nodes["node_kind"]
         self.assertEqual((kinds[vertices:] == 1).sum(), report["boundary"]["surface_edges"])
@@ -232,9 +232,9 @@ class Formats(unittest.TestCase):
         self.curved("shell", {"mesh": "m.meshb", "report": "r.json", "plots": "plots"})
         report = json.loads(self.path("r.json").read_text())
         histograms = report["histograms"]
-        self.assertEqual(set(histograms), {"length_gain", "riemannian_length", "curvature", "normalised_jacobian"})
+        self.assertEqual(set(histograms), {"length_gain", "riemannian_length", "curvature", "scaled_jacobian"})
         for key, histogram in histograms.items():
-            things = report["mesh"]["elements"] if key == "normalised_jacobian" else report["curve"]["volume_edges"]
+            things = report["mesh"]["elements"] if key == "scaled_jacobian" else report["curve"]["volume_edges"]
             for series in histogram["mean"]:
                 self.assertEqual(len(histogram[series]), len(histogram["edges"]) + 1)
                 self.assertEqual(sum(histogram[series]) + histogram["not_a_number"][series], things)
@@ -254,7 +254,7 @@ class Formats(unittest.TestCase):
             self.assertTrue(ElementTree.fromstring(text).tag.endswith("svg"))
         self.run_camber("plot", "r.json", "-o", "all.svg")
         self.assertIn("before correction", self.run_camber("run", "run.json", "--histogram").stdout)
-        self.assertIn("Normalised Jacobian", self.run_camber("check", "m.meshb").stdout)
+        self.assertIn("Scaled Jacobian", self.run_camber("check", "m.meshb").stdout)
         self.assertEqual(self.folder.camber("plot", "run.json", "-o", "p").returncode, 3)
 
     def test_dry_run_writes_nothing(self):

@@ -158,7 +158,7 @@ class Configs(unittest.TestCase):
         self.run_and_check("polar-2d", "polar-2d.meshb", "--planes")
         written = {p.name for p in (self.folder_of("polar-2d") / "out").rglob("*") if p.is_file()}
         self.assertEqual(written, {"polar-2d.meshb", "polar-2d.vtu", "polar-2d.report.json", "length_gain.svg",
-                                   "riemannian_length.svg", "curvature.svg", "normalised_jacobian.svg"})
+                                   "riemannian_length.svg", "curvature.svg", "scaled_jacobian.svg"})
 
     def test_a_stage_that_comes_twice_is_blamed_on_the_config(self):
         folder = Folder()

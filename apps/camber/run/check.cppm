@@ -29,7 +29,7 @@ struct CheckOptions {
         using S = CheckOptions;
         return std::tuple(
             option("min_scaled_jacobian", &S::min_scaled_jacobian,
-                   "what an element's normalised Jacobian must reach to be valid, from 0 and below 1")
+                   "what an element's scaled Jacobian must reach to be valid, from 0 and below 1")
                 .at_least(0)
                 .below(1),
             option("ridge_angle", &S::ridge_angle,
@@ -64,7 +64,7 @@ struct ElementReport {
     std::string reason;
 };
 
-/// One entry an element. Of degree 2 the normalised Jacobians, of degree 1 quality and volume.
+/// One entry an element. Of degree 2 the scaled Jacobians, of degree 1 quality and volume.
 struct ElementColumns {
     Column<Reference> references;
     Column<Verdict> verdicts;

@@ -37,7 +37,7 @@ struct Judged {
     int degree = 2;
 };
 
-/// The n worst elements: those not valid first, then by their smallest normalised Jacobian (degree 2) or their quality.
+/// The n worst elements: those not valid first, then by their smallest scaled Jacobian (degree 2) or their quality.
 template <int D>
 [[nodiscard]] Outcome<std::vector<ElementReport>> worst_elements(const Judged<D>& judged, std::size_t n,
                                                                  const Execution& execution);

@@ -61,7 +61,7 @@ std::string validity_rows(const CheckReport& report) {
                        table_row("invalid elements", v.invalid) + table_row("undecided elements", v.undecided) +
                        table_row("inverted or flat when straight", v.straight_inverted);
     if (report.mesh.degree == 2) {
-        text += table_row("smallest normalised Jacobian",
+        text += table_row("smallest scaled Jacobian",
                           v.worst > 0 ? fmt::format("{:.4g}, of element {}", v.smallest, v.worst) : "none: all flat");
     } else if (!report.worst.empty()) {
         text +=
@@ -100,13 +100,18 @@ std::string on_lines(std::string text, std::size_t indent) {
     return text;
 }
 
+/// Other programs give this name to Knupp's measure, by the lengths of edges.
+constexpr std::string_view scaled_jacobian_words =
+    "\n  (scaled J, the scaled Jacobian: det J as a share of the straight element's, at its lowest)";
+
 std::string worst_rows(const CheckReport& report) {
     if (report.worst.empty()) return {};
     const bool curved = report.mesh.degree == 2;
     std::string text =
-        fmt::format("\n  The worst {} of {} {}\n  {:>10}{:>11}  {:<10}{:>12}  {}\n", report.worst.size(),
-                    grouped(report.mesh.elements), elements_of(report.mesh), "element", "reference", "verdict",
-                    curved ? "min det J" : "quality", curved ? "lowest at: barycentric; point" : "reason");
+        fmt::format("\n  The worst {} of {} {}{}\n  {:>10}{:>11}  {:<10}{:>12}  {}\n", report.worst.size(),
+                    grouped(report.mesh.elements), elements_of(report.mesh), curved ? scaled_jacobian_words : "", "element",
+                    "reference", "verdict",
+                    curved ? "scaled J" : "quality", curved ? "lowest at: barycentric; point" : "reason");
     for (const ElementReport& e : report.worst) {
         const double value = curved ? e.min_scaled_jacobian : e.quality;
         text += fmt::format("  {:>10}{:>11}  {:<10}{:>12.4g}  ", e.number, e.reference, word(e.verdict), value);

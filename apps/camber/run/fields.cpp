@@ -142,7 +142,7 @@ Outcome<MeshFields> mesh_fields(const State<D>& state, const Execution& executio
     if (state.validation) {
         fields =
             std::move(fields)
-                .with(element_field(mesh.linear, "normalised_jacobian", state.validation->min_scaled_jacobian, nan))
+                .with(element_field(mesh.linear, "scaled_jacobian", state.validation->min_scaled_jacobian, nan))
                 .with(element_field(mesh.linear, "verdict", state.validation->verdicts, std::int32_t{-1}));
     }
     if (state.features && state.features->edge_kinds.size() == edges)

@@ -11,7 +11,7 @@ namespace camber::run {
 /// The fields that a run's end can show on its mesh, for a VTU file; only those that its stages made known.
 ///
 /// Cells (on facets and feature edges NaN and −1):
-/// - `normalised_jacobian`: certified lower bound of min det J / |det straight|; `verdict`: 0 valid, 1 invalid,
+/// - `scaled_jacobian`: certified lower bound of min det J / |det straight|; `verdict`: 0 valid, 1 invalid,
 ///   2 undecided.
 ///
 /// Nodes (vertices and nodes of edges):

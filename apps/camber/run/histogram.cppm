@@ -30,7 +30,7 @@ struct QuantityInfo {
 /// - gain: −0.1, −0.01, −0.001, 0, 1e-5, 1e-4, then 1, 1.5, 2, 3, 5, 7 a decade from 0.001 to 100;
 /// - length in the metric: 2^-10 … 2^10 by octaves, by quarters of them from 2^-3 to 2^3;
 /// - curvature: 0, then 1, 1.5, 2, 3, 5, 7 a decade from 0.001 to 10;
-/// - normalised Jacobian and quality: −10, −1, −0.1, −0.01, −0.001, −1e-6, −1e-9, 0, then 1e-9 … 0.001 by decades,
+/// - scaled Jacobian and quality: −10, −1, −0.1, −0.01, −0.001, −1e-6, −1e-9, 0, then 1e-9 … 0.001 by decades,
 ///   0.005, 0.02, and 0.05, 0.1 … 1.
 [[nodiscard]] std::vector<double> limits_of(Quantity quantity);
 

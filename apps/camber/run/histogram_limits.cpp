@@ -17,7 +17,7 @@ constexpr std::array<QuantityInfo, quantity_count> infos{{
      "volume edges", 10},
     {Quantity::length, "riemannian_length", "Riemannian length", "length in the metric", "volume edges", 2},
     {Quantity::curvature, "curvature", "Curvature", "offset of the node / length of the chord", "volume edges", 10},
-    {Quantity::normalised_jacobian, "normalised_jacobian", "Normalised Jacobian",
+    {Quantity::normalised_jacobian, "scaled_jacobian", "Scaled Jacobian",
      "smallest det J / det J of the straight element", "elements", 10},
     {Quantity::quality, "quality", "Quality", "mean ratio: 1 equilateral, 0 flat, negative inverted", "elements", 10},
 }};

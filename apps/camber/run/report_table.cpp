@@ -78,7 +78,7 @@ std::string validity_rows(const Report& report) {
     };
     text += table_row("invalid elements", counts(before.invalid, v.invalid)) +
             table_row("undecided elements", counts(before.undecided, v.undecided)) +
-            table_row("smallest normalised Jacobian",
+            table_row("smallest scaled Jacobian",
                       before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}"));
     if (v.straight_inverted > 0) text += table_row("inverted or flat when straight", v.straight_inverted);
     if (const auto& r = report.relax)
