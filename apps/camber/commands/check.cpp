@@ -31,7 +31,7 @@ void in_pieces(std::size_t elements, F&& f) {
 }
 
 void print_json(const run::CheckReport& report, const CheckArguments& arguments, StandardOutput& out) {
-    out.print(run::check_json_head(report, arguments.input));
+    out.print(run::check_json_head(report, arguments.input, CAMBER_VERSION));
     if (arguments.elements) {
         out.print(",\n  \"element_verdicts\": {");
         const char* before = "\n";

@@ -1,5 +1,8 @@
 module;
+#include <tbb/info.h>
+
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -8,7 +11,6 @@ module;
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <thread>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -137,6 +139,31 @@ Outcome<run::Run> raised(run::Run run, const Lift& lift, const run::Around& arou
     return run;
 }
 
+/// What the report says of the run's beginning.
+run::OriginReport origin_of(const config::Pipeline& pipeline, const AnyMesh& mesh) {
+    const auto* file = std::get_if<config::FilePath>(&pipeline.input.source);
+    const auto* metric = std::get_if<config::FilePath>(&pipeline.metric);
+    const run::PlanSize size = run::plan_size(mesh);
+    constexpr std::array<const char*, std::variant_size_v<config::Geometry>> geometries{"surrogate", "straight",
+                                                                                        "analytic"};
+    return {.version = CAMBER_VERSION,
+            .mesh = file != nullptr ? file->path : std::string(),
+            .metric = metric != nullptr ? metric->path : std::string(),
+            .dimension = size.dimension,
+            .degree = size.degree,
+            .vertices = size.vertices,
+            .elements = size.elements,
+            .facets = size.facets,
+            .config = config::write_pipeline(pipeline),
+            .geometry = geometries[pipeline.geometry.index()]};
+}
+
+/// Threads that a run takes: those that were asked for, as far as the machine has them.
+int threads_used(const config::Pipeline& pipeline) {
+    const int there = tbb::info::default_concurrency();
+    return pipeline.threads > 0 ? std::min(pipeline.threads, there) : there;
+}
+
 /// Whether a file could be written, with folders that are not there yet made; makes none.
 std::string writable(const std::string& path) {
     std::filesystem::path at(path);
@@ -154,9 +181,7 @@ Outcome<std::string> plan(const config::Pipeline& pipeline) {
     const Execution execution{.threads = pipeline.threads, .stop = stop_on_signals()};
     auto inputs = read_inputs(pipeline, execution);
     if (!inputs) return fail(inputs.error());
-    const int machine = static_cast<int>(std::thread::hardware_concurrency());
-    std::string text = run::plan_text(pipeline, run::plan_size(inputs->mesh.mesh),
-                                      pipeline.threads > 0 ? pipeline.threads : std::max(machine, 1));
+    std::string text = run::plan_text(pipeline, run::plan_size(inputs->mesh.mesh), threads_used(pipeline));
     for (const std::string& path : named_outputs(pipeline.output)) text += "  " + path + ": " + writable(path) + "\n";
     return text;
 }
@@ -218,6 +243,7 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
                        });
     if (!read) return fail(read.error());
     const std::optional<Lift> lift = inputs->mesh.lift;
+    run::OriginReport origin = origin_of(pipeline, inputs->mesh.mesh);
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
     if (run && lift) run = raised(std::move(*run), *lift, around);
     if (!run) {
@@ -227,7 +253,8 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
     if (auto done = write_outputs(*run, pipeline, around, written); !done) return fail(done.error());
     progress.wipe();
     run->report.times = std::move(times);
-    run->report.threads = pipeline.threads;
+    run->report.threads = threads_used(pipeline);
+    run->report.origin = std::move(origin);
     if (const std::string& path = pipeline.output.report; !path.empty())
         if (auto done = written.add(path, write_text(path, run::to_json(run->report))); !done)
             return fail(done.error());

@@ -120,9 +120,9 @@ struct CheckReport {
 /// Lines for a terminal, without colours.
 [[nodiscard]] std::string check_table(const CheckReport& report);
 
-/// The object of `camber check --json`; `name` is the file's. It ends before its last brace, so that members may
-/// follow.
-[[nodiscard]] std::string check_json_head(const CheckReport& report, std::string_view name);
+/// The object of `camber check --json`; `name` is the file's, `version` the program's. It ends before its last brace,
+/// so that members may follow. What each key means: docs/report.md.
+[[nodiscard]] std::string check_json_head(const CheckReport& report, std::string_view name, std::string_view version);
 
 /// The columns of the elements by name, each in pieces: items [begin, end) as JSON without brackets.
 [[nodiscard]] std::vector<std::string> column_names(const CheckReport& report);

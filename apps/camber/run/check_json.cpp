@@ -70,8 +70,8 @@ Json json(const MeshReport& m) {
 
 }  // namespace
 
-std::string check_json_head(const CheckReport& report, std::string_view name) {
-    Json j{{"file", name}};
+std::string check_json_head(const CheckReport& report, std::string_view name, std::string_view version) {
+    Json j{{"format", report_format}, {"program", {{"name", "camber"}, {"version", version}}}, {"file", name}};
     j.update(json(report.mesh));
     j["elements_by_reference"] = json(report.elements_by_reference);
     j["facets_by_reference"] = json(report.facets_by_reference);

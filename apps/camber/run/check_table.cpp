@@ -107,11 +107,10 @@ constexpr std::string_view scaled_jacobian_words =
 std::string worst_rows(const CheckReport& report) {
     if (report.worst.empty()) return {};
     const bool curved = report.mesh.degree == 2;
-    std::string text =
-        fmt::format("\n  The worst {} of {} {}{}\n  {:>10}{:>11}  {:<10}{:>12}  {}\n", report.worst.size(),
-                    grouped(report.mesh.elements), elements_of(report.mesh), curved ? scaled_jacobian_words : "", "element",
-                    "reference", "verdict",
-                    curved ? "scaled J" : "quality", curved ? "lowest at: barycentric; point" : "reason");
+    std::string text = fmt::format(
+        "\n  The worst {} of {} {}{}\n  {:>10}{:>11}  {:<10}{:>12}  {}\n", report.worst.size(),
+        grouped(report.mesh.elements), elements_of(report.mesh), curved ? scaled_jacobian_words : "", "element",
+        "reference", "verdict", curved ? "scaled J" : "quality", curved ? "lowest at: barycentric; point" : "reason");
     for (const ElementReport& e : report.worst) {
         const double value = curved ? e.min_scaled_jacobian : e.quality;
         text += fmt::format("  {:>10}{:>11}  {:<10}{:>12.4g}  ", e.number, e.reference, word(e.verdict), value);

@@ -140,10 +140,9 @@ Outcome<MeshFields> mesh_fields(const State<D>& state, const Execution& executio
     const QuadraticMesh<D>& mesh = *state.quadratic();
     const std::size_t edges = mesh.edges.size();
     if (state.validation) {
-        fields =
-            std::move(fields)
-                .with(element_field(mesh.linear, "scaled_jacobian", state.validation->min_scaled_jacobian, nan))
-                .with(element_field(mesh.linear, "verdict", state.validation->verdicts, std::int32_t{-1}));
+        fields = std::move(fields)
+                     .with(element_field(mesh.linear, "scaled_jacobian", state.validation->min_scaled_jacobian, nan))
+                     .with(element_field(mesh.linear, "verdict", state.validation->verdicts, std::int32_t{-1}));
     }
     if (state.features && state.features->edge_kinds.size() == edges)
         fields = std::move(fields).with(node_kinds(mesh, *state.features));

@@ -11,6 +11,19 @@ import :histogram;
 /// What a run tells: plain numbers, printed as a table and written as report.json.
 export namespace camber::run {
 
+/// The number of the layout of report.json and of `check --json`: one more when a key goes, or means something else.
+inline constexpr int report_format = 2;
+
+/// What a run began with: known to the shell alone.
+struct OriginReport {
+    std::string version;            ///< of the program
+    std::string mesh, metric;       ///< files; empty: generated, and no file
+    int dimension = 3, degree = 1;  ///< of the mesh as it was read or generated, before `prepare`
+    std::size_t vertices = 0, elements = 0, facets = 0;
+    std::string config;    ///< the pipeline with every default, as JSON
+    std::string geometry;  ///< "surrogate", "straight" or "analytic"
+};
+
 /// Of the volume edges on the true field, by a 12-point rule: gain L_straight/L − 1 (paper eq. 8) and curvature
 /// |P^l − M_11|/|P_20 − P_02|.
 struct EdgeReport {
@@ -91,6 +104,7 @@ struct StageTime {
 };
 
 struct Report {
+    std::optional<OriginReport> origin;
     MeshReport mesh;
     std::optional<MetricReport> metric;
     std::optional<BoundaryReport> boundary;
@@ -106,7 +120,7 @@ struct Report {
     std::vector<Histogram> histograms;
     std::vector<std::string> notices;
     std::vector<StageTime> times;
-    int threads = 0;
+    int threads = 0;  ///< that were really used
 
     [[nodiscard]] bool holds_what_was_asked() const {
         return !validity || (validity->invalid == 0 && validity->undecided == 0);
@@ -116,7 +130,7 @@ struct Report {
 /// Lines for a terminal, without colours.
 [[nodiscard]] std::string table(const Report& report);
 
-/// report.json: the same numbers, with units in the names.
+/// report.json: the same numbers. What each key means: docs/report.md.
 [[nodiscard]] std::string to_json(const Report& report);
 
 }  // namespace camber::run

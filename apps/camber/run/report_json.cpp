@@ -15,6 +15,29 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+
+/// The keys that stand first, and of the run's beginning.
+Json head(const OriginReport& o) {
+    Json input{{"mesh", text_or_null(o.mesh)},
+               {"metric", text_or_null(o.metric)},
+               {"dimension", o.dimension},
+               {"degree", o.degree},
+               {"vertices", o.vertices},
+               {"elements", o.elements},
+               {"facets", o.facets}};
+    return {{"format", report_format},
+            {"program", {{"name", "camber"}, {"version", o.version}}},
+            {"input", std::move(input)},
+            {"config", Json::parse(o.config)},
+            {"units",
+             {{"lengths", "those of the input mesh"},
+              {"metric", "1/length^2"},
+              {"angles", "degrees"},
+              {"times", "seconds"},
+              {"memory", "bytes"}}}};
+}
+
 Json json(const MeshReport& m) {
     return {{"dimension", m.dimension}, {"degree", m.degree}, {"vertices", m.vertices},          {"nodes", m.nodes},
             {"elements", m.elements},   {"facets", m.facets}, {"feature_edges", m.feature_edges}};
@@ -97,9 +120,11 @@ Json json(const ReinsertReport& r) {
 }  // namespace
 
 std::string to_json(const Report& report) {
-    Json j{{"mesh", json(report.mesh)}};
+    Json j = report.origin ? head(*report.origin) : Json::object();
+    j["mesh"] = json(report.mesh);
     if (report.metric) j["metric"] = json(*report.metric);
     if (report.boundary) j["boundary"] = json(*report.boundary);
+    if (report.boundary && report.origin) j["boundary"]["geometry"] = report.origin->geometry;
     if (report.curve) j["curve"] = json(*report.curve);
     if (report.validity_before) j["validity_before_correction"] = json(*report.validity_before);
     if (report.relax) j["relax"] = json(*report.relax);

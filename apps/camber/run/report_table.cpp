@@ -76,10 +76,10 @@ std::string validity_rows(const Report& report) {
     const auto counts = [&](std::size_t was, std::size_t is) {
         return changed && was != is ? grouped(was) + " -> " + grouped(is) : grouped(is);
     };
-    text += table_row("invalid elements", counts(before.invalid, v.invalid)) +
-            table_row("undecided elements", counts(before.undecided, v.undecided)) +
-            table_row("smallest scaled Jacobian",
-                      before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}"));
+    text +=
+        table_row("invalid elements", counts(before.invalid, v.invalid)) +
+        table_row("undecided elements", counts(before.undecided, v.undecided)) +
+        table_row("smallest scaled Jacobian", before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}"));
     if (v.straight_inverted > 0) text += table_row("inverted or flat when straight", v.straight_inverted);
     if (const auto& r = report.relax)
         text += table_row("corrected elements", r->corrected_elements) +
@@ -111,13 +111,22 @@ std::string remaining_rows(const Report& report) {
     return text;
 }
 
-std::string boundary_rows(const BoundaryReport& b) {
+/// The surfaces that the distance is from: those that the nodes were put on, and not what a CAD model may have been.
+std::string_view surfaces_of(const Report& report) {
+    const std::string_view geometry = report.origin ? report.origin->geometry : std::string_view();
+    if (geometry == "surrogate") return "largest distance to surrogate";
+    if (geometry == "straight") return "largest distance to facets";
+    if (geometry == "analytic") return "largest distance to surfaces";
+    return "largest distance to geometry";
+}
+
+std::string boundary_rows(const Report& report) {
+    const BoundaryReport& b = *report.boundary;
     std::string text =
         table_row("surface edges, ridges, corners",
                   fmt::format("{}, {}, {}", grouped(b.surface_edges), grouped(b.ridge_edges), grouped(b.corners)));
     if (b.straight_distance && b.curved_distance)
-        text += table_row("largest distance to geometry",
-                          before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));
+        text += table_row(surfaces_of(report), before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));
     return text;
 }
 
@@ -138,7 +147,7 @@ std::string time_rows(const Report& report) {
 
 std::string table(const Report& report) {
     std::string text = mesh_rows(report);
-    if (report.boundary) text += boundary_rows(*report.boundary);
+    if (report.boundary) text += boundary_rows(report);
     if (report.curve) text += curve_rows(*report.curve);
     text += validity_rows(report);
     if (report.kept_boundary) text += kept_boundary_rows(report);

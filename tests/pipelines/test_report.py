@@ -1,0 +1,141 @@
+"""docs/report.md names every key that reports and `check --json` have, and no other; the report says what was run.
+
+    python3 tests/pipelines/test_report.py build/bin/camber [unittest arguments]
+"""
+import json
+import os
+import re
+import sys
+import unittest
+
+from program import CONFIGS, ROOT, Folder, report_of
+
+import gmf  # noqa: E402  (program puts the oracle on the path)
+from bad_meshes import block, centre_out
+from sample_meshes import ascii_file, cube, elevate, solution_file
+import numpy as np
+
+PAGE = ROOT / "docs" / "report.md"
+CODE = re.compile(r"`([^`]+)`")
+ANY = re.compile(r"[A-Z]+")
+
+
+def leaves(value, path=""):
+    """Paths of all that is no object; of a list of objects those of its objects, `config` as a whole."""
+    if isinstance(value, dict) and path != "config":
+        return {leaf for key, part in value.items() for leaf in leaves(part, f"{path}.{key}" if path else key)}
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return {leaf for part in value for leaf in leaves(part, path + "[]")}
+    return {path}
+
+
+def documented(section):
+    """The keys of the tables of one section of the page."""
+    text = PAGE.read_text(encoding="utf-8")
+    histograms = text[text.index("### Histograms"):text.index("## `check --json`")]
+    begin = text.index(f"## `{section}`")
+    end = text.find("\n## ", begin + 1)
+    rows = [row for part in (text[begin:end], histograms) for row in part.splitlines() if row.startswith("| `")]
+    return {key for row in rows for key in CODE.findall(row.split(" | ")[0])}
+
+
+def pattern(key):
+    """A word in capitals stands for one key, or for a part of it."""
+    return re.compile(r"[\w-]+".join(map(re.escape, ANY.split(key))) + "$")
+
+
+def holds(key, path):
+    """A list without entries is what is documented by the keys of its entries."""
+    return pattern(key).match(path) or key.startswith(path + "[]")
+
+
+class Report(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+
+    def run_camber(self, *arguments, codes=(0,)):
+        done = self.folder.camber(*arguments)
+        self.assertIn(done.returncode, codes, done.stdout + done.stderr)
+        return done
+
+    def write(self, name, data):
+        (self.folder.path / name).write_bytes(data)
+
+    def config(self, name, *settings, codes=(0,)):
+        output = json.dumps({"mesh": "out.meshb", "report": "r.json"})
+        arguments = [x for setting in settings for x in ("--set", setting)]
+        self.run_camber("run", CONFIGS / f"{name}.json", "--set", f"output={output}", *arguments, codes=codes)
+        return report_of(self.folder.path / "r.json")
+
+    def reports(self):
+        """By different verbs and stages, so that each key is in one of them."""
+        yield self.config("spheres", "threads=1")
+        yield self.config("paper-spheres-coarse", 'stages=["elevate","reinsert"]')
+        yield self.config("annulus-2d", "stages/curve/objective=shape")
+        broken = elevate(block())
+        centre_out(broken)
+        self.write("broken.mesh", ascii_file(broken))
+        self.run_camber("repair", "broken.mesh", "-o", "r.mesh", "--report", "r.json", "--set",
+                        "stages/relax/vertices=keep", codes=(0, 1))
+        yield report_of(self.folder.path / "r.json")
+
+    def checks(self):
+        straight = cube(1)
+        straight.cells["Edges"] = gmf.Cells(np.array([[0, 1]]), np.array([7]))
+        self.write("straight.mesh", ascii_file(straight))
+        self.write("curved.mesh", ascii_file(elevate(cube(1))))
+        broken = block()
+        centre_out(broken)
+        self.write("broken.mesh", ascii_file(broken))
+        for name in ("straight.mesh", "curved.mesh", "broken.mesh", "out.meshb"):
+            yield json.loads(self.run_camber("check", name, "--json", "--elements", codes=(0, 1)).stdout)
+
+    def compare(self, section, objects):
+        keys, seen = documented(section), set()
+        self.assertGreater(len(keys), 20)
+        for one in objects:
+            seen |= leaves(one)
+        for path in sorted(seen):
+            self.assertTrue(any(holds(key, path) for key in keys), f"docs/report.md does not know {path}")
+        for key in sorted(keys):
+            self.assertTrue(any(pattern(key).match(path) for path in seen), f"docs/report.md has {key}, which nothing writes")
+
+    def test_every_key_of_a_report_is_documented_and_there(self):
+        self.compare("report.json", self.reports())
+
+    def test_every_key_of_a_check_is_documented_and_there(self):
+        self.config("spheres")
+        self.compare("check --json", self.checks())
+
+    def test_it_says_what_was_run(self):
+        mesh = cube(2)
+        self.write("in.mesh", ascii_file(mesh))
+        sizes = np.full((len(mesh.points), 1), 0.5)
+        self.write("in.solb", solution_file(sizes, 1, 3))
+        self.run_camber("curve", "in.mesh", "-o", "out.mesh", "--metric", "in.solb", "--report", "r.json",
+                        "--threads", "999999", "--set", "stages/curve/objective=length")
+        report = report_of(self.folder.path / "r.json")
+        self.assertEqual(report["format"], 2)
+        version = self.run_camber("--version").stdout.strip()
+        self.assertEqual(report["program"], {"name": "camber", "version": version})
+        self.assertEqual(report["input"], {"mesh": "in.mesh", "metric": "in.solb", "dimension": 3, "degree": 1,
+                                           "vertices": len(mesh.points), "elements": len(mesh.cells["Tetrahedra"].nodes),
+                                           "facets": len(mesh.cells["Triangles"].nodes)})
+        self.assertEqual(report["threads"], len(os.sched_getaffinity(0)))
+        self.assertEqual(report["boundary"]["geometry"], "surrogate")
+
+    def test_its_config_is_the_run_again(self):
+        report = self.config("spheres", "threads=1")
+        self.assertEqual((report["threads"], report["input"]["mesh"]), (1, None))
+        first = (self.folder.path / "out.meshb").read_bytes()
+        (self.folder.path / "again.json").write_text(json.dumps(report["config"]))
+        printed = json.loads(self.run_camber("run", "again.json", "--print-config").stdout)
+        self.assertEqual(printed, report["config"])
+        self.run_camber("run", "again.json")
+        self.assertEqual((self.folder.path / "out.meshb").read_bytes(), first)
+        self.assertEqual(report_of(self.folder.path / "r.json")["config"], report["config"])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
