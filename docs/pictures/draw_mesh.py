@@ -3,7 +3,7 @@
     python3 docs/pictures/draw_mesh.py MESH OUT.svg [--view X,Y,Z] [--cut X,Y,Z[,OFFSET]] [--zoom X,Y,Z,RADIUS]
 
 PNG from it: any SVG renderer, for example rsvg-convert -w 760. layers.png here is out/layers.meshb of configs/layers.json,
-with --view=1,0.35,0.3 --cut=1,0,0 --zoom=0,0,0,1.9.
+with --view=1,0.35,0.3 --cut=1,0,0 --zoom=0,0,0,1.9; layers-straight.png the same with --set 'stages=["elevate"]'.
 
 2D: all triangles. 3D: the tetrahedra whose centre lies behind the cut plane (normal X,Y,Z), as seen along --view; their
 outer faces are split finely for shading and sorted back to front. --zoom shows a window around a point only.

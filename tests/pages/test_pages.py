@@ -1,0 +1,169 @@
+"""The pages hold what they are taken from: measured figures, the manifests of the modules, each other.
+
+    python3 tests/pages/test_pages.py [unittest arguments]
+"""
+import json
+import re
+import sys
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bench"))
+import result_pages  # noqa: E402
+
+RESULTS = json.loads((ROOT / "docs" / "results.json").read_text(encoding="utf-8"))
+
+
+def text_of(page):
+    return page.read_text(encoding="utf-8")
+
+
+class Figures(unittest.TestCase):
+    """Numbers that pages quote from docs/results.json."""
+
+    def test_pages_quote_what_was_measured(self):
+        for page in result_pages.pages():
+            with self.subTest(page=page.name):
+                self.assertEqual(text_of(page), result_pages.written(text_of(page), RESULTS),
+                                 "run bench/result_pages.py")
+
+    def test_every_table_is_in_a_page(self):
+        shown = [name for page in result_pages.pages() for _, name, _ in result_pages.TABLE.findall(text_of(page))]
+        self.assertEqual(sorted(shown), sorted(result_pages.TABLES))
+
+    def test_what_looks_like_a_quotation_is_one(self):
+        for page in result_pages.pages():
+            text = text_of(page)
+            self.assertEqual(len(result_pages.NUMBER.findall(text)), len(re.findall(r"<!-- \w+/", text)), page.name)
+
+    def test_a_stale_number_is_found(self):
+        quoted = 0
+        for page in result_pages.pages():
+            text = text_of(page)
+            for match in result_pages.NUMBER.finditer(text):
+                quoted += 1
+                stale = text[:match.start(1)] + "17.5" + text[match.end(1):]
+                self.assertEqual(result_pages.written(stale, RESULTS), text)
+        self.assertGreater(quoted, 5)
+
+    def test_a_stale_table_is_found(self):
+        page = ROOT / "docs" / "results.md"
+        text = text_of(page)
+        for name in result_pages.TABLES:
+            head = f"<!-- table {name} -->\n"
+            if head not in text:
+                continue
+            row = text.index("\n", text.index(head) + len(head))
+            self.assertEqual(result_pages.written(text[:row] + " " + text[row:], RESULTS), text)
+
+    def test_every_table_says_how_it_was_made(self):
+        for name, table in RESULTS.items():
+            with self.subTest(table=name):
+                self.assertTrue(table["command"] and table["of"] and table["made"] and table["rows"])
+
+
+class Links(unittest.TestCase):
+    def test_what_pages_link_to_is_there(self):
+        links = 0
+        for page in result_pages.pages():
+            for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", re.sub(r"```.*?```", "", text_of(page), flags=re.DOTALL)):
+                if "://" in target:
+                    continue
+                links += 1
+                self.assertTrue((page.parent / target).exists(), f"{page.relative_to(ROOT)} links to {target}")
+        self.assertGreater(links, 50)
+
+
+def braces(path):
+    """`a/{b,c}.cpp` is `a/b.cpp` and `a/c.cpp`."""
+    found = re.match(r"(.*?)\{([^}]*)\}(.*)", path)
+    return [found[1] + part + found[3] for part in found[2].split(",")] if found else [path]
+
+
+class Places(unittest.TestCase):
+    """Where pages say that something is, it is."""
+
+    def test_files_are_there(self):
+        files = 0
+        for page in result_pages.pages():
+            for named in re.findall(r"`((?:apps|bench|cmake|configs|modules|tests)/[^`\s]*)`", text_of(page)):
+                for path in braces(named):
+                    if re.search(r"[A-Z]{3,}|…", path) or re.fullmatch(r"configs/\w+\.\w+\.json", path):
+                        continue  # a word that stands for many
+                    files += 1
+                    self.assertTrue(list(ROOT.glob(path.rstrip("/"))), f"{page.relative_to(ROOT)} names {named}")
+        self.assertGreater(files, 40)
+
+    def test_partitions_are_there(self):
+        """`module:partition`, and `:partition` of the module named last before it."""
+        partitions = 0
+        for page in [*(ROOT / "docs" / "algorithms").glob("*.md"), ROOT / "docs" / "glossary.md"]:
+            module = None
+            for name, partition in re.findall(r"`(\w*):(\w+)\*?`", text_of(page)):
+                module = name or module
+                partitions += 1
+                self.assertTrue(list((ROOT / "modules" / str(module)).glob(f"{partition}*.cppm")),
+                                f"{page.relative_to(ROOT)} names {module}:{partition}")
+        self.assertGreater(partitions, 60)
+
+
+LIBRARIES = {"tl::expected": "tl-expected", "TBB::tbb": "TBB", "range-v3::range-v3": "range-v3", "Boost::headers": "Boost",
+             "ZLIB::ZLIB": "zlib", "muparser::muparser": "muparser", "Eigen3::Eigen": "Eigen"}
+
+
+def manifest(module):
+    """{keyword: words} of modules/NAME/CMakeLists.txt."""
+    text = text_of(ROOT / "modules" / module / "CMakeLists.txt")
+    words = text[text.index("(") + 1:text.rindex(")")].split()
+    found, keyword = {}, "NAME"
+    for word in words:
+        if word in ("INTERFACE", "IMPL", "USES", "LINK_PUBLIC", "LINK_PRIVATE"):
+            keyword = word
+        else:
+            found.setdefault(keyword, []).append(word)
+    return found
+
+
+def libraries(cell):
+    """The names in a cell, without what is said of them in brackets."""
+    return {name.strip() for name in re.sub(r"\([^)]*\)", "", cell).split(",") if name.strip()}
+
+
+class Modules(unittest.TestCase):
+    """The table of modules in docs/embedding.md, and the list in docs/architecture.md, are those of the manifests."""
+
+    def header_only(self):
+        """Nothing of these is left to link once the module is built."""
+        text = text_of(ROOT / "cmake" / "CamberModule.cmake")
+        words = re.search(r"set\(CAMBER_HEADER_ONLY ([^)]*)\)", text)[1].split()
+        return {LIBRARIES[word] for word in words if word in LIBRARIES}
+
+    def floors(self):
+        return re.search(r"set\(camber_floors ([^)]*)\)", text_of(ROOT / "CMakeLists.txt"))[1].split()
+
+    def test_the_table_is_that_of_the_manifests(self):
+        text = text_of(ROOT / "docs" / "embedding.md")
+        rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()
+                if re.match(r"\| `\w+` \| ", line)]
+        self.assertEqual([row[0].strip("`") for row in rows], self.floors())
+        for name, uses, installed, to_build, _ in rows:
+            with self.subTest(module=name):
+                there = manifest(name.strip("`"))
+                self.assertEqual(set(uses.split()), set(there.get("USES", [])))
+                public = {LIBRARIES[word] for word in there.get("LINK_PUBLIC", [])}
+                private = {LIBRARIES[word] for word in there.get("LINK_PRIVATE", [])}
+                self.assertEqual(libraries(installed), public | (private - self.header_only()))
+                self.assertEqual(libraries(to_build), private & self.header_only())
+
+    def test_the_drawing_has_every_module_above_what_it_uses(self):
+        text = text_of(ROOT / "docs" / "architecture.md")
+        floors = {name: int(floor) for floor, name in re.findall(r"^  (\d+)  (\w+) ", text, re.MULTILINE)}
+        self.assertEqual(set(floors), set(self.floors()))
+        for module, floor in floors.items():
+            below = [floors[used] for used in manifest(module).get("USES", [])]
+            self.assertEqual(floor, max(below, default=-1) + 1, module)
+
+
+if __name__ == "__main__":
+    unittest.main()
