@@ -117,8 +117,10 @@ class Flat(unittest.TestCase):
         self.assertTrue(note[0].startswith(NOTE.format(f"{z:g}")), note[0])
         self.assertEqual(plane.returncode, space.returncode)
         for report in (figures, same):
-            for varies in ("times", "stages", "notices"):
+            for varies in ("times", "stages", "notices", "config"):
                 report.pop(varies, None)
+            for file in ("mesh", "metric"):
+                report["input"].pop(file)
             report.get("curve", {}).pop("edges_per_second", None)
         self.assertEqual(figures, same)
         self.same_but_for_z(f"plane-out.{ending}", f"space-out.{ending}", z)

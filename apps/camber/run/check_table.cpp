@@ -62,7 +62,8 @@ std::string validity_rows(const CheckReport& report) {
                        table_row("inverted or flat when straight", v.straight_inverted);
     if (report.mesh.degree == 2) {
         text += table_row("smallest scaled Jacobian",
-                          v.worst > 0 ? fmt::format("{:.4g}, of element {}", v.smallest, v.worst) : "none: all flat");
+                          v.worst > 0 ? fmt::format("{:.4g} (1: as straight), of element {}", v.smallest, v.worst)
+                                      : "none: all flat");
     } else if (!report.worst.empty()) {
         text +=
             table_row("smallest quality", fmt::format("{:.4g}, of element {} (det J says nothing of a straight mesh)",

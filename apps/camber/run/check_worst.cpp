@@ -131,7 +131,7 @@ std::string words(const ElementReport& element, const Facts& facts) {
     switch (element.verdict) {
         case Verdict::valid: return element.straight_inverted ? share + "; inverted when straight, yet valid" : share;
         case Verdict::undecided:
-            return fmt::format("not to be told: within rounding of the bound {:g} {}", facts.bound, facts.where);
+            return fmt::format("undecided: within rounding of the bound {:g} {}", facts.bound, facts.where);
         case Verdict::invalid: break;
     }
     if (element.straight_inverted) return share + "; inverted when straight";

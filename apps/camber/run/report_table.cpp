@@ -30,6 +30,9 @@ std::string before_after(double before, const double* after, std::string_view fo
     return text;
 }
 
+/// The option's word for a metric, with the field's beside it.
+std::string in_words(const std::string& source) { return source == "natural" ? "natural (mesh-implied)" : source; }
+
 std::string mesh_rows(const Report& report) {
     const MeshReport& m = report.mesh;
     std::string text = table_row("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
@@ -37,7 +40,7 @@ std::string mesh_rows(const Report& report) {
                        table_row(m.dimension == 2 ? "triangles" : "tetrahedra", m.elements) +
                        table_row(m.dimension == 2 ? "boundary edges" : "boundary triangles", m.facets);
     if (report.metric) {
-        text += table_row("metric", report.metric->source) +
+        text += table_row("metric", in_words(report.metric->source)) +
                 table_row("largest anisotropy", fmt::format("{:.4g}", report.metric->largest_anisotropy)) +
                 table_row("complexity", fmt::format("{:.6g}", report.metric->complexity));
         for (const GradationReport& g : report.metric->gradations)
@@ -76,10 +79,10 @@ std::string validity_rows(const Report& report) {
     const auto counts = [&](std::size_t was, std::size_t is) {
         return changed && was != is ? grouped(was) + " -> " + grouped(is) : grouped(is);
     };
-    text +=
-        table_row("invalid elements", counts(before.invalid, v.invalid)) +
-        table_row("undecided elements", counts(before.undecided, v.undecided)) +
-        table_row("smallest scaled Jacobian", before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}"));
+    text += table_row("invalid elements", counts(before.invalid, v.invalid)) +
+            table_row("undecided elements", counts(before.undecided, v.undecided)) +
+            table_row("smallest scaled Jacobian",
+                      before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}") + " (1: as straight)");
     if (v.straight_inverted > 0) text += table_row("inverted or flat when straight", v.straight_inverted);
     if (const auto& r = report.relax)
         text += table_row("corrected elements", r->corrected_elements) +
