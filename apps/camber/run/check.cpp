@@ -157,7 +157,7 @@ class Checker {
             add_histogram(Quantity::quality, columns.quality.view());
         }
         const Judged<D> judged{*mesh_, validation_, columns, soundness_, numbers_, degree_};
-        auto worst = worst_elements(judged, options_.worst, execution);
+        auto worst = find_worst_elements(judged, options_.worst, execution);
         if (!worst) return fail(worst.error());
         report_.worst = std::move(*worst);
         return Done{};

@@ -39,8 +39,8 @@ struct Judged {
 
 /// The n worst elements: those not valid first, then by their smallest scaled Jacobian (degree 2) or their quality.
 template <int D>
-[[nodiscard]] Outcome<std::vector<ElementReport>> worst_elements(const Judged<D>& judged, std::size_t n,
-                                                                 const Execution& execution);
+[[nodiscard]] Outcome<std::vector<ElementReport>> find_worst_elements(const Judged<D>& judged, std::size_t n,
+                                                                      const Execution& execution);
 
 template <int D>
 [[nodiscard]] std::array<Vec<D>, D + 1> corners_of(const LinearMesh<D>& mesh, std::size_t e) {

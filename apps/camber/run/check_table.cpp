@@ -26,7 +26,7 @@ std::string_view elements_of(const MeshReport& m) { return simplices[static_cast
 std::string_view facets_of(const MeshReport& m) { return simplices[static_cast<std::size_t>(m.dimension) - 1]; }
 
 /// "1: 20 000, 2: 48 and 3 more"; empty where there is one reference alone, 0.
-std::string listed(const std::vector<ReferenceCount>& counts) {
+std::string list_counts(const std::vector<ReferenceCount>& counts) {
     constexpr std::size_t shown = 8;
     if (counts.size() == 1 && counts[0].reference == 0) return {};
     std::string text;
@@ -38,7 +38,7 @@ std::string listed(const std::vector<ReferenceCount>& counts) {
 
 std::string count_rows(std::string_view name, std::size_t count, const std::vector<ReferenceCount>& by_reference) {
     std::string text = table_row(name, count);
-    const std::string references = count > 0 ? listed(by_reference) : std::string();
+    const std::string references = count > 0 ? list_counts(by_reference) : std::string();
     return references.empty() ? text : text + table_row("  by reference", references);
 }
 
@@ -88,14 +88,14 @@ std::string soundness_rows(const SoundnessReport& s) {
     return text;
 }
 
-std::string numbers(const std::vector<double>& values, std::string_view format) {
+std::string list_numbers(const std::vector<double>& values, std::string_view format) {
     std::string text;
     for (const double x : values) text += (text.empty() ? "" : ", ") + fmt::format(fmt::runtime(format), x);
     return "(" + text + ")";
 }
 
 /// What a semicolon divides, on lines of their own.
-std::string on_lines(std::string text, std::size_t indent) {
+std::string break_lines(std::string text, std::size_t indent) {
     for (std::size_t at = text.find("; "); at != std::string::npos; at = text.find("; ", at))
         text.replace(at, 2, ",\n" + std::string(indent, ' '));
     return text;
@@ -116,9 +116,9 @@ std::string worst_rows(const CheckReport& report) {
         const double value = curved ? e.min_scaled_jacobian : e.quality;
         text += fmt::format("  {:>10}{:>11}  {:<10}{:>12.4g}  ", e.number, e.reference, word(e.verdict), value);
         if (curved && e.witness)
-            text += fmt::format("{}; {}\n  {:47}", numbers(e.witness->barycentric, "{:.3g}"),
-                                numbers(e.witness->point, "{:.6g}"), "");
-        text += on_lines(e.reason, 49) + "\n";
+            text += fmt::format("{}; {}\n  {:47}", list_numbers(e.witness->barycentric, "{:.3g}"),
+                                list_numbers(e.witness->point, "{:.6g}"), "");
+        text += break_lines(e.reason, 49) + "\n";
     }
     return text;
 }

@@ -25,7 +25,7 @@ namespace camber::run {
 namespace {
 
 /// The n elements of the lowest scores, the worst first; those that are not valid before all others.
-std::vector<std::uint32_t> lowest(const Column<Verdict>& verdicts, const Buffer<double>& scores, std::size_t n) {
+std::vector<std::uint32_t> find_lowest(const Column<Verdict>& verdicts, const Buffer<double>& scores, std::size_t n) {
     std::vector<std::uint32_t> order(scores.size());
     std::iota(order.begin(), order.end(), 0U);
     const auto worse = [&](std::uint32_t a, std::uint32_t b) {
@@ -44,20 +44,20 @@ NodalSimplex<D> element_at(const Judged<D>& judged, std::size_t e) {
 }
 
 template <int D>
-ElementValidity precise(const Judged<D>& judged, std::size_t e) {
+ElementValidity check_closely(const Judged<D>& judged, std::size_t e) {
     return check_element(element_at(judged, e), judged.validation.bound);
 }
 
 /// The stored bounds may lie far below the values: first the values of the n lowest bounds are found, then those of all
 /// elements whose bounds are below the highest of them.
 template <int D>
-Outcome<std::vector<std::uint32_t>> lowest_jacobians(const Judged<D>& judged, std::size_t n,
-                                                     const Execution& execution) {
+Outcome<std::vector<std::uint32_t>> find_lowest_jacobians(const Judged<D>& judged, std::size_t n,
+                                                          const Execution& execution) {
     const Column<float>& bounds = judged.columns.min_scaled_jacobian;
     const Column<Verdict>& verdicts = judged.columns.verdicts;
     Buffer<double> scores(bounds.begin(), bounds.end());
-    const auto refine = [&](std::size_t e) { scores[e] = precise(judged, e).min_scaled_jacobian; };
-    const auto first = lowest(verdicts, scores, n);
+    const auto refine = [&](std::size_t e) { scores[e] = check_closely(judged, e).min_scaled_jacobian; };
+    const auto first = find_lowest(verdicts, scores, n);
     auto refined = each(execution, first.size(), [&](std::size_t i) { refine(first[i]); }, 16);
     if (!refined) return fail(refined.error());
     double ceiling = 0;
@@ -68,12 +68,12 @@ Outcome<std::vector<std::uint32_t>> lowest_jacobians(const Judged<D>& judged, st
         if (std::isfinite(bounds[e]) && scores[e] == bounds[e] && scores[e] < ceiling) refine(e);
     });
     if (!refined) return fail(refined.error());
-    return lowest(verdicts, scores, n);
+    return find_lowest(verdicts, scores, n);
 }
 
 /// "at vertex 12", "on the edge 12-17", "in the face 12-17-3", "inside".
 template <int D>
-std::string place(const Barycentric<D>& at, const std::vector<std::size_t>& vertices) {
+std::string name_place(const Barycentric<D>& at, const std::vector<std::size_t>& vertices) {
     std::string names;
     int n = 0;
     for (int i = 0; i <= D; ++i)
@@ -85,7 +85,7 @@ std::string place(const Barycentric<D>& at, const std::vector<std::size_t>& vert
 }
 
 template <int D>
-double jacobian_at(const BoundedJacobian<D>& jacobian, const Barycentric<D>& at) {
+double evaluate_jacobian(const BoundedJacobian<D>& jacobian, const Barycentric<D>& at) {
     double value = 0;
     for (int p = 0; p < jacobian_coefficients<D>; ++p)
         value += jacobian.coefficients[p] * bernstein<D>(jacobian_indices<D>[p], at);
@@ -95,17 +95,17 @@ double jacobian_at(const BoundedJacobian<D>& jacobian, const Barycentric<D>& at)
 /// Where det J is lowest; of an invalid element a point where the condition certainly fails, when there is a nearer one
 /// to be had.
 template <int D>
-LowestPoint<D> low_point(const BoundedJacobian<D>& jacobian, Verdict verdict, double bound) {
+LowestPoint<D> find_low_point(const BoundedJacobian<D>& jacobian, Verdict verdict, double bound) {
     const LowestPoint<D> low = lowest_point(jacobian);
     const double asked = std::max(bound, 0.0) * std::abs(jacobian.straight);
     if (verdict != Verdict::invalid || low.jacobian < asked - 8 * jacobian.error) return low;
     const auto certain = witness(jacobian, bound);
-    return certain ? LowestPoint<D>{*certain, jacobian_at(jacobian, *certain)} : low;
+    return certain ? LowestPoint<D>{*certain, evaluate_jacobian(jacobian, *certain)} : low;
 }
 
 /// What the element's two faces on a smooth wall say; empty without.
 template <int D>
-std::string wall_words(const Judged<D>& judged, ElementId e) {
+std::string describe_wall(const Judged<D>& judged, ElementId e) {
     const auto& walls = judged.soundness.wall_elements;
     const auto at = std::lower_bound(walls.begin(), walls.end(), e,
                                      [](const WallElement& wall, ElementId id) { return wall.element < id; });
@@ -122,7 +122,7 @@ struct Facts {
     std::string where;
 };
 
-std::string words(const ElementReport& element, const Facts& facts) {
+std::string give_reason(const ElementReport& element, const Facts& facts) {
     const double value = element.witness->scaled_jacobian;
     if (facts.flat) return fmt::format("flat when straight, and det J = {:.4g} {}", value, facts.where);
     if (element.verdict == Verdict::valid && std::abs(value - 1) < 1e-6) return "as good as straight";
@@ -144,15 +144,16 @@ void describe_curved(const Judged<D>& judged, ElementReport& element, std::size_
     const double bound = judged.validation.bound;
     const BoundedJacobian<D> plain = bounded_jacobian(nodes);
     const BoundedJacobian<D> jacobian = blurred(plain) ? sharp_jacobian(nodes) : plain;
-    element.min_scaled_jacobian = precise(judged, e).min_scaled_jacobian;
-    const LowestPoint<D> low = low_point(jacobian, element.verdict, bound);
+    element.min_scaled_jacobian = check_closely(judged, e).min_scaled_jacobian;
+    const LowestPoint<D> low = find_low_point(jacobian, element.verdict, bound);
     const bool flat = !(std::abs(jacobian.straight) > 2 * jacobian.error);
     const Vec<D> point = element_of(judged.mesh, ElementId(e)).point(low.at);
     element.witness = Witness{{low.at.begin(), low.at.end()},
                               {point.c.begin(), point.c.end()},
                               flat ? low.jacobian : low.jacobian / std::abs(jacobian.straight)};
     const double highest = *std::max_element(jacobian.coefficients.begin(), jacobian.coefficients.end());
-    element.reason = words(element, {flat, highest < -jacobian.error, bound, place<D>(low.at, element.vertices)});
+    element.reason =
+        give_reason(element, {flat, highest < -jacobian.error, bound, name_place<D>(low.at, element.vertices)});
 }
 
 template <int D>
@@ -177,7 +178,7 @@ void describe_straight(const Judged<D>& judged, ElementReport& element, std::siz
 }
 
 template <int D>
-ElementReport described(const Judged<D>& judged, std::size_t e) {
+ElementReport describe_element(const Judged<D>& judged, std::size_t e) {
     ElementReport element;
     element.number = e + 1;
     element.reference = judged.columns.references[e];
@@ -187,25 +188,27 @@ ElementReport described(const Judged<D>& judged, std::size_t e) {
     for (const VertexId v : judged.mesh.linear.elements.vertices[e])
         element.vertices.push_back(judged.numbers(v.index()));
     judged.degree == 2 ? describe_curved(judged, element, e) : describe_straight(judged, element, e);
-    if (const std::string wall = wall_words(judged, ElementId(e)); !wall.empty()) element.reason += "; " + wall;
+    if (const std::string wall = describe_wall(judged, ElementId(e)); !wall.empty()) element.reason += "; " + wall;
     return element;
 }
 
 }  // namespace
 
 template <int D>
-Outcome<std::vector<ElementReport>> worst_elements(const Judged<D>& judged, std::size_t n, const Execution& execution) {
+Outcome<std::vector<ElementReport>> find_worst_elements(const Judged<D>& judged, std::size_t n,
+                                                        const Execution& execution) {
     std::vector<std::uint32_t> chosen;
     if (judged.degree == 2) {
-        auto found = lowest_jacobians(judged, n, execution);
+        auto found = find_lowest_jacobians(judged, n, execution);
         if (!found) return fail(found.error());
         chosen = std::move(*found);
     } else {
         const Column<float>& quality = judged.columns.quality;
-        chosen = lowest(judged.columns.verdicts, Buffer<double>(quality.begin(), quality.end()), n);
+        chosen = find_lowest(judged.columns.verdicts, Buffer<double>(quality.begin(), quality.end()), n);
     }
     std::vector<ElementReport> worst(chosen.size());
-    auto done = each(execution, chosen.size(), [&](std::size_t i) { worst[i] = described(judged, chosen[i]); }, 16);
+    auto done =
+        each(execution, chosen.size(), [&](std::size_t i) { worst[i] = describe_element(judged, chosen[i]); }, 16);
     if (!done) return fail(done.error());
     const auto rank = [&](const ElementReport& e) {
         return std::tuple(e.verdict == Verdict::valid, judged.degree == 2 ? e.min_scaled_jacobian : e.quality,
@@ -216,8 +219,9 @@ Outcome<std::vector<ElementReport>> worst_elements(const Judged<D>& judged, std:
     return worst;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<std::vector<ElementReport>> worst_elements<D>(const Judged<D>&, std::size_t, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                          \
+    template Outcome<std::vector<ElementReport>> find_worst_elements<D>(const Judged<D>&, std::size_t, \
+                                                                        const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

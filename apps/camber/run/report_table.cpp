@@ -24,14 +24,14 @@ std::string table_row(std::string_view name, std::size_t n) { return table_row(n
 
 namespace {
 
-std::string before_after(double before, const double* after, std::string_view format) {
+std::string join_before_after(double before, const double* after, std::string_view format) {
     std::string text = fmt::format(fmt::runtime(format), before);
     if (after != nullptr && *after != before) text += " -> " + fmt::format(fmt::runtime(format), *after);
     return text;
 }
 
 /// The option's word for a metric, with the field's beside it.
-std::string in_words(const std::string& source) { return source == "natural" ? "natural (mesh-implied)" : source; }
+std::string name_metric(const std::string& source) { return source == "natural" ? "natural (mesh-implied)" : source; }
 
 std::string mesh_rows(const Report& report) {
     const MeshReport& m = report.mesh;
@@ -40,7 +40,7 @@ std::string mesh_rows(const Report& report) {
                        table_row(m.dimension == 2 ? "triangles" : "tetrahedra", m.elements) +
                        table_row(m.dimension == 2 ? "boundary edges" : "boundary triangles", m.facets);
     if (report.metric) {
-        text += table_row("metric", in_words(report.metric->source)) +
+        text += table_row("metric", name_metric(report.metric->source)) +
                 table_row("largest anisotropy", fmt::format("{:.4g}", report.metric->largest_anisotropy)) +
                 table_row("complexity", fmt::format("{:.6g}", report.metric->complexity));
         for (const GradationReport& g : report.metric->gradations)
@@ -56,13 +56,13 @@ std::string curve_rows(const CurveReport& c) {
     std::string text =
         table_row("edges", c.edges) +
         table_row("volume edges (curved)", fmt::format("{} ({})", grouped(c.volume_edges), grouped(c.curved_edges))) +
-        table_row("mean length gain", before_after(c.before.mean_gain, pick(&EdgeReport::mean_gain), "{:.5f}")) +
+        table_row("mean length gain", join_before_after(c.before.mean_gain, pick(&EdgeReport::mean_gain), "{:.5f}")) +
         table_row("largest length gain",
-                  before_after(c.before.largest_gain, pick(&EdgeReport::largest_gain), "{:.4f}")) +
+                  join_before_after(c.before.largest_gain, pick(&EdgeReport::largest_gain), "{:.4f}")) +
         table_row("mean curvature",
-                  before_after(c.before.mean_curvature, pick(&EdgeReport::mean_curvature), "{:.4f}")) +
+                  join_before_after(c.before.mean_curvature, pick(&EdgeReport::mean_curvature), "{:.4f}")) +
         table_row("largest curvature",
-                  before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}")) +
+                  join_before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}")) +
         table_row("edges longer than straight", after == nullptr ? c.before.longer : after->longer) +
         table_row("edges per second", grouped(static_cast<std::size_t>(c.edges_per_second)));
     if (c.outside > 0) text += table_row("edges that leave the back mesh", c.outside);
@@ -79,10 +79,11 @@ std::string validity_rows(const Report& report) {
     const auto counts = [&](std::size_t was, std::size_t is) {
         return changed && was != is ? grouped(was) + " -> " + grouped(is) : grouped(is);
     };
-    text += table_row("invalid elements", counts(before.invalid, v.invalid)) +
-            table_row("undecided elements", counts(before.undecided, v.undecided)) +
-            table_row("smallest scaled Jacobian",
-                      before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}") + " (1: as straight)");
+    text +=
+        table_row("invalid elements", counts(before.invalid, v.invalid)) +
+        table_row("undecided elements", counts(before.undecided, v.undecided)) +
+        table_row("smallest scaled Jacobian",
+                  join_before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}") + " (1: as straight)");
     if (v.straight_inverted > 0) text += table_row("inverted or flat when straight", v.straight_inverted);
     if (const auto& r = report.relax)
         text += table_row("corrected elements", r->corrected_elements) +
@@ -115,7 +116,7 @@ std::string remaining_rows(const Report& report) {
 }
 
 /// The surfaces that the distance is from: those that the nodes were put on, and not what a CAD model may have been.
-std::string_view surfaces_of(const Report& report) {
+std::string_view name_distance(const Report& report) {
     const std::string_view geometry = report.origin ? report.origin->geometry : std::string_view();
     if (geometry == "surrogate") return "largest distance to surrogate";
     if (geometry == "straight") return "largest distance to facets";
@@ -129,7 +130,8 @@ std::string boundary_rows(const Report& report) {
         table_row("surface edges, ridges, corners",
                   fmt::format("{}, {}, {}", grouped(b.surface_edges), grouped(b.ridge_edges), grouped(b.corners)));
     if (b.straight_distance && b.curved_distance)
-        text += table_row(surfaces_of(report), before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));
+        text +=
+            table_row(name_distance(report), join_before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));
     return text;
 }
 
