@@ -45,7 +45,7 @@ def distances(row):
 def meshes(results):
     return markdown(["mesh", "vertices", "tetrahedra", "edges", "volume edges", "largest anisotropy"],
                     [[name, *(grouped(row[key]) for key in ("vertices", "elements", "edges", "volume_edges")),
-                      f"{row['anisotropy']:.2g}"] for name, row in results["curving"]["rows"].items()])
+                      f"{row['anisotropy']:.{0 if row['anisotropy'] > 10 else 1}f}"] for name, row in results["curving"]["rows"].items()])
 
 
 def runs(name, distance):

@@ -81,6 +81,15 @@ def braces(path):
     return [found[1] + part + found[3] for part in found[2].split(",")] if found else [path]
 
 
+class Words(unittest.TestCase):
+    def test_one_name_for_a_thing(self):
+        """docs/glossary.md has the words; docs/report.md tells of a key that was called otherwise."""
+        other = re.compile(r"normali[sz]ed[ _]jacobian|untangl", re.IGNORECASE)
+        for page in result_pages.pages():
+            if page.name not in ("glossary.md", "report.md"):
+                self.assertIsNone(other.search(text_of(page)), page.relative_to(ROOT))
+
+
 class Places(unittest.TestCase):
     """Where pages say that something is, it is."""
 
