@@ -6,16 +6,11 @@ module;
 #include <vector>
 export module camber.surface:analytic;
 import camber.core;
+import :plane;
 
 export namespace camber {
 
-/// Directions need not be unit vectors; radii are positive.
-template <int D>
-struct Plane {
-    Vec<D> point, normal;
-    friend bool operator==(const Plane&, const Plane&) = default;
-};
-/// A circle in 2D.
+/// A circle in 2D. Here and below directions need not be unit vectors, and radii are positive.
 template <int D>
 struct Sphere {
     Vec<D> centre;
@@ -50,14 +45,6 @@ struct AnalyticGeometry {
 /// The surface of a reference; null where it has none.
 template <int D>
 [[nodiscard]] const AnalyticSurface<D>* surface_of(const AnalyticGeometry<D>& geometry, Reference reference);
-
-/// The closest point of a surface and the unit normal there (outwards where the surface is closed). On a plane whose
-/// normal is along an axis that coordinate of the point is the plane's to the last bit. Where the closest point is not
-/// unique (a centre, an axis) one is chosen.
-template <int D>
-struct SurfaceFoot {
-    Vec<D> point, normal;
-};
 
 /// The point of the surface that is nearest to p.
 template <int D>

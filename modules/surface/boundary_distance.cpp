@@ -1,12 +1,8 @@
 module;
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <span>
-#include <utility>
-#include <variant>
 module camber.surface;
 import camber.core;
 import camber.bezier;
@@ -20,109 +16,51 @@ constexpr int lattice_degree = 10;
 /// A curved facet of the mesh.
 template <int D>
 struct CurvedFacet {
-    FacetId id;
-    Reference reference = 0;
+    FacetSite<D> straight;
     QuadraticSimplex<D - 1, D> shape;
 };
 
 template <int D>
-double straight_area(const CurvedFacet<D>& facet) {
-    const auto& c = facet.shape.control;
+double straight_area(const FacetSite<D>& facet) {
+    const auto& c = facet.corners;
     if constexpr (D == 2)
         return distance(c[0], c[1]);
     else
         return 0.5 * norm(cross(c[1] - c[0], c[2] - c[0]));
 }
 
-/// Distances to the line or plane through the facet's vertices.
+/// The lattice on a facet.
 template <int D>
-auto to_own_plane(const CurvedFacet<D>& facet) {
-    const auto& c = facet.shape.control;
-    Vec<D> normal;
-    if constexpr (D == 2)
-        normal = normalised(Vec<2>{{c[1][1] - c[0][1], c[0][0] - c[1][0]}});
-    else
-        normal = normalised(cross(c[1] - c[0], c[2] - c[0]));
-    return
-        [normal, from = c[0]](const Vec<D>& p, const Barycentric<D - 1>&) { return std::fabs(dot(p - from, normal)); };
-}
-
-template <int D>
-auto to_surface(const AnalyticSurface<D>& surface) {
-    return [&surface](const Vec<D>& p, const Barycentric<D - 1>&) {
-        return distance(p, closest_point<D>(surface, p).point);
-    };
-}
-
-template <int D>
-auto to_flat(const FlatPatch<D>& flat) {
-    return [&flat](const Vec<D>& p, const Barycentric<D - 1>&) { return std::fabs(flat.height(p)); };
-}
-
-/// Whether the surrogate's facet of that number is the mesh's own.
-template <int D>
-bool is_own_facet(const Surrogate<D>& surrogate, const CurvedFacet<D>& facet) {
-    if (facet.id.index() >= surrogate.facets.size()) return false;
-    const auto& cubic = surrogate.facets[facet.id];
-    for (std::size_t i = 0; i < D; ++i) {
-        MultiIndex<D - 1> alpha{};
-        alpha[i] = 3;
-        if (cubic.at(alpha) != facet.shape.control[i]) return false;
-    }
-    return true;
-}
+constexpr auto lattice = [] {
+    std::array<Barycentric<D - 1>, node_count<lattice_degree, D - 1>> all{};
+    for (std::size_t n = 0; n < all.size(); ++n)
+        for (std::size_t i = 0; i < D; ++i)
+            all[n][i] = static_cast<double>(multi_indices<lattice_degree, D - 1>[n][i]) / lattice_degree;
+    return all;
+}();
 
 struct Samples {
     double largest = 0, mean = 0;
 };
 
-template <int D, class Distance>
-Samples sampled(const CurvedFacet<D>& facet, Distance&& distance_from) {
+/// Distances from the geometry; where that has no surface, from the plane through the facet's vertices.
+template <int D>
+Samples distances(const Geometry<D>& geometry, const CurvedFacet<D>& facet) {
+    constexpr std::size_t n = lattice<D>.size();
+    std::array<Vec<D>, n> points;
+    for (std::size_t i = 0; i < n; ++i) points[i] = facet.shape.point(lattice<D>[i]);
+    std::array<double, n> found{};
+    if (!geometry->distances(facet.straight, lattice<D>, points, found)) {
+        const Plane<D> plane = plane_through(facet.straight.corners);
+        const Vec<D> normal = normalised(plane.normal);
+        for (std::size_t i = 0; i < n; ++i) found[i] = std::fabs(dot(points[i] - plane.point, normal));
+    }
     Samples s;
-    for (const auto& alpha : multi_indices<lattice_degree, D - 1>) {
-        Barycentric<D - 1> xi{};
-        for (std::size_t i = 0; i < D; ++i) xi[i] = static_cast<double>(alpha[i]) / lattice_degree;
-        const double d = distance_from(facet.shape.point(xi), xi);
+    for (const double d : found) {
         s.largest = std::fmax(s.largest, d);
-        s.mean += d / node_count<lattice_degree, D - 1>;
+        s.mean += d / n;
     }
     return s;
-}
-
-template <int D>
-Samples distances(const StraightGeometry&, const CurvedFacet<D>& facet) {
-    return sampled(facet, to_own_plane(facet));
-}
-
-template <int D>
-Samples distances(const AnalyticGeometry<D>& geometry, const CurvedFacet<D>& facet) {
-    const auto* surface = surface_of(geometry, facet.reference);
-    return surface ? sampled(facet, to_surface<D>(*surface)) : sampled(facet, to_own_plane(facet));
-}
-
-template <int D>
-Samples distances(const Surrogate<D>& surrogate, const CurvedFacet<D>& facet) {
-    if (is_own_facet(surrogate, facet)) {
-        const auto& flat = surrogate.flats[surrogate.patches[facet.id]];
-        if (flat.is_flat()) return sampled(facet, to_flat(flat));
-        return sampled(facet, [&](const Vec<D>& p, const Barycentric<D - 1>& xi) {
-            return std::sqrt(closest_near(surrogate, facet.id, xi, p).distance_squared);
-        });
-    }
-    const auto of_reference = [&](FacetId f) { return surrogate.references[f] == facet.reference; };
-    const auto first = closest_among(surrogate, facet.shape.control[0], of_reference);
-    if (!first.facet.valid()) return sampled(facet, to_own_plane(facet));
-    return sampled(facet, [&](const Vec<D>& p, const Barycentric<D - 1>&) {
-        const auto foot = closest_among(surrogate, p, of_reference);
-        const auto& flat = surrogate.flats[surrogate.patches[foot.facet]];
-        return flat.is_flat() && flat.height(p) == 0 ? 0 : std::sqrt(foot.distance_squared);
-    });
-}
-
-template <int D>
-Samples distances(const MixedGeometry<D>& geometry, const CurvedFacet<D>& facet) {
-    return surface_of(geometry.analytic, facet.reference) ? distances(geometry.analytic, facet)
-                                                          : distances(geometry.surrogate, facet);
 }
 
 struct Total {
@@ -145,11 +83,11 @@ Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh, std::s
         return fail(ErrorKind::internal, "the features or the nodes are not of this mesh");
     const auto accumulate = [&](Total& total, std::size_t f) {
         const FacetId id(f);
-        const CurvedFacet<D> facet{id, mesh.linear.facets.references[id],
+        const CurvedFacet<D> facet{facet_site(mesh.linear, id),
                                    bezier_form<D - 1, D>(mesh.linear.points, mid_nodes, mesh.linear.facets.vertices[id],
                                                          mesh.edges.of_facets[id])};
-        const Samples s = std::visit([&](const auto& g) { return distances(g, facet); }, geometry);
-        const double area = straight_area(facet);
+        const Samples s = distances(geometry, facet);
+        const double area = straight_area(facet.straight);
         if (s.largest > total.largest || !total.worst.valid()) {
             total.largest = s.largest;
             total.worst = id;

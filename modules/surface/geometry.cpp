@@ -1,11 +1,11 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
-#include <utility>
-#include <variant>
+#include <span>
+#include <vector>
 module camber.surface;
 import camber.core;
 import camber.bezier;
@@ -14,82 +14,108 @@ namespace camber {
 
 namespace {
 
+/// The surfaces of facets, each once, by rising number; `unnumbered` for facets without one.
 template <int D>
-SurfacePoint<D> project_onto(const StraightGeometry&, const SurfaceHint&, const Vec<D>& p) {
-    return {.point = p, .normal = {}};
+std::vector<std::int64_t> surfaces_of(const GeometryModel<D>& model, std::span<const FacetSite<D>> facets) {
+    std::vector<std::int64_t> found;
+    for (const FacetSite<D>& facet : facets) found.push_back(model.surface_at(facet).id);
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
 }
 
-template <int D>
-SurfacePoint<D> project_onto(const AnalyticGeometry<D>& geometry, const SurfaceHint& hint, const Vec<D>& p) {
-    const auto* surface = hint.reference ? surface_of(geometry, *hint.reference) : nullptr;
-    if (!surface) return {.point = p, .normal = {}};
-    const auto foot = closest_point<D>(*surface, p);
-    return {foot.point, foot.normal, distance(foot.point, p), {}};
-}
-
-template <int D>
-SurfacePoint<D> project_onto(const Surrogate<D>& surrogate, const SurfaceHint& hint, const Vec<D>& p) {
-    const auto admitted = [&](FacetId f) { return !hint.reference || surrogate.references[f] == *hint.reference; };
-    const auto foot = hint.facet.index() < surrogate.facets.size() ? closest_near(surrogate, hint.facet, p)
-                                                                   : closest_among(surrogate, p, admitted);
-    if (!foot.facet.valid()) return {.point = p, .normal = {}};
-    return {foot.point, normal_at<D>(surrogate.facets[foot.facet], foot.xi), std::sqrt(foot.distance_squared),
-            foot.facet};
-}
-
-template <int D>
-SurfacePoint<D> project_onto(const MixedGeometry<D>& geometry, SurfaceHint hint, const Vec<D>& p) {
-    const auto& [analytic, surrogate] = geometry;
-    if (!hint.reference) {
-        if (hint.facet.index() >= surrogate.facets.size())
-            hint.facet = closest_among(surrogate, p, [](FacetId) { return true; }).facet;
-        if (hint.facet.valid()) hint.reference = surrogate.references[hint.facet];
-    }
-    return hint.reference && surface_of(analytic, *hint.reference) ? project_onto(analytic, hint, p)
-                                                                   : project_onto(surrogate, hint, p);
+/// What stands where these surfaces are, of which two make a curve, and more make what is said.
+GeometryEntity entity_of(const std::vector<std::int64_t>& surfaces, GeometryKind of_more) {
+    if (surfaces.empty() || surfaces.back() == GeometryEntity::unnumbered) return {};
+    if (surfaces.size() == 1) return GeometryEntity::surface(surfaces[0]);
+    if (surfaces.size() == 2 || of_more == GeometryKind::curve)
+        return {GeometryKind::curve, GeometryEntity::unnumbered, {surfaces[0], surfaces[1]}};
+    return {of_more, GeometryEntity::unnumbered, {GeometryEntity::unnumbered, GeometryEntity::unnumbered}};
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D> analytic, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                    const Features<D>& features, const SurrogateOptions& options,
-                                    const Execution& execution) {
-    const auto& references = mesh.facets.references;
-    const bool is_whole = std::all_of(references.begin(), references.end(),
-                                      [&](Reference reference) { return surface_of(analytic, reference) != nullptr; });
-    if (is_whole) return std::move(analytic);
-    auto surrogate = build_surrogate(mesh, edges, features, options, execution);
-    if (!surrogate) return fail(surrogate.error());
-    return MixedGeometry<D>{std::move(analytic), std::move(*surrogate)};
+std::optional<EntityPoint<D>> GeometryModel<D>::evaluate(const GeometryEntity&, const GeometryParameters&) const {
+    return std::nullopt;
 }
 
 template <int D>
-const AnalyticGeometry<D>* analytic_part(const Geometry<D>& geometry) {
-    if (const auto* mixed = std::get_if<MixedGeometry<D>>(&geometry)) return &mixed->analytic;
-    return std::get_if<AnalyticGeometry<D>>(&geometry);
+GeometryEntity GeometryModel<D>::entity_at_edge(const EdgeSite<D>& edge) const {
+    return entity_of(surfaces_of<D>(*this, edge.facets), GeometryKind::curve);
 }
 
 template <int D>
-const Surrogate<D>* surrogate_part(const Geometry<D>& geometry) {
-    if (const auto* mixed = std::get_if<MixedGeometry<D>>(&geometry)) return &mixed->surrogate;
-    return std::get_if<Surrogate<D>>(&geometry);
+GeometryEntity GeometryModel<D>::entity_at_vertex(std::span<const FacetSite<D>> around) const {
+    auto surfaces = surfaces_of(*this, around);
+    if (D == 2 && surfaces.size() == 2)  // surfaces are curves in 2D, and meet in a corner
+        return surfaces.back() == GeometryEntity::unnumbered
+                   ? GeometryEntity{}
+                   : GeometryEntity{GeometryKind::corner, GeometryEntity::unnumbered, {surfaces[0], surfaces[1]}};
+    return entity_of(surfaces, GeometryKind::corner);
 }
 
 template <int D>
-SurfacePoint<D> project(const Geometry<D>& geometry, const SurfaceHint& hint, const Vec<D>& p) {
-    return std::visit([&](const auto& g) { return project_onto<D>(g, hint, p); }, geometry);
+std::optional<Plane<D>> GeometryModel<D>::plane_at(const FacetSite<D>& facet) const {
+    if (surface_at(facet).kind != GeometryKind::none) return std::nullopt;
+    return plane_through(facet.corners);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                    \
-    template Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D>, const LinearMesh<D>&, const EdgeSet<D>&,   \
-                                                 const Features<D>&, const SurrogateOptions&, const Execution&); \
-    template const AnalyticGeometry<D>* analytic_part<D>(const Geometry<D>&);                                    \
-    template const Surrogate<D>* surrogate_part<D>(const Geometry<D>&);                                          \
-    template SurfacePoint<D> project<D>(const Geometry<D>&, const SurfaceHint&, const Vec<D>&);
+template <int D>
+SurfacePoint<D> GeometryModel<D>::on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const {
+    const auto has_surface = [&](const FacetSite<D>& f) { return surface_at(f).kind != GeometryKind::none; };
+    if (std::none_of(edge.facets.begin(), edge.facets.end(), has_surface)) return {.point = p, .normal = {}};
+    const SurfaceFoot<D> foot = foot_on_edge(*this, has_surface, *this, edge, p, [&] { return p; });
+    return {.point = foot.point,
+            .normal = foot.normal,
+            .distance = camber::distance(foot.point, p),
+            .entity = entity_at_edge(edge)};
+}
 
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
-#undef CAMBER_INSTANTIATE
+template <int D>
+Vec<D> GeometryModel<D>::middle_of(const EdgeSite<D>& edge) const {
+    return on_edge(edge, edge.middle()).point;
+}
+
+template <int D>
+bool GeometryModel<D>::distances(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>>,
+                                 std::span<const Vec<D>> points, std::span<double> out) const {
+    const GeometryEntity surface = surface_at(facet);
+    if (surface.kind == GeometryKind::none) return false;
+    const SurfaceHint hint{.facet = {}, .reference = facet.reference, .entity = surface};
+    for (std::size_t i = 0; i < points.size(); ++i) out[i] = project(hint, points[i]).distance;
+    return true;
+}
+
+template <int D>
+double GeometryModel<D>::distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const {
+    double largest = 0;
+    for (const FacetSite<D>& facet : meet)
+        largest = std::max(largest, project({.facet = facet.id, .reference = facet.reference}, p).distance);
+    return largest;
+}
+
+template <int D>
+std::optional<std::array<Vec<D>, D>> GeometryModel<D>::normals_at(const FacetSite<D>& facet) const {
+    const GeometryEntity surface = surface_at(facet);
+    if (surface.kind == GeometryKind::none) return std::nullopt;
+    std::array<Vec<D>, D> normals;
+    for (std::size_t i = 0; i < D; ++i)
+        normals[i] = project({.facet = {}, .reference = facet.reference, .entity = surface}, facet.corners[i]).normal;
+    return normals;
+}
+
+template <int D>
+bool GeometryModel<D>::prescribes(Reference) const {
+    return false;
+}
+
+template <int D>
+bool GeometryModel<D>::prescribes_any() const {
+    return false;
+}
+
+template class GeometryModel<2>;
+template class GeometryModel<3>;
 
 }  // namespace camber

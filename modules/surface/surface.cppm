@@ -4,10 +4,16 @@
 export module camber.surface;
 export import :features;
 export import :cubic;
+export import :plane;
 export import :analytic;
 export import :surrogate;
+export import :geometry_places;
 export import :geometry;
+export import :makers;
 export import :boundary;
+import :analytic_parameters;
+import :geometry_sheets;
+import :meeting;
 export import :fans;
 export import :flat;
 export import :given_directions;

@@ -171,12 +171,13 @@ TEST_CASE("boundary nodes of a half cylinder with a reference a face") {
 
 TEST_CASE("straight geometry keeps the chords") {
     const auto b = build(torus(10, 1, 0.4).mesh());
-    const auto nodes = boundary_nodes(b.mesh, b.features, Geometry<3>(StraightGeometry{}), one_thread).value();
+    const auto nodes = boundary_nodes(b.mesh, b.features, Geometry<3>(StraightGeometry<3>{}), one_thread).value();
     for (std::size_t e = 0; e < nodes.size(); ++e) CHECK(nodes[e] == b.mesh.mid_nodes[e]);
-    CHECK(boundary_distance<3>(b.mesh, nodes, b.features, Geometry<3>(StraightGeometry{}), one_thread).value().largest <
-          1e-15);
-    CHECK(
-        boundary_distance<3>(b.mesh, b.nodes, b.features, Geometry<3>(StraightGeometry{}), one_thread).value().largest >
-        1e-2);
-    CHECK(project<3>(Geometry<3>(StraightGeometry{}), {}, Vec<3>{{1, 2, 3}}).point == Vec<3>{{1, 2, 3}});
+    CHECK(boundary_distance<3>(b.mesh, nodes, b.features, Geometry<3>(StraightGeometry<3>{}), one_thread)
+              .value()
+              .largest < 1e-15);
+    CHECK(boundary_distance<3>(b.mesh, b.nodes, b.features, Geometry<3>(StraightGeometry<3>{}), one_thread)
+              .value()
+              .largest > 1e-2);
+    CHECK(project<3>(Geometry<3>(StraightGeometry<3>{}), {}, Vec<3>{{1, 2, 3}}).point == Vec<3>{{1, 2, 3}});
 }

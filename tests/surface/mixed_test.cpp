@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <span>
 #include <utility>
-#include <variant>
 #include <vector>
 #include <rapidcheck.h>
 
@@ -81,19 +80,20 @@ TEST_CASE("where every reference has a surface there is no surrogate, and no dig
     const auto b = build(welded({referred(sphere(4, 5), 1), referred(sphere(4, 2, 7), 2)}).mesh());
     const AnalyticGeometry<3> both{{{1, Sphere<3>{{}, 5}}, {2, Sphere<3>{{}, 2}}}};
     const auto geometry = mixed(b, both);
-    CHECK(surrogate_part(geometry) == nullptr);
-    REQUIRE(analytic_part(geometry) != nullptr);
-    CHECK(*analytic_part(geometry) == both);
+    CHECK(geometry->prescribes(1));
+    CHECK(geometry->prescribes(2));
+    CHECK_FALSE(project<3>(geometry, {.facet = FacetId(std::size_t{0})}, Vec<3>{{1, 2, 3}}).facet.valid());
     CHECK(nodes_on(b, geometry) == nodes_on(b, Geometry<3>(both)));
-    CHECK(analytic_part(Geometry<3>(StraightGeometry{})) == nullptr);
-    CHECK(surrogate_part(Geometry<3>(b.surrogate)) != nullptr);
+    CHECK_FALSE(Geometry<3>(StraightGeometry<3>{})->prescribes_any());
+    CHECK_FALSE(Geometry<3>(b.surrogate)->prescribes_any());
 }
 
 TEST_CASE("a shell with one sphere given: the other is what the surrogate makes of it") {
     const auto b = build(welded({referred(sphere(6, 5), 1), referred(sphere(6, 2, 7), 2)}).mesh());
     const AnalyticGeometry<3> outer{{{1, Sphere<3>{{}, 5}}}};
     const auto geometry = mixed(b, outer);
-    REQUIRE(std::holds_alternative<MixedGeometry<3>>(geometry));
+    CHECK(geometry->prescribes(1));
+    CHECK_FALSE(geometry->prescribes(2));
     const auto nodes = nodes_on(b, geometry), on_outer = nodes_on(b, Geometry<3>(outer));
     for (std::size_t f = 0; f < b.mesh.linear.facets.size(); ++f)
         for (const EdgeId e : b.mesh.edges.of_facets[f])

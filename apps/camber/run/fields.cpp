@@ -77,16 +77,10 @@ MeshField edge_changes(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
     return {"edge_change", Centring::node, FieldKind::scalar, Column<std::int32_t>(std::move(column))};
 }
 
-/// The largest distance from the surfaces of these facets; that of the first where they are one (a surrogate).
 template <int D>
 double distance_from(const Geometry<D>& geometry, const LinearMesh<D>& mesh, std::span<const FacetId> facets,
                      const Vec<D>& p) {
-    if (facets.empty()) return nan;
-    if (std::holds_alternative<Surrogate<D>>(geometry)) facets = facets.first(1);
-    double largest = 0;
-    for (const FacetId f : facets)
-        largest = std::max(largest, project(geometry, SurfaceHint{f, mesh.facets.references[f]}, p).distance);
-    return largest;
+    return facets.empty() ? nan : geometry->distance_where(facet_sites(mesh, facets), p);
 }
 
 template <int D>

@@ -1,10 +1,12 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <string>
 #include <utility>
@@ -55,34 +57,34 @@ Outcome<AnalyticField<D>> of_dimension(const config::SphericalShock& s) {
     return AnalyticField<D>(SphericalShock<D>{*centre, s.radius, s.least_size, s.size, s.width});
 }
 
-/// The surrogate of the geometry stage, or one made for its normals.
+/// The geometry's unit normals at the corners of the facets; zero where a facet has no surface.
 template <int D>
-Outcome<Surrogate<D>> surrogate_of(const State<D>& state, const Execution& execution) {
-    if (const auto* there = surrogate_part(*state.geometry)) return *there;
-    return build_surrogate(state.linear(), state.quadratic()->edges, *state.features, SurrogateOptions{}, execution);
+Outcome<Buffer<std::array<Vec<D>, D>>> normals_of(const Geometry<D>& geometry, const LinearMesh<D>& mesh,
+                                                  const Execution& execution) {
+    return map_each(execution, mesh.facets.size(), [&](std::size_t f) {
+        return geometry->normals_at(facet_site(mesh, FacetId(f))).value_or(std::array<Vec<D>, D>{});
+    });
 }
 
-/// The unit normal at each corner of each facet: of the analytic surface that the facet lies on, else the surrogate's.
+/// The unit normal at each corner of each facet: of the surface that the facet lies on, else of a surrogate that is
+/// made for its normals.
 template <int D>
 Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const State<D>& state, const Execution& execution) {
-    const auto surrogate = surrogate_of(state, execution);
+    const LinearMesh<D>& mesh = state.linear();
+    auto normals = normals_of(*state.geometry, mesh, execution);
+    if (!normals) return normals;
+    const auto has_surface = [&](std::size_t f) {
+        return (*state.geometry)->surface_at(facet_site(mesh, FacetId(f))).kind != GeometryKind::none;
+    };
+    const auto facets = std::views::iota(std::size_t{0}, mesh.facets.size());
+    if (std::ranges::all_of(facets, has_surface)) return normals;
+    auto surrogate = build_surrogate(mesh, state.quadratic()->edges, *state.features, SurrogateOptions{}, execution);
     if (!surrogate) return fail(surrogate.error());
-    const auto* analytic = analytic_part(*state.geometry);
-    const auto& facets = state.linear().facets;
-    return map_each(execution, facets.size(), [&](std::size_t f) {
-        std::array<Vec<D>, D> out;
-        const auto* surface = analytic ? surface_of(*analytic, facets.references[f]) : nullptr;
-        for (std::size_t i = 0; i < D; ++i) {
-            if (surface) {
-                out[i] = closest_point<D>(*surface, state.linear().points[facets.vertices[f][i]]).normal;
-                continue;
-            }
-            Barycentric<D - 1> corner{};
-            corner[i] = 1;
-            out[i] = normal_at<D>(surrogate->facets[f], corner);
-        }
-        return out;
-    });
+    const auto made = normals_of(Geometry<D>(std::move(*surrogate)), mesh, execution);
+    if (!made) return made;
+    for (const std::size_t f : facets)
+        if (!has_surface(f)) (*normals)[f] = (*made)[f];
+    return normals;
 }
 
 /// The normals at each vertex, one a smooth side: those of its facets, without repetition.

@@ -206,7 +206,7 @@ Outcome<Column<LogMetric<D>>> log_metrics_given(const config::Metric& metric, co
 template <int D>
 Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const State<D>& state,
                                    const Execution& execution) {
-    if (std::holds_alternative<config::Straight>(geometry)) return StraightGeometry{};
+    if (std::holds_alternative<config::Straight>(geometry)) return Geometry<D>(StraightGeometry<D>{});
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
         auto made = make_analytic<D>(*analytic);
         if (!made) return fail(made.error());
@@ -221,7 +221,7 @@ Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const State
     auto surrogate =
         build_surrogate(state.linear(), state.quadratic()->edges, *state.features, SurrogateOptions{}, execution);
     if (!surrogate) return fail(surrogate.error());
-    return std::move(*surrogate);
+    return Geometry<D>(std::move(*surrogate));
 }
 
 template <int D>

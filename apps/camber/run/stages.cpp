@@ -102,23 +102,21 @@ constexpr const char* starts_from_file =
     "volume edges: the search begins at the node that the mesh was read with, where that is the better start";
 
 /// Where boundary nodes are wanted: on the geometry; in a mesh that was read with its curves where they are, but for
-/// edges on analytic surfaces.
+/// edges on prescribed surfaces.
 template <int D>
 Outcome<Buffer<LagrangeNode<D>>> wanted_boundary(const State<D>& state, Report& report, const Execution& execution) {
     const bool keeps = state.required == RequiredBoundary::keep;
     const QuadraticMesh<D>& mesh = *state.quadratic();
     auto nodes = boundary_nodes(keeps ? mesh : without_required(mesh), *state.features, *state.geometry, execution);
     if (!nodes || !state.read_curved) return nodes;
-    const auto* analytic = analytic_part(*state.geometry);
     const auto around = facet_shells(mesh.edges, execution);
     if (!around) return fail(around.error());
     std::size_t kept = 0;
     for (std::size_t e = 0; e < nodes->size(); ++e) {
         if (state.features->edge_kinds[e] == EdgeKind::volume) continue;
-        const bool on_analytic = analytic && std::ranges::any_of((*around)[e], [&](FacetId f) {
-                                     return surface_of(*analytic, mesh.linear.facets.references[f]) != nullptr;
-                                 });
-        if (on_analytic) continue;
+        const bool is_prescribed = std::ranges::any_of(
+            (*around)[e], [&](FacetId f) { return (*state.geometry)->prescribes(mesh.linear.facets.references[f]); });
+        if (is_prescribed) continue;
         (*nodes)[e] = mesh.mid_nodes[e];
         ++kept;
     }

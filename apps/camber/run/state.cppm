@@ -36,8 +36,8 @@ struct State {
         const auto* curves = quadratic();
         return curves ? curves->linear : std::get<LinearMesh<D>>(mesh);
     }
-    /// Whether the boundary's nodes are the file's: they stay, unless analytic surfaces are given.
-    [[nodiscard]] bool boundary_is_given() const { return read_curved && !(geometry && analytic_part(*geometry)); }
+    /// Whether the boundary's nodes are the file's: they stay, unless surfaces are prescribed.
+    [[nodiscard]] bool boundary_is_given() const { return read_curved && !(geometry && (*geometry)->prescribes_any()); }
     /// None while the mesh is of degree 1.
     [[nodiscard]] const QuadraticMesh<D>* quadratic() const { return std::get_if<QuadraticMesh<D>>(&mesh); }
 

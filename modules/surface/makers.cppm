@@ -1,0 +1,51 @@
+module;
+#include <memory>
+#include <optional>
+#include <vector>
+export module camber.surface:makers;
+import camber.core;
+import :analytic;
+import :features;
+import :geometry;
+import :geometry_places;
+import :plane;
+import :surrogate;
+
+export namespace camber {
+
+/// The boundary is what the straight facets are: nothing is curved, and there is no surface to project onto.
+template <int D>
+class StraightGeometry final : public GeometryModel<D> {
+  public:
+    [[nodiscard]] SurfacePoint<D> project(const SurfaceHint& hint, const Vec<D>& p) const override;
+    [[nodiscard]] GeometryEntity surface_at(const FacetSite<D>& facet) const override;
+};
+
+/// The surrogate as a geometry: surfaces are its patches, curves its ridge curves. Edges and facets of the mesh that it
+/// was made from are known by their number and place; those of others are projected.
+template <int D>
+[[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(Surrogate<D> surrogate);
+
+/// Analytic surfaces as a geometry; references without one have no surface.
+template <int D>
+[[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(AnalyticGeometry<D> analytic);
+
+/// Two geometries mixed by reference: facets of `references` lie on `first`, which has surfaces for them, all others on
+/// `rest`. Where a surface of `first` meets one that `rest` prescribes or a plane of it, edges lie on the curve of
+/// both; where it meets another, which is known by its nodes alone, on `first`, next to where `rest` has the edge.
+template <int D>
+struct MixedGeometry {
+    std::vector<Reference> references;
+    Geometry<D> first, rest;
+};
+template <int D>
+[[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(MixedGeometry<D> mixed);
+
+/// The analytic surfaces alone where every facet has one, else with the surrogate for the rest. Errors: those of
+/// build_surrogate.
+template <int D>
+[[nodiscard]] Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D> analytic, const LinearMesh<D>& mesh,
+                                                  const EdgeSet<D>& edges, const Features<D>& features,
+                                                  const SurrogateOptions& options, const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,228 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+module camber.surface;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+bool is_own_edge(const Surrogate<D>& surrogate, std::size_t row, const EdgeSite<D>& edge) {
+    if (row == surrogate.edges.size()) return false;
+    const auto& c = surrogate.edge_curves[row].curve.control;
+    return c.front() == edge.ends[0] && c.back() == edge.ends[1];
+}
+
+/// Whether the surrogate's facet of that number is the mesh's own.
+template <int D>
+bool is_own_facet(const Surrogate<D>& surrogate, const FacetSite<D>& facet) {
+    if (facet.id.index() >= surrogate.facets.size()) return false;
+    const auto& cubic = surrogate.facets[facet.id];
+    for (std::size_t i = 0; i < D; ++i) {
+        MultiIndex<D - 1> alpha{};
+        alpha[i] = 3;
+        if (cubic.at(alpha) != facet.corners[i]) return false;
+    }
+    return true;
+}
+
+template <int D>
+Vec<D> centroid_of(const FacetSite<D>& facet) {
+    Vec<D> sum = facet.corners[0];
+    for (std::size_t i = 1; i < D; ++i) sum += facet.corners[i];
+    return sum / D;
+}
+
+template <int D>
+GeometryParameters parameters_at(const SurrogateFoot<D>& foot) {
+    GeometryParameters parameters{{foot.xi[1], 0}, static_cast<std::uint32_t>(foot.facet.index())};
+    if constexpr (D == 3) parameters.u[1] = foot.xi[2];
+    return parameters;
+}
+
+template <int D>
+class SurrogateModel final : public GeometryModel<D> {
+  public:
+    explicit SurrogateModel(Surrogate<D> surrogate) : surrogate_(std::move(surrogate)) {}
+
+    [[nodiscard]] SurfacePoint<D> project(const SurfaceHint& hint, const Vec<D>& p) const override {
+        const auto admitted = [&](FacetId f) {
+            if (hint.entity.kind == GeometryKind::surface) return surrogate_.patches[f] == hint.entity.id;
+            return !hint.reference || surrogate_.references[f] == *hint.reference;
+        };
+        const auto foot = hint.facet.index() < surrogate_.facets.size() ? closest_near(surrogate_, hint.facet, p)
+                                                                        : closest_among(surrogate_, p, admitted);
+        if (!foot.facet.valid()) return {.point = p, .normal = {}};
+        return {.point = foot.point,
+                .normal = normal_at<D>(surrogate_.facets[foot.facet], foot.xi),
+                .distance = std::sqrt(foot.distance_squared),
+                .facet = foot.facet,
+                .entity = patch_of(foot.facet),
+                .reference = surrogate_.references[foot.facet],
+                .parameters = parameters_at(foot)};
+    }
+
+    [[nodiscard]] GeometryEntity surface_at(const FacetSite<D>& facet) const override {
+        if (is_own_facet(surrogate_, facet)) return patch_of(facet.id);
+        const auto foot = closest_of_reference(facet.reference, centroid_of(facet));
+        return foot.facet.valid() ? patch_of(foot.facet) : GeometryEntity{};
+    }
+
+    [[nodiscard]] std::optional<EntityPoint<D>> evaluate(const GeometryEntity& entity,
+                                                         const GeometryParameters& parameters) const override {
+        const auto& [u, piece] = parameters;
+        if (entity.kind == GeometryKind::curve) {
+            if (piece >= surrogate_.edges.size()) return std::nullopt;
+            const auto here = expand(surrogate_.edge_curves[piece].curve, Barycentric<1>{1 - u[0], u[0]});
+            return EntityPoint<D>{here.point, {here.first[0]}, {}};
+        }
+        if (entity.kind != GeometryKind::surface || piece >= surrogate_.facets.size()) return std::nullopt;
+        const FacetId f(std::size_t{piece});
+        Barycentric<D - 1> xi{1 - u[0], u[0]};
+        if constexpr (D == 3) xi = {1 - u[0] - u[1], u[0], u[1]};
+        const auto here = expand(surrogate_.facets[f], xi);
+        EntityPoint<D> out{here.point, {here.first[0]}, normal_at<D>(surrogate_.facets[f], xi)};
+        if constexpr (D == 3) out.tangents[1] = here.first[1];
+        return out;
+    }
+
+    [[nodiscard]] GeometryEntity entity_at_edge(const EdgeSite<D>& edge) const override {
+        if (edge.kind != EdgeKind::ridge) return GeometryModel<D>::entity_at_edge(edge);
+        const CurveFoot<D> foot = on_ridge(edge, edge.middle());
+        return foot.row < surrogate_.edges.size() ? curve_at(foot.row, edge) : GeometryModel<D>::entity_at_edge(edge);
+    }
+
+    /// The plane of the patch under the facet; of a facet under which there is no patch, its own.
+    [[nodiscard]] std::optional<Plane<D>> plane_at(const FacetSite<D>& facet) const override {
+        const auto foot = closest_of_reference(facet.reference, centroid_of(facet));
+        if (!foot.facet.valid()) return plane_through(facet.corners);
+        const auto& flat = surrogate_.flats[surrogate_.patches[foot.facet]];
+        if (!flat.is_flat()) return std::nullopt;
+        return Plane<D>{flat.point, flat.normal};
+    }
+
+    /// A ridge's own curve; of another mesh's ridge, the nearest of all ridge curves. Other edges: of their reference's
+    /// patches the nearest point, in flat ones within the plane.
+    [[nodiscard]] SurfacePoint<D> on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const override {
+        if (edge.kind == EdgeKind::ridge) {
+            const CurveFoot<D> foot = on_ridge(edge, p);
+            if (foot.row < surrogate_.edges.size())
+                return {.point = foot.point,
+                        .normal = {},
+                        .distance = camber::distance(foot.point, p),
+                        .entity = curve_at(foot.row, edge),
+                        .parameters = GeometryParameters{{foot.t, 0}, static_cast<std::uint32_t>(foot.row)}};
+        }
+        const auto foot = edge.facets.empty() ? SurrogateFoot<D>{} : closest_of_reference(edge.facets[0].reference, p);
+        if (!foot.facet.valid()) return {.point = p, .normal = {}};
+        const Vec<D> point = in_plane(foot, p);
+        return {.point = point,
+                .normal = normal_at<D>(surrogate_.facets[foot.facet], foot.xi),
+                .distance = camber::distance(point, p),
+                .facet = foot.facet,
+                .entity = patch_of(foot.facet),
+                .reference = surrogate_.references[foot.facet],
+                .parameters = parameters_at(foot)};
+    }
+
+    [[nodiscard]] Vec<D> middle_of(const EdgeSite<D>& edge) const override {
+        const std::size_t row = surrogate_.row(edge.id);
+        if (is_own_edge(surrogate_, row, edge)) return surrogate_.edge_curves[row].middle;
+        const Vec<D> middle = edge.middle();
+        if (edge.kind == EdgeKind::ridge) {
+            const auto foot = closest_on_ridges(surrogate_, middle);
+            if (foot.row < surrogate_.edges.size()) return foot.point;
+        }
+        if (edge.facets.empty()) return middle;
+        const auto foot = closest_of_reference(edge.facets[0].reference, middle);
+        return foot.facet.valid() ? in_plane(foot, middle) : middle;
+    }
+
+    /// Points of an own facet start at their place on it, and in flat patches count 0 within the plane's tolerance.
+    [[nodiscard]] bool distances(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
+                                 std::span<const Vec<D>> points, std::span<double> out) const override {
+        if (is_own_facet(surrogate_, facet)) {
+            const auto& flat = surrogate_.flats[surrogate_.patches[facet.id]];
+            for (std::size_t i = 0; i < points.size(); ++i)
+                out[i] = flat.is_flat()
+                             ? std::fabs(flat.height(points[i]))
+                             : std::sqrt(closest_near(surrogate_, facet.id, at[i], points[i]).distance_squared);
+            return true;
+        }
+        if (!closest_of_reference(facet.reference, facet.corners[0]).facet.valid()) return false;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const auto foot = closest_of_reference(facet.reference, points[i]);
+            const auto& flat = surrogate_.flats[surrogate_.patches[foot.facet]];
+            out[i] = flat.is_flat() && flat.height(points[i]) == 0 ? 0 : std::sqrt(foot.distance_squared);
+        }
+        return true;
+    }
+
+    /// The surrogate is one surface: the nearest place that is seen from the first facet.
+    [[nodiscard]] double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const override {
+        return GeometryModel<D>::distance_where(meet.first(1), p);
+    }
+
+    [[nodiscard]] std::optional<std::array<Vec<D>, D>> normals_at(const FacetSite<D>& facet) const override {
+        if (!is_own_facet(surrogate_, facet)) return GeometryModel<D>::normals_at(facet);
+        std::array<Vec<D>, D> normals;
+        for (std::size_t i = 0; i < D; ++i) {
+            Barycentric<D - 1> corner{};
+            corner[i] = 1;
+            normals[i] = normal_at<D>(surrogate_.facets[facet.id], corner);
+        }
+        return normals;
+    }
+
+  private:
+    [[nodiscard]] GeometryEntity patch_of(FacetId f) const { return GeometryEntity::surface(surrogate_.patches[f]); }
+
+    [[nodiscard]] SurrogateFoot<D> closest_of_reference(Reference reference, const Vec<D>& p) const {
+        return closest_among(surrogate_, p, [&](FacetId f) { return surrogate_.references[f] == reference; });
+    }
+
+    /// The foot of p, in the plane of a flat patch to the last bit.
+    [[nodiscard]] Vec<D> in_plane(const SurrogateFoot<D>& foot, const Vec<D>& p) const {
+        const auto& flat = surrogate_.flats[surrogate_.patches[foot.facet]];
+        return flat.is_flat() ? flat.snapped(p) : foot.point;
+    }
+
+    [[nodiscard]] CurveFoot<D> on_ridge(const EdgeSite<D>& edge, const Vec<D>& p) const {
+        const std::size_t row = surrogate_.row(edge.id);
+        if (!is_own_edge(surrogate_, row, edge)) return closest_on_ridges(surrogate_, p);
+        const auto foot = closest_on(surrogate_.edge_curves[row].curve, p);
+        return {row, foot.xi[1], foot.point, foot.distance_squared};
+    }
+
+    [[nodiscard]] GeometryEntity curve_at(std::size_t row, const EdgeSite<D>& edge) const {
+        const GeometryEntity sides = GeometryModel<D>::entity_at_edge(edge);
+        const std::int64_t number = surrogate_.edge_curves[row].curve_number;
+        // An open rim, or the inside of a patch: the one patch is on both sides.
+        if (sides.kind != GeometryKind::curve) return {GeometryKind::curve, number, {sides.id, sides.id}};
+        return {GeometryKind::curve, number, sides.sides};
+    }
+
+    Surrogate<D> surrogate_;
+};
+
+}  // namespace
+
+template <int D>
+std::shared_ptr<const GeometryModel<D>> model_of(Surrogate<D> surrogate) {
+    return std::make_shared<const SurrogateModel<D>>(std::move(surrogate));
+}
+
+template std::shared_ptr<const GeometryModel<2>> model_of(Surrogate<2>);
+template std::shared_ptr<const GeometryModel<3>> model_of(Surrogate<3>);
+
+}  // namespace camber
