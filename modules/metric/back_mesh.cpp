@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <span>
 #include <string>
 #include <utility>
 module camber.metric;
@@ -23,7 +24,7 @@ LogMetric<D> interpolated(const Column<LogMetric<D>>& column, const SimplexVerti
 /// Beyond the boundary the field is constant along the line to the nearest point: only the part of its gradient along
 /// the face (or edge, or vertex) on which that point lies remains.
 template <int D>
-LogGradient<D> along_support(const LogGradient<D>& g, const BackMesh<D>& back, const Location<D>& location) {
+LogGradient<D> along_support(const LogGradient<D>& g, const StraightBack<D>& back, const Location<D>& location) {
     const auto& v = back.mesh.elements.vertices[location.element];
     std::array<Vec<D>, D + 1> support{};
     int n = 0;
@@ -54,12 +55,12 @@ std::array<Vec<D>, D + 1> barycentric_gradients(const LinearMesh<D>& mesh, Eleme
 }
 
 template <int D>
-LogGradient<D> field_gradient(const BackMesh<D>& back, ElementId e) {
-    const auto& v = back.mesh.elements.vertices[e];
-    const auto gradients = barycentric_gradients(back.mesh, e);
+LogGradient<D> StraightBack<D>::gradient_in(ElementId e) const {
+    const auto& v = mesh.elements.vertices[e];
+    const auto gradients = barycentric_gradients(mesh, e);
     LogGradient<D> g{};
     for (int a = 1; a <= D; ++a) {
-        const Sym<D> difference = back.log_metrics[v[a]].l - back.log_metrics[v[0]].l;
+        const Sym<D> difference = log_metrics[v[a]].l - log_metrics[v[0]].l;
         for (int i = 0; i < D; ++i) g[i] += gradients[a][i] * difference;
     }
     return g;
@@ -73,7 +74,7 @@ Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<E
                     "the metric has " + std::to_string(log_metrics.size()) + " rows, the mesh " +
                         std::to_string(mesh.points.size()) + " vertices",
                     {}, {}, "give the metric of this mesh");
-    BackMesh<D> back;
+    StraightBack<D> back;
     back.mesh = mesh;
     back.log_metrics = std::move(log_metrics);
     auto across = neighbours(mesh, balls, execution);
@@ -92,7 +93,7 @@ Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<E
         for (const ElementId e : balls[v]) {
             const double volume = std::abs(Frame<D>(mesh, e).determinant);
             if (!(volume > 0)) continue;
-            const LogGradient<D> g = field_gradient(back, e);
+            const LogGradient<D> g = back.gradient_in(e);
             for (int i = 0; i < D; ++i) sum[i] += volume * g[i];
             weight += volume;
         }
@@ -102,42 +103,58 @@ Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<E
     });
     if (!gradients) return fail(gradients.error());
     back.nodal_gradients = std::move(*gradients);
-    return back;
+    return BackMesh<D>(std::move(back));
 }
 
 template <int D>
-FieldSample<D> sample_value(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
-    FieldSample<D> s;
-    s.location = locate(back, p, hint);
-    s.log_metric = interpolated<D>(back.log_metrics, back.mesh.elements.vertices[s.location.element], s.location.xi);
-    return s;
+void StraightBack<D>::sample_values(std::span<const Vec<D>> points, ElementId hint,
+                                    std::span<FieldSample<D>> out) const {
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        out[n].location = locate(points[n], hint);
+        hint = out[n].location.element;
+        out[n].log_metric = interpolated<D>(log_metrics, mesh.elements.vertices[hint], out[n].location.xi);
+    }
 }
 
 template <int D>
-FieldSample<D> sample_with_gradient(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
-    FieldSample<D> s = sample_value(back, p, hint);
-    s.gradient = field_gradient(back, s.location.element);
-    if (s.location.placement != Placement::inside) s.gradient = along_support<D>(s.gradient, back, s.location);
-    return s;
+void StraightBack<D>::sample_with_gradients(std::span<const Vec<D>> points, ElementId hint,
+                                            std::span<FieldSample<D>> out) const {
+    sample_values(points, hint, out);
+    for (FieldSample<D>& s : out) {
+        s.gradient = gradient_in(s.location.element);
+        if (s.location.placement != Placement::inside) s.gradient = along_support<D>(s.gradient, *this, s.location);
+    }
 }
 
 template <int D>
-FieldSample<D> sample_with_recovered_gradient(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
-    FieldSample<D> s = sample_value(back, p, hint);
-    const auto& v = back.mesh.elements.vertices[s.location.element];
-    for (int a = 0; a <= D; ++a)
-        for (int i = 0; i < D; ++i) s.gradient[i] += s.location.xi[a] * back.nodal_gradients[v[a]][i];
-    return s;
+void StraightBack<D>::sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
+                                                      std::span<FieldSample<D>> out) const {
+    sample_values(points, hint, out);
+    for (FieldSample<D>& s : out) {
+        const auto& v = mesh.elements.vertices[s.location.element];
+        s.gradient = {};
+        for (int a = 0; a <= D; ++a)
+            for (int i = 0; i < D; ++i) s.gradient[i] += s.location.xi[a] * nodal_gradients[v[a]][i];
+    }
+}
+
+template <int D>
+BackSector<D> StraightBack<D>::sector(ElementId e, VertexId a, VertexId b) const {
+    const auto gradients = barycentric_gradients(mesh, e);
+    BackSector<D> sector{gradient_in(e), {}};
+    // The coordinates of the vertices that are not on the edge rise from its walls inwards.
+    int n = 0;
+    for (int i = 0; i <= D; ++i)
+        if (const VertexId v = mesh.elements.vertices[e][i]; v != a && v != b && n < D - 1)
+            sector.walls[n++] = gradients[i];
+    return sector;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                          \
+    template class StraightBack<D>;                                                                    \
     template Outcome<BackMesh<D>> make_back_mesh<D>(const LinearMesh<D>&, const Incidence<ElementId>&, \
                                                     Column<LogMetric<D>>, const Execution&);           \
-    template std::array<Vec<D>, D + 1> barycentric_gradients<D>(const LinearMesh<D>&, ElementId);      \
-    template LogGradient<D> field_gradient<D>(const BackMesh<D>&, ElementId);                          \
-    template FieldSample<D> sample_value<D>(const BackMesh<D>&, const Vec<D>&, ElementId);             \
-    template FieldSample<D> sample_with_gradient<D>(const BackMesh<D>&, const Vec<D>&, ElementId);     \
-    template FieldSample<D> sample_with_recovered_gradient<D>(const BackMesh<D>&, const Vec<D>&, ElementId);
+    template std::array<Vec<D>, D + 1> barycentric_gradients<D>(const LinearMesh<D>&, ElementId);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

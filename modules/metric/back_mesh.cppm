@@ -1,7 +1,11 @@
 module;
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
 export module camber.metric:back_mesh;
 import camber.core;
 import :spd;
@@ -36,20 +40,82 @@ struct FieldSample {
     Location<D> location;
 };
 
-/// A discrete metric field (paper §1.2): log-metrics at the vertices of a straight mesh, linear in each element,
-/// constant along the normal beyond the boundary. An immutable value with all that location needs.
+/// A vertex of a back mesh: its place, and log M there.
 template <int D>
-struct BackMesh {
-    LinearMesh<D> mesh;
-    Column<LogMetric<D>> log_metrics;        ///< at the vertices
-    Column<LogGradient<D>> nodal_gradients;  ///< volume-weighted means over the balls: they do not jump
-    Neighbours<D> neighbours;
-    Column<ElementFace> boundary;
-    BoxTree<D> boundary_tree;  ///< boxes of `boundary`
+struct BackVertex {
+    Vec<D> point;
+    LogMetric<D> log_metric;
 };
 
-/// Errors: a column whose size is not that of the vertices; an element without neighbours' order (see `neighbours`);
-/// stopped.
+/// One element of the shell of an edge, seen from the edge: the field's gradient on that side, and the inward normals
+/// of the element's two faces through the edge (2D: of the one edge), of any length.
+template <int D>
+struct BackSector {
+    LogGradient<D> gradient{};
+    std::array<Vec<D>, D - 1> walls{};
+};
+
+/// The face that every kind of back mesh has: a metric field with elements, by which a search for a point begins where
+/// the last one ended. Models are immutable, and asked by many threads at once; up to rounding no answer depends on a
+/// hint. Nothing here says that elements are straight. A curved back mesh (of degree 2, or one that carries the field
+/// of a moved wall) has to provide what is asked below: location in its curved elements, where ξ are coordinates of the
+/// reference element; gradients through the inverse of the element's Jacobian, which are then not constant in it; and
+/// for `sector`, tangent planes of the curved faces at the middle of the edge.
+///
+/// Samples are asked for a pack of points at a time, so that none is a call of its own: out[i] is the sample at
+/// points[i], searched from `hint` for the first and from the element of the one before for each other, to the last bit
+/// as if they were asked one by one. Points of a pack should follow one another in space. out.size() = points.size().
+template <int D>
+class BackModel {
+  public:
+    virtual ~BackModel() = default;
+
+    /// The element that holds p, or what stands for it.
+    [[nodiscard]] virtual Location<D> locate(const Vec<D>& p, ElementId hint) const = 0;
+    /// log M alone; gradients are left as they are.
+    virtual void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const = 0;
+    /// log M with the gradient of the element in which the point lies; beyond the boundary, that of the constant
+    /// continuation.
+    virtual void sample_with_gradients(std::span<const Vec<D>> points, ElementId hint,
+                                       std::span<FieldSample<D>> out) const = 0;
+    /// log M with the recovered gradient, which is continuous across faces.
+    virtual void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
+                                                 std::span<FieldSample<D>> out) const = 0;
+
+    [[nodiscard]] virtual std::size_t vertex_count() const = 0;
+    [[nodiscard]] virtual BackVertex<D> vertex(VertexId v) const = 0;
+    /// Element e of the shell of the edge (a, b).
+    [[nodiscard]] virtual BackSector<D> sector(ElementId e, VertexId a, VertexId b) const = 0;
+
+  protected:
+    BackModel() = default;
+    BackModel(const BackModel&) = default;
+    BackModel(BackModel&&) = default;
+    BackModel& operator=(const BackModel&) = default;
+    BackModel& operator=(BackModel&&) = default;
+};
+
+/// A metric field on a mesh: an immutable value of any model, cheap to copy. Questions go through `->`; one without a
+/// model must not be asked.
+template <int D>
+class BackMesh {
+  public:
+    BackMesh() = default;
+    explicit BackMesh(std::shared_ptr<const BackModel<D>> model) : model_(std::move(model)) {}
+    template <std::derived_from<BackModel<D>> Model>
+    explicit BackMesh(Model model) : model_(std::make_shared<const Model>(std::move(model))) {}
+
+    [[nodiscard]] const BackModel<D>* operator->() const { return model_.get(); }
+    [[nodiscard]] const BackModel<D>& operator*() const { return *model_; }
+
+  private:
+    std::shared_ptr<const BackModel<D>> model_;
+};
+
+/// The discrete field of the paper (§1.2): log-metrics at the vertices of a straight mesh, linear in each element,
+/// constant along the normal beyond the boundary. The recovered gradient interpolates volume-weighted means over the
+/// balls of the vertices. Errors: a column whose size is not that of the vertices; an element without neighbours' order
+/// (see `neighbours`); stopped.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   Column<LogMetric<D>> log_metrics, const Execution& execution);
@@ -58,25 +124,35 @@ template <int D>
 template <int D>
 [[nodiscard]] std::array<Vec<D>, D + 1> barycentric_gradients(const LinearMesh<D>& mesh, ElementId e);
 
-/// ∂ log M in one element, where it is constant: ∂_i log M = Σ_j ∂_i u_j log M_j.
+/// The element that holds p. In a straight mesh: a walk through neighbours from `hint`, else from the nearest boundary
+/// point, from where no boundary hides p.
 template <int D>
-[[nodiscard]] LogGradient<D> field_gradient(const BackMesh<D>& back, ElementId e);
+[[nodiscard]] Location<D> locate(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
+    return back->locate(p, hint);
+}
 
-/// The element that holds p: a walk through neighbours from `hint`, else from the nearest boundary point, from where no
-/// boundary hides p. Up to rounding the result does not depend on the hint.
+/// A single point's sample_values.
 template <int D>
-[[nodiscard]] Location<D> locate(const BackMesh<D>& back, const Vec<D>& p, ElementId hint);
+[[nodiscard]] FieldSample<D> sample_value(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
+    FieldSample<D> sample;
+    back->sample_values({&p, 1}, hint, {&sample, 1});
+    return sample;
+}
 
-/// log M at p.
+/// A single point's sample_with_gradients.
 template <int D>
-[[nodiscard]] FieldSample<D> sample_value(const BackMesh<D>& back, const Vec<D>& p, ElementId hint);
+[[nodiscard]] FieldSample<D> sample_with_gradient(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
+    FieldSample<D> sample;
+    back->sample_with_gradients({&p, 1}, hint, {&sample, 1});
+    return sample;
+}
 
-/// log M at p with the gradient of the element in which p lies; beyond the boundary, that of the constant continuation.
+/// A single point's sample_with_recovered_gradients.
 template <int D>
-[[nodiscard]] FieldSample<D> sample_with_gradient(const BackMesh<D>& back, const Vec<D>& p, ElementId hint);
-
-/// log M at p with the recovered gradient: nodal_gradients interpolated, which is continuous across faces.
-template <int D>
-[[nodiscard]] FieldSample<D> sample_with_recovered_gradient(const BackMesh<D>& back, const Vec<D>& p, ElementId hint);
+[[nodiscard]] FieldSample<D> sample_with_recovered_gradient(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
+    FieldSample<D> sample;
+    back->sample_with_recovered_gradients({&p, 1}, hint, {&sample, 1});
+    return sample;
+}
 
 }  // namespace camber

@@ -13,7 +13,7 @@ namespace {
 
 /// A_i − A_D: how the node moves with u_i.
 template <int D>
-Mat<D> sides_from_last(const BackMesh<D>& back, ElementId e) {
+Mat<D> sides_from_last(const StraightBack<D>& back, ElementId e) {
     const auto& v = back.mesh.elements.vertices[e];
     Mat<D> sides;
     for (int i = 0; i < D; ++i) sides.column[i] = back.mesh.points[v[i]] - back.mesh.points[v[D]];
@@ -22,7 +22,7 @@ Mat<D> sides_from_last(const BackMesh<D>& back, ElementId e) {
 
 /// log M(A_i) − log M(A_D): how log M(P^l) does.
 template <int D>
-LogGradient<D> log_differences(const BackMesh<D>& back, ElementId e) {
+LogGradient<D> log_differences(const StraightBack<D>& back, ElementId e) {
     const auto& v = back.mesh.elements.vertices[e];
     LogGradient<D> out;
     for (int i = 0; i < D; ++i) out[i] = back.log_metrics[v[i]].l - back.log_metrics[v[D]].l;
@@ -45,11 +45,11 @@ struct InElement {
 template <int D>
 class ElementSearch {
   public:
-    ElementSearch(const BackMesh<D>& back, const EdgeObjective<D>& objective, const UnitFrame<D>& frame)
+    ElementSearch(const StraightBack<D>& back, const EdgeObjective<D>& objective, const UnitFrame<D>& frame)
         : back_(back), objective_(objective), frame_(frame) {}
 
     [[nodiscard]] InElement<D> at(const Vec<D>& y, ElementId hint) const {
-        const Location<D> location = locate(back_, frame_.node(y), hint);
+        const Location<D> location = back_.locate(frame_.node(y), hint);
         InElement<D> place;
         place.y = y;
         if (location.placement != Placement::inside) {
@@ -213,7 +213,7 @@ class ElementSearch {
         return EdgeSearch::polished;
     }
 
-    const BackMesh<D>& back_;
+    const StraightBack<D>& back_;
     const EdgeObjective<D>& objective_;
     const UnitFrame<D>& frame_;
 };
@@ -223,7 +223,7 @@ class ElementSearch {
 template <int D>
 BarycentricSample<D> evaluate_in_element(const EdgeObjective<D>& objective, ElementId element,
                                          const std::array<double, D + 1>& u) {
-    const BackMesh<D>& back = *objective.back;
+    const StraightBack<D>& back = *straight_part(*objective.back);
     const Mat<D> sides = sides_from_last(back, element);
     const LogGradient<D> differences = log_differences(back, element);
     const auto& v = back.mesh.elements.vertices[element];
@@ -244,7 +244,7 @@ BarycentricSample<D> evaluate_in_element(const EdgeObjective<D>& objective, Elem
         if (objective.field == EdgeFieldKind::edge) {
             log_metric = EdgeField<D>{objective.l20, mid, objective.l02}.at(t);
         } else {
-            const FieldSample<D> sample = sample_with_gradient(back, edge.point(t), at);
+            const FieldSample<D> sample = sample_with_gradient(*objective.back, edge.point(t), at);
             at = sample.location.element;
             log_metric = sample.log_metric;
             // In another element than the node's, log M changes with the point's place: ∂_i l = 4t(1−t)(A_i − A_D).
@@ -276,12 +276,14 @@ BarycentricSample<D> evaluate_in_element(const EdgeObjective<D>& objective, Elem
 template <int D>
 EdgeMinimum<D> minimise_edge_barycentric(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02, ElementId hint,
                                          const EdgeRules& rules, const EdgeMinimiserOptions& options) {
+    const StraightBack<D>* straight = straight_part(back);
+    if (!straight) return minimise_edge(back, p20, p02, hint, rules, options);
     EdgeObjective<D> objective =
         edge_objective(back, rules.objective, options.objective, options.field, p20, p02, hint);
     const UnitFrame<D> frame = unit_frame(back, objective, options.max_tangential_shift, options.max_offset);
     const Iterate<D> first = start(objective, frame, frame.coordinates(geodesic_start(back, p20, p02, hint)));
     EdgeMinimum<D> minimum;
-    const ElementSearch<D> search(back, objective, frame);
+    const ElementSearch<D> search(*straight, objective, frame);
     InElement<D> place = search.at(first.y, hint);
     minimum.search = search.descend(place, options.max_iterations, options.tolerance);
     minimum.node.point = frame.node(place.y);
@@ -289,7 +291,7 @@ EdgeMinimum<D> minimise_edge_barycentric(const BackMesh<D>& back, const Vec<D>& 
         EdgeObjective<D> length = objective;
         length.kind = EdgeObjectiveKind::length;
         const UnitFrame<D> length_frame = unit_frame(back, length, options.max_tangential_shift, options.max_offset);
-        const ElementSearch<D> shortening(back, length, length_frame);
+        const ElementSearch<D> shortening(*straight, length, length_frame);
         InElement<D> shorter = shortening.at(length_frame.coordinates(minimum.node.point), place.element);
         static_cast<void>(shortening.descend(shorter, 5, options.length_tolerance));
         minimum.node.point = length_frame.node(shorter.y);

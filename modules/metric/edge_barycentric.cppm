@@ -22,6 +22,8 @@ struct BarycentricSample {
     Vec<D> gradient;  ///< with respect to u_0 … u_{D−1}
     Sym<D> hessian;   ///< the SPD model, as that of EdgeObjective, in these coordinates
 };
+
+/// The objective with its node at u in an element of its back mesh, which must be one of make_back_mesh.
 template <int D>
 [[nodiscard]] BarycentricSample<D> evaluate_in_element(const EdgeObjective<D>& objective, ElementId element,
                                                        const std::array<double, D + 1>& u);
@@ -29,7 +31,9 @@ template <int D>
 /// minimise_edge by that formulation: the same objective, start, bounds and judging rule, but the search moves in one
 /// back element at a time, stops at the face that a step would cross, and starts again in the element beyond, or along
 /// the face where both sides push it there. The node stays in the back mesh, where minimise_edge may leave it for the
-/// constant continuation beyond the boundary.
+/// constant continuation beyond the boundary. It needs straight elements, as make_back_mesh has them: in any other back
+/// mesh it is minimise_edge. (For a curved one the node's coordinates ξ would be those of the reference element, and
+/// corners and their differences become x(ξ) and its derivatives.)
 template <int D>
 [[nodiscard]] EdgeMinimum<D> minimise_edge_barycentric(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02,
                                                        ElementId hint, const EdgeRules& rules,

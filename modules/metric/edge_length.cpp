@@ -11,14 +11,12 @@ template <int D>
 EdgeLength riemannian_length(const BackMesh<D>& back, const QuadraticEdge<D>& edge, const Quadrature& rule,
                              ElementId hint) {
     EdgeLength out;
-    for (std::size_t q = 0; q < rule.size(); ++q) {
-        const FieldSample<D> sample = sample_value(back, edge.point(rule.t[q]), hint);
-        hint = sample.location.element;
+    each_value_along(back, edge, rule, hint, [&](std::size_t q, const FieldSample<D>& sample) {
         out.outside += sample.location.placement == Placement::outside;
         out.lost += sample.location.placement == Placement::lost;
         const SpectralMetric<D> metric(sample.log_metric);
         out.length += rule.w[q] * std::sqrt(metric.length_squared(edge.derivative(rule.t[q])));
-    }
+    });
     return out;
 }
 

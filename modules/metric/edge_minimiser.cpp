@@ -111,8 +111,8 @@ EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, VertexId a, VertexId 
                                   std::span<const ElementId> shell, const EdgeRules& rules,
                                   const EdgeMinimiserOptions& options) {
     const EdgeObjective<D> objective =
-        edge_objective(back, rules.objective, options.objective, options.field, back.mesh.points[a],
-                       back.mesh.points[b], *std::min_element(shell.begin(), shell.end()));
+        edge_objective(back, rules.objective, options.objective, options.field, back->vertex(a).point,
+                       back->vertex(b).point, *std::min_element(shell.begin(), shell.end()));
     const UnitFrame<D> frame = unit_frame(back, objective, options.max_tangential_shift, options.max_offset);
     Iterate<D> at = start(objective, frame, best_sector_start(back, objective, frame, a, b, shell));
     if (present.point != midpoint(objective.p20, objective.p02)) {

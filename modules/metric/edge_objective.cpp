@@ -39,22 +39,17 @@ void add_point(ObjectiveSample<D>& sum, EdgeObjectiveKind kind, double t, double
 template <int D>
 double EdgeObjective<D>::value(const Vec<D>& node) const {
     const QuadraticEdge<D> edge{p20, {node}, p02};
-    LogMetric<D> mid;
-    if (field == EdgeFieldKind::edge) mid = sample_value(*back, node, hint).log_metric;
-    ElementId at = hint;
     double sum = 0;
-    for (std::size_t i = 0; i < rule->size(); ++i) {
-        const double t = rule->t[i];
-        LogMetric<D> log_metric;
-        if (field == EdgeFieldKind::back) {
-            const FieldSample<D> sample = sample_value(*back, edge.point(t), at);
-            at = sample.location.element;
-            log_metric = sample.log_metric;
-        } else {
-            log_metric = EdgeField<D>{l20, mid, l02}.at(t);
-        }
-        const double q = SpectralMetric<D>(log_metric).length_squared(edge.derivative(t));
+    const auto add = [&](std::size_t i, const LogMetric<D>& log_metric) {
+        const double q = SpectralMetric<D>(log_metric).length_squared(edge.derivative(rule->t[i]));
         sum += rule->w[i] * (kind == EdgeObjectiveKind::energy ? q : std::sqrt(q));
+    };
+    if (field == EdgeFieldKind::back) {
+        each_value_along(*back, edge, *rule, hint,
+                         [&](std::size_t i, const FieldSample<D>& sample) { add(i, sample.log_metric); });
+    } else {
+        const EdgeField<D> along{l20, sample_value(*back, node, hint).log_metric, l02};
+        for (std::size_t i = 0; i < rule->size(); ++i) add(i, along.at(rule->t[i]));
     }
     return sum;
 }
@@ -62,20 +57,18 @@ double EdgeObjective<D>::value(const Vec<D>& node) const {
 template <int D>
 ObjectiveSample<D> EdgeObjective<D>::evaluate(const Vec<D>& node) const {
     const QuadraticEdge<D> edge{p20, {node}, p02};
-    FieldSample<D> mid;
-    if (field == EdgeFieldKind::edge) mid = sample_with_gradient(*back, node, hint);
-    ElementId at = hint;
     ObjectiveSample<D> sum;
-    for (std::size_t i = 0; i < rule->size(); ++i) {
-        const double t = rule->t[i];
-        if (field == EdgeFieldKind::back) {
-            const FieldSample<D> sample = sample_with_gradient(*back, edge.point(t), at);
-            at = sample.location.element;
-            add_point<D>(sum, kind, t, rule->w[i], edge.derivative(t), sample.log_metric, sample.gradient);
-        } else {
-            add_point<D>(sum, kind, t, rule->w[i], edge.derivative(t), EdgeField<D>{l20, mid.log_metric, l02}.at(t),
-                         mid.gradient);
-        }
+    const auto add = [&](std::size_t i, const LogMetric<D>& log_metric, const LogGradient<D>& gradient) {
+        add_point<D>(sum, kind, rule->t[i], rule->w[i], edge.derivative(rule->t[i]), log_metric, gradient);
+    };
+    if (field == EdgeFieldKind::back) {
+        each_gradient_along(*back, edge, *rule, hint, [&](std::size_t i, const FieldSample<D>& sample) {
+            add(i, sample.log_metric, sample.gradient);
+        });
+    } else {
+        const FieldSample<D> mid = sample_with_gradient(*back, node, hint);
+        const EdgeField<D> along{l20, mid.log_metric, l02};
+        for (std::size_t i = 0; i < rule->size(); ++i) add(i, along.at(rule->t[i]), mid.gradient);
     }
     return sum;
 }

@@ -33,28 +33,16 @@ template <int D>
 ChordGradient<D> chord_gradient(const BackMesh<D>& back, const EdgeObjective<D>& objective, VertexId a, VertexId b) {
     ChordGradient<D> out;
     const Vec<D> chord = objective.p02 - objective.p20;
+    const LogMetric<D> at_a = back->vertex(a).log_metric, at_b = back->vertex(b).log_metric;
     for (std::size_t k = 0; k < objective.rule->size(); ++k) {
         const double t = objective.rule->t[k];
-        const SpectralMetric<D> metric(LogMetric<D>{(1 - t) * back.log_metrics[a].l + t * back.log_metrics[b].l});
+        const SpectralMetric<D> metric(LogMetric<D>{(1 - t) * at_a.l + t * at_b.l});
         double w = objective.rule->w[k];
         if (objective.kind == EdgeObjectiveKind::length) w *= 0.5 / std::sqrt(metric.length_squared(chord));
         out.common += w * 8 * (1 - 2 * t) * metric.times(chord);
         out.adjoint += w * 4 * t * (1 - t) * length_squared_adjoint(metric, chord);
     }
     return out;
-}
-
-/// The gradients of the barycentric coordinates of the vertices of an element that are not on the edge: normals of the
-/// sector's walls, pointing inwards.
-template <int D>
-std::array<Vec<D>, D - 1> sector_walls(const BackMesh<D>& back, ElementId e, VertexId a, VertexId b) {
-    const auto gradients = barycentric_gradients(back.mesh, e);
-    std::array<Vec<D>, D - 1> walls{};
-    int n = 0;
-    for (int i = 0; i <= D; ++i)
-        if (const VertexId v = back.mesh.elements.vertices[e][i]; v != a && v != b && n < D - 1)
-            walls[n++] = gradients[i];
-    return walls;
 }
 
 /// The point of the cone { y : a_k·y ≥ 0 } nearest to y: inside, on one wall, or on the line where two meet.
@@ -87,10 +75,9 @@ Vec<D> best_sector_start(const BackMesh<D>& back, const EdgeObjective<D>& object
     const ChordGradient<D> chord = chord_gradient(back, objective, a, b);
     Vec<D> best;
     for (const ElementId e : shell) {
-        const LogGradient<D> field = field_gradient(back, e);
+        auto [field, walls] = back->sector(e, a, b);
         Vec<D> g = chord.common;
         for (int i = 0; i < D; ++i) g[i] += inner(chord.adjoint, field[i]);
-        auto walls = sector_walls(back, e, a, b);
         for (Vec<D>& wall : walls) wall = frame.gradient(wall);
         // The model's decrease at the projection y of −g onto the cone is |y|²/2.
         const Vec<D> y = nearest_in_sector<D>(-frame.gradient(g), walls);

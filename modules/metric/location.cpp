@@ -23,7 +23,7 @@ constexpr int long_walk = 100000;
 /// Walks across the face that x lies farthest behind (in barycentric coordinates) until no face hides x. When that
 /// leads out of the mesh, or round in circles, it is lost.
 template <int D>
-Location<D> walk(const BackMesh<D>& back, const Vec<D>& x, ElementId start) {
+Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) {
     Location<D> seen{
         .element = start.valid() ? start : ElementId(std::size_t{0}), .xi = {}, .placement = Placement::lost};
     seen.xi.fill(1.0 / (D + 1));
@@ -48,7 +48,7 @@ Location<D> walk(const BackMesh<D>& back, const Vec<D>& x, ElementId start) {
 /// Walks along the segment from `from`, a point of `start`, to x. Where the segment lies in the mesh that arrives, but
 /// for rounding: then the element that x is least outside of is returned as lost.
 template <int D>
-Location<D> walk_along(const BackMesh<D>& back, const Vec<D>& from, const Vec<D>& x, ElementId start) {
+Location<D> walk_along(const StraightBack<D>& back, const Vec<D>& from, const Vec<D>& x, ElementId start) {
     Location<D> best{.element = start, .xi = {}, .placement = Placement::lost};
     double best_lowest = -std::numeric_limits<double>::infinity();
     ElementId at = start;
@@ -116,7 +116,7 @@ struct NearestOnBoundary {
 };
 
 template <int D>
-NearestOnBoundary<D> nearest_on_boundary(const BackMesh<D>& back, const Vec<D>& x) {
+NearestOnBoundary<D> nearest_on_boundary(const StraightBack<D>& back, const Vec<D>& x) {
     const auto nearest = back.boundary_tree.nearest(x, [&](std::size_t f) {
         const auto p = face_points<D>(back.mesh, back.boundary[f]);
         const auto xi = nearest_in_face(p, x);
@@ -137,7 +137,7 @@ NearestOnBoundary<D> nearest_on_boundary(const BackMesh<D>& back, const Vec<D>& 
 /// through from there, or none: then x is outside. The face found does not tell alone: where the nearest point is on an
 /// edge or a vertex, several faces share it, and some may look the wrong way.
 template <int D>
-ElementId element_towards(const BackMesh<D>& back, const NearestOnBoundary<D>& nearest, const Vec<D>& x) {
+ElementId element_towards(const StraightBack<D>& back, const NearestOnBoundary<D>& nearest, const Vec<D>& x) {
     const auto& corner = back.mesh.elements.vertices[nearest.face.element];
     const auto local = face_opposite<D>(static_cast<int>(nearest.face.opposite));
     std::array<VertexId, D> support;
@@ -184,9 +184,10 @@ Location<D> clamped(Location<D> location) {
 }  // namespace
 
 template <int D>
-Location<D> locate(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
+Location<D> StraightBack<D>::locate(const Vec<D>& p, ElementId hint) const {
+    const StraightBack& back = *this;
     const Location<D> near = walk(back, p, hint);
-    if (near.placement == Placement::inside || back.boundary.empty() || !is_finite(p)) return near;
+    if (near.placement == Placement::inside || boundary.empty() || !is_finite(p)) return near;
     const NearestOnBoundary<D> nearest = nearest_on_boundary(back, p);
     // A ball around p that reaches to its nearest boundary point holds no boundary: seen from there nothing hides p.
     const ElementId seen = element_towards(back, nearest, p);
@@ -200,7 +201,7 @@ Location<D> locate(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
     return lost;
 }
 
-template Location<2> locate<2>(const BackMesh<2>&, const Vec<2>&, ElementId);
-template Location<3> locate<3>(const BackMesh<3>&, const Vec<3>&, ElementId);
+template Location<2> StraightBack<2>::locate(const Vec<2>&, ElementId) const;
+template Location<3> StraightBack<3>::locate(const Vec<3>&, ElementId) const;
 
 }  // namespace camber

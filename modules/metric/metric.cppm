@@ -9,6 +9,8 @@ export import :tensors;
 export import :quadrature;
 import :element_frame;
 export import :back_mesh;
+import :straight_back;
+import :along_edge;
 export import :high_order;
 export import :edge_length;
 export import :edge_objective;

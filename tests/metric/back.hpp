@@ -16,16 +16,24 @@ import camber.metric;
 
 namespace camber::testing {
 
+/// A back mesh of which a test knows the mesh and the field's values at its vertices.
+template <int D>
+struct KnownBack : BackMesh<D> {
+    LinearMesh<D> mesh;
+    Column<LogMetric<D>> log_metrics;
+};
+
 template <int D, class Field>
-BackMesh<D> back_of(const LinearMesh<D>& mesh, Field&& field) {
+KnownBack<D> back_of(const LinearMesh<D>& mesh, Field&& field) {
     Buffer<LogMetric<D>> logs(mesh.points.size());
     for (std::size_t v = 0; v < logs.size(); ++v) logs[v] = field(mesh.points[v]);
-    return must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<D>>(std::move(logs)), alone));
+    const Column<LogMetric<D>> column(std::move(logs));
+    return {must(make_back_mesh(mesh, must(balls(mesh, alone)), column, alone)), mesh, column};
 }
 
 /// A random value at each vertex: a field with kinks on every face.
 template <int D>
-BackMesh<D> rough_back(const LinearMesh<D>& mesh, Dice& dice, double size = 1) {
+KnownBack<D> rough_back(const LinearMesh<D>& mesh, Dice& dice, double size = 1) {
     return back_of(mesh, [&](const Vec<D>&) { return LogMetric<D>{dice.symmetric<D>(size)}; });
 }
 
@@ -93,7 +101,7 @@ LinearMesh<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed, d
 
 /// The place that a location stands for.
 template <int D>
-Vec<D> place_of(const BackMesh<D>& back, const Location<D>& location) {
+Vec<D> place_of(const KnownBack<D>& back, const Location<D>& location) {
     const auto p = corners(back.mesh, location.element.index());
     Vec<D> x;
     for (int i = 0; i <= D; ++i) x += location.xi[i] * p[i];

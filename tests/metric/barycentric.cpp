@@ -29,7 +29,7 @@ struct Chord {
 
 /// A chord of about `length` whose ends and middle lie in the mesh.
 template <int D>
-Chord<D> random_chord(const BackMesh<D>& back, Dice& dice, double length) {
+Chord<D> random_chord(const KnownBack<D>& back, Dice& dice, double length) {
     for (;;) {
         const Vec<D> middle = random_point(back.mesh, dice);
         const Vec<D> half = 0.5 * length * dice.direction<D>();
@@ -87,7 +87,7 @@ struct Comparison {
 
 /// Both minimisers on the same chords; `field` as the objective sees it.
 template <int D>
-Comparison compared(const BackMesh<D>& back, double length, int edges, const EdgeMinimiserOptions& options,
+Comparison compared(const KnownBack<D>& back, double length, int edges, const EdgeMinimiserOptions& options,
                     std::uint64_t seed) {
     Dice dice(seed);
     const EdgeRules rules = edge_rules(options);
@@ -135,7 +135,7 @@ void print(const char* name, int dimension, const Comparison& c) {
 }
 
 template <int D>
-BackMesh<D> fine_polar() {
+KnownBack<D> fine_polar() {
     const std::array<int, D> cells = [] {
         std::array<int, D> n{};
         n.fill(D == 2 ? 96 : 24);

@@ -42,9 +42,10 @@ void field_laws() {
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = rough_back(unit_box<D>(3, seed + 1), dice);
+                 const auto across = must(neighbours(back.mesh, must(balls(back.mesh, alone)), alone));
                  for (std::size_t e = 0; e < back.mesh.elements.size(); ++e)
                      for (int i = 0; i <= D; ++i) {
-                         const ElementId other = back.neighbours[e][i];
+                         const ElementId other = across[e][i];
                          if (!other.valid()) continue;
                          auto xi = dice.barycentric<D>();
                          xi[i] = 0;

@@ -22,7 +22,7 @@ using namespace camber::testing;
 namespace {
 
 template <int D>
-BackMesh<D> plain_back(const LinearMesh<D>& mesh) {
+KnownBack<D> plain_back(const LinearMesh<D>& mesh) {
     return back_of(mesh, [](const Vec<D>&) { return LogMetric<D>{}; });
 }
 
@@ -62,9 +62,10 @@ Vec<3> nearest_on(const std::array<Vec<3>, 3>& p, const Vec<3>& x) {
 }
 
 template <int D>
-double distance_to_boundary(const BackMesh<D>& back, const Vec<D>& x) {
+double distance_to_boundary(const KnownBack<D>& back, const Vec<D>& x) {
     double best = std::numeric_limits<double>::infinity();
-    for (const ElementFace& face : back.boundary) {
+    for (const ElementFace& face :
+         boundary_faces<D>(must(neighbours(back.mesh, must(balls(back.mesh, alone)), alone)))) {
         std::array<Vec<D>, D> p;
         const auto local = face_opposite<D>(static_cast<int>(face.opposite));
         for (int i = 0; i < D; ++i) p[i] = back.mesh.points[back.mesh.elements.vertices[face.element][local[i]]];
@@ -75,10 +76,12 @@ double distance_to_boundary(const BackMesh<D>& back, const Vec<D>& x) {
 
 /// What `locate` must say of x, from each of the hints.
 template <int D>
-void check_location(const BackMesh<D>& back, const Vec<D>& x, const std::vector<ElementId>& hints) {
+void check_location(const KnownBack<D>& back, const Vec<D>& x, const std::vector<ElementId>& hints) {
     const double inside = depth(back.mesh, x);
     if (std::abs(inside) < 1e-9) return;
-    const double scale = back.boundary_tree.bounds().diagonal();
+    Box<D> bounds;
+    for (const Vec<D>& p : back.mesh.points) bounds.include(p);
+    const double scale = bounds.diagonal();
     for (const ElementId hint : hints) {
         const auto location = locate(back, x, hint);
         double sum = 0;

@@ -26,24 +26,24 @@ LogMetric<D> layered(const Vec<D>& x) {
 }
 
 template <int D>
-BackMesh<D> layered_back(std::uint64_t seed, int n = D == 2 ? 16 : 6) {
+KnownBack<D> layered_back(std::uint64_t seed, int n = D == 2 ? 16 : 6) {
     std::array<int, D> cells{};
     cells.fill(n);
     return back_of(shell_block<D>(cells, seed), layered<D>);
 }
 
 template <int D>
-BackMesh<D> natural_back(std::uint64_t seed) {
+KnownBack<D> natural_back(std::uint64_t seed) {
     std::array<int, D> cells{};
     cells.fill(D == 2 ? 16 : 6);
     const auto mesh = shell_block<D>(cells, seed);
     const auto around = must(balls(mesh, alone));
-    return must(
-        make_back_mesh(mesh, around, Column<LogMetric<D>>(must(natural_log_metrics(mesh, around, alone))), alone));
+    const Column<LogMetric<D>> logs(must(natural_log_metrics(mesh, around, alone)));
+    return {must(make_back_mesh(mesh, around, logs, alone)), mesh, logs};
 }
 
 template <int D>
-double length_of(const BackMesh<D>& back, const Vec<D>& a, const Vec<D>& node, const Vec<D>& b, ElementId hint) {
+double length_of(const KnownBack<D>& back, const Vec<D>& a, const Vec<D>& node, const Vec<D>& b, ElementId hint) {
     return riemannian_length(back, QuadraticEdge<D>{a, {node}, b}, gauss_legendre(report_points), hint).length;
 }
 
@@ -55,7 +55,7 @@ double shift_of(const Vec<D>& a, const Vec<D>& node, const Vec<D>& b) {
 
 /// A random pattern search on the length by the fine rule, from the given node, within the same bound on the shift.
 template <int D>
-double searched_length(const BackMesh<D>& back, const Vec<D>& a, Vec<D> node, const Vec<D>& b, ElementId hint,
+double searched_length(const KnownBack<D>& back, const Vec<D>& a, Vec<D> node, const Vec<D>& b, ElementId hint,
                        Dice& dice, double max_shift) {
     double best = length_of(back, a, node, b, hint);
     double radius = 0.2 * distance(a, b);
@@ -73,7 +73,7 @@ double searched_length(const BackMesh<D>& back, const Vec<D>& a, Vec<D> node, co
 }
 
 template <int D>
-LagrangeNode<D> middle(const BackMesh<D>& back, VertexId a, VertexId b) {
+LagrangeNode<D> middle(const KnownBack<D>& back, VertexId a, VertexId b) {
     return {midpoint(back.mesh.points[a], back.mesh.points[b])};
 }
 
@@ -215,7 +215,7 @@ void minimiser_laws() {
 
 /// Where the smooth field's energy is least, by a fine rule, to convergence.
 template <int D>
-Vec<D> converged(const BackMesh<D>& back, const Vec<D>& a, const Vec<D>& b) {
+Vec<D> converged(const KnownBack<D>& back, const Vec<D>& a, const Vec<D>& b) {
     const EdgeMinimiserOptions options{
         .quadrature_points = 8, .max_iterations = 200, .tolerance = 1e-15, .length_tolerance = 0};
     return minimise_edge(back, a, b, ElementId(std::size_t{0}), edge_rules(options), options).node.point;

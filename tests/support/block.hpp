@@ -45,6 +45,7 @@ Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed) {
     };
     auto linear = lattice_mesh(options);
     const auto around = must(balls(linear, alone));
+    const auto boundary = boundary_faces<D>(must(neighbours(linear, around, alone)));
     Block<D> block;
     block.back = must(
         make_back_mesh(linear, around, Column<LogMetric<D>>(must(natural_log_metrics(linear, around, alone))), alone));
@@ -53,7 +54,7 @@ Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed) {
     block.shells = must(shells(edges, alone));
 
     Buffer<EdgeKind> kinds(edges.size(), EdgeKind::volume);
-    for (const ElementFace& face : block.back.boundary) {
+    for (const ElementFace& face : boundary) {
         const auto local = face_opposite<D>(static_cast<int>(face.opposite));
         const auto& v = block.mesh.linear.elements.vertices[face.element];
         for (int i = 0; i < D; ++i)

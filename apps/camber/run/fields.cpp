@@ -110,13 +110,14 @@ Outcome<MeshField> metrics(const QuadraticMesh<D>& mesh, const BackMesh<D>& back
     auto done = each(execution, vertices + mesh.edges.size(), [&](std::size_t n) {
         LogMetric<D> log_metric;
         if (n < vertices) {
-            log_metric = back.log_metrics[n];
+            log_metric = back->vertex(VertexId(n)).log_metric;
         } else {
             const std::size_t e = n - vertices;
             const auto& [a, b] = mesh.edges.vertices[e];
             // An edge that no element holds lies in no field: its ends' mean.
-            log_metric = shells[e].empty() ? LogMetric<D>{0.5 * (back.log_metrics[a].l + back.log_metrics[b].l)}
-                                           : sample_value(back, mesh.mid_nodes[e].point, shells[e][0]).log_metric;
+            log_metric = shells[e].empty()
+                             ? LogMetric<D>{0.5 * (back->vertex(a).log_metric.l + back->vertex(b).log_metric.l)}
+                             : sample_value(back, mesh.mid_nodes[e].point, shells[e][0]).log_metric;
         }
         const Sym<D> m = exp(log_metric).m;
         std::copy(m.c.begin(), m.c.end(), column.begin() + static_cast<std::ptrdiff_t>(n * sym_size<D>));
@@ -154,7 +155,7 @@ Outcome<MeshFields> mesh_fields(const State<D>& state, const Execution& executio
         fields = std::move(fields).with(std::move(*made));
     }
     if (state.back && state.shells && state.shells->size() == edges &&
-        state.back->log_metrics.size() == mesh.linear.points.size()) {
+        (*state.back)->vertex_count() == mesh.linear.points.size()) {
         auto made = metrics(mesh, *state.back, *state.shells, execution);
         if (!made) return fail(std::move(made.error()));
         fields = std::move(fields).with(std::move(*made));

@@ -1,0 +1,43 @@
+module;
+#include <cstddef>
+#include <span>
+export module camber.metric:straight_back;
+import camber.core;
+import :back_mesh;
+import :spd;
+
+namespace camber {
+
+/// The back mesh that is straight, with all that location needs.
+template <int D>
+class StraightBack final : public BackModel<D> {
+  public:
+    LinearMesh<D> mesh;
+    Column<LogMetric<D>> log_metrics;        ///< at the vertices
+    Column<LogGradient<D>> nodal_gradients;  ///< volume-weighted means over the balls: they do not jump
+    Neighbours<D> neighbours;
+    Column<ElementFace> boundary;
+    BoxTree<D> boundary_tree;  ///< boxes of `boundary`
+
+    [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override;
+    void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const override;
+    void sample_with_gradients(std::span<const Vec<D>> points, ElementId hint,
+                               std::span<FieldSample<D>> out) const override;
+    void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
+                                         std::span<FieldSample<D>> out) const override;
+    [[nodiscard]] std::size_t vertex_count() const override { return mesh.points.size(); }
+    [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return {mesh.points[v], log_metrics[v]}; }
+    [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
+
+    /// ∂ log M in one element, where it is constant: ∂_i log M = Σ_j ∂_i u_j log M_j.
+    [[nodiscard]] LogGradient<D> gradient_in(ElementId e) const;
+};
+
+/// The straight mesh behind a back mesh; null where that is of another kind. For searches that move in barycentric
+/// coordinates of its elements; all others ask the face.
+template <int D>
+[[nodiscard]] const StraightBack<D>* straight_part(const BackMesh<D>& back) {
+    return dynamic_cast<const StraightBack<D>*>(&*back);
+}
+
+}  // namespace camber
