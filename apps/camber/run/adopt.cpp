@@ -1,35 +1,43 @@
 module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <utility>
+#include <vector>
 module camber.run;
 import camber.core;
-import camber.bezier;
-import camber.config;
-import camber.surface;
 import camber.validity;
-import camber.repair;
-import :report;
-import :stages;
-import :state;
+import camber.curving;
+import :mend;
 
 namespace camber::run {
 
 template <int D>
-Outcome<State<D>> adopt_stage(State<D> state, const config::Features& options, Report& report,
-                              const Execution& execution) {
-    const QuadraticMesh<D>& mesh = *state.quadratic();
-    auto features = find_features(mesh.linear, mesh.edges,
-                                  FeatureOptions<D>{.ridge_angle_degrees = options.ridge_angle}, execution);
-    if (!features) return fail(features.error());
-    report.boundary = BoundaryReport{
-        features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}};
-    state.required = options.required_boundary;
-    state.propose(own_proposal(mesh, features->edge_kinds, state.required));
-    state.features = std::move(*features);
-    state.adopted = true;
-    return state;
+Outcome<Column<LagrangeNode<D>>> own_wishes(const JudgedProposal<D>& judged, const Incidence<ElementId>& shells,
+                                            const Execution& execution) {
+    const QuadraticMesh<D>& mesh = judged.mesh();
+    const Proposal<D>& proposal = judged.proposal();
+    const Validation<D>& validation = judged.validation();
+    auto extended = extend_boundary(mesh, proposal.kinds, proposal.mid_nodes, shells, {}, execution);
+    if (!extended) return fail(extended.error());
+    Buffer<LagrangeNode<D>> wanted(proposal.mid_nodes.begin(), proposal.mid_nodes.end());
+    for (std::size_t e = 0; e < wanted.size(); ++e)
+        for (const VertexId v : mesh.edges.vertices[e])
+            wanted[e].point -= 0.5 * (proposal.points[v] - mesh.linear.points[v]);
+    for (std::size_t e = 0; e < validation.verdicts.size(); ++e) {
+        if (validation.verdicts[e] == Verdict::valid) continue;
+        for (const EdgeId edge : mesh.edges.of_elements[e])
+            if (proposal.kinds[edge] == EdgeKind::volume) wanted[edge.index()] = extended->nodes[edge.index()];
+    }
+    return Column<LagrangeNode<D>>(std::move(wanted));
 }
 
-template Outcome<State<2>> adopt_stage<2>(State<2>, const config::Features&, Report&, const Execution&);
-template Outcome<State<3>> adopt_stage<3>(State<3>, const config::Features&, Report&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                      \
+    template Outcome<Column<LagrangeNode<D>>> own_wishes<D>(const JudgedProposal<D>&, const Incidence<ElementId>&, \
+                                                            const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

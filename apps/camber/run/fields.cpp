@@ -5,6 +5,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -19,6 +20,7 @@ import camber.metric;
 import camber.surface;
 import camber.validity;
 import camber.programmes;
+import camber.curving;
 import :fields;
 import :measures;
 import :state;
@@ -77,10 +79,16 @@ MeshField edge_changes(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
     return {"edge_change", Centring::node, FieldKind::scalar, Column<std::int32_t>(std::move(column))};
 }
 
+/// The largest distance from the surfaces of these facets; that of the first where they are one (a surrogate).
 template <int D>
 double distance_from(const Geometry<D>& geometry, const LinearMesh<D>& mesh, std::span<const FacetId> facets,
                      const Vec<D>& p) {
-    return facets.empty() ? nan : geometry->distance_where(facet_sites(mesh, facets), p);
+    if (facets.empty()) return nan;
+    if (std::holds_alternative<Surrogate<D>>(geometry)) facets = facets.first(1);
+    double largest = 0;
+    for (const FacetId f : facets)
+        largest = std::max(largest, project(geometry, SurfaceHint{f, mesh.facets.references[f]}, p).distance);
+    return largest;
 }
 
 template <int D>
@@ -110,14 +118,13 @@ Outcome<MeshField> metrics(const QuadraticMesh<D>& mesh, const BackMesh<D>& back
     auto done = each(execution, vertices + mesh.edges.size(), [&](std::size_t n) {
         LogMetric<D> log_metric;
         if (n < vertices) {
-            log_metric = back->vertex(VertexId(n)).log_metric;
+            log_metric = back.log_metrics[n];
         } else {
             const std::size_t e = n - vertices;
             const auto& [a, b] = mesh.edges.vertices[e];
             // An edge that no element holds lies in no field: its ends' mean.
-            log_metric = shells[e].empty()
-                             ? LogMetric<D>{0.5 * (back->vertex(a).log_metric.l + back->vertex(b).log_metric.l)}
-                             : sample_value(back, mesh.mid_nodes[e].point, shells[e][0]).log_metric;
+            log_metric = shells[e].empty() ? LogMetric<D>{0.5 * (back.log_metrics[a].l + back.log_metrics[b].l)}
+                                           : sample_value(back, mesh.mid_nodes[e].point, shells[e][0]).log_metric;
         }
         const Sym<D> m = exp(log_metric).m;
         std::copy(m.c.begin(), m.c.end(), column.begin() + static_cast<std::ptrdiff_t>(n * sym_size<D>));
@@ -129,41 +136,43 @@ Outcome<MeshField> metrics(const QuadraticMesh<D>& mesh, const BackMesh<D>& back
 }  // namespace
 
 template <int D>
-Outcome<MeshFields> mesh_fields(const State<D>& state, const Execution& execution) {
+Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* field,
+                                const std::optional<EdgeLengths>& lengths, const Execution& execution) {
+    const QuadraticMesh<D>& mesh = end.mesh;
+    const Plan<D>* const plan = end.planned();
     MeshFields fields;
-    if (!state.quadratic()) return fields;
-    const QuadraticMesh<D>& mesh = *state.quadratic();
-    const std::size_t edges = mesh.edges.size();
-    if (state.validation) {
+    if (const Validation<D>* validation = end.validation())
         fields = std::move(fields)
-                     .with(element_field(mesh.linear, "scaled_jacobian", state.validation->min_scaled_jacobian, nan))
-                     .with(element_field(mesh.linear, "verdict", state.validation->verdicts, std::int32_t{-1}));
-    }
-    if (state.features && state.features->edge_kinds.size() == edges)
-        fields = std::move(fields).with(node_kinds(mesh, *state.features));
+                     .with(element_field(mesh.linear, "normalised_jacobian", validation->min_scaled_jacobian, nan))
+                     .with(element_field(mesh.linear, "verdict", validation->verdicts, std::int32_t{-1}));
+    if (plan) fields = std::move(fields).with(node_kinds(mesh, plan->features()));
     fields = std::move(fields).with(edge_field_with_means(mesh, "curvature", curvatures<D>(mesh, mesh.mid_nodes.view()),
                                                           [](std::size_t) { return true; }));
-    if (state.proposal && state.proposal->changes.size() == edges)
-        fields = std::move(fields).with(edge_changes(mesh, *state.proposal));
-    if (state.lengths && state.proposal && state.lengths->curved.size() == edges)
+    if (plan) fields = std::move(fields).with(edge_changes(mesh, plan->proposal()));
+    if (plan && lengths)
         fields = std::move(fields).with(
-            edge_field_with_means(mesh, "length_gain", length_gains(state.lengths->straight, state.lengths->curved),
-                                  [&](std::size_t e) { return state.proposal->kinds[e] == EdgeKind::volume; }));
-    if (state.geometry) {
-        auto made = distances(mesh, *state.geometry, execution);
+            edge_field_with_means(mesh, "length_gain", length_gains(lengths->straight, lengths->curved),
+                                  [&](std::size_t e) { return plan->proposal().kinds[e] == EdgeKind::volume; }));
+    const Wanted<D>* const wanted = plan ? plan->wanted() : nullptr;
+    if (wanted) {
+        auto made = distances(mesh, wanted->boundary.geometry, execution);
         if (!made) return fail(std::move(made.error()));
         fields = std::move(fields).with(std::move(*made));
     }
-    if (state.back && state.shells && state.shells->size() == edges &&
-        (*state.back)->vertex_count() == mesh.linear.points.size()) {
-        auto made = metrics(mesh, *state.back, *state.shells, execution);
+    if (wanted && field) {
+        auto made = metrics(mesh, *field, wanted->shells, execution);
         if (!made) return fail(std::move(made.error()));
         fields = std::move(fields).with(std::move(*made));
     }
     return fields;
 }
 
-template Outcome<MeshFields> mesh_fields<2>(const State<2>&, const Execution&);
-template Outcome<MeshFields> mesh_fields<3>(const State<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                            \
+    template Outcome<MeshFields> mesh_fields<D>(const Quadratic<D>&, const BackMesh<D>*, \
+                                                const std::optional<EdgeLengths>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

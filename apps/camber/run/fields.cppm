@@ -1,14 +1,18 @@
 module;
+#include <optional>
 #include <string>
 #include <vector>
 export module camber.run:fields;
 import camber.core;
 import camber.io;
+import camber.curving;
+import camber.metric;
 import :state;
 
 namespace camber::run {
 
-/// The fields that a run's end can show on its mesh, for a VTU file; only those that its stages made known.
+/// The fields that a run's end can show on its mesh, for a VTU file; only those that its stages made known. `field`:
+/// null where none was made.
 ///
 /// Cells (on facets and feature edges NaN and −1):
 /// - `scaled_jacobian`: certified lower bound of min det J / |det straight|; `verdict`: 0 valid, 1 invalid,
@@ -23,7 +27,8 @@ namespace camber::run {
 /// - `metric` (1/length²): M; at nodes of edges log-Euclidean between the back mesh's vertices.
 /// Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<MeshFields> mesh_fields(const State<D>& state, const Execution& execution);
+[[nodiscard]] Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* field,
+                                              const std::optional<EdgeLengths>& lengths, const Execution& execution);
 
 }  // namespace camber::run
 

@@ -1,16 +1,22 @@
 module;
+#include <algorithm>
+#include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 module camber.run;
 import camber.core;
 import camber.bezier;
 import camber.cavity;
 import camber.validity;
+import camber.curving;
 import :histogram;
 import :measures;
+import :report;
 import :state;
 
 namespace camber::run {
@@ -65,40 +71,78 @@ std::vector<double> curvatures(const QuadraticMesh<D>& mesh, std::span<const Lag
 }
 
 template <int D>
-std::vector<Histogram> run_histograms(const State<D>& state) {
-    Counter counter;
-    // A stage that changed the edges themselves leaves nothing to compare with.
-    const bool curved = state.curved && state.proposal && state.lengths &&
-                        state.curved->lengths.size() == state.lengths->curved.size() &&
-                        state.proposal->mid_nodes.size() == state.lengths->curved.size();
-    if (curved) {
-        const Column<EdgeKind>& kinds = state.proposal->kinds;
-        const auto count = [&](Quantity quantity, const char* name, std::span<const double> values) {
-            counter.count(quantity, name, of_volume(values, kinds));
-        };
-        const auto& [proposal, straight, before, statistics] = *state.curved;
-        const auto& [chords, after] = *state.lengths;
-        count(Quantity::length_gain, "before", length_gains(straight, before));
-        count(Quantity::length_gain, "after", length_gains(chords, after));
-        count(Quantity::length, "straight", straight.view());
-        count(Quantity::length, "before", before.view());
-        count(Quantity::length, "after", after.view());
-        count(Quantity::curvature, "before",
-              curvatures<D>(proposed(*state.quadratic(), proposal), proposal.mid_nodes.view()));
-        count(Quantity::curvature, "after",
-              curvatures<D>(proposed(*state.quadratic(), *state.proposal), state.proposal->mid_nodes.view()));
+EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Column<double>& straight,
+                       const Column<double>& lengths) {
+    const auto gains = length_gains(straight, lengths);
+    const auto curved = curvatures<D>(mesh, proposal.mid_nodes.view());
+    EdgeReport r;
+    std::size_t n = 0;
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+        if (proposal.kinds[e] != EdgeKind::volume) continue;
+        r.mean_gain += gains[e];
+        r.largest_gain = std::max(r.largest_gain, gains[e]);
+        r.mean_curvature += curved[e];
+        r.largest_curvature = std::max(r.largest_curvature, curved[e]);
+        r.longer += gains[e] < 0;
+        ++n;
     }
-    if (state.validation) {
-        if (state.proposal && state.first_validation)
-            counter.count(Quantity::normalised_jacobian, "before", jacobians(*state.first_validation));
-        counter.count(Quantity::normalised_jacobian, state.proposal ? "after" : "count", jacobians(*state.validation));
+    if (n > 0) {
+        r.mean_gain /= static_cast<double>(n);
+        r.mean_curvature /= static_cast<double>(n);
+    }
+    return r;
+}
+
+namespace {
+
+template <int D>
+void count_edges(Counter& counter, const QuadraticMesh<D>& mesh, const Curved<D>& curved, const Proposal<D>& in_the_end,
+                 const EdgeLengths& lengths) {
+    const auto count = [&](Quantity quantity, const char* name, std::span<const double> values) {
+        counter.count(quantity, name, of_volume(values, in_the_end.kinds));
+    };
+    const auto& [proposal, straight, before, statistics] = curved;
+    const auto& [chords, after] = lengths;
+    count(Quantity::length_gain, "before", length_gains(straight, before));
+    count(Quantity::length_gain, "after", length_gains(chords, after));
+    count(Quantity::length, "straight", straight.view());
+    count(Quantity::length, "before", before.view());
+    count(Quantity::length, "after", after.view());
+    count(Quantity::curvature, "before", curvatures<D>(proposed(mesh, proposal), proposal.mid_nodes.view()));
+    count(Quantity::curvature, "after", curvatures<D>(proposed(mesh, in_the_end), in_the_end.mid_nodes.view()));
+}
+
+/// The verdicts before any correction; null when nothing was judged.
+template <int D>
+const Validation<D>* first_of(const History<D>& history) {
+    if (const auto* corrected = std::get_if<Corrected<D>>(&history)) return &corrected->before;
+    const auto& last = std::get<Uncorrected<D>>(history).last;
+    return last ? &*last : nullptr;
+}
+
+}  // namespace
+
+template <int D>
+std::vector<Histogram> run_histograms(const Quadratic<D>& end, const std::optional<EdgeLengths>& lengths,
+                                      const History<D>& history) {
+    Counter counter;
+    const Plan<D>* const plan = end.planned();
+    if (plan && plan->wanted() && lengths)
+        count_edges(counter, end.mesh, plan->wanted()->curved, plan->proposal(), *lengths);
+    if (const Validation<D>* validation = end.validation()) {
+        const Validation<D>* const first = first_of(history);
+        if (plan && first) counter.count(Quantity::normalised_jacobian, "before", jacobians(*first));
+        counter.count(Quantity::normalised_jacobian, plan ? "after" : "count", jacobians(*validation));
     }
     return std::move(counter).take();
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                              \
-    template std::vector<double> curvatures<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>); \
-    template std::vector<Histogram> run_histograms<D>(const State<D>&);
+#define CAMBER_INSTANTIATE(D)                                                                                 \
+    template std::vector<double> curvatures<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>);    \
+    template EdgeReport edge_report<D>(const QuadraticMesh<D>&, const Proposal<D>&, const Column<double>&,    \
+                                       const Column<double>&);                                                \
+    template std::vector<Histogram> run_histograms<D>(const Quadratic<D>&, const std::optional<EdgeLengths>&, \
+                                                      const History<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -1,10 +1,14 @@
 module;
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 export module camber.run:measures;
 import camber.core;
+import camber.curving;
+import camber.validity;
 import :histogram;
+import :report;
 import :state;
 
 namespace camber::run {
@@ -16,10 +20,17 @@ namespace camber::run {
 template <int D>
 [[nodiscard]] std::vector<double> curvatures(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes);
 
-/// Of the state at a run's end: gains, lengths and curvatures of the volume edges, normalised Jacobians of the
-/// elements, "before" (as `curve` left them) and "after" (in the end); lengths also "straight". Without `curve` the
-/// Jacobians alone, as "count". Only what is known: no entry for a quantity that was not measured.
+/// Gains and curvatures of the volume edges with the given lengths.
 template <int D>
-[[nodiscard]] std::vector<Histogram> run_histograms(const State<D>& state);
+[[nodiscard]] EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
+                                     const Column<double>& straight, const Column<double>& lengths);
+
+/// Of a run's end: gains, lengths and curvatures of the volume edges (where there are `lengths`, after correction),
+/// normalised Jacobians of the elements, "before" (as `curve` left them) and "after" (in the end); lengths also
+/// "straight". Without `curve` the Jacobians alone, as "count". Only what is known: no entry for a quantity that was
+/// not measured.
+template <int D>
+[[nodiscard]] std::vector<Histogram> run_histograms(const Quadratic<D>& end, const std::optional<EdgeLengths>& lengths,
+                                                    const History<D>& history);
 
 }  // namespace camber::run

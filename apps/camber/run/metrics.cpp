@@ -1,12 +1,9 @@
 module;
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <optional>
-#include <ranges>
 #include <span>
 #include <string>
 #include <utility>
@@ -19,7 +16,6 @@ import camber.config;
 import camber.fields;
 import camber.metric;
 import camber.surface;
-import :report;
 import :stages;
 import :state;
 
@@ -57,52 +53,54 @@ Outcome<AnalyticField<D>> of_dimension(const config::SphericalShock& s) {
     return AnalyticField<D>(SphericalShock<D>{*centre, s.radius, s.least_size, s.size, s.width});
 }
 
-/// The geometry's unit normals at the corners of the facets; zero where a facet has no surface.
+/// The surrogate of the boundary's geometry, or one made for its normals.
 template <int D>
-Outcome<Buffer<std::array<Vec<D>, D>>> normals_of(const Geometry<D>& geometry, const LinearMesh<D>& mesh,
-                                                  const Execution& execution) {
-    return map_each(execution, mesh.facets.size(), [&](std::size_t f) {
-        return geometry->normals_at(facet_site(mesh, FacetId(f))).value_or(std::array<Vec<D>, D>{});
-    });
+Outcome<Surrogate<D>> surrogate_of(const MetricInput<D>& input, const Execution& execution) {
+    if (const auto* there = surrogate_part(input.boundary.geometry)) return *there;
+    return build_surrogate(input.mesh.linear, input.mesh.edges, input.boundary.features, SurrogateOptions{}, execution);
 }
 
-/// The unit normal at each corner of each facet: of the surface that the facet lies on, else of a surrogate that is
-/// made for its normals.
+/// The unit normal at each corner of each facet: of the analytic surface that the facet lies on, else the surrogate's.
 template <int D>
-Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const State<D>& state, const Execution& execution) {
-    const LinearMesh<D>& mesh = state.linear();
-    auto normals = normals_of(*state.geometry, mesh, execution);
-    if (!normals) return normals;
-    const auto has_surface = [&](std::size_t f) {
-        return (*state.geometry)->surface_at(facet_site(mesh, FacetId(f))).kind != GeometryKind::none;
-    };
-    const auto facets = std::views::iota(std::size_t{0}, mesh.facets.size());
-    if (std::ranges::all_of(facets, has_surface)) return normals;
-    auto surrogate = build_surrogate(mesh, state.quadratic()->edges, *state.features, SurrogateOptions{}, execution);
+Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const MetricInput<D>& input, const Execution& execution) {
+    const auto surrogate = surrogate_of(input, execution);
     if (!surrogate) return fail(surrogate.error());
-    const auto made = normals_of(Geometry<D>(std::move(*surrogate)), mesh, execution);
-    if (!made) return made;
-    for (const std::size_t f : facets)
-        if (!has_surface(f)) (*normals)[f] = (*made)[f];
-    return normals;
+    const auto* analytic = analytic_part(input.boundary.geometry);
+    const LinearMesh<D>& mesh = input.mesh.linear;
+    const auto& facets = mesh.facets;
+    return map_each(execution, facets.size(), [&](std::size_t f) {
+        std::array<Vec<D>, D> out;
+        const auto* surface = analytic ? surface_of(*analytic, facets.references[f]) : nullptr;
+        for (std::size_t i = 0; i < D; ++i) {
+            if (surface) {
+                out[i] = closest_point<D>(*surface, mesh.points[facets.vertices[f][i]]).normal;
+                continue;
+            }
+            Barycentric<D - 1> corner{};
+            corner[i] = 1;
+            out[i] = normal_at<D>(surrogate->facets[f], corner);
+        }
+        return out;
+    });
 }
 
 /// The normals at each vertex, one a smooth side: those of its facets, without repetition.
 template <int D>
-Outcome<VertexNormals<D>> boundary_normals(const State<D>& state, const Execution& execution) {
-    const auto normals = corner_normals(state, execution);
+Outcome<VertexNormals<D>> boundary_normals(const MetricInput<D>& input, const Execution& execution) {
+    const auto normals = corner_normals(input, execution);
     if (!normals) return fail(normals.error());
-    const auto around = facet_balls(state.linear(), execution);
+    const auto around = facet_balls(input.mesh.linear, execution);
     if (!around) return fail(around.error());
+    const LinearMesh<D>& mesh = input.mesh.linear;
     constexpr double same = 1 - 1e-8;  // cosine: facets of one side agree to rounding
     Buffer<std::uint32_t> offsets{0};
     Buffer<Vec<D>> items;
-    offsets.reserve(state.linear().points.size() + 1);
-    for (std::size_t v = 0; v < state.linear().points.size(); ++v) {
+    offsets.reserve(mesh.points.size() + 1);
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
         const std::size_t begin = items.size();
         for (const FacetId f : (*around)[v])
             for (std::size_t i = 0; i < D; ++i) {
-                if (state.linear().facets.vertices[f][i].index() != v) continue;
+                if (mesh.facets.vertices[f][i].index() != v) continue;
                 const Vec<D>& n = (*normals)[f.index()][i];
                 bool known = !(norm_squared(n) > 0);
                 for (std::size_t k = begin; k < items.size(); ++k) known = known || std::abs(dot(items[k], n)) > same;
@@ -113,58 +111,51 @@ Outcome<VertexNormals<D>> boundary_normals(const State<D>& state, const Executio
     return VertexNormals<D>{Column<std::uint32_t>(std::move(offsets)), Column<Vec<D>>(std::move(items))};
 }
 
-/// The state of a field that operations are applied to.
+/// An operation's effect on a field; what the report says of it goes into the field's part.
 template <int D>
-struct Operated {
-    Column<LogMetric<D>> field;
-    std::span<const MetricFile> operands;
-    const State<D>& state;
-    Report& report;
+struct Operation {
+    SourcedMetric<D>& field;
+    const MetricInput<D>& input;
     const Execution& execution;
 
     Outcome<Column<LogMetric<D>>> operator()(const config::Intersect& intersect) {
-        std::optional<MetricFile> file;
-        if (const auto* path = std::get_if<config::FilePath>(&intersect.metric))
-            for (const MetricFile& operand : operands)
-                if (operand.name == path->path) file = operand;
-        Report of_operand;
-        of_operand.metric = MetricReport{};
-        auto other = make_log_metrics(intersect.metric, file, state, of_operand, execution);
-        if (!other) return other;
-        report.metric->source += " and " + of_operand.metric->source;
-        report.metric->floored += of_operand.metric->floored;
-        return intersection(field, *other, execution);
+        auto other = make_log_metrics(input, intersect.metric, execution);
+        if (!other) return fail(other.error());
+        field.report.source += " and " + other->report.source;
+        field.report.floored += other->report.floored;
+        return intersection(field.log_metrics, other->log_metrics, execution);
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Gradation& gradation) {
-        auto out = graded(state.linear(), state.quadratic()->edges, field, gradation, execution);
+        auto out = graded(input.mesh.linear, input.mesh.edges, field.log_metrics, gradation, execution);
         if (!out) return fail(out.error());
-        report.metric->gradations.push_back({out->sweeps, out->changed, out->converged});
+        field.report.gradations.push_back({out->sweeps, out->changed, out->converged});
         if (!out->converged)
-            report.notices.push_back("the gradation ended after " + std::to_string(out->sweeps) +
-                                     " sweeps: somewhere sizes still grow faster than asked");
+            field.notices.push_back("the gradation ended after " + std::to_string(out->sweeps) +
+                                    " sweeps: somewhere sizes still grow faster than asked");
         return std::move(out->log_metrics);
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Bound& bound) {
         constexpr double none = std::numeric_limits<double>::infinity();
-        return bounded(field,
+        return bounded(field.log_metrics,
                        MetricBounds{.min_size = bound.min_size,
                                     .max_size = bound.max_size > 0 ? bound.max_size : none,
                                     .max_anisotropy = bound.max_anisotropy > 0 ? bound.max_anisotropy : none},
                        execution);
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Complexity& wanted) {
-        return scaled_to_complexity(state.linear(), field, wanted.target, execution);
+        return scaled_to_complexity(input.mesh.linear, field.log_metrics, wanted.target, execution);
     }
 };
 
 /// One operation. Those that set sizes may set them out of range.
 template <int D>
-Outcome<Column<LogMetric<D>>> after(Operated<D>& run, const config::MetricOperation& operation) {
-    auto next = std::visit(run, operation);
+Outcome<Column<LogMetric<D>>> after(SourcedMetric<D>& field, const MetricInput<D>& input,
+                                    const config::MetricOperation& operation, const Execution& execution) {
+    auto next = std::visit(Operation<D>{field, input, execution}, operation);
     const bool sets_sizes =
         std::holds_alternative<config::Bound>(operation) || std::holds_alternative<config::Complexity>(operation);
     if (!next || !sets_sizes) return next;
-    if (auto sizes = check_sizes(*next, run.execution); !sizes) {
+    if (auto sizes = check_sizes(*next, execution); !sizes) {
         Error error = sizes.error();
         if (error.kind == ErrorKind::input) error.kind = ErrorKind::usage;
         return fail(std::move(error));
@@ -175,11 +166,9 @@ Outcome<Column<LogMetric<D>>> after(Operated<D>& run, const config::MetricOperat
 }  // namespace
 
 template <int D>
-Outcome<Column<LogMetric<D>>> make_surface_metric(const config::SurfaceMetric& metric, const State<D>& state,
+Outcome<Column<LogMetric<D>>> make_surface_metric(const config::SurfaceMetric& metric, const MetricInput<D>& input,
                                                   const Execution& execution) {
-    if (!state.geometry || !state.features || !state.quadratic())
-        return fail(ErrorKind::internal, "the surface metric needs the surface stage before it");
-    const auto normals = boundary_normals(state, execution);
+    const auto normals = boundary_normals(input, execution);
     if (!normals) return fail(normals.error());
     SurfaceMetricOptions options{metric.tangent_size, metric.normal_size, {}};
     if (metric.volume_size > 0) options.volume_size = metric.volume_size;
@@ -195,12 +184,10 @@ Outcome<Column<LogMetric<D>>> make_field_metric(const config::FieldMetric& metri
 }
 
 template <int D>
-Outcome<Column<LogMetric<D>>> operated(Column<LogMetric<D>> field, std::span<const config::MetricOperation> operations,
-                                       std::span<const MetricFile> operands, const State<D>& state, Report& report,
-                                       const Execution& execution) {
-    Operated<D> run{std::move(field), operands, state, report, execution};
+Outcome<SourcedMetric<D>> operated(SourcedMetric<D> field, const MetricInput<D>& input,
+                                   std::span<const config::MetricOperation> operations, const Execution& execution) {
     for (std::size_t i = 0; i < operations.size(); ++i) {
-        auto next = after(run, operations[i]);
+        auto next = after(field, input, operations[i], execution);
         if (!next) {
             Error error = next.error();
             const std::string path = "/metric_operations/" + std::to_string(i);
@@ -209,19 +196,18 @@ Outcome<Column<LogMetric<D>>> operated(Column<LogMetric<D>> field, std::span<con
                 error.where = path + "/intersect/" + error.where.substr(std::string("/metric/").size());
             return fail(std::move(error));
         }
-        run.field = std::move(*next);
+        field.log_metrics = std::move(*next);
     }
-    return std::move(run.field);
+    return field;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<Column<LogMetric<D>>> make_surface_metric<D>(const config::SurfaceMetric&, const State<D>&,       \
+    template Outcome<Column<LogMetric<D>>> make_surface_metric<D>(const config::SurfaceMetric&, const MetricInput<D>&, \
                                                                   const Execution&);                                   \
     template Outcome<Column<LogMetric<D>>> make_field_metric<D>(const config::FieldMetric&, const LinearMesh<D>&,      \
                                                                 const Execution&);                                     \
-    template Outcome<Column<LogMetric<D>>> operated<D>(Column<LogMetric<D>>, std::span<const config::MetricOperation>, \
-                                                       std::span<const MetricFile>, const State<D>&, Report&,          \
-                                                       const Execution&);
+    template Outcome<SourcedMetric<D>> operated<D>(SourcedMetric<D>, const MetricInput<D>&,                            \
+                                                   std::span<const config::MetricOperation>, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

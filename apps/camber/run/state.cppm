@@ -1,51 +1,117 @@
 module;
+#include <cstdint>
 #include <optional>
 #include <utility>
 #include <variant>
 export module camber.run:state;
 import camber.core;
 import camber.bezier;
-import camber.cavity;
 import camber.metric;
 import camber.surface;
 import camber.validity;
 import camber.curving;
 
-namespace camber::run {
+/// What a run holds between two stages: a sum of what can be, so that a stage which finds its input there has all of
+/// it.
+export namespace camber::run {
 
-/// What the stages have made so far. Each stage takes the state by value and returns the next one.
+/// A mesh as it was read: its degree is the file's.
+template <int D>
+using GivenMesh = std::variant<LinearMesh<D>, QuadraticMesh<D>>;
+
+/// The boundary as the step `surface` finds it.
+template <int D>
+struct Boundary {
+    Features<D> features;
+    RequiredBoundary required = RequiredBoundary::keep;
+    Geometry<D> geometry;
+};
+
+/// A plan that began with the nodes that the mesh was read with.
+template <int D>
+struct OwnNodes {
+    Features<D> features;
+};
+
+/// A plan of `curve` or `reinsert`: where they want nodes, and by what.
+template <int D>
+struct Wanted {
+    Boundary<D> boundary;
+    Incidence<ElementId> shells;
+    Curved<D> curved;  ///< before any correction
+};
+
+/// Places that are the mesh's by now, and the verdicts that they became so with.
+template <int D>
+struct Settled {
+    Proposal<D> proposal;
+    Validation<D> validation;
+};
+
+/// Places for nodes and vertices, committed or not.
+template <int D>
+struct Plan {
+    std::variant<OwnNodes<D>, Wanted<D>> origin;
+    std::variant<Proposal<D>, JudgedProposal<D>, Settled<D>> places;
+
+    [[nodiscard]] const Features<D>& features() const;
+    [[nodiscard]] const Proposal<D>& proposal() const;
+    [[nodiscard]] const Validation<D>* validation() const;  ///< of the places; null until they were judged
+    /// Null: to be judged for the mesh as it is now.
+    [[nodiscard]] const JudgedProposal<D>* judged() const { return std::get_if<JudgedProposal<D>>(&places); }
+    /// Null: began with the nodes that the mesh was read with.
+    [[nodiscard]] const Wanted<D>* wanted() const { return std::get_if<Wanted<D>>(&origin); }
+};
+
+/// Nothing is planned; verdicts of the mesh's own nodes, once asked for.
+template <int D>
+struct Unplanned {
+    std::optional<Validation<D>> validation;
+};
+
+/// Whence a mesh has the nodes that stages begin with.
+enum class NodesOf : std::uint8_t { elevation, file };
+
+/// A mesh of degree 2, and what is planned for it.
+template <int D>
+struct Quadratic {
+    QuadraticMesh<D> mesh;
+    NodesOf nodes = NodesOf::elevation;
+    std::variant<Unplanned<D>, Plan<D>> plan;
+
+    [[nodiscard]] const Plan<D>* planned() const { return std::get_if<Plan<D>>(&plan); }
+    /// Of the plan, or of the mesh where there is none; null when nothing was judged.
+    [[nodiscard]] const Validation<D>* validation() const;
+    /// Whether the boundary's nodes are the file's: they stay, unless analytic surfaces are given.
+    [[nodiscard]] bool boundary_is_given() const;
+    /// Whether there are planned places that are not the mesh's.
+    [[nodiscard]] bool has_uncommitted() const;
+};
+
+/// Nothing was corrected yet: the last verdicts, if any.
+template <int D>
+struct Uncorrected {
+    std::optional<Validation<D>> last;
+};
+/// Something was: the verdicts before.
+template <int D>
+struct Corrected {
+    Validation<D> before;
+};
+/// What verdicts in the end are compared with.
+template <int D>
+using History = std::variant<Uncorrected<D>, Corrected<D>>;
+
 template <int D>
 struct State {
-    std::variant<LinearMesh<D>, QuadraticMesh<D>> mesh;  ///< of degree 2 from `elevate` on, or read so; then `commit`'s
-    Column<Vec<D>> given_points;  ///< of the vertices as they were read: where the rows of metric files speak
-    std::optional<Incidence<ElementId>> shells;
-    std::optional<Features<D>> features;
-    RequiredBoundary required = RequiredBoundary::keep;
-    std::optional<Geometry<D>> geometry;
-    std::optional<BackMesh<D>> back;
-    std::optional<Curved<D>> curved;
-    std::optional<Proposal<D>> proposal;            ///< the last one, committed or not
-    std::optional<JudgedProposal<D>> judged;        ///< of `proposal` for `mesh`, until either changes
-    bool read_curved = false;                       ///< the mesh was read with its curves
-    bool adopted = false;                           ///< the proposal began with the nodes that the mesh was read with
-    std::optional<EdgeLengths> lengths;             ///< in the end, against the chords as they are then
-    std::optional<Validation<D>> first_validation;  ///< before any correction
-    std::optional<Validation<D>> validation;        ///< of the proposal, or of the mesh when there is none
-
-    [[nodiscard]] const LinearMesh<D>& linear() const {
-        const auto* curves = quadratic();
-        return curves ? curves->linear : std::get<LinearMesh<D>>(mesh);
-    }
-    /// Whether the boundary's nodes are the file's: they stay, unless surfaces are prescribed.
-    [[nodiscard]] bool boundary_is_given() const { return read_curved && !(geometry && (*geometry)->prescribes_any()); }
-    /// None while the mesh is of degree 1.
-    [[nodiscard]] const QuadraticMesh<D>* quadratic() const { return std::get_if<QuadraticMesh<D>>(&mesh); }
-
-    void propose(Proposal<D> next) {
-        proposal = std::move(next);
-        judged.reset();
-        validation.reset();
-    }
+    std::variant<LinearMesh<D>, Quadratic<D>> mesh;
+    Column<Vec<D>> given_points;       ///< of the vertices as they were read: where the rows of metric files speak
+    std::optional<BackMesh<D>> field;  ///< the last that was made
+    History<D> history;
 };
+
+/// How a run begins.
+template <int D>
+[[nodiscard]] State<D> beginning_with(GivenMesh<D> mesh);
 
 }  // namespace camber::run

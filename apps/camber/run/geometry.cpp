@@ -1,0 +1,150 @@
+module;
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.run;
+import camber.core;
+import camber.config;
+import camber.surface;
+import :stages;
+
+namespace camber::run {
+
+namespace {
+
+template <int D>
+Outcome<Vec<D>> vec(const std::vector<double>& numbers, const char* what) {
+    if (numbers.size() != D)
+        return fail(ErrorKind::usage, std::string(what) + " has " + std::to_string(numbers.size()) +
+                                          " coordinates, the mesh " + std::to_string(D));
+    Vec<D> v;
+    for (int i = 0; i < D; ++i) v[i] = numbers[static_cast<std::size_t>(i)];
+    return v;
+}
+
+template <int D>
+Outcome<AnalyticSurface<D>> make_surface(const config::Plane& plane) {
+    auto point = vec<D>(plane.point, "the plane's point");
+    if (!point) return fail(point.error());
+    auto normal = vec<D>(plane.normal, "the plane's normal");
+    if (!normal) return fail(normal.error());
+    return Plane<D>{*point, *normal};
+}
+
+template <int D>
+Outcome<AnalyticSurface<D>> make_surface(const config::Sphere& sphere) {
+    // Without a centre: the origin, in either dimension.
+    auto centre = vec<D>(sphere.centre.empty() ? std::vector<double>(D, 0.0) : sphere.centre, "the sphere's centre");
+    if (!centre) return fail(centre.error());
+    return Sphere<D>{*centre, sphere.radius};
+}
+
+template <int D, class Solid, class Make>
+Outcome<AnalyticSurface<D>> make_solid(const std::vector<double>& point, const std::vector<double>& axis,
+                                       const char* name, Make make) {
+    if constexpr (D == 2) {
+        return fail(ErrorKind::usage, std::string("a ") + name + " is a surface in 3D, the mesh is in 2D", {}, {},
+                    "a circle is a \"sphere\" in 2D");
+    } else {
+        auto p = vec<3>(point, "the point or centre");
+        if (!p) return fail(p.error());
+        auto a = vec<3>(axis, "the axis");
+        if (!a) return fail(a.error());
+        return make(*p, *a);
+    }
+}
+
+template <int D>
+Outcome<AnalyticSurface<D>> make_surface(const config::Cylinder& cylinder) {
+    return make_solid<D, Cylinder>(cylinder.point, cylinder.axis, "cylinder",
+                                   [&](const Vec<3>& p, const Vec<3>& a) { return Cylinder{p, a, cylinder.radius}; });
+}
+
+template <int D>
+Outcome<AnalyticSurface<D>> make_surface(const config::Torus& torus) {
+    return make_solid<D, Torus>(torus.centre, torus.axis, "torus", [&](const Vec<3>& p, const Vec<3>& a) {
+        return Torus{p, a, torus.major_radius, torus.minor_radius};
+    });
+}
+
+template <int D>
+Outcome<AnalyticGeometry<D>> make_entry(const config::AnalyticSurface& entry) {
+    const auto surface = std::visit([](const auto& s) { return make_surface<D>(s); }, entry.surface);
+    if (!surface) return fail(surface.error());
+    AnalyticGeometry<D> geometry;
+    for (const Reference reference : entry.references) geometry.surfaces.emplace_back(reference, *surface);
+    return geometry;
+}
+
+template <int D>
+AnalyticGeometry<D> joined(std::span<const AnalyticGeometry<D>> entries) {
+    AnalyticGeometry<D> all;
+    for (const AnalyticGeometry<D>& entry : entries)
+        all.surfaces.insert(all.surfaces.end(), entry.surfaces.begin(), entry.surfaces.end());
+    return all;
+}
+
+std::string path_of(std::size_t entry) { return "/geometry/analytic/" + std::to_string(entry); }
+
+/// The entry that makes a geometry unfit: the one that is refused so alone, else the one with which the first ones are.
+template <int D>
+std::size_t unfit_entry(const LinearMesh<D>& mesh, std::span<const AnalyticGeometry<D>> entries, const Error& error,
+                        const Execution& execution) {
+    for (std::size_t i = 0; i < entries.size(); ++i)
+        if (const auto fits = check_fit(mesh, entries[i], execution); !fits && fits.error().what == error.what)
+            return i;
+    std::size_t i = 0;
+    while (i + 1 < entries.size() && check_fit(mesh, joined(entries.first(i + 1)), execution)) ++i;
+    return i;
+}
+
+template <int D>
+Outcome<AnalyticGeometry<D>> make_analytic(const config::Analytic& analytic, const LinearMesh<D>& mesh,
+                                           const Execution& execution) {
+    std::vector<AnalyticGeometry<D>> entries;
+    for (std::size_t i = 0; i < analytic.surfaces.size(); ++i) {
+        auto made = make_entry<D>(analytic.surfaces[i]);
+        if (!made) {
+            Error error = made.error();
+            error.where = path_of(i);
+            return fail(std::move(error));
+        }
+        entries.push_back(std::move(*made));
+    }
+    const std::span<const AnalyticGeometry<D>> all(entries);
+    if (const auto fits = check_fit(mesh, joined(all), execution); !fits) {
+        Error error = fits.error();
+        if (error.kind == ErrorKind::usage) error.where = path_of(unfit_entry(mesh, all, error, execution));
+        return fail(std::move(error));
+    }
+    return joined(all);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const QuadraticMesh<D>& mesh,
+                                   const Features<D>& features, const Execution& execution) {
+    if (std::holds_alternative<config::Straight>(geometry)) return StraightGeometry{};
+    if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
+        auto made = make_analytic<D>(*analytic, mesh.linear, execution);
+        if (!made) return fail(made.error());
+        return with_surrogate(std::move(*made), mesh.linear, mesh.edges, features, SurrogateOptions{}, execution);
+    }
+    auto surrogate = build_surrogate(mesh.linear, mesh.edges, features, SurrogateOptions{}, execution);
+    if (!surrogate) return fail(surrogate.error());
+    return std::move(*surrogate);
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                        \
+    template Outcome<Geometry<D>> make_geometry<D>(const config::Geometry&, const QuadraticMesh<D>&, \
+                                                   const Features<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber::run

@@ -1,0 +1,45 @@
+module;
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <tuple>
+export module camber.run:order;
+import camber.core;
+import camber.config;
+
+/// Which stage may come after which: one table.
+export namespace camber::run {
+
+/// What a run holds, as far as the order of its stages goes; each holds more than the one before.
+enum class Holds : std::uint8_t {
+    straight_mesh,
+    curved_mesh,    ///< of degree 2
+    planned_nodes,  ///< and places for its nodes; a mesh that was read with its curves begins so: its own nodes
+};
+
+/// A stage of the pipeline: it runs where the run holds from `least` to `most`.
+template <class Options>
+struct StageRow {
+    std::string_view name;
+    Holds least, most;
+    std::optional<Holds> makes = {};  ///< none: holds what it held
+};
+
+/// One row for each alternative of config::Stage; forgotten, it does not compile.
+inline constexpr std::tuple stage_rows{
+    StageRow<config::Elevate>{"elevate", Holds::straight_mesh, Holds::straight_mesh, Holds::curved_mesh},
+    StageRow<config::Curve>{"curve", Holds::curved_mesh, Holds::planned_nodes, Holds::planned_nodes},
+    StageRow<config::Validate>{"validate", Holds::curved_mesh, Holds::planned_nodes},
+    StageRow<config::Relax>{"relax", Holds::planned_nodes, Holds::planned_nodes},
+    StageRow<config::Commit>{"commit", Holds::planned_nodes, Holds::planned_nodes},
+    StageRow<config::Reinsert>{"reinsert", Holds::curved_mesh, Holds::planned_nodes, Holds::planned_nodes},
+};
+
+/// Whether these stages can run one after the other on a mesh of that degree, before anything is done. Errors name the
+/// stage's JSON path: usage (a stage that must come before it is missing, or one is there that must not), or without
+/// the path input (the mesh is of degree 1, or of degree 2, and its stages take it as it is).
+[[nodiscard]] Outcome<Done> check_order(std::span<const config::Stage> stages, int degree);
+
+}  // namespace camber::run

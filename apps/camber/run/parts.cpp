@@ -1,0 +1,80 @@
+module;
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+module camber.run;
+import camber.core;
+import camber.validity;
+import :parts;
+import :report;
+
+namespace camber::run {
+
+namespace {
+
+void add_up(std::optional<RelaxReport>& sum, const RelaxReport& part) {
+    if (!sum) sum.emplace();
+    sum->repair = part.repair;
+    sum->corrected_elements += part.corrected_elements;
+    sum->relaxed_volume_edges += part.relaxed_volume_edges;
+    sum->relaxed_surface_edges += part.relaxed_surface_edges;
+    sum->moved_vertices += part.moved_vertices;
+    sum->work += part.work;
+    sum->given_up += part.given_up;
+}
+
+}  // namespace
+
+template <int D>
+VerdictsReport verdicts_report(const Validation<D>& v) {
+    VerdictsReport part{
+        {v.bound, v.invalid, v.undecided, v.straight_inverted, v.smallest, v.worst.valid() ? v.worst.index() + 1 : 0},
+        {},
+        {}};
+    for (std::size_t e = 0; e < v.verdicts.size(); ++e) {
+        if (v.verdicts[e] == Verdict::invalid) part.invalid.push_back(e + 1);
+        if (v.verdicts[e] == Verdict::undecided) part.undecided.push_back(e + 1);
+    }
+    return part;
+}
+template VerdictsReport verdicts_report<2>(const Validation<2>&);
+template VerdictsReport verdicts_report<3>(const Validation<3>&);
+
+void add(Report& report, const Notices& notices) {
+    report.notices.insert(report.notices.end(), notices.begin(), notices.end());
+}
+
+void add(Report& report, const MetricReport& part) { report.metric = part; }
+void add(Report& report, const BoundaryReport& part) { report.boundary = part; }
+void add(Report& report, const CurveReport& part) { report.curve = part; }
+
+void add(Report& report, const VerdictsReport& part) {
+    report.validity = part.summary;
+    report.invalid_elements = part.invalid;
+    report.undecided_elements = part.undecided;
+}
+
+void add(Report& report, const CorrectionReport& part) {
+    add_up(report.relax, part.relax);
+    if (part.kept_boundary) report.kept_boundary = part.kept_boundary;
+    report.remaining = part.remaining;
+}
+
+void add(Report& report, const CavitiesReport& part) {
+    report.curve = part.curve;
+    report.validity_before = part.wanted;
+    report.relax = part.relax;
+    report.reinsert = part.reinsert;
+}
+
+void add(Report& report, const MeasuresReport& part) {
+    if (report.curve) report.curve->after = part.edges;
+    if (report.boundary) {
+        report.boundary->straight_distance = part.straight_distance;
+        report.boundary->curved_distance = part.curved_distance;
+    }
+    report.histograms = part.histograms;
+}
+
+}  // namespace camber::run

@@ -1,0 +1,56 @@
+module;
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+export module camber.run:parts;
+import camber.validity;
+import :histogram;
+import :report;
+
+/// What each stage tells, and how it becomes part of the report.
+namespace camber::run {
+
+using Notices = std::vector<std::string>;
+
+/// Of all elements, at the bound asked for.
+struct VerdictsReport {
+    ValidityReport summary;
+    std::vector<std::size_t> invalid, undecided;  ///< elements, from 1
+};
+template <int D>
+[[nodiscard]] VerdictsReport verdicts_report(const Validation<D>& validation);
+
+/// Of a correction.
+struct CorrectionReport {
+    RelaxReport relax;
+    std::optional<KeptBoundaryReport> kept_boundary;
+    std::vector<RemainingReport> remaining;
+};
+
+/// Of the stage that goes from vertex to vertex.
+struct CavitiesReport {
+    CurveReport curve;
+    ValidityReport wanted;  ///< of the targets, before the cavities corrected them
+    RelaxReport relax;
+    ReinsertReport reinsert;
+};
+
+/// Of a run's end.
+struct MeasuresReport {
+    std::optional<EdgeReport> edges;                           ///< after correction
+    std::optional<double> straight_distance, curved_distance;  ///< see BoundaryReport
+    std::vector<Histogram> histograms;
+};
+
+void add(Report& report, const Notices& notices);
+void add(Report& report, const MetricReport& part);
+void add(Report& report, const BoundaryReport& part);
+void add(Report& report, const CurveReport& part);
+void add(Report& report, const VerdictsReport& part);
+/// Corrections add up: of the cavities' own, and of a stage `relax` after them.
+void add(Report& report, const CorrectionReport& part);
+void add(Report& report, const CavitiesReport& part);
+void add(Report& report, const MeasuresReport& part);
+
+}  // namespace camber::run

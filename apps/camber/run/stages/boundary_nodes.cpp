@@ -1,0 +1,77 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+#include <fmt/format.h>
+module camber.run;
+import camber.core;
+import camber.bezier;
+import camber.surface;
+import :parts;
+import :stages;
+import :state;
+
+namespace camber::run {
+
+namespace {
+
+template <int D>
+Outcome<Buffer<LagrangeNode<D>>> on_geometry(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
+                                             const Execution& execution) {
+    const bool keeps = boundary.required == RequiredBoundary::keep;
+    return boundary_nodes(keeps ? mesh : without_required(mesh), boundary.features, boundary.geometry, execution);
+}
+
+template <int D>
+Outcome<CurveInput<D>> input_of(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
+                                Buffer<LagrangeNode<D>> nodes, Notices notices, const Execution& execution) {
+    auto around = shells(mesh.edges, execution);
+    if (!around) return fail(around.error());
+    return CurveInput<D>{held_kinds(mesh, boundary.features.edge_kinds, boundary.required),
+                         Column<LagrangeNode<D>>(std::move(nodes)), std::move(*around), std::move(notices)};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
+                                         const Execution& execution) {
+    auto nodes = on_geometry(mesh, boundary, execution);
+    if (!nodes) return fail(nodes.error());
+    return input_of(mesh, boundary, std::move(*nodes), {}, execution);
+}
+
+template <int D>
+Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
+                                     const Execution& execution) {
+    auto nodes = on_geometry(mesh, boundary, execution);
+    if (!nodes) return fail(nodes.error());
+    const auto* analytic = analytic_part(boundary.geometry);
+    const auto around = facet_shells(mesh.edges, execution);
+    if (!around) return fail(around.error());
+    std::size_t kept = 0;
+    for (std::size_t e = 0; e < nodes->size(); ++e) {
+        if (boundary.features.edge_kinds[e] == EdgeKind::volume) continue;
+        const bool on_analytic = analytic && std::ranges::any_of((*around)[e], [&](FacetId f) {
+                                     return surface_of(*analytic, mesh.linear.facets.references[f]) != nullptr;
+                                 });
+        if (on_analytic) continue;
+        (*nodes)[e] = mesh.mid_nodes[e];
+        ++kept;
+    }
+    return input_of(mesh, boundary, std::move(*nodes),
+                    {fmt::format("{} edges of the boundary keep the nodes that the mesh was read with", kept)},
+                    execution);
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                         \
+    template Outcome<CurveInput<D>> input_of_elevated<D>(const QuadraticMesh<D>&, const Boundary<D>&, \
+                                                         const Execution&);                           \
+    template Outcome<CurveInput<D>> input_of_read<D>(const QuadraticMesh<D>&, const Boundary<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber::run

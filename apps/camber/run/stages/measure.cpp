@@ -1,0 +1,79 @@
+module;
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <variant>
+module camber.run;
+import camber.core;
+import camber.bezier;
+import camber.curving;
+import camber.metric;
+import camber.surface;
+import camber.validity;
+import :measures;
+import :parts;
+import :stages;
+import :state;
+
+namespace camber::run {
+
+namespace {
+
+/// The mid nodes of the straight mesh.
+template <int D>
+Outcome<Buffer<LagrangeNode<D>>> chord_middles(const QuadraticMesh<D>& mesh, const Execution& execution) {
+    return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        return LagrangeNode<D>{midpoint(mesh.linear.points[a], mesh.linear.points[b])};
+    });
+}
+
+/// How far the boundary is from its geometry, straight and curved.
+template <int D>
+Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const Boundary<D>& boundary, MeasuresReport& report,
+                                const Execution& execution) {
+    auto chords = chord_middles(seen, execution);
+    if (!chords) return fail(chords.error());
+    const Column<LagrangeNode<D>> straight(std::move(*chords));
+    const auto before = boundary_distance(seen, straight.view(), boundary.features, boundary.geometry, execution);
+    if (!before) return fail(before.error());
+    const auto after = boundary_distance(seen, seen.mid_nodes.view(), boundary.features, boundary.geometry, execution);
+    if (!after) return fail(after.error());
+    report.straight_distance = before->largest;
+    report.curved_distance = after->largest;
+    return Done{};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Measured<D>> measure_stage(const Quadratic<D>& end, const BackMesh<D>* field, const History<D>& history,
+                                   const Execution& execution) {
+    Measured<D> measured;
+    const Plan<D>* const plan = end.planned();
+    if (const Wanted<D>* wanted = plan ? plan->wanted() : nullptr) {
+        const Proposal<D>& proposal = plan->proposal();
+        const auto seen = proposed(end.mesh, proposal);
+        if (field) {
+            auto lengths = updated_lengths(end.mesh.edges, wanted->curved, proposal, wanted->shells, *field, execution);
+            if (!lengths) return fail(lengths.error());
+            measured.report.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
+            measured.lengths = std::move(*lengths);
+        }
+        if (auto done = measure_distances(seen, wanted->boundary, measured.report, execution); !done)
+            return fail(done.error());
+    }
+    measured.report.histograms = run_histograms(end, measured.lengths, history);
+    return measured;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template Outcome<Measured<D>> measure_stage<D>(const Quadratic<D>&, const BackMesh<D>*, const History<D>&, \
+                                                   const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber::run
