@@ -48,6 +48,14 @@ void add(Report& report, const Notices& notices) {
 void add(Report& report, const MetricReport& part) { report.metric = part; }
 void add(Report& report, const BoundaryReport& part) { report.boundary = part; }
 void add(Report& report, const CurveReport& part) { report.curve = part; }
+void add(Report& report, const MeshReport& part) { report.mesh = part; }
+void add(Report& report, const BeforeReport& part) { report.validity_before = part.summary; }
+void add(Report& report, const CommitReport&) { report.committed = true; }
+
+void add(Report& report, const PlanReport& part) {
+    if (report.committed && part.is_mesh) return;
+    report.notices.emplace_back("planned nodes were not committed: no stage \"commit\" after them");
+}
 
 void add(Report& report, const VerdictsReport& part) {
     report.validity = part.summary;
@@ -62,7 +70,6 @@ void add(Report& report, const CorrectionReport& part) {
 }
 
 void add(Report& report, const CavitiesReport& part) {
-    report.curve = part.curve;
     report.validity_before = part.wanted;
     report.relax = part.relax;
     report.reinsert = part.reinsert;

@@ -21,6 +21,11 @@ struct VerdictsReport {
 template <int D>
 [[nodiscard]] VerdictsReport verdicts_report(const Validation<D>& validation);
 
+/// Of the same, before anything was corrected.
+struct BeforeReport {
+    ValidityReport summary;
+};
+
 /// Of a correction.
 struct CorrectionReport {
     RelaxReport relax;
@@ -28,12 +33,19 @@ struct CorrectionReport {
     std::vector<RemainingReport> remaining;
 };
 
-/// Of the stage that goes from vertex to vertex.
+/// Of the stage that goes from vertex to vertex, but for its targets.
 struct CavitiesReport {
-    CurveReport curve;
     ValidityReport wanted;  ///< of the targets, before the cavities corrected them
     RelaxReport relax;
     ReinsertReport reinsert;
+};
+
+/// Planned places became the mesh's.
+struct CommitReport {};
+
+/// Of a plan at a run's end: whether its places are the mesh's.
+struct PlanReport {
+    bool is_mesh = false;
 };
 
 /// Of a run's end.
@@ -48,9 +60,13 @@ void add(Report& report, const MetricReport& part);
 void add(Report& report, const BoundaryReport& part);
 void add(Report& report, const CurveReport& part);
 void add(Report& report, const VerdictsReport& part);
+void add(Report& report, const BeforeReport& part);
 /// Corrections add up: of the cavities' own, and of a stage `relax` after them.
 void add(Report& report, const CorrectionReport& part);
 void add(Report& report, const CavitiesReport& part);
+void add(Report& report, const CommitReport&);
+void add(Report& report, const PlanReport& part);
+void add(Report& report, const MeshReport& part);
 void add(Report& report, const MeasuresReport& part);
 
 }  // namespace camber::run

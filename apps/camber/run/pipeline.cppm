@@ -1,27 +1,23 @@
 module;
-#include <functional>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 export module camber.run:pipeline;
 import camber.core;
 import camber.config;
 import camber.io;
 import :report;
+import :runner;
 import :stages;
 
 export namespace camber::run {
 
-/// What the shell hands to a run beside the config: files already read, and a wrapper around each stage with which it
-/// keeps clocks and shows progress. `around(name, body)` must call body once, with the Execution to use.
+/// What the shell hands to a run beside the config: files already read.
 struct Inputs {
     DecodedMesh mesh;
     std::optional<Solution> metric;         ///< of the metric file, when the config names one
     std::vector<MetricFile> operands = {};  ///< metric files that the operations intersect with
 };
-using Around =
-    std::function<Outcome<Done>(std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body)>;
 
 struct Run {
     AnyMesh mesh;  ///< committed, or the last state when nothing was

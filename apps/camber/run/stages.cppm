@@ -18,9 +18,9 @@ import :parts;
 import :report;
 import :state;
 
-/// The stages and the steps before them: from the values that each needs to what it makes, with its part of the report.
-/// `elevate` and `validate` are the verbs of the modules as they are. What must come before a stage is in
-/// camber.run:order; clocks, progress and the run's state are the runner's (pipeline.cpp).
+/// What more than one stage takes or makes. A stage itself is in stages/NAME.cpp: a function from the values that it
+/// needs to what it makes, with its part of the report, and its step, which takes them from the run's state and puts
+/// them there (camber.run:steps). What must come before it is in camber.run:order.
 export namespace camber::run {
 
 /// A metric file's rows, read by the shell.
@@ -42,18 +42,7 @@ struct Sound {
 template <int D>
 [[nodiscard]] Outcome<Sound<D>> prepare_stage(GivenMesh<D> mesh, const Execution& execution);
 
-/// Features and geometry of the boundary. Errors (usage): those of a geometry that is not the mesh's.
-template <int D>
-struct Described {
-    Boundary<D> boundary;
-    BoundaryReport report;
-};
-template <int D>
-[[nodiscard]] Outcome<Described<D>> surface_stage(const QuadraticMesh<D>& mesh, const config::Features& features,
-                                                  const config::Geometry& geometry, const Execution& execution);
-
-/// A field of log-metrics at the vertices of the straight mesh, after the config's operations. Errors name the JSON
-/// path of the metric or the operation, or the file.
+/// What a field of log-metrics at the vertices of the straight mesh is made from.
 template <int D>
 struct MetricInput {
     const QuadraticMesh<D>& mesh;
@@ -61,16 +50,6 @@ struct MetricInput {
     const Column<Vec<D>>& given_points;  ///< where the rows of files speak
     std::span<const MetricFile> files;   ///< all that the config names
 };
-template <int D>
-struct Field {
-    BackMesh<D> back;
-    MetricReport report;
-    Notices notices;
-};
-template <int D>
-[[nodiscard]] Outcome<Field<D>> metric_stage(const MetricInput<D>& input, const config::Metric& metric,
-                                             std::span<const config::MetricOperation> operations,
-                                             const Execution& execution);
 
 /// What the edges of a mesh are curved from: where boundary nodes are wanted, one row an edge, and which nodes stay.
 template <int D>
@@ -80,88 +59,10 @@ struct CurveInput {
     Incidence<ElementId> shells;
     Notices notices;
 };
-/// Boundary nodes on the geometry.
+/// Boundary nodes on the geometry; of a mesh that was read with its curves only those on analytic surfaces.
 template <int D>
-[[nodiscard]] Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                                       const Execution& execution);
-/// The same of a mesh that was read with its curves: boundary nodes where they are, but for edges on analytic surfaces.
-template <int D>
-[[nodiscard]] Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                                   const Execution& execution);
-
-/// Where nodes are wanted: those of the volume by the field, or without one by `shape`.
-template <int D>
-struct CurveOutput {
-    Curved<D> curved;
-    CurveReport report;
-};
-template <int D>
-[[nodiscard]] Outcome<CurveOutput<D>> curve_stage(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
-                                                  const BackMesh<D>& field, const config::Curve& options,
-                                                  const Execution& execution);
-template <int D>
-[[nodiscard]] Outcome<CurveOutput<D>> shape_stage(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
-                                                  const Execution& execution);
-
-/// The nodes of a mesh that was read with its curves as a plan: its boundary's features tell what is given.
-template <int D>
-struct Adopted {
-    OwnNodes<D> own;
-    Proposal<D> proposal;
-    BoundaryReport report;
-};
-template <int D>
-[[nodiscard]] Outcome<Adopted<D>> adopt_stage(const QuadraticMesh<D>& mesh, const config::Features& features,
-                                              const Execution& execution);
-
-/// Models of what a node off its wanted place costs: in the field, or in the mesh's own metric where there is none
-/// (null). None for repairs that take none.
-template <int D>
-[[nodiscard]] Outcome<Column<QuadraticModel<D>>> models_of(const Plan<D>& plan, const JudgedProposal<D>& judged,
-                                                           const BackMesh<D>* field, config::Repair repair,
-                                                           const Execution& execution);
-
-/// What is not valid mended; boundary nodes may go back to their chords.
-template <int D>
-struct Relaxed {
-    JudgedProposal<D> judged;
-    CorrectionReport report;
-};
-template <int D>
-[[nodiscard]] Outcome<Relaxed<D>> relax_stage(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
-                                              const config::Relax& options, const Execution& execution);
-/// The same where the boundary is given: it stays, but for the options' tolerance.
-template <int D>
-[[nodiscard]] Outcome<Relaxed<D>> relax_within_stage(const JudgedProposal<D>& judged,
-                                                     const Column<QuadraticModel<D>>& models,
-                                                     const config::Relax& options, const Execution& execution);
-
-/// The proposal becomes the mesh's, valid or not: what is not is in the report, and the program's exit code.
-template <int D>
-[[nodiscard]] Outcome<QuadraticMesh<D>> commit_stage(const JudgedProposal<D>& judged);
-
-/// The global algorithm of the cavity operator, in place of curve, validate, relax and commit.
-template <int D>
-struct Walked {
-    Reinserted<D> done;
-    Validation<D> wanted, validation;  ///< of the targets, and in the end
-    CavitiesReport report;
-    Notices notices;
-};
-template <int D>
-[[nodiscard]] Outcome<Walked<D>> reinsert_stage(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
-                                                const BackMesh<D>& field, const config::Reinsert& options,
-                                                const Execution& execution);
-
-/// Lengths after correction, against the chords as they are then, for the fields; the rest for the report.
-template <int D>
-struct Measured {
-    std::optional<EdgeLengths> lengths;
-    MeasuresReport report;
-};
-template <int D>
-[[nodiscard]] Outcome<Measured<D>> measure_stage(const Quadratic<D>& end, const BackMesh<D>* field,
-                                                 const History<D>& history, const Execution& execution);
+[[nodiscard]] Outcome<CurveInput<D>> curve_input(const Quadratic<D>& at, const Boundary<D>& boundary,
+                                                 const Execution& execution);
 
 /// The options of a curving for one edge.
 [[nodiscard]] EdgeMinimiserOptions edge_options(const config::Curve& options);

@@ -32,8 +32,7 @@ Outcome<CurveInput<D>> input_of(const QuadraticMesh<D>& mesh, const Boundary<D>&
                          Column<LagrangeNode<D>>(std::move(nodes)), std::move(*around), std::move(notices)};
 }
 
-}  // namespace
-
+/// Boundary nodes on the geometry.
 template <int D>
 Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                          const Execution& execution) {
@@ -42,6 +41,7 @@ Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Bou
     return input_of(mesh, boundary, std::move(*nodes), {}, execution);
 }
 
+/// The same of a mesh that was read with its curves: boundary nodes where they are, but for edges on analytic surfaces.
 template <int D>
 Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                      const Execution& execution) {
@@ -65,10 +65,16 @@ Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundar
                     execution);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                         \
-    template Outcome<CurveInput<D>> input_of_elevated<D>(const QuadraticMesh<D>&, const Boundary<D>&, \
-                                                         const Execution&);                           \
-    template Outcome<CurveInput<D>> input_of_read<D>(const QuadraticMesh<D>&, const Boundary<D>&, const Execution&);
+}  // namespace
+
+template <int D>
+Outcome<CurveInput<D>> curve_input(const Quadratic<D>& at, const Boundary<D>& boundary, const Execution& execution) {
+    return at.nodes == NodesOf::file ? input_of_read(at.mesh, boundary, execution)
+                                     : input_of_elevated(at.mesh, boundary, execution);
+}
+
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<CurveInput<D>> curve_input<D>(const Quadratic<D>&, const Boundary<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -2,20 +2,45 @@ module;
 #include <utility>
 module camber.run;
 import camber.core;
+import camber.config;
 import camber.validity;
-import :stages;
+import :parts;
+import :runner;
+import :state;
+import :steps;
 
 namespace camber::run {
 
+namespace {
+
+/// The proposal becomes the mesh's, valid or not: what is not is in the report, and the program's exit code.
 template <int D>
-Outcome<QuadraticMesh<D>> commit_stage(const JudgedProposal<D>& judged) {
+Outcome<QuadraticMesh<D>> committed(const JudgedProposal<D>& judged) {
     if (!judged.validation().certified()) return commit_uncertified(judged).mesh;
-    auto committed = commit(judged);
-    if (!committed) return fail(committed.error());
-    return std::move(committed->mesh);
+    auto done = commit(judged);
+    if (!done) return fail(done.error());
+    return std::move(done->mesh);
 }
 
-template Outcome<QuadraticMesh<2>> commit_stage<2>(const JudgedProposal<2>&);
-template Outcome<QuadraticMesh<3>> commit_stage<3>(const JudgedProposal<3>&);
+}  // namespace
+
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Commit& options) {
+    if (auto adopted = adopt_own_nodes(run); !adopted) return adopted;
+    return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
+        if (!run.plan().judged())
+            if (auto done = judge_plan(run, config::Validate{}.min_scaled_jacobian, e); !done) return done;
+        const JudgedProposal<D> judged = *run.plan().judged();
+        auto mesh = committed(judged);
+        if (!mesh) return fail(mesh.error());
+        run.quadratic().mesh = std::move(*mesh);
+        run.plan().places = Settled<D>{judged.proposal(), judged.validation()};
+        run.tell(CommitReport{});
+        return Done{};
+    });
+}
+
+template Outcome<Done> apply<2>(Runner<2>&, const config::Commit&);
+template Outcome<Done> apply<3>(Runner<3>&, const config::Commit&);
 
 }  // namespace camber::run

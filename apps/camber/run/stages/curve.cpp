@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <utility>
@@ -9,13 +10,28 @@ import camber.curving;
 import camber.metric;
 import camber.validity;
 import :measures;
+import :parts;
 import :report;
+import :runner;
 import :stages;
 import :state;
+import :steps;
 
 namespace camber::run {
 
 namespace {
+
+/// Where nodes are wanted.
+template <int D>
+struct Found {
+    Curved<D> curved;
+    CurveReport report;
+};
+template <int D>
+Found<D> with_report(const QuadraticMesh<D>& mesh, Curved<D> curved) {
+    const CurveReport report = curve_report(mesh, curved);
+    return {std::move(curved), report};
+}
 
 /// The proposal of `shape` as one of `curve`, without lengths: there is no field to measure them in.
 template <int D>
@@ -28,12 +44,6 @@ Curved<D> without_lengths(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& 
         curved.statistics.curved_edges += curved.proposal.mid_nodes[e] != mesh.mid_nodes[e];
     }
     return curved;
-}
-
-template <int D>
-CurveOutput<D> with_report(const QuadraticMesh<D>& mesh, Curved<D> curved) {
-    const CurveReport report = curve_report(mesh, curved);
-    return {std::move(curved), report};
 }
 
 }  // namespace
@@ -62,26 +72,76 @@ CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) 
 }
 
 template <int D>
-Outcome<CurveOutput<D>> curve_stage(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const BackMesh<D>& field,
-                                    const config::Curve& options, const Execution& execution) {
+void tell_curve(Runner<D>& run, CurveReport part, double seconds) {
+    part.edges_per_second = static_cast<double>(part.volume_edges) / std::max(seconds, 1e-9);
+    run.tell(part);
+}
+
+namespace {
+
+/// Those of the volume by the field.
+template <int D>
+Outcome<Found<D>> by_field(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const BackMesh<D>& field,
+                           const config::Curve& options, const Execution& execution) {
     auto curved = curve(mesh, input.kinds, input.boundary_nodes, input.shells, field, edge_options(options), execution);
     if (!curved) return fail(curved.error());
     return with_report(mesh, std::move(*curved));
 }
 
+/// By the boundary alone.
 template <int D>
-Outcome<CurveOutput<D>> shape_stage(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
-                                    const Execution& execution) {
+Outcome<Found<D>> by_shape(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const Execution& execution) {
     auto done = shape(mesh, input.kinds, input.boundary_nodes, input.shells, ShapeOptions{}, execution);
     if (!done) return fail(done.error());
     return with_report(mesh, without_lengths(mesh, input.kinds, std::move(done->proposal)));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template CurveReport curve_report<D>(const QuadraticMesh<D>&, const Curved<D>&);                                   \
-    template Outcome<CurveOutput<D>> curve_stage<D>(const QuadraticMesh<D>&, const CurveInput<D>&, const BackMesh<D>&, \
-                                                    const config::Curve&, const Execution&);                           \
-    template Outcome<CurveOutput<D>> shape_stage<D>(const QuadraticMesh<D>&, const CurveInput<D>&, const Execution&);
+constexpr const char* starts_from_file =
+    "volume edges: the search begins at the node that the mesh was read with, where that is the better start";
+
+/// The stage, however it finds where nodes are wanted: `find(input, execution)`.
+template <int D>
+Outcome<Done> curve_within(Runner<D>& run, Boundary<D> boundary, const auto& find, const Execution& execution) {
+    Quadratic<D>& at = run.quadratic();
+    auto input = curve_input(at, boundary, execution);
+    if (!input) return fail(input.error());
+    run.tell(input->notices);
+    auto found = run.timed([&] { return find(*input, execution); });
+    if (!found.value) return fail(found.value.error());
+    tell_curve(run, std::move(found.value->report), found.seconds);
+    Proposal<D> proposal = found.value->curved.proposal;
+    at.plan = Plan<D>{Wanted<D>{std::move(boundary), std::move(input->shells), std::move(found.value->curved)},
+                      std::move(proposal)};
+    return Done{};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
+    auto boundary = describe_boundary(run);
+    if (!boundary) return fail(boundary.error());
+    const QuadraticMesh<D>& mesh = run.quadratic().mesh;
+    if (options.objective == config::Objective::shape)
+        return run.step_of(options, [&](const Execution& execution) {
+            const auto find = [&](const CurveInput<D>& input, const Execution& e) { return by_shape(mesh, input, e); };
+            return curve_within(run, std::move(*boundary), find, execution);
+        });
+    if (auto made = make_field(run, *boundary); !made) return made;
+    return run.step_of(options, [&](const Execution& execution) {
+        const auto find = [&](const CurveInput<D>& input, const Execution& e) {
+            return by_field(mesh, input, *run.field(), options, e);
+        };
+        auto done = curve_within(run, std::move(*boundary), find, execution);
+        if (done && run.quadratic().nodes == NodesOf::file) run.tell(Notices{starts_from_file});
+        return done;
+    });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                        \
+    template CurveReport curve_report<D>(const QuadraticMesh<D>&, const Curved<D>&); \
+    template void tell_curve<D>(Runner<D>&, CurveReport, double);                    \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Curve&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

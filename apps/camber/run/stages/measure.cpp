@@ -13,8 +13,9 @@ import camber.surface;
 import camber.validity;
 import :measures;
 import :parts;
-import :stages;
+import :runner;
 import :state;
+import :steps;
 
 namespace camber::run {
 
@@ -45,11 +46,15 @@ Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const Boundary<D>&
     return Done{};
 }
 
-}  // namespace
-
+/// Lengths after correction, against the chords as they are then, for the fields; the rest for the report.
 template <int D>
-Outcome<Measured<D>> measure_stage(const Quadratic<D>& end, const BackMesh<D>* field, const History<D>& history,
-                                   const Execution& execution) {
+struct Measured {
+    std::optional<EdgeLengths> lengths;
+    MeasuresReport report;
+};
+template <int D>
+Outcome<Measured<D>> measured_end(const Quadratic<D>& end, const BackMesh<D>* field, const History<D>& history,
+                                  const Execution& execution) {
     Measured<D> measured;
     const Plan<D>* const plan = end.planned();
     if (const Wanted<D>* wanted = plan ? plan->wanted() : nullptr) {
@@ -68,12 +73,22 @@ Outcome<Measured<D>> measure_stage(const Quadratic<D>& end, const BackMesh<D>* f
     return measured;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                  \
-    template Outcome<Measured<D>> measure_stage<D>(const Quadratic<D>&, const BackMesh<D>*, const History<D>&, \
-                                                   const Execution&);
+}  // namespace
 
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
-#undef CAMBER_INSTANTIATE
+template <int D>
+Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
+    const auto* const end = std::get_if<Quadratic<D>>(&run.state.mesh);
+    if (end && end->planned()) run.tell(PlanReport{.is_mesh = !end->has_uncommitted()});
+    auto made = run.step("measure", [&](const Execution& e) -> Outcome<Measured<D>> {
+        if (!end) return Measured<D>{};
+        return measured_end(*end, run.field(), run.state.history, e);
+    });
+    if (!made) return fail(made.error());
+    run.tell(made->report);
+    return std::move(made->lengths);
+}
+
+template Outcome<std::optional<EdgeLengths>> measure<2>(Runner<2>&);
+template Outcome<std::optional<EdgeLengths>> measure<3>(Runner<3>&);
 
 }  // namespace camber::run

@@ -7,12 +7,24 @@ module camber.run;
 import camber.core;
 import camber.config;
 import camber.metric;
+import :parts;
+import :report;
+import :runner;
 import :stages;
 import :state;
+import :steps;
 
 namespace camber::run {
 
 namespace {
+
+/// A field at the vertices of the straight mesh, after the config's operations.
+template <int D>
+struct Field {
+    BackMesh<D> back;
+    MetricReport report;
+    Notices notices;
+};
 
 template <int D>
 Outcome<double> largest_anisotropy(const Column<LogMetric<D>>& field, const Execution& execution) {
@@ -21,11 +33,9 @@ Outcome<double> largest_anisotropy(const Column<LogMetric<D>>& field, const Exec
         [](double a, double b) { return std::max(a, b); });
 }
 
-}  // namespace
-
 template <int D>
-Outcome<Field<D>> metric_stage(const MetricInput<D>& input, const config::Metric& metric,
-                               std::span<const config::MetricOperation> operations, const Execution& execution) {
+Outcome<Field<D>> field_of(const MetricInput<D>& input, const config::Metric& metric,
+                           std::span<const config::MetricOperation> operations, const Execution& execution) {
     const LinearMesh<D>& mesh = input.mesh.linear;
     const auto around = balls(mesh, execution);
     if (!around) return fail(around.error());
@@ -48,12 +58,22 @@ Outcome<Field<D>> metric_stage(const MetricInput<D>& input, const config::Metric
     return Field<D>{std::move(*back), std::move(made->report), std::move(made->notices)};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                \
-    template Outcome<Field<D>> metric_stage<D>(const MetricInput<D>&, const config::Metric&, \
-                                               std::span<const config::MetricOperation>, const Execution&);
+}  // namespace
 
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
-#undef CAMBER_INSTANTIATE
+template <int D>
+Outcome<Done> make_field(Runner<D>& run, const Boundary<D>& boundary) {
+    auto made = run.step("metric", [&](const Execution& e) {
+        const MetricInput<D> input{run.quadratic().mesh, boundary, run.state.given_points, run.files};
+        return field_of<D>(input, run.config.metric, run.config.metric_operations, e);
+    });
+    if (!made) return fail(made.error());
+    run.tell(made->report);
+    run.tell(made->notices);
+    run.state.field = std::move(made->back);
+    return Done{};
+}
+
+template Outcome<Done> make_field<2>(Runner<2>&, const Boundary<2>&);
+template Outcome<Done> make_field<3>(Runner<3>&, const Boundary<3>&);
 
 }  // namespace camber::run

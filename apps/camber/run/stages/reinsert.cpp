@@ -12,8 +12,10 @@ import camber.validity;
 import :mend;
 import :parts;
 import :report;
+import :runner;
 import :stages;
 import :state;
+import :steps;
 
 namespace camber::run {
 
@@ -38,11 +40,18 @@ config::Repair repair_of(const config::Relax& options) {
     return options.repair == config::Repair::relax ? config::Repair::relax : config::Repair::segment;
 }
 
-}  // namespace
-
+/// What the walk over the vertices made.
 template <int D>
-Outcome<Walked<D>> reinsert_stage(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const BackMesh<D>& field,
-                                  const config::Reinsert& options, const Execution& execution) {
+struct Walked {
+    Reinserted<D> done;
+    Validation<D> wanted, validation;  ///< of the targets, and in the end
+    CurveReport curve;
+    CavitiesReport report;
+    Notices notices;
+};
+template <int D>
+Outcome<Walked<D>> walked(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const BackMesh<D>& field,
+                          const config::Reinsert& options, const Execution& execution) {
     const ReinsertAllOptions all{{edge_options(options.curve), relax_options(options.relax)}, options.max_turns};
     auto done = reinsert_all(mesh, input.kinds, input.boundary_nodes, field, all, execution);
     if (!done) return fail(done.error());
@@ -54,20 +63,45 @@ Outcome<Walked<D>> reinsert_stage(const QuadraticMesh<D>& mesh, const CurveInput
     if (!validation) return fail(validation.error());
 
     const ReinsertStatistics& s = done->statistics;
-    CavitiesReport report{curve_report(mesh, done->wanted), verdicts_report(wanted).summary,
+    CavitiesReport report{verdicts_report(wanted).summary,
                           relax_report(wanted, *validation, *done, repair_of(options.relax)),
                           ReinsertReport{s.turns, s.rounds, s.patches, s.not_valid, s.no_gain}};
     Notices notices;
     if (s.left > 0) notices.push_back(std::to_string(s.left) + " vertices could have another turn: max_turns ended it");
-    return Walked<D>{std::move(*done), wanted, std::move(*validation), std::move(report), std::move(notices)};
+    CurveReport curve = curve_report(mesh, done->wanted);
+    return Walked<D>{std::move(*done),  wanted, std::move(*validation), std::move(curve), std::move(report),
+                     std::move(notices)};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template Outcome<Walked<D>> reinsert_stage<D>(const QuadraticMesh<D>&, const CurveInput<D>&, const BackMesh<D>&, \
-                                                  const config::Reinsert&, const Execution&);
+}  // namespace
 
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
-#undef CAMBER_INSTANTIATE
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
+    auto boundary = describe_boundary(run);
+    if (!boundary) return fail(boundary.error());
+    if (auto made = make_field(run, *boundary); !made) return made;
+    return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
+        Quadratic<D>& at = run.quadratic();
+        auto input = curve_input(at, *boundary, e);
+        if (!input) return fail(input.error());
+        run.tell(input->notices);
+        auto timed = run.timed([&] { return walked(at.mesh, *input, *run.field(), options, e); });
+        if (!timed.value) return fail(timed.value.error());
+        Walked<D>& made = *timed.value;
+        run.tell(made.report);
+        run.tell(made.notices);
+        tell_curve(run, made.curve, timed.seconds);
+        run.state.history = Corrected<D>{std::move(made.wanted)};
+        at.mesh = std::move(made.done.mesh);
+        at.plan = Plan<D>{Wanted<D>{std::move(*boundary), std::move(input->shells), std::move(made.done.wanted)},
+                          Settled<D>{std::move(made.done.proposal), std::move(made.validation)}};
+        enter(run, *at.validation());
+        run.tell(CommitReport{});
+        return Done{};
+    });
+}
+
+template Outcome<Done> apply<2>(Runner<2>&, const config::Reinsert&);
+template Outcome<Done> apply<3>(Runner<3>&, const config::Reinsert&);
 
 }  // namespace camber::run

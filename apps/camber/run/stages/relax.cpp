@@ -2,6 +2,7 @@ module;
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 module camber.run;
 import camber.core;
 import camber.config;
@@ -12,8 +13,9 @@ import camber.validity;
 import :mend;
 import :parts;
 import :report;
-import :stages;
+import :runner;
 import :state;
+import :steps;
 
 namespace camber::run {
 
@@ -36,8 +38,8 @@ RelaxReport relax_report(const Mended<D>& mended, config::Repair repair) {
             mended.given_up.size()};
 }
 
-}  // namespace
-
+/// Models of what a node off its wanted place costs: in the field, or in the mesh's own metric where there is none
+/// (null). None for repairs that take none.
 template <int D>
 Outcome<Column<QuadraticModel<D>>> models_of(const Plan<D>& plan, const JudgedProposal<D>& judged,
                                              const BackMesh<D>* field, config::Repair repair,
@@ -52,18 +54,25 @@ Outcome<Column<QuadraticModel<D>>> models_of(const Plan<D>& plan, const JudgedPr
     return models_for(*wishes, *around, judged, field, execution);
 }
 
+/// What is not valid mended; boundary nodes may go back to their chords.
 template <int D>
-Outcome<Relaxed<D>> relax_stage(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
-                                const config::Relax& options, const Execution& execution) {
+struct Relaxed {
+    JudgedProposal<D> judged;
+    CorrectionReport report;
+};
+template <int D>
+Outcome<Relaxed<D>> relaxed(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
+                            const config::Relax& options, const Execution& execution) {
     auto mended = mend_or_straighten(judged, models, options, execution);
     if (!mended) return fail(mended.error());
     CorrectionReport report{relax_report(*mended, options.repair), {}, remaining_but_for_shape(*mended)};
     return Relaxed<D>{std::move(mended->judged), std::move(report)};
 }
 
+/// The same where the boundary is given: it stays, but for the options' tolerance.
 template <int D>
-Outcome<Relaxed<D>> relax_within_stage(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
-                                       const config::Relax& options, const Execution& execution) {
+Outcome<Relaxed<D>> relaxed_within(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
+                                   const config::Relax& options, const Execution& execution) {
     auto mended = mend_within(judged, models, options, execution);
     if (!mended) return fail(mended.error());
     CorrectionReport report{relax_report(*mended, options.repair),
@@ -72,16 +81,37 @@ Outcome<Relaxed<D>> relax_within_stage(const JudgedProposal<D>& judged, const Co
     return Relaxed<D>{std::move(mended->judged), std::move(report)};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                       \
-    template Outcome<Column<QuadraticModel<D>>> models_of<D>(const Plan<D>&, const JudgedProposal<D>&,              \
-                                                             const BackMesh<D>*, config::Repair, const Execution&); \
-    template Outcome<Relaxed<D>> relax_stage<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&,         \
-                                                const config::Relax&, const Execution&);                            \
-    template Outcome<Relaxed<D>> relax_within_stage<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&,  \
-                                                       const config::Relax&, const Execution&);
+/// Verdicts that come are of what was corrected.
+template <int D>
+void close(History<D>& history) {
+    if (auto* open = std::get_if<Uncorrected<D>>(&history)) {
+        Validation<D> before = std::move(open->last).value();
+        history = Corrected<D>{std::move(before)};
+    }
+}
 
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
-#undef CAMBER_INSTANTIATE
+}  // namespace
+
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Relax& options) {
+    if (auto adopted = adopt_own_nodes(run); !adopted) return adopted;
+    return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
+        if (auto done = judge_plan(run, options.min_scaled_jacobian, e); !done) return done;
+        const JudgedProposal<D>& judged = *run.plan().judged();
+        const auto models = models_of(run.plan(), judged, run.field(), options.repair, e);
+        if (!models) return fail(models.error());
+        const auto relax = run.quadratic().boundary_is_given() ? relaxed_within<D> : relaxed<D>;
+        auto made = relax(judged, *models, options, e);
+        if (!made) return fail(made.error());
+        run.tell(made->report);
+        close(run.state.history);
+        run.plan().places = std::move(made->judged);
+        enter(run, *run.plan().validation());
+        return Done{};
+    });
+}
+
+template Outcome<Done> apply<2>(Runner<2>&, const config::Relax&);
+template Outcome<Done> apply<3>(Runner<3>&, const config::Relax&);
 
 }  // namespace camber::run

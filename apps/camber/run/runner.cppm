@@ -1,0 +1,93 @@
+module;
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <variant>
+export module camber.run:runner;
+import camber.core;
+import camber.config;
+import camber.metric;
+import :order;
+import :parts;
+import :report;
+import :stages;
+import :state;
+
+export namespace camber::run {
+
+/// A wrapper around each step of a run, with which the shell keeps clocks and shows progress: `around(name, body)` must
+/// call body once, with the Execution to use.
+using Around =
+    std::function<Outcome<Done>(std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body)>;
+
+}  // namespace camber::run
+
+namespace camber::run {
+
+/// f(execution) → Outcome under the shell's wrapper, by that name.
+template <class F>
+std::invoke_result_t<F, const Execution&> step(const Around& around, std::string_view name, F&& f) {
+    std::optional<std::invoke_result_t<F, const Execution&>> made;
+    const auto done = around(name, [&](const Execution& execution) -> Outcome<Done> {
+        made = guarded([&] { return f(execution); });
+        if (!*made) return fail(made->error());
+        return Done{};
+    });
+    if (!done) return fail(done.error());
+    return std::move(*made);
+}
+
+/// A value, and the seconds that it took.
+template <class T>
+struct Timed {
+    T value;
+    double seconds = 0;
+};
+
+/// One run in D dimensions, as its stages see it: what the config says, the state that they take from and put into, the
+/// shell's wrapper and clock, and the report, which can be told something but not be asked.
+template <int D>
+class Runner {
+  public:
+    Runner(const config::Pipeline& config, GivenMesh<D> mesh, std::span<const MetricFile> files, const Around& around)
+        : config(config), files(files), state(beginning_with<D>(std::move(mesh))), around_(around) {}
+
+    const config::Pipeline& config;
+    const std::span<const MetricFile> files;  ///< all metric files that the config names
+    State<D> state;
+
+    /// Of the state, which must be so far: `check_order` has seen that it is.
+    [[nodiscard]] Quadratic<D>& quadratic() { return std::get<Quadratic<D>>(state.mesh); }
+    [[nodiscard]] Plan<D>& plan() { return std::get<Plan<D>>(quadratic().plan); }
+    [[nodiscard]] const BackMesh<D>* field() const { return state.field ? &*state.field : nullptr; }
+
+    template <class F>
+    auto step(std::string_view name, F&& f) {
+        return run::step(around_, name, std::forward<F>(f));
+    }
+    /// The step of the stage with these options.
+    template <class Options, class F>
+    auto step_of(const Options&, F&& f) {
+        return step(std::get<StageRow<Options>>(stage_rows).name, std::forward<F>(f));
+    }
+    template <class F>
+    static auto timed(F&& f) -> Timed<std::invoke_result_t<F>> {
+        const auto begin = std::chrono::steady_clock::now();
+        auto value = f();
+        return {std::move(value), std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()};
+    }
+
+    void tell(const auto& part) { add(report_, part); }
+    [[nodiscard]] Report report() && { return std::move(report_); }
+
+  private:
+    const Around& around_;
+    Report report_;
+};
+
+}  // namespace camber::run

@@ -1,0 +1,61 @@
+module;
+#include <optional>
+export module camber.run:steps;
+import camber.core;
+import camber.config;
+import camber.curving;
+import camber.io;
+import camber.validity;
+import :runner;
+import :stages;
+import :state;
+
+/// The steps of a run: each takes what its stage needs from the run's state, and puts there and tells what it made.
+namespace camber::run {
+
+/// One for each row of `stage_rows`, in stages/NAME.cpp. Errors: those of its verb, and stopped.
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Elevate& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Curve& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Validate& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Relax& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Commit& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options);
+
+/// The boundary as the config describes it, before a stage that curves. Errors (usage): a geometry that is not the
+/// mesh's.
+template <int D>
+[[nodiscard]] Outcome<Boundary<D>> describe_boundary(Runner<D>& run);
+
+/// The field of the config's metric, before a stage that curves by it. Errors name the JSON path of the metric or the
+/// operation, or the file.
+template <int D>
+[[nodiscard]] Outcome<Done> make_field(Runner<D>& run, const Boundary<D>& boundary);
+
+/// A mesh that was read with its curves brings what else the stage `curve` proposes: its nodes become the plan where
+/// there is none.
+template <int D>
+[[nodiscard]] Outcome<Done> adopt_own_nodes(Runner<D>& run);
+
+/// Within a stage: the plan is judged to that bound, as the last stage judged it, or anew.
+template <int D>
+[[nodiscard]] Outcome<Done> judge_plan(Runner<D>& run, double bound, const Execution& execution);
+
+/// The verdicts as they are now: told, and those of before as long as nothing was corrected.
+template <int D>
+void enter(Runner<D>& run, const Validation<D>& validation);
+
+/// How fast edges found their nodes.
+template <int D>
+void tell_curve(Runner<D>& run, CurveReport part, double seconds);
+
+/// The last step: what the report says of the end, and the lengths after correction where they were measured.
+template <int D>
+[[nodiscard]] Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run);
+
+}  // namespace camber::run

@@ -1,0 +1,105 @@
+// Which stage may come after which, and that the table tells what runs.
+#include <doctest/doctest.h>
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+import camber.core;
+import camber.config;
+import camber.io;
+import camber.run;
+
+using namespace camber;
+using Stages = std::vector<config::Stage>;
+
+namespace {
+
+/// Every alternative of config::Stage once.
+Stages every_stage() {
+    return {config::Elevate{}, config::Curve{},  config::Validate{},
+            config::Relax{},   config::Commit{}, config::Reinsert{}};
+}
+
+void sequences(std::size_t length, const Stages& begun, const std::function<void(const Stages&)>& f) {
+    f(begun);
+    if (begun.size() == length) return;
+    for (const config::Stage& stage : every_stage()) {
+        Stages longer = begun;
+        longer.push_back(stage);
+        sequences(length, longer, f);
+    }
+}
+
+config::Pipeline small_square() {
+    auto pipeline =
+        config::read_pipeline(R"({"input": {"generate": {"rectangle": {"cells": [2, 1]}}}, "threads": 1})", "test");
+    REQUIRE(pipeline);
+    return *pipeline;
+}
+
+/// A run of these stages, and the names of its steps.
+struct Ran {
+    Outcome<run::Run> run;
+    std::vector<std::string> steps;
+};
+Ran run_of(config::Pipeline pipeline, AnyMesh mesh, const Stages& stages) {
+    pipeline.stages = stages;
+    std::vector<std::string> steps;
+    auto run = run::run_pipeline(pipeline, {DecodedMesh{std::move(mesh), {}}, {}},
+                                 [&](std::string_view name, const auto& body) {
+                                     steps.emplace_back(name);
+                                     return body(Execution{.threads = 1});
+                                 });
+    return {std::move(run), std::move(steps)};
+}
+
+std::string error_of(const Stages& stages, int degree) {
+    const auto order = run::check_order(stages, degree);
+    return order ? "" : describe(order.error());
+}
+
+}  // namespace
+
+TEST_CASE("what the order of stages allows runs, and what it does not is refused before anything is done") {
+    const config::Pipeline pipeline = small_square();
+    const auto square = run::generate_shape(std::get<config::Shape>(pipeline.input.source));
+    REQUIRE(square);
+    const auto curved = run_of(pipeline, square->mesh, {config::Elevate{}});
+    REQUIRE(curved.run);
+    const auto law = [&](const AnyMesh& mesh, int degree) {
+        sequences(3, {}, [&](const Stages& stages) {
+            const bool allowed = run::check_order(stages, degree).has_value();
+            const Ran ran = run_of(pipeline, mesh, stages);
+            CHECK(ran.run.has_value() == allowed);
+            CHECK(ran.steps.empty() == !allowed);
+        });
+    };
+    law(square->mesh, 1);
+    law(curved.run->mesh, 2);
+}
+
+TEST_CASE("a sequence of stages is allowed as far as its first fault, whatever comes after") {
+    for (const int degree : {1, 2})
+        sequences(3, {}, [&](const Stages& stages) {
+            const std::string error = error_of(stages, degree);
+            for (const config::Stage& next : every_stage()) {
+                Stages longer = stages;
+                longer.push_back(next);
+                if (!error.empty()) CHECK(error_of(longer, degree) == error);
+            }
+        });
+}
+
+TEST_CASE("the error of an order names the stage and what is missing before it") {
+    CHECK(error_of({config::Elevate{}, config::Relax{}}, 1) == "/stages/1: stage \"relax\" needs \"curve\" before it");
+    CHECK(error_of({config::Curve{}}, 1) == "/stages/0: stage \"curve\" needs \"elevate\" before it");
+    CHECK(error_of({config::Validate{}}, 1).find("the mesh is of degree 1, and stage \"validate\"") == 0);
+    CHECK(error_of({config::Elevate{}, config::Elevate{}}, 1).find("/stages/1: the mesh is quadratic already") == 0);
+    CHECK(error_of({config::Elevate{}}, 2).find("the mesh is quadratic already (give the straight one") == 0);
+    CHECK(error_of({config::Relax{}, config::Commit{}}, 2).empty());
+}
