@@ -11,6 +11,7 @@ import camber.core;
 import camber.bezier;
 import camber.validity;
 import camber.programmes;
+import camber.programmes;
 import camber.repair;
 
 namespace camber {
@@ -68,22 +69,26 @@ bool try_node(const Operation<D>& op, EdgeId edge, const LagrangeNode<D>& node, 
 }  // namespace
 
 template <int D>
-Outcome<Attempt<D>> relaxed_from_targets(const Operation<D>& op, const Proposal<D>& wanted, const Proposal<D>& present,
-                                         double asked, RepairOptions options) {
+Outcome<Attempt<D>> repaired_from_targets(const Operation<D>& op, const Proposal<D>& wanted, const Proposal<D>& present,
+                                          const StarModels<D>& models, double asked,
+                                          RepairOptions options) {
     const Execution alone{.threads = 1};
     const double bound = std::exchange(options.min_scaled_jacobian, asked);
     const auto judged = validate(op.small, wanted, asked, alone);
     if (!judged) return fail(judged.error());
-    const auto relaxation = relax(*judged, options, alone);
-    if (!relaxation) return fail(relaxation.error());
-    const JudgedProposal<D>& relaxed = relaxation->judged;
-    Attempt<D> attempt{{}, {}, op.misfits(relaxed.proposal(), wanted)};
-    if (!relaxed.validation().all_valid())
+    if (judged->validation().all_valid()) return Attempt<D>{judged->proposal(), {}, op.misfits(judged->proposal(), wanted)};
+    const bool asks = needs_models(options.method);
+    options.vertices = VertexMoves::never;  // a patch has no place for them
+    const auto repaired = repair_or_straighten(*judged, asks ? models() : Column<QuadraticModel<D>>(), options, alone);
+    if (!repaired) return fail(repaired.error());
+    const JudgedProposal<D>& after = repaired->judged;
+    Attempt<D> attempt{{}, {}, op.misfits(after.proposal(), wanted)};
+    if (!after.validation().all_valid())
         for (const double limit : {asked, bound}) {
-            attempt.broken = first_broken(op, present, relaxed.proposal(), limit);
+            attempt.broken = first_broken(op, present, after.proposal(), limit);
             if (attempt.broken.valid()) return attempt;
         }
-    attempt.planned = relaxed.proposal();
+    attempt.planned = after.proposal();
     return attempt;
 }
 
@@ -123,8 +128,8 @@ bool is_worth_a_commit(const Operation<D>& op, const Attempt<D>& attempt, const 
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<Attempt<D>> relaxed_from_targets<D>(const Operation<D>&, const Proposal<D>&, const Proposal<D>&,  \
-                                                         double, RepairOptions);                                        \
+    template Outcome<Attempt<D>> repaired_from_targets<D>(const Operation<D>&, const Proposal<D>&, const Proposal<D>&, \
+                                                          const StarModels<D>&, double, RepairOptions);    \
     template Attempt<D> stepped_from_present<D>(const Operation<D>&, const Proposal<D>&, const Proposal<D>&, double);  \
     template bool is_worth_a_commit<D>(const Operation<D>&, const Attempt<D>&, const Proposal<D>&, const Proposal<D>&, \
                                        double);

@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -7,6 +8,7 @@ module;
 module camber.cavity:attempt;
 import camber.core;
 import camber.validity;
+import camber.programmes;
 import camber.repair;
 import :reinsert;
 import :star;
@@ -76,13 +78,20 @@ struct Attempt {
     }
 };
 
-/// The wanted nodes relaxed until the star's elements hold `asked`, which may be more than the bound of the options:
-/// elements that fall short of it with the nodes `present` may stay so, but none may fall below the bound.
+/// Makes the models of a star's edges (`edge_models`), when a repair asks for them.
 template <int D>
-[[nodiscard]] Outcome<Attempt<D>> relaxed_from_targets(const Operation<D>& op, const Proposal<D>& wanted,
-                                                       const Proposal<D>& present, double asked, RepairOptions options);
+using StarModels = std::function<Column<QuadraticModel<D>>()>;
 
-/// Where relaxing from the targets fails, since the straight star does not fit its curved surroundings: from the nodes
+/// The wanted nodes repaired by the method of the options until the star's elements hold `asked`, which may be more than
+/// the bound of the options: elements that fall short of it with the nodes `present` may stay so, but none may fall below
+/// the bound. What that leaves is relaxed.
+template <int D>
+[[nodiscard]] Outcome<Attempt<D>> repaired_from_targets(const Operation<D>& op, const Proposal<D>& wanted,
+                                                        const Proposal<D>& present,
+                                                        const StarModels<D>& models, double asked,
+                                                        RepairOptions options);
+
+/// Where repair from the targets fails, since the straight star does not fit its curved surroundings: from the nodes
 /// as they are, one edge after the other a part of its way, as far as nothing breaks. Volume edges first: they make
 /// room for those of the surface. Always gives nodes.
 template <int D>

@@ -13,6 +13,7 @@ import camber.core;
 import camber.bezier;
 import camber.metric;
 import camber.validity;
+import camber.programmes;
 import camber.curving;
 import camber.repair;
 
@@ -74,6 +75,21 @@ Patch<D> patch_of(const Operation<D>& op, const std::vector<ElementId>& removed,
     return patch;
 }
 
+/// What the star's edges cost off their wanted places; those that stay have no say.
+template <int D>
+Column<QuadraticModel<D>> models_of(const Operation<D>& op, const Proposal<D>& wanted,
+                                    const CavityTopology<D>& topology, const BackMesh<D>& back) {
+    Buffer<QuadraticModel<D>> models(op.small.edges.size());
+    for (std::size_t e = 0; e < models.size(); ++e)
+        models[e] = {wanted.mid_nodes[e].point, Sym<D>::identity(), 0};
+    for (const EdgeId e : op.edges.inner) {
+        const EdgeId of_mesh = op.edges.of_mesh[e.index()];
+        models[e.index()] = edge_model(op.curving.mesh, of_mesh, wanted.mid_nodes[e], topology.shells[of_mesh], back,
+                                       ModelFit::length);
+    }
+    return models;
+}
+
 }  // namespace
 
 template <int D>
@@ -118,10 +134,11 @@ Outcome<Reinsertion<D>> reinsert(const Curving<D>& curving, const CavityTopology
     const Proposal<D> present =
         op.proposal([&](EdgeId e) { return std::pair(curving.mesh.mid_nodes[e], curving.changes[e]); });
 
+    const StarModels<D> models = [&] { return models_of(op, wanted, topology, back); };
     Attempt<D> best;
     const double bound = options.relax.min_scaled_jacobian;
     for (const double asked : {std::max(bound, options.relax.target), bound}) {
-        auto attempt = relaxed_from_targets(op, wanted, present, asked, options.relax);
+        auto attempt = repaired_from_targets(op, wanted, present, models, asked, options.relax);
         if (!attempt) return fail(attempt.error());
         if (!best.planned || attempt->serves_surface_better_than(best)) best = std::move(*attempt);
         if (best.planned && best.misfits.surface == 0) break;

@@ -4,6 +4,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 module camber.curving;
 import camber.core;
 import camber.bezier;
@@ -127,32 +128,39 @@ Buffer<std::uint8_t> edges_near_invalid(const QuadraticMesh<D>& mesh, const Vali
 }  // namespace
 
 template <int D>
+QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& wanted,
+                             std::span<const ElementId> shell, const BackMesh<D>& back, ModelFit fit) {
+    const auto& [a, b] = mesh.edges.vertices[edge];
+    const Vec<D>& p20 = mesh.linear.points[a];
+    const Vec<D>& p02 = mesh.linear.points[b];
+    const Vec<D> centre = wanted.point;
+    if (shell.empty()) return isotropic_model(p02 - p20, centre);
+    const Quadrature rule = gauss_legendre(4);
+    const auto objective = [&](EdgeObjectiveKind kind) {
+        return edge_objective(back, rule, kind, EdgeFieldKind::back, p20, p02, shell.front());
+    };
+    const ObjectiveSample<D> sample = objective(EdgeObjectiveKind::energy).evaluate(centre);
+    const Sym<D> energy = (0.5 / sample.value) * sample.hessian;
+    QuadraticModel<D> model{centre, {}, 0};
+    if (fit == ModelFit::length) {
+        const auto length = objective(EdgeObjectiveKind::length);
+        const double least = length.value(centre);
+        model.hessian =
+            fitted(energy, p02 - p20, [&](const Vec<D>& o) { return length.value(centre + o) / least - 1; });
+    } else {
+        model.hessian = with_cheap_slides(energy, p02 - p20);
+    }
+    return is_finite(model.hessian) ? model : isotropic_model(p02 - p20, centre);
+}
+
+template <int D>
 Outcome<Buffer<QuadraticModel<D>>> edge_models(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& wanted,
                                                const Validation<D>& validation, const Incidence<ElementId>& shells,
                                                const BackMesh<D>& back, const Execution& execution) {
-    const Quadrature rule = gauss_legendre(4);
     const auto is_near = edges_near_invalid(mesh, validation);
     return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
-        const auto& [a, b] = mesh.edges.vertices[e];
-        const Vec<D>& p20 = mesh.linear.points[a];
-        const Vec<D>& p02 = mesh.linear.points[b];
-        const Vec<D> centre = wanted[e].point;
-        if (shells[e].empty()) return isotropic_model(p02 - p20, centre);
-        const auto objective = [&](EdgeObjectiveKind kind) {
-            return edge_objective(back, rule, kind, EdgeFieldKind::back, p20, p02, shells[e].front());
-        };
-        const ObjectiveSample<D> sample = objective(EdgeObjectiveKind::energy).evaluate(centre);
-        const Sym<D> energy = (0.5 / sample.value) * sample.hessian;
-        QuadraticModel<D> model{centre, {}, 0};
-        if (is_near[e] != 0) {
-            const auto length = objective(EdgeObjectiveKind::length);
-            const double least = length.value(centre);
-            model.hessian =
-                fitted(energy, p02 - p20, [&](const Vec<D>& o) { return length.value(centre + o) / least - 1; });
-        } else {
-            model.hessian = with_cheap_slides(energy, p02 - p20);
-        }
-        return is_finite(model.hessian) ? model : isotropic_model(p02 - p20, centre);
+        return edge_model(mesh, EdgeId(e), wanted[e], shells[e], back,
+                          is_near[e] != 0 ? ModelFit::length : ModelFit::energy);
     });
 }
 
@@ -181,6 +189,8 @@ Outcome<Buffer<QuadraticModel<D>>> implied_edge_models(const QuadraticMesh<D>& m
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \
+    template QuadraticModel<D> edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,               \
+                                             std::span<const ElementId>, const BackMesh<D>&, ModelFit);             \
     template Outcome<Buffer<QuadraticModel<D>>> edge_models<D>(                                                     \
         const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Validation<D>&, const Incidence<ElementId>&, \
         const BackMesh<D>&, const Execution&);                                                                      \

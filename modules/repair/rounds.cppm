@@ -28,7 +28,7 @@ template <int D, class Item, class Needless, class ClaimOf, class Plan, class Fi
                                            Needless&& needless, ClaimOf&& claim, Plan&& plan, Finished&& finished) {
     if (items.empty() || state.exhausted()) return Done{};
     const Execution quiet = without_progress(execution);
-    std::ranges::sort(items, {}, [](Item item) { return spread_rank(item); });
+    std::ranges::sort(items);
     const auto claims = map_each(quiet, items.size(), [&](std::size_t i) { return claim(items[i]); }, 16);
     if (!claims) return fail(claims.error());
     std::vector<std::size_t> places(items.size());

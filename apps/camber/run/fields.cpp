@@ -79,16 +79,10 @@ MeshField edge_changes(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
     return {"edge_change", Centring::node, FieldKind::scalar, Column<std::int32_t>(std::move(column))};
 }
 
-/// The largest distance from the surfaces of these facets; that of the first where they are one (a surrogate).
 template <int D>
 double distance_from(const Geometry<D>& geometry, const LinearMesh<D>& mesh, std::span<const FacetId> facets,
                      const Vec<D>& p) {
-    if (facets.empty()) return nan;
-    if (std::holds_alternative<Surrogate<D>>(geometry)) facets = facets.first(1);
-    double largest = 0;
-    for (const FacetId f : facets)
-        largest = std::max(largest, project(geometry, SurfaceHint{f, mesh.facets.references[f]}, p).distance);
-    return largest;
+    return facets.empty() ? nan : geometry->distance_where(facet_sites(mesh, facets), p);
 }
 
 template <int D>
@@ -118,13 +112,14 @@ Outcome<MeshField> metrics(const QuadraticMesh<D>& mesh, const BackMesh<D>& back
     auto done = each(execution, vertices + mesh.edges.size(), [&](std::size_t n) {
         LogMetric<D> log_metric;
         if (n < vertices) {
-            log_metric = back.log_metrics[n];
+            log_metric = back->vertex(VertexId(n)).log_metric;
         } else {
             const std::size_t e = n - vertices;
             const auto& [a, b] = mesh.edges.vertices[e];
             // An edge that no element holds lies in no field: its ends' mean.
-            log_metric = shells[e].empty() ? LogMetric<D>{0.5 * (back.log_metrics[a].l + back.log_metrics[b].l)}
-                                           : sample_value(back, mesh.mid_nodes[e].point, shells[e][0]).log_metric;
+            log_metric = shells[e].empty()
+                             ? LogMetric<D>{0.5 * (back->vertex(a).log_metric.l + back->vertex(b).log_metric.l)}
+                             : sample_value(back, mesh.mid_nodes[e].point, shells[e][0]).log_metric;
         }
         const Sym<D> m = exp(log_metric).m;
         std::copy(m.c.begin(), m.c.end(), column.begin() + static_cast<std::ptrdiff_t>(n * sym_size<D>));
@@ -143,7 +138,7 @@ Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* fiel
     MeshFields fields;
     if (const Validation<D>* validation = end.validation())
         fields = std::move(fields)
-                     .with(element_field(mesh.linear, "normalised_jacobian", validation->min_scaled_jacobian, nan))
+                     .with(element_field(mesh.linear, "scaled_jacobian", validation->min_scaled_jacobian, nan))
                      .with(element_field(mesh.linear, "verdict", validation->verdicts, std::int32_t{-1}));
     if (plan) fields = std::move(fields).with(node_kinds(mesh, plan->features()));
     fields = std::move(fields).with(edge_field_with_means(mesh, "curvature", curvatures<D>(mesh, mesh.mid_nodes.view()),

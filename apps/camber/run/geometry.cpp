@@ -128,7 +128,7 @@ Outcome<AnalyticGeometry<D>> make_analytic(const config::Analytic& analytic, con
 template <int D>
 Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const QuadraticMesh<D>& mesh,
                                    const Features<D>& features, const Execution& execution) {
-    if (std::holds_alternative<config::Straight>(geometry)) return StraightGeometry{};
+    if (std::holds_alternative<config::Straight>(geometry)) return Geometry<D>(StraightGeometry<D>{});
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
         auto made = make_analytic<D>(*analytic, mesh.linear, execution);
         if (!made) return fail(made.error());
@@ -136,7 +136,7 @@ Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const Quadr
     }
     auto surrogate = build_surrogate(mesh.linear, mesh.edges, features, SurrogateOptions{}, execution);
     if (!surrogate) return fail(surrogate.error());
-    return std::move(*surrogate);
+    return Geometry<D>(std::move(*surrogate));
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                        \

@@ -1,9 +1,11 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <ranges>
 #include <span>
 #include <string>
 #include <utility>
@@ -53,35 +55,36 @@ Outcome<AnalyticField<D>> of_dimension(const config::SphericalShock& s) {
     return AnalyticField<D>(SphericalShock<D>{*centre, s.radius, s.least_size, s.size, s.width});
 }
 
-/// The surrogate of the boundary's geometry, or one made for its normals.
+/// The geometry's unit normals at the corners of the facets; zero where a facet has no surface.
 template <int D>
-Outcome<Surrogate<D>> surrogate_of(const MetricInput<D>& input, const Execution& execution) {
-    if (const auto* there = surrogate_part(input.boundary.geometry)) return *there;
-    return build_surrogate(input.mesh.linear, input.mesh.edges, input.boundary.features, SurrogateOptions{}, execution);
+Outcome<Buffer<std::array<Vec<D>, D>>> normals_of(const Geometry<D>& geometry, const LinearMesh<D>& mesh,
+                                                  const Execution& execution) {
+    return map_each(execution, mesh.facets.size(), [&](std::size_t f) {
+        return geometry->normals_at(facet_site(mesh, FacetId(f))).value_or(std::array<Vec<D>, D>{});
+    });
 }
 
-/// The unit normal at each corner of each facet: of the analytic surface that the facet lies on, else the surrogate's.
+/// The unit normal at each corner of each facet: of the surface that the facet lies on, else of a surrogate that is
+/// made for its normals.
 template <int D>
 Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const MetricInput<D>& input, const Execution& execution) {
-    const auto surrogate = surrogate_of(input, execution);
-    if (!surrogate) return fail(surrogate.error());
-    const auto* analytic = analytic_part(input.boundary.geometry);
     const LinearMesh<D>& mesh = input.mesh.linear;
-    const auto& facets = mesh.facets;
-    return map_each(execution, facets.size(), [&](std::size_t f) {
-        std::array<Vec<D>, D> out;
-        const auto* surface = analytic ? surface_of(*analytic, facets.references[f]) : nullptr;
-        for (std::size_t i = 0; i < D; ++i) {
-            if (surface) {
-                out[i] = closest_point<D>(*surface, mesh.points[facets.vertices[f][i]]).normal;
-                continue;
-            }
-            Barycentric<D - 1> corner{};
-            corner[i] = 1;
-            out[i] = normal_at<D>(surrogate->facets[f], corner);
-        }
-        return out;
-    });
+    const Geometry<D>& geometry = input.boundary.geometry;
+    auto normals = normals_of(geometry, mesh, execution);
+    if (!normals) return normals;
+    const auto has_surface = [&](std::size_t f) {
+        return geometry->surface_at(facet_site(mesh, FacetId(f))).kind != GeometryKind::none;
+    };
+    const auto facets = std::views::iota(std::size_t{0}, mesh.facets.size());
+    if (std::ranges::all_of(facets, has_surface)) return normals;
+    auto surrogate =
+        build_surrogate(mesh, input.mesh.edges, input.boundary.features, SurrogateOptions{}, execution);
+    if (!surrogate) return fail(surrogate.error());
+    const auto made = normals_of(Geometry<D>(std::move(*surrogate)), mesh, execution);
+    if (!made) return made;
+    for (const std::size_t f : facets)
+        if (!has_surface(f)) (*normals)[f] = (*made)[f];
+    return normals;
 }
 
 /// The normals at each vertex, one a smooth side: those of its facets, without repetition.

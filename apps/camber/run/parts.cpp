@@ -5,6 +5,7 @@ module;
 #include <vector>
 module camber.run;
 import camber.core;
+import camber.repair;
 import camber.validity;
 import :parts;
 import :report;
@@ -25,6 +26,11 @@ void add_up(std::optional<RelaxReport>& sum, const RelaxReport& part) {
 }
 
 }  // namespace
+
+RelaxReport relax_report(const RepairStatistics& s, std::size_t given_up, RepairMethod method) {
+    return {std::string(word_of(method)), s.corrected_elements, s.moved_volume_nodes, s.moved_surface_nodes,
+            s.moved_vertices,             s.work,               given_up};
+}
 
 template <int D>
 VerdictsReport verdicts_report(const Validation<D>& v) {

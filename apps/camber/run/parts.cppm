@@ -4,6 +4,7 @@ module;
 #include <string>
 #include <vector>
 export module camber.run:parts;
+import camber.repair;
 import camber.validity;
 import :histogram;
 import :report;
@@ -25,6 +26,9 @@ template <int D>
 struct BeforeReport {
     ValidityReport summary;
 };
+
+/// What a repair came to; `given_up`: elements on which the work was spent in vain.
+[[nodiscard]] RelaxReport relax_report(const RepairStatistics& statistics, std::size_t given_up, RepairMethod method);
 
 /// Of a correction.
 struct CorrectionReport {

@@ -12,7 +12,6 @@ export import :plot;
 export import :check;
 import :check_parts;
 import :measures;
-import :mend;
 import :parts;
 import :rows;
 export import :stages;

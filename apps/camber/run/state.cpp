@@ -45,7 +45,7 @@ template <int D>
 bool Quadratic<D>::boundary_is_given() const {
     if (nodes != NodesOf::file) return false;
     const Wanted<D>* const wanted = planned() ? planned()->wanted() : nullptr;
-    return !wanted || !analytic_part(wanted->boundary.geometry);
+    return !wanted || !wanted->boundary.geometry->prescribes_any();
 }
 
 template <int D>

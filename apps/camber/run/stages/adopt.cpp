@@ -1,11 +1,9 @@
 module;
-#include <array>
-#include <cstddef>
 #include <utility>
 module camber.run;
 import camber.core;
-import camber.bezier;
 import camber.config;
+import camber.repair;
 import camber.surface;
 import camber.validity;
 import :report;
@@ -30,15 +28,7 @@ Outcome<Adopted<D>> own_nodes(const QuadraticMesh<D>& mesh, const config::Featur
     auto features = find_features(mesh.linear, mesh.edges,
                                   FeatureOptions<D>{.ridge_angle_degrees = options.ridge_angle}, execution);
     if (!features) return fail(features.error());
-    Buffer<EdgeChange> changes(mesh.edges.size());
-    for (std::size_t e = 0; e < changes.size(); ++e) {
-        const auto& [a, b] = mesh.edges.vertices[e];
-        const bool straight = mesh.mid_nodes[e].point == midpoint(mesh.linear.points[a], mesh.linear.points[b]);
-        const bool volume = features->edge_kinds[e] == EdgeKind::volume;
-        changes[e] = straight ? EdgeChange::straight : volume ? EdgeChange::optimised : EdgeChange::projected;
-    }
-    Proposal<D> proposal{mesh.linear.points, mesh.mid_nodes,
-                         held_kinds(mesh, features->edge_kinds, options.required_boundary), std::move(changes)};
+    Proposal<D> proposal = own_proposal(mesh, features->edge_kinds, options.required_boundary);
     const BoundaryReport report{
         features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}};
     return Adopted<D>{{std::move(*features)}, std::move(proposal), report};

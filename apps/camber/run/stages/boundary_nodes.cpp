@@ -41,22 +41,20 @@ Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Bou
     return input_of(mesh, boundary, std::move(*nodes), {}, execution);
 }
 
-/// The same of a mesh that was read with its curves: boundary nodes where they are, but for edges on analytic surfaces.
+/// The same of a mesh that was read with its curves: boundary nodes where they are, but for edges on prescribed surfaces.
 template <int D>
 Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                      const Execution& execution) {
     auto nodes = on_geometry(mesh, boundary, execution);
     if (!nodes) return fail(nodes.error());
-    const auto* analytic = analytic_part(boundary.geometry);
     const auto around = facet_shells(mesh.edges, execution);
     if (!around) return fail(around.error());
     std::size_t kept = 0;
     for (std::size_t e = 0; e < nodes->size(); ++e) {
         if (boundary.features.edge_kinds[e] == EdgeKind::volume) continue;
-        const bool on_analytic = analytic && std::ranges::any_of((*around)[e], [&](FacetId f) {
-                                     return surface_of(*analytic, mesh.linear.facets.references[f]) != nullptr;
-                                 });
-        if (on_analytic) continue;
+        const bool is_prescribed = std::ranges::any_of(
+            (*around)[e], [&](FacetId f) { return boundary.geometry->prescribes(mesh.linear.facets.references[f]); });
+        if (is_prescribed) continue;
         (*nodes)[e] = mesh.mid_nodes[e];
         ++kept;
     }

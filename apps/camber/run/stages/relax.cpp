@@ -3,14 +3,15 @@ module;
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 module camber.run;
 import camber.core;
 import camber.config;
 import camber.curving;
 import camber.metric;
 import camber.programmes;
+import camber.repair;
 import camber.validity;
-import :mend;
 import :parts;
 import :report;
 import :runner;
@@ -31,30 +32,28 @@ Outcome<Column<QuadraticModel<D>>> models_for(const Column<LagrangeNode<D>>& wan
     return Column<QuadraticModel<D>>(std::move(*models));
 }
 
-template <int D>
-RelaxReport relax_report(const Mended<D>& mended, config::Repair repair) {
-    return {std::string(word_of(repair)), mended.corrected_elements, mended.moved_volume_nodes,
-            mended.moved_surface_nodes,   mended.moved_vertices,     mended.work,
-            mended.given_up.size()};
-}
-
 /// Models of what a node off its wanted place costs: in the field, or in the mesh's own metric where there is none
-/// (null). None for repairs that take none.
+/// (null). None for methods that take none.
 template <int D>
 Outcome<Column<QuadraticModel<D>>> models_of(const Plan<D>& plan, const JudgedProposal<D>& judged,
-                                             const BackMesh<D>* field, config::Repair repair,
+                                             const BackMesh<D>* field, RepairMethod method,
                                              const Execution& execution) {
-    if (!needs_models(repair)) return Column<QuadraticModel<D>>();
+    if (!needs_models(method)) return Column<QuadraticModel<D>>();
     if (const Wanted<D>* wanted = plan.wanted())
         return models_for(wanted->curved.proposal.mid_nodes, wanted->shells, judged, field, execution);
     const auto around = shells(judged.mesh().edges, execution);
     if (!around) return fail(around.error());
-    const auto wishes = own_wishes(judged, *around, execution);
-    if (!wishes) return fail(wishes.error());
-    return models_for(*wishes, *around, judged, field, execution);
+    return own_models(judged, *around, execution);
 }
 
-/// What is not valid mended; boundary nodes may go back to their chords.
+std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elements) {
+    std::vector<RemainingReport> reports;
+    reports.reserve(elements.size());
+    for (auto& [element, reason] : elements) reports.push_back({element.index() + 1, std::move(reason)});
+    return reports;
+}
+
+/// What is not valid repaired; boundary nodes may go back to their chords.
 template <int D>
 struct Relaxed {
     JudgedProposal<D> judged;
@@ -63,22 +62,26 @@ struct Relaxed {
 template <int D>
 Outcome<Relaxed<D>> relaxed(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
                             const config::Relax& options, const Execution& execution) {
-    auto mended = mend_or_straighten(judged, models, options, execution);
-    if (!mended) return fail(mended.error());
-    CorrectionReport report{relax_report(*mended, options.repair), {}, remaining_but_for_shape(*mended)};
-    return Relaxed<D>{std::move(mended->judged), std::move(report)};
+    auto repaired = repair_or_straighten(judged, models, options, execution);
+    if (!repaired) return fail(repaired.error());
+    CorrectionReport report{relax_report(repaired->statistics, repaired->given_up.size(), options.method),
+                            {},
+                            remaining_report(remaining_but_for_shape(*repaired))};
+    return Relaxed<D>{std::move(repaired->judged), std::move(report)};
 }
 
 /// The same where the boundary is given: it stays, but for the options' tolerance.
 template <int D>
 Outcome<Relaxed<D>> relaxed_within(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
                                    const config::Relax& options, const Execution& execution) {
-    auto mended = mend_within(judged, models, options, execution);
-    if (!mended) return fail(mended.error());
-    CorrectionReport report{relax_report(*mended, options.repair),
-                            kept_boundary(judged.mesh(), mended->judged.proposal(), options.boundary_tolerance),
-                            remaining(*mended)};
-    return Relaxed<D>{std::move(mended->judged), std::move(report)};
+    auto repaired = repair_within(judged, models, options, execution);
+    if (!repaired) return fail(repaired.error());
+    const BoundaryShift shift = boundary_shift(judged.mesh(), repaired->judged.proposal());
+    CorrectionReport report{
+        relax_report(repaired->statistics, repaired->given_up.size(), options.method),
+        KeptBoundaryReport{options.boundary_tolerance, shift.moved_nodes, shift.largest, shift.largest_relative},
+        remaining_report(remaining(*repaired))};
+    return Relaxed<D>{std::move(repaired->judged), std::move(report)};
 }
 
 /// Verdicts that come are of what was corrected.
@@ -98,7 +101,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& options) {
     return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
         if (auto done = judge_plan(run, options.min_scaled_jacobian, e); !done) return done;
         const JudgedProposal<D>& judged = *run.plan().judged();
-        const auto models = models_of(run.plan(), judged, run.field(), options.repair, e);
+        const auto models = models_of(run.plan(), judged, run.field(), options.method, e);
         if (!models) return fail(models.error());
         const auto relax = run.quadratic().boundary_is_given() ? relaxed_within<D> : relaxed<D>;
         auto made = relax(judged, *models, options, e);
