@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 #include <CLI/CLI.hpp>
+
+#include "help.hpp"
 import camber.core;
 import camber.app_shell;
 import camber.commands;
@@ -36,34 +38,6 @@ constexpr const char* exit_codes =
     "Exit codes: 0 done; 1 done, but elements remain that are not certified valid (check: or the mesh has other "
     "defects); 2 bad usage or config; 3 bad input or output file; 4 not enough memory, or an internal error; 130 "
     "interrupted. What becomes of every kind of bad input: docs/input.md.";
-
-/// Help in lines that fit; of the verbs only the first line in the list of all.
-class Help : public CLI::Formatter {
-  public:
-    Help() { column_width(width_before_text); }
-    std::string make_description(const CLI::App* app) const override {
-        return wrapped(app->get_description(), text_width()) + "\n\n";
-    }
-    std::string make_footer(const CLI::App* app) const override {
-        const std::string footer = wrapped(app->get_footer(), text_width());
-        return footer.empty() ? footer : footer + "\n";
-    }
-    std::string make_subcommand(const CLI::App* verb) const override {
-        const std::string text = verb->get_description();
-        return entry(verb->get_name(), text.substr(0, text.find('\n')));
-    }
-    std::string make_option(const CLI::Option* option, bool is_positional) const override {
-        return entry(make_option_name(option, is_positional) + make_option_opts(option), make_option_desc(option));
-    }
-
-  private:
-    static constexpr std::size_t width_before_text = 30;
-    [[nodiscard]] static std::string entry(const std::string& name, const std::string& text) {
-        std::ostringstream out;
-        CLI::detail::format_help(out, name, wrapped(text, text_width() - width_before_text), width_before_text);
-        return out.str();
-    }
-};
 
 std::string endings_of_input() { return camber::listed(camber::endings_read(camber::mesh_formats()), ", "); }
 std::string endings_of_output() { return camber::listed(camber::endings_written(camber::mesh_formats()), ", "); }
@@ -99,13 +73,19 @@ CLI::Validator within(const camber::Limits& limits) {
         limits.interval());
 }
 
+/// An option's sentence as a help text has it.
+std::string help_of(const auto& option) {
+    std::string sentence(option.sentence);
+    sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));
+    return sentence;
+}
+
 /// A described option of a struct as an argument of the same name, with its sentence, limits and default.
 template <class T, class S, class V>
 void add_described(CLI::App* verb, S& options, const camber::Option<S, V>& option) {
-    std::string name(option.name), sentence(option.sentence);
+    std::string name(option.name);
     for (char& c : name) c = c == '_' ? '-' : c;
-    sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));
-    verb->add_option("--" + name, options.*option.member, sentence)
+    verb->add_option("--" + name, options.*option.member, help_of(option))
         ->check(within<T>(option.limits))
         ->capture_default_str();
 }
@@ -176,6 +156,9 @@ void add_curve(CLI::App& app, Verb& verb) {
                      "surrogate (from the mesh), straight, or JSON such as "
                      "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}'")
         ->default_str("surrogate");
+    add_words(curve, "--objective", a.objective,
+              help_of(camber::option_of(&camber::config::Curve::objective)) +
+                  ". Default: " + std::string(camber::word_of(camber::config::Curve{}.objective)));
     add_pipeline(curve, a);
 }
 

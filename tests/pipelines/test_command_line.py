@@ -108,6 +108,17 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(self.camber("run", "printed.json").returncode, 0)
         self.assertIn("out.mesh", self.folder.files())
 
+    def test_the_objective_of_curve_is_an_option_and_comes_after_the_settings(self):
+        schema = json.loads(self.camber("schema").stdout)
+        stage = next(s for s in schema["properties"]["stages"]["items"]["oneOf"] if "curve" in s.get("properties", {}))
+        described = stage["properties"]["curve"]["properties"]["objective"]
+        self.assertIn("--objective " + "|".join(described["enum"]), self.camber("curve", "--help").stdout)
+        curve = ("curve", "two.mesh", "-o", "out.mesh", "--print-config")
+        for word in described["enum"]:
+            config = json.loads(self.camber(*curve, "--objective", word, "--set", "stages/curve/objective=length").stdout)
+            self.assertEqual(config["stages"][1]["curve"]["objective"], word)
+        self.fails(2, "--objective", *curve, "--objective", "weight")
+
     def test_schema_beside_the_configs_is_the_program_s(self):
         text = self.camber("schema").stdout
         self.assertIn("properties", json.loads(text))

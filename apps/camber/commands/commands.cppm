@@ -37,6 +37,7 @@ struct PipelineArguments {
 
 struct CurveArguments : PipelineArguments {
     std::optional<std::string> metric, geometry;  ///< none: those of the settings, or natural and surrogate
+    std::optional<config::Objective> objective;   ///< none: that of the settings, or the stage's default
 };
 [[nodiscard]] int curve_command(const CurveArguments& arguments);
 

@@ -2,6 +2,8 @@ module;
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
+#include <vector>
 module camber.commands;
 import camber.core;
 import camber.config;
@@ -31,6 +33,9 @@ Outcome<config::Pipeline> curving(const CurveArguments& arguments) {
         if (!geometry) return fail(geometry.error());
         pipeline->geometry = std::move(*geometry);
     }
+    if (arguments.objective)
+        for (config::Stage& stage : pipeline->stages)
+            if (auto* curve = std::get_if<config::Curve>(&stage)) curve->objective = *arguments.objective;
     return pipeline;
 }
 

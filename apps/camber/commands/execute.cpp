@@ -86,12 +86,20 @@ std::vector<std::string> named_outputs(const config::Output& output) {
     return files;
 }
 
+std::vector<std::string_view> endings_with_fields() {
+    std::vector<std::string_view> endings;
+    for (const MeshFormat& format : mesh_formats())
+        if (format.holds_fields) endings.insert(endings.end(), format.endings.begin(), format.endings.end());
+    return endings;
+}
+
 Outcome<Done> check_endings(const config::Output& output) {
     if (!output.mesh.empty())
         if (auto known = format_to_write(mesh_formats(), output.mesh); !known) return fail(known.error());
-    if (!output.vtu.empty() && !output.vtu.ends_with(".vtu"))
-        return fail(ErrorKind::usage, "the file of \"vtu\" must end in .vtu", output.vtu);
-    return Done{};
+    if (output.vtu.empty()) return Done{};
+    const auto* const format = format_with_ending(mesh_formats(), output.vtu);
+    if (format != nullptr && format->holds_fields) return Done{};
+    return fail(ErrorKind::usage, "the file of \"vtu\" must end in " + listed(endings_with_fields()), output.vtu);
 }
 
 Outcome<Done> check_outputs(const config::Output& output) {
