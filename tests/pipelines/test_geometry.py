@@ -95,9 +95,12 @@ class Geometry(unittest.TestCase):
         points = gmf.read(self.folder.path / "plain.meshb").points
         on_sphere = {n for n, p in enumerate(points, 1) if abs(np.linalg.norm(p) - 5) < 1e-9}
         for what, surfaces, figures in (
-                ("too small", [sphere(4)], ("vertex ", "is 1 away from the sphere of reference 1")),
-                ("no such reference", [sphere(5), sphere(5, [7])], ("has reference 7", "it has 1, 2")),
-                ("two for one", [sphere(5), sphere(1, [INNER, OUTER])], ("reference 1 is given to two surfaces",)),
+                ("too small", [sphere(4)], ("analytic/0: vertex ", "is 1 away from the sphere of reference 1")),
+                ("the second too large", [sphere(5), sphere(2, [INNER])],
+                 ("analytic/1: vertex ", "is 1 away from the sphere of reference 2")),
+                ("no such reference", [sphere(5), sphere(5, [7])], ("analytic/1: ", "has reference 7", "it has 1, 2")),
+                ("two for one", [sphere(5), sphere(1, [INNER, OUTER])],
+                 ("analytic/1: reference 1 is given to two surfaces",)),
                 ("too large", [sphere(1e300)], ("reference 1", "the radius of its sphere, 1e+300", "at most 1e8")),
                 ("beside", [sphere(5, centre=[40, 0, 0])], ("vertex ", "away from the sphere of reference 1")),
                 ("a plane", [{"references": [OUTER], "plane": {"point": [5, 0, 0], "normal": [1, 0, 0]}}],
