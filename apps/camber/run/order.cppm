@@ -23,7 +23,7 @@ enum class Holds : std::uint8_t {
 template <class Options>
 struct StageRow {
     std::string_view name;
-    Holds least, most;
+    Holds least = Holds::straight_mesh, most = Holds::planned_nodes;
     std::optional<Holds> makes = {};  ///< none: holds what it held
 };
 

@@ -49,7 +49,7 @@ Curved<D> without_lengths(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& 
 }  // namespace
 
 EdgeMinimiserOptions edge_options(const config::Curve& options) {
-    EdgeMinimiserOptions edge = options;
+    auto edge = static_cast<const EdgeMinimiserOptions&>(options);
     edge.objective =
         options.objective == config::Objective::energy ? EdgeObjectiveKind::energy : EdgeObjectiveKind::length;
     return edge;

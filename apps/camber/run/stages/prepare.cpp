@@ -13,7 +13,7 @@ namespace camber::run {
 template <int D>
 Outcome<Sound<D>> prepare_stage(GivenMesh<D> mesh, const Execution& execution) {
     return std::visit(
-        [&](auto&& given) -> Outcome<Sound<D>> {
+        [&](auto given) -> Outcome<Sound<D>> {
             auto prepared = prepare(std::move(given), execution);
             if (!prepared) return fail(prepared.error());
             return Sound<D>{std::move(prepared->mesh), std::move(prepared->notices)};
