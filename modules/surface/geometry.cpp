@@ -18,6 +18,7 @@ namespace {
 template <int D>
 std::vector<std::int64_t> surfaces_of(const GeometryModel<D>& model, std::span<const FacetSite<D>> facets) {
     std::vector<std::int64_t> found;
+    found.reserve(facets.size());
     for (const FacetSite<D>& facet : facets) found.push_back(model.surface_at(facet).id);
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());

@@ -46,7 +46,8 @@ struct GeometryParameters {
 /// Where to look for the closest point. A surrogate starts at its facet `facet` and walks (local, fast), or without one
 /// searches all its facets, those of `entity` or else of `reference` alone if that is given. Analytic surfaces take
 /// that of `entity`, else that of `reference`. A mixed geometry asks whom the entity or the reference belongs to;
-/// without either that of the surrogate's facet counts, the given one or the nearest.
+/// without either that of the surrogate's facet counts, the given one or the nearest. An entity that is no surface
+/// tells nothing here: points go onto curves by GeometryModel::on_edge.
 struct SurfaceHint {
     FacetId facet = {};
     std::optional<Reference> reference = {};

@@ -33,7 +33,7 @@ struct Sheet {
     }
 };
 
-/// What is known of the surfaces around an edge, one of which at least has one.
+/// What is known of the surfaces around an edge, on one side of which at least there is one.
 template <int D>
 struct Sheets {
     std::vector<Sheet<D>> distinct;  ///< of facets with a surface, and planes of those without

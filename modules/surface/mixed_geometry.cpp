@@ -166,6 +166,7 @@ Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D> analytic, const LinearMe
     auto surrogate = build_surrogate(mesh, edges, features, options, execution);
     if (!surrogate) return fail(surrogate.error());
     std::vector<Reference> given;
+    given.reserve(analytic.surfaces.size());
     for (const auto& [reference, surface] : analytic.surfaces) given.push_back(reference);
     return Geometry<D>(MixedGeometry<D>{std::move(given), std::move(analytic), std::move(*surrogate)});
 }

@@ -9,7 +9,6 @@ module;
 #include <span>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 module camber.run;
 import camber.core;
