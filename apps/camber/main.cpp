@@ -28,7 +28,7 @@ using namespace camber::app;
 constexpr const char* description =
     "Camber: curved (P2) meshes from straight ones, driven by a metric and by the geometry; always valid.\n\n"
     "  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its own metric\n"
-    "  camber repair broken-p2.meshb -o valid-p2.meshb   mend a curved mesh made elsewhere\n"
+    "  camber repair broken-p2.meshb -o valid-p2.meshb   repair a curved mesh made elsewhere\n"
     "  camber run configs/spheres.json                   run a pipeline\n"
     "  camber check wing-p2.meshb                        is it a good mesh?\n"
     "  camber convert wing-p2.meshb -o wing-p2.vtu       for ParaView\n"
@@ -126,7 +126,7 @@ void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optio
 /// What the verbs that are a pipeline have in common.
 void add_pipeline(CLI::App* verb, PipelineArguments& a) {
     verb->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
-                     "Every element's normalised Jacobian is to be at least this, from 0 and below 1")
+                     "Every element's scaled Jacobian is to be at least this, from 0 and below 1")
         ->check(within<double>(camber::option_of(&camber::config::Validate::min_scaled_jacobian).limits));
     add_flat(verb, a.flat);
     verb->add_option("--report", a.report, "Also write the figures as JSON");
@@ -165,17 +165,18 @@ void add_curve(CLI::App& app, Verb& verb) {
 void add_repair(CLI::App& app, Verb& verb) {
     CLI::App* repair = app.add_subcommand(
         "repair",
-        "Mend a curved mesh made elsewhere: validate, relax, commit.\n\n"
+        "Repair a curved mesh made elsewhere: validate, relax, commit.\n\n"
         "  camber repair broken.meshb -o valid.meshb\n"
         "  camber repair broken.meshb -o valid.meshb --boundary-tolerance 1e-3\n\n"
         "The boundary stays as it is, bit for bit, interfaces between materials too: nodes of the volume move, and, if "
         "need be, its vertices. With --boundary-tolerance T the nodes of boundary edges may move too where nothing "
         "else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary vertices never "
-        "do. Elements that cannot be mended are listed with the reason, the mesh is written with them, and the exit "
+        "do. Elements that cannot be repaired are listed with the reason, the mesh is written with them, and the exit "
         "code is 1. How it is done: docs/algorithms/repair.md");
     RepairArguments& a = verb.repair;
     repair->add_option("input", a.input, "The curved mesh (" + endings_of_input() + ")")->required();
-    repair->add_option("-o,--output", a.output, "Where the mended mesh goes (" + endings_of_output() + ")")->required();
+    repair->add_option("-o,--output", a.output, "Where the repaired mesh goes (" + endings_of_output() + ")")
+        ->required();
     repair
         ->add_option("--boundary-tolerance", a.boundary_tolerance,
                      "How far the node of a boundary edge may move, in model units; 0 (the default): not at all")
@@ -191,9 +192,10 @@ void add_check(CLI::App& app, Verb& verb) {
         "  camber check wing-p2.meshb --worst 50            with more of the worst elements\n"
         "  camber check wing-p2.meshb --json > check.json   all of it for scripts\n"
         "  camber check wing-p2.meshb --elements            each element's verdict, as CSV\n\n"
-        "An element of degree 2 is valid where det J is positive everywhere; its normalised Jacobian is the smallest "
-        "det J over that of the straight element with the same vertices. Of a straight mesh the quality is told: the "
-        "mean ratio. Beyond its elements the mesh is examined: conformity, orientation, nodes, boundary. What each "
+        "An element of degree 2 is valid where det J is positive everywhere; its scaled Jacobian is the smallest "
+        "det J as a share of that of the straight element with the same vertices (other programs mean Knupp's measure "
+        "by the name). Of a straight mesh the quality is told: the mean ratio. Beyond its elements the mesh is "
+        "examined: conformity, orientation, nodes, boundary. What each "
         "line means: docs/algorithms/check.md");
     CheckArguments& a = verb.check;
     using Options = camber::run::CheckOptions;
@@ -204,7 +206,7 @@ void add_check(CLI::App& app, Verb& verb) {
     add_described<int>(check, a.options, camber::option_of(&Options::worst));
     check->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
     check->add_flag("--histogram,!--no-histogram", a.histogram,
-                    "How the normalised Jacobians (of a straight mesh: the quality) are spread; shown by default");
+                    "How the scaled Jacobians (of a straight mesh: the quality) are spread; shown by default");
     check->add_flag("--json", a.json, "One JSON object instead of the report");
     check->add_flag("--elements", a.elements,
                     "A line of CSV for each element instead of the report; with --json as columns in the object");

@@ -129,11 +129,11 @@ std::string reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
         if (!is_given(mesh, proposal, e, i)) continue;
         const double given = at_vertex(mesh, proposal, e, i);
         if (!(given > validation.bound))
-            return fmt::format("the boundary alone makes its normalised Jacobian {:.3g} at vertex {}", given,
+            return fmt::format("the boundary alone makes its scaled Jacobian {:.3g} at vertex {}", given,
                                mesh.linear.elements.vertices[e][i].index() + 1);
     }
     if (const Fold* fold = fold_of<D>(mesh, folds, e))
-        return fmt::format("its boundary triangle is folded: normalised Jacobian {:.3g} at vertex {}", fold->jacobian,
+        return fmt::format("its boundary triangle is folded: scaled Jacobian {:.3g} at vertex {}", fold->jacobian,
                            fold->vertex.index() + 1);
     int free = 0;
     for (const EdgeId edge : mesh.edges.of_elements[e]) free += proposal.kinds[edge] == EdgeKind::volume;

@@ -135,10 +135,10 @@ TEST_CASE("the tails are told apart") {
     };
     const std::vector<double> jacobians{-100, -5,   -0.5, -0.05, -1e-3 / 2, -1e-12, 0,
                                         1e-9, 1e-8, 1e-5, 1e-3,  0.04,      0.5,    1};
-    CHECK(bins(Quantity::normalised_jacobian, jacobians) == jacobians.size());
+    CHECK(bins(Quantity::scaled_jacobian, jacobians) == jacobians.size());
     CHECK(bins(Quantity::quality, jacobians) == jacobians.size());
     // Both sides of the usual bound are one bin: there lie those that were relaxed down to it.
-    CHECK(bins(Quantity::normalised_jacobian, {0.00999, 0.01, 0.01001}) == 1);
+    CHECK(bins(Quantity::scaled_jacobian, {0.00999, 0.01, 0.01001}) == 1);
     const std::vector<double> gains{-0.5, -0.05, -1e-5, 0, 1e-5, 0.001, 0.01, 0.1, 0.5, 1, 3, 10, 30, 1000};
     CHECK(bins(Quantity::length_gain, gains) == gains.size());
     const std::vector<double> curvatures{0, 0.001, 0.01, 0.1, 0.5, 1, 2, 5, 20};
@@ -150,7 +150,7 @@ TEST_CASE("the tails are told apart") {
 TEST_CASE("a few of very many are seen in the picture, with their number") {
     std::vector<double> values(100000, 0.5);
     values.insert(values.end(), 7, 1e-7);
-    Histogram h{Quantity::normalised_jacobian, limits_of(Quantity::normalised_jacobian), {}};
+    Histogram h{Quantity::scaled_jacobian, limits_of(Quantity::scaled_jacobian), {}};
     h.series = {counted("count", h.limits, values)};
     CHECK(svg(h).find(">7</text>") != std::string::npos);
     CHECK(svg(h).find("height=\"0.0") == std::string::npos);
@@ -164,7 +164,7 @@ TEST_CASE("limits rise, and have the numbers that the documentation says") {
         CHECK(std::adjacent_find(limits.begin(), limits.end(), std::greater_equal<>()) == limits.end());
     }
     // The numbers that one reads are the limits, to the last bit.
-    for (const auto quantity : {Quantity::length_gain, Quantity::curvature, Quantity::normalised_jacobian})
+    for (const auto quantity : {Quantity::length_gain, Quantity::curvature, Quantity::scaled_jacobian})
         for (const double limit : limits_of(quantity)) CHECK(std::stod(fmt::format("{:.2g}", limit)) == limit);
     CHECK(limits_of(Quantity::length_gain).front() == -0.1);
     CHECK(limits_of(Quantity::length_gain).back() == 100);
@@ -172,8 +172,8 @@ TEST_CASE("limits rise, and have the numbers that the documentation says") {
     CHECK(limits_of(Quantity::curvature).back() == 10);
     CHECK(limits_of(Quantity::length).front() == 1.0 / 1024);
     CHECK(limits_of(Quantity::length).back() == 1024);
-    CHECK(limits_of(Quantity::normalised_jacobian).front() == -10);
-    CHECK(limits_of(Quantity::normalised_jacobian).back() == 1);
+    CHECK(limits_of(Quantity::scaled_jacobian).front() == -10);
+    CHECK(limits_of(Quantity::scaled_jacobian).back() == 1);
 }
 
 TEST_CASE("a report gives its histograms back") {

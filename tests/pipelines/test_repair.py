@@ -177,7 +177,7 @@ class Repair(unittest.TestCase):
         self.assertEqual([r["element"] for r in remaining], report["invalid_elements"])
         self.assertGreater(len(remaining), 0)
         for entry in remaining:
-            self.assertRegex(entry["reason"], "the boundary alone makes its normalised Jacobian -0.2 at vertex 19$")
+            self.assertRegex(entry["reason"], "the boundary alone makes its scaled Jacobian -0.2 at vertex 19$")
             self.assertIn(f"! tetrahedron {entry['element']}: the boundary alone", done.stdout)
         self.assertIn("not certified valid", done.stderr)
         self.assertEqual(boundary_places(self.result()), boundary_places(mesh))

@@ -35,7 +35,10 @@ std::string check_axis(const std::vector<double>& point, const std::vector<doubl
 
 const Description<NaturalMetric>& Described<NaturalMetric>::get() {
     static const Description<NaturalMetric> description{
-        "natural", "The mesh's own metric: all edges of each element have length one; averaged at vertices.", {}, {}};
+        "natural",
+        "The mesh-implied metric: in it all edges of an element have length one; averaged at vertices.",
+        {},
+        {}};
     return description;
 }
 
@@ -54,7 +57,7 @@ const Description<ConstantMetric>& Described<ConstantMetric>::get() {
 const Choice<Metric>& Described<Metric>::get() {
     static const auto choice =
         choice_of<Metric>("metric", "The field of sizes and directions that edges follow.",
-                          key<NaturalMetric>("natural", "the mesh's own"),
+                          key<NaturalMetric>("natural", "mesh-implied: the mesh's own"),
                           key<FilePath>("file", "symmetric tensors at the vertices, from a " +
                                                     camber::listed(endings_read(solution_formats())) + " file"),
                           key<ConstantMetric>("constant", "the same everywhere"),

@@ -144,7 +144,7 @@ class Checker {
             numbers_of(n, [&](std::size_t e) { return columns.straight_inverted[e] == 1; });
         if (degree_ == 2) {
             columns.min_scaled_jacobian = validation_.min_scaled_jacobian;
-            add_histogram(Quantity::normalised_jacobian, columns.min_scaled_jacobian.view());
+            add_histogram(Quantity::scaled_jacobian, columns.min_scaled_jacobian.view());
         } else {
             auto quality = map_each(
                 execution, n, [&](std::size_t e) { return static_cast<float>(mean_ratio<D>(corners_of(linear_, e))); });

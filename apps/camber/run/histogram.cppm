@@ -11,7 +11,7 @@ export module camber.run:histogram;
 export namespace camber::run {
 
 /// What is counted, each with bins of its own that never change, so that runs can be compared.
-enum class Quantity : std::uint8_t { length_gain, length, curvature, normalised_jacobian, quality };
+enum class Quantity : std::uint8_t { length_gain, length, curvature, scaled_jacobian, quality };
 inline constexpr std::size_t quantity_count = 5;
 inline constexpr std::size_t run_quantity_count =
     4;  ///< those of runs; `quality` is of straight meshes that are checked

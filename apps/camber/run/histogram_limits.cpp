@@ -17,8 +17,8 @@ constexpr std::array<QuantityInfo, quantity_count> infos{{
      "volume edges", 10},
     {Quantity::length, "riemannian_length", "Riemannian length", "length in the metric", "volume edges", 2},
     {Quantity::curvature, "curvature", "Curvature", "offset of the node / length of the chord", "volume edges", 10},
-    {Quantity::normalised_jacobian, "scaled_jacobian", "Scaled Jacobian",
-     "smallest det J / det J of the straight element", "elements", 10},
+    {Quantity::scaled_jacobian, "scaled_jacobian", "Scaled Jacobian", "smallest det J / det J of the straight element",
+     "elements", 10},
     {Quantity::quality, "quality", "Quality", "mean ratio: 1 equilateral, 0 flat, negative inverted", "elements", 10},
 }};
 
@@ -75,7 +75,7 @@ std::vector<double> limits_of(Quantity quantity) {
         case Quantity::length_gain: return of_gains();
         case Quantity::length: return of_lengths();
         case Quantity::curvature: return of_curvatures();
-        case Quantity::normalised_jacobian:
+        case Quantity::scaled_jacobian:
         case Quantity::quality: return of_jacobians();
     }
     return {};

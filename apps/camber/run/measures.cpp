@@ -131,8 +131,8 @@ std::vector<Histogram> run_histograms(const Quadratic<D>& end, const std::option
         count_edges(counter, end.mesh, plan->wanted()->curved, plan->proposal(), *lengths);
     if (const Validation<D>* validation = end.validation()) {
         const Validation<D>* const first = first_of(history);
-        if (plan && first) counter.count(Quantity::normalised_jacobian, "before", jacobians(*first));
-        counter.count(Quantity::normalised_jacobian, plan ? "after" : "count", jacobians(*validation));
+        if (plan && first) counter.count(Quantity::scaled_jacobian, "before", jacobians(*first));
+        counter.count(Quantity::scaled_jacobian, plan ? "after" : "count", jacobians(*validation));
     }
     return std::move(counter).take();
 }

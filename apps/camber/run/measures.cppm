@@ -26,7 +26,7 @@ template <int D>
                                      const Column<double>& straight, const Column<double>& lengths);
 
 /// Of a run's end: gains, lengths and curvatures of the volume edges (where there are `lengths`, after correction),
-/// normalised Jacobians of the elements, "before" (as `curve` left them) and "after" (in the end); lengths also
+/// scaled Jacobians of the elements, "before" (as `curve` left them) and "after" (in the end); lengths also
 /// "straight". Without `curve` the Jacobians alone, as "count". Only what is known: no entry for a quantity that was
 /// not measured.
 template <int D>
