@@ -82,14 +82,13 @@ struct Attempt {
 template <int D>
 using StarModels = std::function<Column<QuadraticModel<D>>()>;
 
-/// The wanted nodes repaired by the method of the options until the star's elements hold `asked`, which may be more than
-/// the bound of the options: elements that fall short of it with the nodes `present` may stay so, but none may fall below
-/// the bound. What that leaves is relaxed.
+/// The wanted nodes repaired by the method of the options until the star's elements hold `asked`, which may be more
+/// than the bound of the options: elements that fall short of it with the nodes `present` may stay so, but none may
+/// fall below the bound. What that leaves is relaxed.
 template <int D>
 [[nodiscard]] Outcome<Attempt<D>> repaired_from_targets(const Operation<D>& op, const Proposal<D>& wanted,
-                                                        const Proposal<D>& present,
-                                                        const StarModels<D>& models, double asked,
-                                                        RepairOptions options);
+                                                        const Proposal<D>& present, const StarModels<D>& models,
+                                                        double asked, RepairOptions options);
 
 /// Where repair from the targets fails, since the straight star does not fit its curved surroundings: from the nodes
 /// as they are, one edge after the other a part of its way, as far as nothing breaks. Volume edges first: they make

@@ -80,12 +80,11 @@ template <int D>
 Column<QuadraticModel<D>> models_of(const Operation<D>& op, const Proposal<D>& wanted,
                                     const CavityTopology<D>& topology, const BackMesh<D>& back) {
     Buffer<QuadraticModel<D>> models(op.small.edges.size());
-    for (std::size_t e = 0; e < models.size(); ++e)
-        models[e] = {wanted.mid_nodes[e].point, Sym<D>::identity(), 0};
+    for (std::size_t e = 0; e < models.size(); ++e) models[e] = {wanted.mid_nodes[e].point, Sym<D>::identity(), 0};
     for (const EdgeId e : op.edges.inner) {
         const EdgeId of_mesh = op.edges.of_mesh[e.index()];
-        models[e.index()] = edge_model(op.curving.mesh, of_mesh, wanted.mid_nodes[e], topology.shells[of_mesh], back,
-                                       ModelFit::length);
+        models[e.index()] =
+            edge_model(op.curving.mesh, of_mesh, wanted.mid_nodes[e], topology.shells[of_mesh], back, ModelFit::length);
     }
     return models;
 }

@@ -164,7 +164,7 @@ enum class EdgeChange : std::uint8_t {
     straightened,  ///< moved back all the way to the middle
 };
 
-/// New places for the vertices and the mid nodes of a mesh: planned against the mesh, judged by `validate`, mended by
+/// New places for the vertices and the mid nodes of a mesh: planned against the mesh, judged by `validate`, repaired by
 /// `relax` and `repair`, and made the mesh's own by `commit`.
 template <int D>
 struct Proposal {
@@ -177,7 +177,7 @@ struct Proposal {
 
 /// The mesh as the proposal would have it, to look at: what is to last is made by `commit`. Shares all columns.
 template <int D>
-[[nodiscard]] inline QuadraticMesh<D> proposed(QuadraticMesh<D> mesh, const Proposal<D>& proposal) {
+[[nodiscard]] inline QuadraticMesh<D> apply_proposal(QuadraticMesh<D> mesh, const Proposal<D>& proposal) {
     mesh.linear.points = proposal.points;
     mesh.mid_nodes = proposal.mid_nodes;
     return mesh;

@@ -9,13 +9,13 @@ import camber.programmes;
 
 export namespace camber {
 
-/// What the model of an edge agrees with: the Hessian of its energy; or the length that is lost at a small offset, since
-/// near what is to be repaired the field's kinks tell more than its curvature.
+/// What the model of an edge agrees with: the Hessian of its energy; or the length that is lost at a small offset,
+/// since near what is to be repaired the field's kinks tell more than its curvature.
 enum class ModelFit : std::uint8_t { energy, length };
 
 /// What it costs an edge to have its node elsewhere than `wanted`, as a share of its length, quadratic, in the field
-/// `back`, whose mesh is the straight form of `mesh`; slides along the edge are cheap, as they change no length. `shell`:
-/// the elements around the edge.
+/// `back`, whose mesh is the straight form of `mesh`; slides along the edge are cheap, as they change no length.
+/// `shell`: the elements around the edge.
 template <int D>
 [[nodiscard]] QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& wanted,
                                            std::span<const ElementId> shell, const BackMesh<D>& back, ModelFit fit);

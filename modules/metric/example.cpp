@@ -46,8 +46,8 @@ static Outcome<bool> example(const Execution& execution) {
     const Vec<2> from{{-0.3, 1.2}}, to{{0.3, 1.2}};
     const EdgeMinimiserOptions options;
     const auto found = minimise_edge(*back, from, to, ElementId(std::size_t{0}), edge_rules(options), options);
-    std::printf("anisotropy %.0f; length of the chord %.3f, of the P2 edge %.3f\n", anisotropy(back->log_metrics[0]),
-                found.straight_length, found.length);
+    std::printf("anisotropy %.0f; length of the chord %.3f, of the P2 edge %.3f\n",
+                anisotropy((*back)->vertex(VertexId(std::size_t{0})).log_metric), found.straight_length, found.length);
     std::printf("radius at the ends %.3f, of the chord's middle %.3f, of the node %.3f\n", norm(from), from[1],
                 norm(found.node.point));
     return found.length < 0.9 * found.straight_length && std::abs(norm(found.node.point) - norm(from)) < 0.01;

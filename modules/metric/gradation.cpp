@@ -87,8 +87,9 @@ EigenSystem<D> spanned_metric(const EigenSystem<D>& at_p, const Vec<D>& pq, cons
 }
 
 template <int D>
-Outcome<Graded<D>> graded(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Column<LogMetric<D>>& field,
-                          const GradationOptions& options, const Execution& execution) {
+Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                   const Column<LogMetric<D>>& field, const GradationOptions& options,
+                                   const Execution& execution) {
     if (auto sound = check_sizes(mesh, edges, field, options); !sound) return fail(sound.error());
     const std::size_t n = mesh.points.size();
     const Incidence<VertexId> around = adjacent(edges, n);
@@ -152,8 +153,9 @@ Outcome<double> gradation_excess(const LinearMesh<D>& mesh, const EdgeSet<D>& ed
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
     template EigenSystem<D> spanned_metric<D>(const EigenSystem<D>&, const Vec<D>&, const GradationOptions&);          \
-    template Outcome<Graded<D>> graded<D>(const LinearMesh<D>&, const EdgeSet<D>&, const Column<LogMetric<D>>&,        \
-                                          const GradationOptions&, const Execution&);                                  \
+    template Outcome<Graded<D>> apply_gradation<D>(const LinearMesh<D>&, const EdgeSet<D>&,                            \
+                                                   const Column<LogMetric<D>>&, const GradationOptions&,               \
+                                                   const Execution&);                                                  \
     template Outcome<double> gradation_excess<D>(const LinearMesh<D>&, const EdgeSet<D>&, const Column<LogMetric<D>>&, \
                                                  const GradationOptions&, const Execution&);
 

@@ -68,9 +68,9 @@ struct Graded {
 /// on an order of edges. Sizes never grow. Errors (usage): a ratio that is not above 1, a share outside 0 to 1, columns
 /// that are not of this mesh; stopped.
 template <int D>
-[[nodiscard]] Outcome<Graded<D>> graded(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                        const Column<LogMetric<D>>& field, const GradationOptions& options,
-                                        const Execution& execution);
+[[nodiscard]] Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                 const Column<LogMetric<D>>& field, const GradationOptions& options,
+                                                 const Execution& execution);
 
 /// How far the growth law is broken: the largest share, as a logarithm, by which a size at one end of an edge exceeds
 /// what the other end spans there. At most 0 where the law holds.

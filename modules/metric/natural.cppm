@@ -22,9 +22,9 @@ template <int D>
     return j;
 }
 
-/// The natural (implied) metric of a straight simplex, for which all its edges have length 1: M = B^{-T} B^{-1} with
-/// B = J J_ref^{-1}. From the singular values of B: log M = −2 log σ, so that needles and pancakes keep their digits.
-/// Orientation does not matter; a flat simplex gives infinities.
+/// The natural (mesh-implied) metric of a straight simplex, for which all its edges have length 1: M = B^{-T} B^{-1}
+/// with B = J J_ref^{-1}. From the singular values of B: log M = −2 log σ, so that needles and pancakes keep their
+/// digits. Orientation does not matter; a flat simplex gives infinities.
 template <int D>
 [[nodiscard]] inline LogMetric<D> natural_log_metric(const std::array<Vec<D>, D + 1>& p) {
     Mat<D> j;

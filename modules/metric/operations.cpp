@@ -108,7 +108,7 @@ Outcome<Done> check_sizes(const Column<LogMetric<D>>& field, const Execution& ex
 }
 
 template <int D>
-LogMetric<D> bounded(const LogMetric<D>& log_metric, const MetricBounds& bounds) {
+LogMetric<D> apply_bounds(const LogMetric<D>& log_metric, const MetricBounds& bounds) {
     EigenSystem<D> e = eigen_system(log_metric.l);
     const double least = -2 * std::log(bounds.max_size);
     const double most = -2 * std::log(bounds.min_size);
@@ -128,10 +128,11 @@ LogMetric<D> bounded(const LogMetric<D>& log_metric, const MetricBounds& bounds)
 }
 
 template <int D>
-Outcome<Column<LogMetric<D>>> bounded(const Column<LogMetric<D>>& field, const MetricBounds& bounds,
-                                      const Execution& execution) {
+Outcome<Column<LogMetric<D>>> apply_bounds(const Column<LogMetric<D>>& field, const MetricBounds& bounds,
+                                           const Execution& execution) {
     if (std::string wrong = check(bounds); !wrong.empty()) return fail(ErrorKind::usage, std::move(wrong));
-    return as_column<D>(map_each(execution, field.size(), [&](std::size_t v) { return bounded(field[v], bounds); }));
+    return as_column<D>(
+        map_each(execution, field.size(), [&](std::size_t v) { return apply_bounds(field[v], bounds); }));
 }
 
 template <int D>
@@ -151,8 +152,8 @@ Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>
 }
 
 template <int D>
-Outcome<Column<LogMetric<D>>> scaled_to_complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field,
-                                                   double target, const Execution& execution) {
+Outcome<Column<LogMetric<D>>> scale_to_complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field,
+                                                  double target, const Execution& execution) {
     if (!(target > 0) || !std::isfinite(target))
         return fail(ErrorKind::usage, "the target complexity must be positive and finite");
     const auto now = complexity(mesh, field, execution);
@@ -165,16 +166,16 @@ Outcome<Column<LogMetric<D>>> scaled_to_complexity(const LinearMesh<D>& mesh, co
         map_each(execution, field.size(), [&](std::size_t v) { return LogMetric<D>{field[v].l + shift}; }));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                         \
-    template LogMetric<D> bounded<D>(const LogMetric<D>&, const MetricBounds&);                                       \
-    template Outcome<Column<LogMetric<D>>> bounded<D>(const Column<LogMetric<D>>&, const MetricBounds&,               \
-                                                      const Execution&);                                              \
-    template Outcome<Column<LogMetric<D>>> intersection<D>(const Column<LogMetric<D>>&, const Column<LogMetric<D>>&,  \
-                                                           const Execution&);                                         \
-    template Outcome<Done> check_sizes<D>(const Column<LogMetric<D>>&, const Execution&);                             \
-    template Outcome<double> complexity<D>(const LinearMesh<D>&, const Column<LogMetric<D>>&, const Execution&);      \
-    template Outcome<Column<LogMetric<D>>> scaled_to_complexity<D>(const LinearMesh<D>&, const Column<LogMetric<D>>&, \
-                                                                   double, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template LogMetric<D> apply_bounds<D>(const LogMetric<D>&, const MetricBounds&);                                 \
+    template Outcome<Column<LogMetric<D>>> apply_bounds<D>(const Column<LogMetric<D>>&, const MetricBounds&,         \
+                                                           const Execution&);                                        \
+    template Outcome<Column<LogMetric<D>>> intersection<D>(const Column<LogMetric<D>>&, const Column<LogMetric<D>>&, \
+                                                           const Execution&);                                        \
+    template Outcome<Done> check_sizes<D>(const Column<LogMetric<D>>&, const Execution&);                            \
+    template Outcome<double> complexity<D>(const LinearMesh<D>&, const Column<LogMetric<D>>&, const Execution&);     \
+    template Outcome<Column<LogMetric<D>>> scale_to_complexity<D>(const LinearMesh<D>&, const Column<LogMetric<D>>&, \
+                                                                  double, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

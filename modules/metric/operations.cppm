@@ -16,12 +16,12 @@ struct MetricBounds {
 };
 /// The metric within the bounds.
 template <int D>
-[[nodiscard]] LogMetric<D> bounded(const LogMetric<D>& log_metric, const MetricBounds& bounds);
+[[nodiscard]] LogMetric<D> apply_bounds(const LogMetric<D>& log_metric, const MetricBounds& bounds);
 
 /// Errors (usage): a bound that is not positive, min_size above max_size, max_anisotropy below 1; stopped.
 template <int D>
-[[nodiscard]] Outcome<Column<LogMetric<D>>> bounded(const Column<LogMetric<D>>& field, const MetricBounds& bounds,
-                                                    const Execution& execution);
+[[nodiscard]] Outcome<Column<LogMetric<D>>> apply_bounds(const Column<LogMetric<D>>& field, const MetricBounds& bounds,
+                                                         const Execution& execution);
 
 /// The intersection vertex by vertex. Errors (usage): columns of two sizes; stopped.
 template <int D>
@@ -44,8 +44,8 @@ template <int D>
 /// The field times the constant that gives it the complexity `target`: M ← (target/C)^{2/D} M. Errors (usage): a target
 /// that is not positive, a complexity that is zero or not finite; those of `complexity`.
 template <int D>
-[[nodiscard]] Outcome<Column<LogMetric<D>>> scaled_to_complexity(const LinearMesh<D>& mesh,
-                                                                 const Column<LogMetric<D>>& field, double target,
-                                                                 const Execution& execution);
+[[nodiscard]] Outcome<Column<LogMetric<D>>> scale_to_complexity(const LinearMesh<D>& mesh,
+                                                                const Column<LogMetric<D>>& field, double target,
+                                                                const Execution& execution);
 
 }  // namespace camber

@@ -37,7 +37,7 @@ struct TangentSpace {
     }
 };
 
-/// The node with the largest smallest scaled Jacobian.
+/// The place of the edge's node that makes the smallest scaled Jacobian of the shell largest.
 template <int D>
 struct HighestNode {
     LagrangeNode<D> node;

@@ -61,8 +61,8 @@ int position_in(const std::vector<T>& sorted, const T& wanted) {
 
 /// A good element holds the bound, though it lies on it or its coefficients are too weak a test.
 template <int D>
-double kept_good(const RepairState<D>& state, ElementId e, double asked) {
-    return std::max(kept_of(state, e, asked), state.options.min_scaled_jacobian + slack);
+double jacobian_to_keep_valid(const RepairState<D>& state, ElementId e, double asked) {
+    return std::max(jacobian_to_keep(state, e, asked), state.options.min_scaled_jacobian + slack);
 }
 
 /// All of what the cavity can move is asked for; elements that it moves in part only keep what they have, but for the
@@ -70,10 +70,10 @@ double kept_good(const RepairState<D>& state, ElementId e, double asked) {
 template <int D>
 double floor_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, ElementId seed, double asked) {
     if (e == seed) return asked;
-    if (state.good(e)) return kept_good(state, e, asked);
+    if (state.good(e)) return jacobian_to_keep_valid(state, e, asked);
     for (const EdgeId edge : state.mesh().edges.of_elements[e])
         if (state.kinds[edge] == EdgeKind::volume && position_in(cavity.edges, edge) < 0)
-            return kept_of(state, e, asked);
+            return jacobian_to_keep(state, e, asked);
     return asked;
 }
 
@@ -137,8 +137,7 @@ JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D
 
 /// All edges with an end at a free vertex move by half of it.
 template <int D>
-Moves<D> changes_of(const RepairState<D>& state, const RepairCavity<D>& cavity,
-                         const std::vector<Vec<D>>& offsets) {
+Moves<D> changes_of(const RepairState<D>& state, const RepairCavity<D>& cavity, const std::vector<Vec<D>>& offsets) {
     Moves<D> plan;
     const auto shift = [&](VertexId v) {
         const int at = position_in(cavity.vertices, v);
@@ -202,7 +201,7 @@ bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, Moves<D>&
 }
 
 template <int D>
-bool mends(const Moves<D>& plan, ElementId seed) {
+bool repairs(const Moves<D>& plan, ElementId seed) {
     return std::ranges::find(plan.verdicts, std::pair{seed, Verdict::valid}) != plan.verdicts.end();
 }
 
@@ -253,7 +252,7 @@ Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>
         const auto solution = solve(programme, std::vector<Vec<D>>(programme.unknowns.size()));
         planned.work += solution.work;
         Moves<D> plan = changes_of(state, cavity, solution.offsets);
-        if (!judge(state, cavity, plan) || !mends(plan, seed)) return false;
+        if (!judge(state, cavity, plan) || !repairs(plan, seed)) return false;
         planned.plan = std::move(plan);
         return true;
     };
@@ -273,7 +272,7 @@ template <int D>
 Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity, double most_work) {
     const double target = std::max(state.options.min_scaled_jacobian, state.options.target) + slack;
     auto programme = programme_of(state, cavity, [&](ElementId e) {
-        return state.good(e) ? kept_good(state, e, target) : kept_of(state, e, target);
+        return state.good(e) ? jacobian_to_keep_valid(state, e, target) : jacobian_to_keep(state, e, target);
     });
     std::vector<Vec<D>> as_it_is(programme.unknowns.size());
     const double now = cost_of(programme, as_it_is);

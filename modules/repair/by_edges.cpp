@@ -32,7 +32,7 @@ EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double asked, Ke
         const auto local = static_cast<int>(std::find(edges.begin(), edges.end(), edge) - edges.begin());
         ShellElement<D> element{state.element(e), local, {}};
         if (state.good(e) || keeps(e)) {
-            const double kept = kept_of(state, e, asked);
+            const double kept = jacobian_to_keep(state, e, asked);
             // A good element whose coefficients are too weak a test still holds the bound.
             const double least = state.good(e) ? std::max(kept, state.options.min_scaled_jacobian) : kept;
             if (least < asked) element.keep = least;
@@ -75,10 +75,10 @@ Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
             const double cost = nearest->cost - model(state.moved.nodes[edge].point);
             if (best.plan && !(cost < least)) continue;
             auto plan = plan_of(state, edge, nearest->node);
-            const bool mended = plan && std::ranges::any_of(plan->verdicts, [&](const auto& v) {
-                                    return v.first == seed && v.second == Verdict::valid;
-                                });
-            if (!mended) continue;
+            const bool repaired = plan && std::ranges::any_of(plan->verdicts, [&](const auto& v) {
+                                      return v.first == seed && v.second == Verdict::valid;
+                                  });
+            if (!repaired) continue;
             best.plan = std::move(plan);
             least = cost;
         }

@@ -70,7 +70,7 @@ Moves<D> plan_towards(const RepairState<D>& state, const Overlay<EdgeId, Lagrang
     return plan_of(state, growth);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                  \
+#define CAMBER_INSTANTIATE(D)                                                                 \
     template Moves<D> plan_extension<D>(const RepairState<D>&, const std::vector<ElementId>&, \
                                         const Column<LagrangeNode<D>>&, double);              \
     template Moves<D> plan_towards<D>(const RepairState<D>&, const Overlay<EdgeId, LagrangeNode<D>>&);

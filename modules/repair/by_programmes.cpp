@@ -54,7 +54,7 @@ struct Passes {
                           });
     }
     /// Around what is left, and outwards until all is above `bound`, the nodes extend the boundary's displacement; what
-    /// this spoils is mended as before, or stays as it was.
+    /// this spoils is repaired as before, or stays as it was.
     [[nodiscard]] Outcome<Done> by_extension(double bound) {
         const Execution quiet = without_progress(execution);
         auto extended = extend_boundary(state.mesh(), state.kinds, state.moved.nodes.column(), state.shells, {}, quiet);
@@ -76,8 +76,8 @@ struct Passes {
         state.work = trial.state.work;
         cut_short = cut_short || trial.cut_short;
         const auto plan = plan_towards(state, trial.state.moved.nodes);
-        const auto mended = [&](const auto& v) { return v.second == Verdict::valid && !state.good(v.first); };
-        if (std::ranges::any_of(plan.verdicts, mended)) state.moved.apply(plan);
+        const auto repaired = [&](const auto& v) { return v.second == Verdict::valid && !state.good(v.first); };
+        if (std::ranges::any_of(plan.verdicts, repaired)) state.moved.apply(plan);
         return finish(Done{});
     }
     /// Nodes that are off their places come as near as they may, one at a time.
@@ -124,7 +124,7 @@ struct Passes {
     }
     template <class Claim, class Plan>
     Outcome<Done> over_queue(Claim&& claim, Plan&& plan) {
-        // A pass that mends nothing leaves something to those that come after it.
+        // A pass that repairs nothing leaves something to those that come after it.
         const double kept = state.work_left * (1 - most_of_work);
         state.work_left -= kept;
         auto done = finish(plan_in_rounds(
@@ -195,7 +195,8 @@ Outcome<Done> run(Passes<D>& passes, RepairStatistics& s) {
 template <int D>
 Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, const JudgedProposal<D>& wanted,
                                const RepairStatistics& passes, const Execution& execution) {
-    auto judged = validate(wanted.mesh(), state.moved.proposal(wanted.proposal()), wanted.validation().bound, execution);
+    auto judged =
+        validate(wanted.mesh(), state.moved.proposal(wanted.proposal()), wanted.validation().bound, execution);
     if (!judged) return fail(judged.error());
     RepairStatistics statistics = changes_between(wanted, *judged);
     statistics.work = state.work;
@@ -231,9 +232,9 @@ Outcome<Repaired<D>> repair_by_programmes(const JudgedProposal<D>& wanted, const
     return judge_all(passes.state, passes.cut_short, wanted, statistics, execution);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                         \
-    template Outcome<Repaired<D>> repair_by_programmes<D>(                                            \
-        const JudgedProposal<D>&, const Column<QuadraticModel<D>>&, const RepairOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Outcome<Repaired<D>> repair_by_programmes<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&, \
+                                                          const RepairOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -7,8 +7,8 @@ import :repaired;
 
 namespace camber {
 
-/// The methods `cavity` and `edge`. Mends what is not valid in a mesh with the places of `wanted`, at the least cost by
-/// the models: for each such element a cavity, its volume nodes, which move together (joint_programme) while its
+/// The methods `cavity` and `edge`. Repairs what is not valid in a mesh with the places of `wanted`, at the least cost
+/// by the models: for each such element a cavity, its volume nodes, which move together (joint_programme) while its
 /// surroundings and the boundary stay; then one volume node; then the nodes around it extend the boundary's
 /// displacement, as far out as they must; then larger cavities, and the vertices of the volume; last, surface nodes,
 /// which are counted. Then nodes return as near to their places as they may, one at a time and together. No element

@@ -46,12 +46,11 @@ std::vector<Swept<D>> swept_shell(const Trial<D>& trial, EdgeId edge, const Lagr
                                   const LagrangeNode<D>& to) {
     std::vector<Swept<D>> shell;
     for (const ElementId e : trial.state.shells[edge]) {
-        Swept<D> s{e, trial.valid(e), jacobian_with(trial, e, edge, from), jacobian_with(trial, e, edge, to), 1, 0,
-                   0};
+        Swept<D> s{e, trial.valid(e), jacobian_with(trial, e, edge, from), jacobian_with(trial, e, edge, to), 1, 0, 0};
         s.scale = std::max(scale_of(s.at_0), scale_of(s.at_1));
         s.least_at_1 = *std::min_element(s.at_1.coefficients.begin(), s.at_1.coefficients.end()) / s.scale;
-        s.least_needed =
-            trial.state.options.min_scaled_jacobian * (1 + 0x1p-40) + 4 * std::max(s.at_0.error, s.at_1.error) / s.scale;
+        s.least_needed = trial.state.options.min_scaled_jacobian * (1 + 0x1p-40) +
+                         4 * std::max(s.at_0.error, s.at_1.error) / s.scale;
         shell.push_back(s);
     }
     return shell;
@@ -71,7 +70,7 @@ void append_moving(const Swept<D>& s, std::vector<AffineConstraint>& constraints
             constraints.push_back({s.at_0.coefficients[i] / s.scale, s.at_1.coefficients[i] / s.scale, 0});
 }
 
-/// What a programme asks of the elements that are not valid: all of them mended or only one, and how well.
+/// What a programme asks of the elements that are not valid: all of them repaired or only one, and how well.
 struct Demand {
     bool whole_shell;
     bool to_target;
@@ -103,10 +102,10 @@ double loss(const Trial<D>& trial, EdgeId edge, double theta) {
     return (1 - theta) * distance(trial.node(edge).point, trial.middle(edge).point) / trial.length(edge);
 }
 
-/// The farthest θ that mends the element, by the first demand that can be met.
+/// The farthest θ that repairs the element, by the first demand that can be met.
 template <int D>
-std::optional<Candidate> mending_candidate(const Trial<D>& trial, ElementId e, EdgeId edge,
-                                           std::span<const Demand> allowed) {
+std::optional<Candidate> repairing_candidate(const Trial<D>& trial, ElementId e, EdgeId edge,
+                                             std::span<const Demand> allowed) {
     const auto shell = swept_shell(trial, edge, trial.middle(edge), trial.node(edge));
     std::vector<AffineConstraint> constraints;
     double rank = 0;
@@ -182,13 +181,13 @@ bool try_best(Trial<D>& trial, ElementId e, EdgeGroup group, ElementId must_be_v
 }  // namespace
 
 template <int D>
-bool mend(Trial<D>& trial, ElementId e, EdgeGroup group, Steps steps) {
+bool repair_element(Trial<D>& trial, ElementId e, EdgeGroup group, Steps steps) {
     bool moved = false;
     for (int turn = 0; turn < 2 * edges_per_simplex<D> && !trial.valid(e); ++turn) {
         const auto allowed = std::span(demands).first(steps == Steps::to_target ? 2 : 4);
-        const auto mending = [&](EdgeId edge) { return mending_candidate(trial, e, edge, allowed); };
+        const auto repairing = [&](EdgeId edge) { return repairing_candidate(trial, e, edge, allowed); };
         const auto helping = [&](EdgeId edge) { return helping_candidate(trial, edge); };
-        if (!try_best(trial, e, group, e, mending) &&
+        if (!try_best(trial, e, group, e, repairing) &&
             (steps != Steps::helping || !try_best(trial, e, group, ElementId{}, helping)))
             break;
         moved = true;
@@ -217,8 +216,8 @@ bool put_back(Trial<D>& trial, EdgeId edge) {
     return changes.broken.empty();
 }
 
-template bool mend<2>(Trial<2>&, ElementId, EdgeGroup, Steps);
-template bool mend<3>(Trial<3>&, ElementId, EdgeGroup, Steps);
+template bool repair_element<2>(Trial<2>&, ElementId, EdgeGroup, Steps);
+template bool repair_element<3>(Trial<3>&, ElementId, EdgeGroup, Steps);
 template bool put_back<2>(Trial<2>&, EdgeId);
 template bool put_back<3>(Trial<3>&, EdgeId);
 

@@ -1,5 +1,5 @@
-// camber.repair: one node of a P2 mesh is pulled so far that an element folds; one call finds which and moves the node as
-// little as needed, while the boundary stays.
+// camber.repair: one node of a P2 mesh is pulled so far that an element folds; one call finds which and moves the node
+// as little as needed, while the boundary stays.
 #include <cstdio>
 #include <utility>
 
@@ -33,9 +33,10 @@ static Outcome<bool> example(const Execution& execution) {
     const auto repaired = repair_mesh(*mesh, {.repair = {.min_scaled_jacobian = 0.1}}, execution);
     if (!repaired) return fail(repaired.error());
     const Vec<2>& node = repaired->mesh.mid_nodes[spoke].point;
-    std::printf("%zu of 4 elements invalid, smallest scaled Jacobian %.3f; repaired: %zu, %.3f, the node at (%.3f, %.3f)\n",
-                repaired->before.invalid, repaired->before.smallest, repaired->after.invalid, repaired->after.smallest,
-                node[0], node[1]);
+    std::printf(
+        "%zu of 4 elements invalid, smallest scaled Jacobian %.3f; repaired: %zu, %.3f, the node at (%.3f, %.3f)\n",
+        repaired->before.invalid, repaired->before.smallest, repaired->after.invalid, repaired->after.smallest, node[0],
+        node[1]);
     return repaired->before.invalid > 0 && repaired->after.all_valid();
 }
 

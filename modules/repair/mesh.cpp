@@ -56,7 +56,7 @@ Outcome<RepairedMesh<D>> repair_mesh(QuadraticMesh<D> mesh, const MeshRepairOpti
                            std::move(prepared->notices)};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                  \
+#define CAMBER_INSTANTIATE(D)                                                                                 \
     template Proposal<D> own_proposal<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&, RequiredBoundary); \
     template Outcome<RepairedMesh<D>> repair_mesh<D>(QuadraticMesh<D>, const MeshRepairOptions&, const Execution&);
 

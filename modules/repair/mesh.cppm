@@ -34,9 +34,9 @@ struct RepairedMesh {
     std::vector<std::string> notices;  ///< of what `prepare` did: sentences without a full stop
 };
 
-/// All that `camber repair` does, in one call: the mesh is made sound (`prepare`), its boundary's features are found, its
-/// nodes are judged, what is not valid is repaired with the boundary given (`repair_within`), and the places become the
-/// mesh's, valid or not: `after` and `remaining` tell. Errors: input (no mesh, see `prepare`), options out of range
+/// All that `camber repair` does, in one call: the mesh is made sound (`prepare`), its boundary's features are found,
+/// its nodes are judged, what is not valid is repaired with the boundary given (`repair_within`), and the places become
+/// the mesh's, valid or not: `after` and `remaining` tell. Errors: input (no mesh, see `prepare`), options out of range
 /// (usage), stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<RepairedMesh<D>> repair_mesh(QuadraticMesh<D> mesh, const MeshRepairOptions& options,

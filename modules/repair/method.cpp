@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <cstddef>
 #include <utility>
+#include <vector>
 module camber.repair;
 import :by_programmes;
 import camber.core;
@@ -72,12 +73,12 @@ Outcome<Column<QuadraticModel<D>>> own_models(const JudgedProposal<D>& judged, c
     return Column<QuadraticModel<D>>(std::move(*models));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                       \
-    template Outcome<Repaired<D>> repair<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&,             \
-                                            const RepairOptions&, const Execution&);                                \
-    template Outcome<Repaired<D>> repair_or_straighten<D>(                                                          \
-        const JudgedProposal<D>&, const Column<QuadraticModel<D>>&, const RepairOptions&, const Execution&);        \
-    template Outcome<Column<QuadraticModel<D>>> own_models<D>(const JudgedProposal<D>&, const Incidence<ElementId>&, \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Outcome<Repaired<D>> repair<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&,               \
+                                            const RepairOptions&, const Execution&);                                  \
+    template Outcome<Repaired<D>> repair_or_straighten<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&, \
+                                                          const RepairOptions&, const Execution&);                    \
+    template Outcome<Column<QuadraticModel<D>>> own_models<D>(const JudgedProposal<D>&, const Incidence<ElementId>&,  \
                                                               const Execution&);
 
 CAMBER_INSTANTIATE(2)

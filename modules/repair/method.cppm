@@ -8,10 +8,11 @@ import :repaired;
 export namespace camber {
 
 /// What is not valid repaired, by the method of the options, until it is or the work that may be spent is spent; what
-/// cannot be repaired remains, and the validation says so. Nothing changes when all elements are valid. `models`: what it
-/// costs each edge to have its node off its wanted place, one an edge, for the methods that need them (`needs_models`);
-/// empty for others. A proposal that was judged for another bound is judged again. The result is the same for any
-/// number of threads. Errors: options out of range (usage), columns that do not fit the mesh (internal), stopped.
+/// cannot be repaired remains, and the validation says so. Nothing changes when all elements are valid. `models`: what
+/// it costs each edge to have its node off its wanted place, one an edge, for the methods that need them
+/// (`needs_models`); empty for others. A proposal that was judged for another bound is judged again. The result is the
+/// same for any number of threads. Errors: options out of range (usage), columns that do not fit the mesh (internal),
+/// stopped.
 template <int D>
 [[nodiscard]] Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
                                           const RepairOptions& options, const Execution& execution);
@@ -24,9 +25,9 @@ template <int D>
                                                         const RepairOptions& options, const Execution& execution);
 
 /// The same with the boundary given: its nodes stay while that is enough; then they slide in planes, then they move, by
-/// no more than the options' boundary_tolerance; its vertices always stay. A node that would go further is held where it
-/// was, and what is left is repaired again without it. Where the bound cannot be had, no more elements are left invalid
-/// than with the default bound.
+/// no more than the options' boundary_tolerance; its vertices always stay. A node that would go further is held where
+/// it was, and what is left is repaired again without it. Where the bound cannot be had, no more elements are left
+/// invalid than with the default bound.
 template <int D>
 [[nodiscard]] Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted,
                                                  const Column<QuadraticModel<D>>& models, const RepairOptions& options,

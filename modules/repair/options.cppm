@@ -61,7 +61,7 @@ struct RepairOptions {
                    "the chord, each as little as its elements need; relax: each edge of an invalid element by theta, "
                    "as in the paper"),
             option("target", &S::target,
-                   "what is aimed at in mended elements where it can be had, as a share of the straight element's "
+                   "what is aimed at in repaired elements where it can be had, as a share of the straight element's "
                    "determinant; keeps them off the very edge of validity")
                 .at_least(0)
                 .below(1),
@@ -72,12 +72,13 @@ struct RepairOptions {
                 .unit("model units")
                 .at_least(0),
             option("vertices", &S::vertices,
-                   "vertices of the volume: move, where nodes alone do not mend an element; keep, all stay. Required "
+                   "vertices of the volume: move, where nodes alone do not repair an element; keep, all stay. Required "
                    "ones never move"),
-            option("effort", &S::effort,
-                   "work that cavity and edge may spend for each element that is not good enough, in steps of "
-                   "programmes of ten nodes; easily mended ones leave theirs to others, and what is not mended when "
-                   "it is spent is listed")
+            option(
+                "effort", &S::effort,
+                "work that cavity and edge may spend for each element that is not good enough, in steps of "
+                "programmes of ten nodes; easily repaired ones leave theirs to others, and what is not repaired when "
+                "it is spent is listed")
                 .at_least(0),
             option("theta", &S::theta, "what a correction leaves of a node's offset")
                 .unit("shares of the offset")

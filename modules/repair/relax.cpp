@@ -108,11 +108,11 @@ struct Relaxing {
 Claim own_claim(const auto& piece) { return std::span(piece.claims); }
 
 template <int D>
-Outcome<Done> mend_in_turns(Relaxing<D>& relaxing, std::vector<ElementId>& queue, EdgeGroup group, Steps steps) {
+Outcome<Done> repair_in_turns(Relaxing<D>& relaxing, std::vector<ElementId>& queue, EdgeGroup group, Steps steps) {
     for (int turn = 0; turn < most_rounds && !queue.empty(); ++turn) {
         const auto any = relaxing.turn(
             queue, [](const auto& piece) { return own_claim(piece); },
-            [&](Trial<D>& trial, ElementId e) { return mend(trial, e, group, steps); });
+            [&](Trial<D>& trial, ElementId e) { return repair_element(trial, e, group, steps); });
         if (!any) return fail(any.error());
         if (!*any) break;
     }
@@ -181,13 +181,13 @@ Outcome<Done> put_all_back(Relaxing<D>& relaxing) {
 
 template <int D>
 Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> queue) {
-    const auto in_turns = [&](EdgeGroup group, Steps steps) { return mend_in_turns(relaxing, queue, group, steps); };
+    const auto in_turns = [&](EdgeGroup group, Steps steps) { return repair_in_turns(relaxing, queue, group, steps); };
     // What it draws in is not known before.
     const auto with_neighbours = [&](EdgeGroup group, double scaled_jacobian) -> Outcome<Done> {
         return relaxing
             .turn(
                 queue, [](const auto&) { return Claim{}; },
-                [&](Trial<D>& trial, ElementId e) { return mend_with_neighbours(trial, e, group, scaled_jacobian); })
+                [&](Trial<D>& trial, ElementId e) { return repair_with_neighbours(trial, e, group, scaled_jacobian); })
             .map([](bool) { return Done{}; });
     };
     const double bound = relaxing.state.options.min_scaled_jacobian;
@@ -212,7 +212,7 @@ Outcome<Repaired<D>> judge_moved(const SegmentState<D>& state, const JudgedPropo
         if (state.moved.nodes[edge] != state.moved.nodes.base()[edge])
             touched.insert(touched.end(), state.shells[edge].begin(), state.shells[edge].end());
     touched |= ranges::actions::sort | ranges::actions::unique;
-    auto judged = wanted.rejudged(state.moved.proposal(wanted.proposal()), touched, execution);
+    auto judged = wanted.judge_again(state.moved.proposal(wanted.proposal()), touched, execution);
     if (!judged) return fail(judged.error());
     const RepairStatistics statistics = changes_between(wanted, *judged);
     return Repaired<D>{std::move(*judged), statistics};

@@ -156,7 +156,7 @@ template <int D>
 std::vector<RemainingElement> remaining(const Repaired<D>& repaired) {
     const Proposal<D>& proposal = repaired.judged.proposal();
     const Validation<D>& validation = repaired.judged.validation();
-    const QuadraticMesh<D> mesh = proposed(repaired.judged.mesh(), proposal);
+    const QuadraticMesh<D> mesh = apply_proposal(repaired.judged.mesh(), proposal);
     const Folds<D> folds = find_folds<D>(mesh, proposal);
     const auto required = required_vertices(mesh.linear);
     std::vector<RemainingElement> all;
@@ -181,7 +181,7 @@ std::vector<RemainingElement> remaining_but_for_shape(const Repaired<D>& repaire
         if (verdicts[e] == Verdict::valid) continue;
         std::string reason = required_of<D>(mesh, repaired.judged.proposal(), required, e);
         if (reason.empty() && !is_given_up(repaired, e)) continue;
-        if (reason.empty()) reason = "not mended";
+        if (reason.empty()) reason = "not repaired";
         if (is_given_up(repaired, e)) reason += spent;
         all.push_back({ElementId(e), std::move(reason)});
     }

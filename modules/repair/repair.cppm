@@ -1,5 +1,5 @@
-/// What is not valid repaired: places of a judged proposal changed until its elements are, at the least loss of what was
-/// wanted; and whole meshes in one call.
+/// What is not valid repaired: places of a judged proposal changed until its elements are, at the least loss of what
+/// was wanted; and whole meshes in one call.
 export module camber.repair;
 export import :options;
 export import :repaired;

@@ -13,8 +13,7 @@ RepairStatistics changes_between(const JudgedProposal<D>& before, const JudgedPr
     RepairStatistics changes;
     const auto& verdicts = before.validation().verdicts;
     for (std::size_t e = 0; e < verdicts.size(); ++e)
-        changes.corrected_elements +=
-            verdicts[e] != Verdict::valid && after.validation().verdicts[e] == Verdict::valid;
+        changes.corrected_elements += verdicts[e] != Verdict::valid && after.validation().verdicts[e] == Verdict::valid;
     const Proposal<D>& was = before.proposal();
     const Proposal<D>& is = after.proposal();
     for (std::size_t e = 0; e < was.mid_nodes.size(); ++e)
@@ -54,10 +53,10 @@ Column<EdgeChange> changes_after(const QuadraticMesh<D>& mesh, const Proposal<D>
     return changes;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                      \
-    template RepairStatistics changes_between<D>(const JudgedProposal<D>&, const JudgedProposal<D>&);              \
-    template Repaired<D> with_all_changes<D>(const JudgedProposal<D>&, Repaired<D>);                              \
-    template std::vector<ElementId> elements_not_valid<D>(const Validation<D>&);                                   \
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template RepairStatistics changes_between<D>(const JudgedProposal<D>&, const JudgedProposal<D>&);                \
+    template Repaired<D> with_all_changes<D>(const JudgedProposal<D>&, Repaired<D>);                                 \
+    template std::vector<ElementId> elements_not_valid<D>(const Validation<D>&);                                     \
     template Column<EdgeChange> changes_after<D>(const QuadraticMesh<D>&, const Proposal<D>&, const Column<Vec<D>>&, \
                                                  const Column<LagrangeNode<D>>&);
 

@@ -41,7 +41,6 @@ template <int D>
 /// relaxed.
 template <int D>
 [[nodiscard]] Column<EdgeChange> changes_after(const QuadraticMesh<D>& mesh, const Proposal<D>& before,
-                                               const Column<Vec<D>>& points,
-                                               const Column<LagrangeNode<D>>& mid_nodes);
+                                               const Column<Vec<D>>& points, const Column<LagrangeNode<D>>& mid_nodes);
 
 }  // namespace camber

@@ -44,7 +44,7 @@ std::optional<Vec<3>> plane_of(const QuadraticMesh<3>& mesh, const Column<Lagran
 
 Outcome<Proposal<3>> slid_in_planes(const JudgedProposal<3>& judged, double tolerance, const Execution& execution) {
     const Proposal<3>& proposal = judged.proposal();
-    const QuadraticMesh<3> mesh = proposed(judged.mesh(), proposal);
+    const QuadraticMesh<3> mesh = apply_proposal(judged.mesh(), proposal);
     const auto around = facet_shells(mesh.edges, execution);
     if (!around) return fail(around.error());
     const auto elements = shells(mesh.edges, execution);

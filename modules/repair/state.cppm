@@ -42,7 +42,7 @@ struct RepairState {
 
 /// The scaled Jacobian that an element must keep while others are given `asked`: its own where that is less.
 template <int D>
-[[nodiscard]] inline double kept_of(const RepairState<D>& state, ElementId e, double asked) {
+[[nodiscard]] inline double jacobian_to_keep(const RepairState<D>& state, ElementId e, double asked) {
     const NodalSimplex<D> element = state.element(e);
     const double weak = smallest_scaled_coefficient(bounded_jacobian(element));
     if (weak >= asked) return asked;
@@ -99,8 +99,8 @@ struct RepairCavity {
 template <int D>
 [[nodiscard]] RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach reach);
 
-/// The cavity's nodes and vertices together: mends the seed, to `asked` as a scaled Jacobian; no other element that is
-/// good enough stops being so. `asked` 0: to the bound, at whatever cost. None when that is not found.
+/// The cavity's nodes and vertices together: repairs the seed, to `asked` as a scaled Jacobian; no other element that
+/// is good enough stops being so. `asked` 0: to the bound, at whatever cost. None when that is not found.
 template <int D>
 [[nodiscard]] Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
                                             double asked, double most_work);

@@ -59,7 +59,8 @@ void move_node(Trial<D>& trial, EdgeId edge, const LagrangeNode<D>& node, Change
 template <int D>
 void check_shells(Trial<D>& trial, std::span<const EdgeId> edges, Changes<D>& changes) {
     std::vector<ElementId> around;
-    for (const EdgeId edge : edges) around.insert(around.end(), trial.state.shells[edge].begin(), trial.state.shells[edge].end());
+    for (const EdgeId edge : edges)
+        around.insert(around.end(), trial.state.shells[edge].begin(), trial.state.shells[edge].end());
     around |= ranges::actions::sort | ranges::actions::unique;
     for (const ElementId e : around) {
         const Verdict verdict = trial.verdict(e);
@@ -73,8 +74,7 @@ void check_shells(Trial<D>& trial, std::span<const EdgeId> edges, Changes<D>& ch
 
 template <int D>
 void undo(Trial<D>& trial, const Changes<D>& changes) {
-    for (auto it = changes.nodes.rbegin(); it != changes.nodes.rend(); ++it)
-        trial.nodes.at(it->first) = it->second;
+    for (auto it = changes.nodes.rbegin(); it != changes.nodes.rend(); ++it) trial.nodes.at(it->first) = it->second;
     for (auto it = changes.verdicts.rbegin(); it != changes.verdicts.rend(); ++it)
         trial.verdicts.at(it->first) = it->second;
 }
@@ -88,11 +88,11 @@ BoundedJacobian<D> jacobian_with(const Trial<D>& trial, ElementId e, EdgeId edge
     return bounded_jacobian(element);
 }
 
-/// Elements that one attempt of mend_with_neighbours may relax, repeats counted.
+/// Elements that one attempt of repair_with_neighbours may relax, repeats counted.
 constexpr std::size_t most_drawn_in = 200;
 
 template <int D>
-bool mend_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, double scaled_jacobian) {
+bool repair_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, double scaled_jacobian) {
     Changes<D> changes;
     std::map<EdgeId, int> corrections;
     std::vector<ElementId> queue{e};
@@ -119,14 +119,14 @@ bool mend_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, double 
     return true;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                  \
+#define CAMBER_INSTANTIATE(D)                                                                                 \
     template struct Trial<D>;                                                                                 \
     template std::vector<EdgeId> loose_edges<D>(const Trial<D>&, ElementId, EdgeGroup);                       \
     template void move_node<D>(Trial<D>&, EdgeId, const LagrangeNode<D>&, Changes<D>&);                       \
     template void check_shells<D>(Trial<D>&, std::span<const EdgeId>, Changes<D>&);                           \
     template void undo<D>(Trial<D>&, const Changes<D>&);                                                      \
     template BoundedJacobian<D> jacobian_with<D>(const Trial<D>&, ElementId, EdgeId, const LagrangeNode<D>&); \
-    template bool mend_with_neighbours<D>(Trial<D>&, ElementId, EdgeGroup, double);
+    template bool repair_with_neighbours<D>(Trial<D>&, ElementId, EdgeGroup, double);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

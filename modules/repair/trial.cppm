@@ -88,17 +88,17 @@ template <int D>
 [[nodiscard]] BoundedJacobian<D> jacobian_with(const Trial<D>& trial, ElementId e, EdgeId edge,
                                                const LagrangeNode<D>& node);
 
-/// One node of an element at a time, each by a linear programme over its shell: the one that mends the element at the
+/// One node of an element at a time, each by a linear programme over its shell: the one that repairs the element at the
 /// least loss (to the target; failing that, to the bound; failing that, one that only helps, each if allowed), until
 /// the element is valid or nothing helps. True if any node moved.
 enum class Steps { to_target, to_bound, helping };
 template <int D>
-bool mend(Trial<D>& trial, ElementId e, EdgeGroup group, Steps steps);
+bool repair_element(Trial<D>& trial, ElementId e, EdgeGroup group, Steps steps);
 
 /// Plain θ-steps on an element and on those that break by it, kept only if all of them reach this scaled Jacobian in
 /// the end and not too many were drawn in.
 template <int D>
-bool mend_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, double scaled_jacobian);
+bool repair_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, double scaled_jacobian);
 
 /// Moves a node back to where it was at first, as far as its shell allows. True if it moved.
 template <int D>

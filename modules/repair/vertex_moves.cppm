@@ -12,7 +12,7 @@ import camber.soundness;
 
 namespace camber {
 
-/// Straight elements of such a mean ratio are well shaped: vertices that move may spoil them down to it.
+/// The mean ratio that the straight form of an element must keep when its vertices move, unless it has less already.
 inline constexpr double enough_mean_ratio = 0.05;
 /// Below it a straight element counts as flat.
 inline constexpr double flat_mean_ratio = 1e-10;
@@ -79,7 +79,7 @@ template <int D>
 }
 
 /// Whether vertices that move leave the straight element shaped well enough: a mean ratio of at least min(the mesh's
-/// element's, 0.05). What is not valid with them all the same may only become better.
+/// element's, 0.05). An element that stays invalid may only become better.
 template <int D>
 [[nodiscard]] inline bool keeps_shape(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
                                       Verdict verdict) {

@@ -90,7 +90,8 @@ Outcome<Repaired<D>> repair_to_bound(Within<D>& within) {
     for (int round = 0; round < most_rounds; ++round) {
         auto freed = within.tried(kept->judged, held);
         if (!freed) return freed;
-        if (!hold_beyond(proposal, freed->judged.proposal(), tolerance, held)) return with_all_changes(within.wanted, std::move(*freed));
+        if (!hold_beyond(proposal, freed->judged.proposal(), tolerance, held))
+            return with_all_changes(within.wanted, std::move(*freed));
     }
     return with_all_changes(within.wanted, std::move(*kept));
 }
@@ -99,7 +100,7 @@ Outcome<Repaired<D>> repair_to_bound(Within<D>& within) {
 
 template <int D>
 Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
-                               const RepairOptions& options, const Execution& execution) {
+                                   const RepairOptions& options, const Execution& execution) {
     RepairOptions lower = options;
     lower.min_scaled_jacobian = default_bound;
     const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& wish) {

@@ -18,7 +18,7 @@ MeshMaps identities(const QuadraticMesh<D>& mesh) {
 /// The first element of which det J > 0 is not certified. There is one.
 template <int D>
 ElementId first_uncertified(const JudgedProposal<D>& judged) {
-    const QuadraticMesh<D> mesh = proposed(judged.mesh(), judged.proposal());
+    const QuadraticMesh<D> mesh = apply_proposal(judged.mesh(), judged.proposal());
     const auto& verdicts = judged.validation().verdicts;
     for (std::size_t e = 0; e < verdicts.size(); ++e)
         if (verdicts[e] != Verdict::valid &&
@@ -43,7 +43,7 @@ Outcome<Committed<D>> commit(const JudgedProposal<D>& judged) {
 
 template <int D>
 Committed<D> commit_uncertified(const JudgedProposal<D>& judged) {
-    return {proposed(judged.mesh(), judged.proposal()), identities(judged.mesh())};
+    return {apply_proposal(judged.mesh(), judged.proposal()), identities(judged.mesh())};
 }
 
 template Outcome<Committed<2>> commit<2>(const JudgedProposal<2>&);

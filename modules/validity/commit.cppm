@@ -17,7 +17,7 @@ struct Committed {
 template <int D>
 [[nodiscard]] Outcome<Committed<D>> commit(const JudgedProposal<D>& judged);
 
-/// The same without asking for validity, for those who want to see a broken mesh, or mend it elsewhere.
+/// The same without asking for validity, for those who want to see a broken mesh, or repair it elsewhere.
 template <int D>
 [[nodiscard]] Committed<D> commit_uncertified(const JudgedProposal<D>& judged);
 

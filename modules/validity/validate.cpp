@@ -73,7 +73,8 @@ bool is_positive(const QuadraticMesh<D>& mesh, double bound, const Marks& marks,
 }
 
 template <int D>
-Outcome<Counts> counted(const QuadraticMesh<D>& mesh, double bound, const Marks& marks, const Execution& execution) {
+Outcome<Counts> count_verdicts(const QuadraticMesh<D>& mesh, double bound, const Marks& marks,
+                               const Execution& execution) {
     return reduce_each(
         execution, marks.verdicts.size(), Counts{},
         [&](Counts& sum, std::size_t e) {
@@ -87,9 +88,9 @@ Outcome<Counts> counted(const QuadraticMesh<D>& mesh, double bound, const Marks&
 /// Makes the smallest value of the mesh a close one: once the element with the lowest bound is refined, only elements
 /// whose bound is below its value can be lower still.
 template <int D>
-Outcome<Validation<D>> finished(const QuadraticMesh<D>& mesh, double bound, Marks marks, std::size_t straight_inverted,
-                                const Execution& execution) {
-    const auto counts = counted(mesh, bound, marks, execution);
+Outcome<Validation<D>> finish_validation(const QuadraticMesh<D>& mesh, double bound, Marks marks,
+                                         std::size_t straight_inverted, const Execution& execution) {
+    const auto counts = count_verdicts(mesh, bound, marks, execution);
     if (!counts) return fail(counts.error());
     const auto scan = [&] {
         return reduce_each(
@@ -140,7 +141,7 @@ Outcome<Validation<D>> validate(const QuadraticMesh<D>& mesh, double bound, cons
             },
             [](std::size_t a, std::size_t b) { return a + b; });
         if (!straight_inverted) return fail(straight_inverted.error());
-        return finished(mesh, bound, std::move(marks), *straight_inverted, execution);
+        return finish_validation(mesh, bound, std::move(marks), *straight_inverted, execution);
     });
 }
 
@@ -149,25 +150,25 @@ Outcome<JudgedProposal<D>> JudgedProposal<D>::judge(QuadraticMesh<D> mesh, Propo
                                                     const Execution& execution) {
     if (proposal.mid_nodes.size() != mesh.edges.size() || proposal.points.size() != mesh.linear.points.size())
         return fail(ErrorKind::internal, "the proposal has another number of vertices or edges than the mesh");
-    auto validation = validate(proposed(mesh, proposal), bound, execution);
+    auto validation = validate(apply_proposal(mesh, proposal), bound, execution);
     if (!validation) return fail(validation.error());
     return JudgedProposal(std::move(mesh), std::move(proposal), std::move(*validation));
 }
 
 template <int D>
-Outcome<JudgedProposal<D>> JudgedProposal<D>::rejudged(Proposal<D> proposal, std::span<const ElementId> touched,
-                                                       const Execution& execution) const {
+Outcome<JudgedProposal<D>> JudgedProposal<D>::judge_again(Proposal<D> proposal, std::span<const ElementId> touched,
+                                                          const Execution& execution) const {
     if (proposal.mid_nodes.size() != mesh_.edges.size() || proposal.points != proposal_.points)
         return fail(ErrorKind::internal, "the proposal moves vertices, or has another number of edges than the mesh");
     return guarded([&]() -> Outcome<JudgedProposal<D>> {
-        const QuadraticMesh<D> mesh = proposed(mesh_, proposal);
+        const QuadraticMesh<D> mesh = apply_proposal(mesh_, proposal);
         const double bound = validation_.bound;
         Marks marks{take(validation_.verdicts), take(validation_.min_scaled_jacobian)};
         auto judged = each(execution, touched.size(), [&](std::size_t i) {
             mark(nodal_element(mesh, mesh.mid_nodes.view(), touched[i]), bound, touched[i].index(), marks);
         });
         if (!judged) return fail(judged.error());
-        auto validation = finished(mesh, bound, std::move(marks), validation_.straight_inverted, execution);
+        auto validation = finish_validation(mesh, bound, std::move(marks), validation_.straight_inverted, execution);
         if (!validation) return fail(validation.error());
         return JudgedProposal(mesh_, std::move(proposal), std::move(*validation));
     });

@@ -69,8 +69,8 @@ class JudgedProposal {
 
     /// Other nodes of the same mesh, with the vertices where they are: only the elements `touched` are looked at, those
     /// with a node that is elsewhere.
-    [[nodiscard]] Outcome<JudgedProposal> rejudged(Proposal<D> proposal, std::span<const ElementId> touched,
-                                                   const Execution& execution) const;
+    [[nodiscard]] Outcome<JudgedProposal> judge_again(Proposal<D> proposal, std::span<const ElementId> touched,
+                                                      const Execution& execution) const;
 
   private:
     JudgedProposal(QuadraticMesh<D> mesh, Proposal<D> proposal, Validation<D> validation)

@@ -8,6 +8,7 @@
 
 import camber.core;
 import camber.shapes;
+import camber.repair;
 import camber.config;
 
 using namespace camber;

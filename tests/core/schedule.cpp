@@ -60,7 +60,8 @@ TEST_CASE("rounds come to what one piece after the other does") {
             std::set<std::size_t> done;
             const auto ended = in_rounds(
                 schedule, all, Execution{.threads = threads}, [](const Piece& p) { return p.number % 7 == 3; },
-                claim_of, [&](std::span<const Piece> now) -> Outcome<bool> {
+                claim_of,
+                [&](std::span<const Piece> now) -> Outcome<bool> {
                     RC_ASSERT(!now.empty());
                     std::set<ElementId> taken;
                     for (const Piece& piece : now) {
@@ -84,7 +85,8 @@ TEST_CASE("a round may end all of them") {
     int rounds = 0;
     const auto ended = in_rounds(
         schedule, std::vector<int>{1, 2, 3}, Execution{.threads = 1}, [](int) { return false; },
-        [&](int) { return Claim(std::span(same)); }, [&](std::span<const int>) -> Outcome<bool> { return ++rounds < 2; });
+        [&](int) { return Claim(std::span(same)); },
+        [&](std::span<const int>) -> Outcome<bool> { return ++rounds < 2; });
     CHECK(ended.has_value());
     CHECK(rounds == 2);
 }

@@ -47,7 +47,7 @@ functional: bind_front function greater greater_equal hash identity invoke less 
     reference_wrapper cref
 initializer_list: initializer_list
 iomanip: quoted setfill setprecision setw
-ios: fixed hex ios ios_base scientific
+ios: fixed hex ios ios_base scientific streamoff streamsize
 istream: getline istream ws
 iterator: advance back_insert_iterator back_inserter distance forward_iterator_tag input_iterator istream_iterator
     istreambuf_iterator iterator_traits make_move_iterator next ostream_iterator prev random_access_iterator_tag size ssize

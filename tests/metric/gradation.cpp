@@ -39,17 +39,17 @@ void laws(GradationSpace space) {
                  const auto edges = must(unique_edges(mesh, alone));
                  const auto field = random_field(mesh, dice);
                  const GradationOptions options{.space = space, .ratio = dice.uniform(1.1, 3)};
-                 const auto out = must(graded(mesh, edges, field, options, alone));
+                 const auto out = must(apply_gradation(mesh, edges, field, options, alone));
                  RC_ASSERT(out.converged);
                  RC_ASSERT(must(gradation_excess(mesh, edges, field, options, alone)) > 0.1);
                  RC_ASSERT(must(gradation_excess(mesh, edges, out.log_metrics, options, alone)) <= 1e-5);
                  for (std::size_t v = 0; v < field.size(); ++v)
                      RC_ASSERT(size_excess(out.log_metrics[v], field[v]) <= 1e-10);
-                 const auto again = must(graded(mesh, edges, out.log_metrics, options, alone));
+                 const auto again = must(apply_gradation(mesh, edges, out.log_metrics, options, alone));
                  for (std::size_t v = 0; v < field.size(); ++v)
                      RC_ASSERT(norm(again.log_metrics[v].l - out.log_metrics[v].l) <= 1e-4);
                  RC_ASSERT(again.sweeps <= 2);
-                 const auto threaded = must(graded(mesh, edges, field, options, Execution{.threads = 3}));
+                 const auto threaded = must(apply_gradation(mesh, edges, field, options, Execution{.threads = 3}));
                  RC_ASSERT(threaded.log_metrics == out.log_metrics);
              },
              {.count = 12});
@@ -85,7 +85,7 @@ void isotropic(GradationSpace space) {
     Buffer<LogMetric<D>> logs(sizes.size());
     for (std::size_t v = 0; v < sizes.size(); ++v) logs[v] = {-2 * std::log(sizes[v]) * Sym<D>::identity()};
     const GradationOptions options{.space = space, .ratio = 1.4, .tolerance = 1e-12};
-    const auto out = must(graded(mesh, edges, Column<LogMetric<D>>(std::move(logs)), options, alone));
+    const auto out = must(apply_gradation(mesh, edges, Column<LogMetric<D>>(std::move(logs)), options, alone));
     const auto expected = shortest_paths(mesh, edges, sizes, std::log(1.4));
     for (std::size_t v = 0; v < sizes.size(); ++v)
         for (const double x : eigen_system(out.log_metrics[v].l).values.c)
@@ -129,10 +129,10 @@ TEST_CASE("gradation refuses what makes no sense, and says when it ran out of sw
     Dice dice(1);
     const auto field = random_field(mesh, dice);
     for (const double ratio : {1.0, 0.5, -1.0, std::nan("")})
-        CHECK(graded(mesh, edges, field, {.ratio = ratio}, alone).error().kind == ErrorKind::usage);
-    CHECK(graded(mesh, edges, field, {.physical_share = 2}, alone).error().kind == ErrorKind::usage);
-    CHECK(graded(mesh, edges, Column<LogMetric<2>>{}, {}, alone).error().kind == ErrorKind::usage);
-    const auto short_of = must(graded(mesh, edges, field, {.max_sweeps = 1}, alone));
+        CHECK(apply_gradation(mesh, edges, field, {.ratio = ratio}, alone).error().kind == ErrorKind::usage);
+    CHECK(apply_gradation(mesh, edges, field, {.physical_share = 2}, alone).error().kind == ErrorKind::usage);
+    CHECK(apply_gradation(mesh, edges, Column<LogMetric<2>>{}, {}, alone).error().kind == ErrorKind::usage);
+    const auto short_of = must(apply_gradation(mesh, edges, field, {.max_sweeps = 1}, alone));
     CHECK_FALSE(short_of.converged);
     CHECK(short_of.sweeps == 1);
 }

@@ -93,17 +93,17 @@ void bound_laws() {
         MetricBounds bounds{.min_size = std::pow(10.0, dice.uniform(-4, -2)),
                             .max_size = std::pow(10.0, dice.uniform(-2, 0)),
                             .max_anisotropy = std::pow(10.0, dice.uniform(0, 2))};
-        const auto out = bounded(m, bounds);
+        const auto out = apply_bounds(m, bounds);
         for (const double x : eigen_system(out.l).values.c) {
             RC_ASSERT(std::exp(-x / 2) >= bounds.min_size * (1 - 1e-12));
             RC_ASSERT(std::exp(-x / 2) <= bounds.max_size * (1 + 1e-12));
         }
         RC_ASSERT(anisotropy(out) <= bounds.max_anisotropy * (1 + 1e-12));
-        RC_ASSERT(norm(bounded(out, bounds).l - out.l) <= 1e-12 * norm(out.l));
-        RC_ASSERT(bounded(m, MetricBounds{}) == m);
+        RC_ASSERT(norm(apply_bounds(out, bounds).l - out.l) <= 1e-12 * norm(out.l));
+        RC_ASSERT(apply_bounds(m, MetricBounds{}) == m);
         // Without a least size nothing grows.
         bounds.min_size = 0;
-        RC_ASSERT(size_excess(bounded(m, bounds), m) <= 1e-10);
+        RC_ASSERT(size_excess(apply_bounds(m, bounds), m) <= 1e-10);
     });
 }
 
@@ -143,7 +143,7 @@ void complexity_laws() {
                  const Column<LogMetric<D>> field(std::move(logs));
                  const double c = must(complexity(mesh, field, alone));
                  RC_ASSERT(std::abs(c / complexity_by_quadrature(mesh, field, 14) - 1) < 1e-11);
-                 const auto scaled = must(scaled_to_complexity(mesh, field, 1234.5, alone));
+                 const auto scaled = must(scale_to_complexity(mesh, field, 1234.5, alone));
                  RC_ASSERT(std::abs(must(complexity(mesh, scaled, alone)) / 1234.5 - 1) < 1e-12);
                  RC_ASSERT(must(complexity(mesh, field, Execution{.threads = 3})) == c);
              },
@@ -213,7 +213,7 @@ TEST_CASE("operations refuse what makes no sense") {
     const Column<LogMetric<2>> other(Buffer<LogMetric<2>>(3, LogMetric<2>{}));
     CHECK(intersection(field, other, alone).error().kind == ErrorKind::usage);
     CHECK(complexity(mesh, other, alone).error().kind == ErrorKind::usage);
-    CHECK(scaled_to_complexity(mesh, field, 0, alone).error().kind == ErrorKind::usage);
-    CHECK(bounded(field, MetricBounds{.min_size = 2, .max_size = 1}, alone).error().kind == ErrorKind::usage);
-    CHECK(bounded(field, MetricBounds{.max_anisotropy = 0.5}, alone).error().kind == ErrorKind::usage);
+    CHECK(scale_to_complexity(mesh, field, 0, alone).error().kind == ErrorKind::usage);
+    CHECK(apply_bounds(field, MetricBounds{.min_size = 2, .max_size = 1}, alone).error().kind == ErrorKind::usage);
+    CHECK(apply_bounds(field, MetricBounds{.max_anisotropy = 0.5}, alone).error().kind == ErrorKind::usage);
 }

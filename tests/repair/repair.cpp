@@ -105,7 +105,7 @@ void vertices_that_move(const std::array<int, D>& cells) {
                      RC_ASSERT(mean_ratio<D>(is) >= std::min(mean_ratio<D>(was), 0.05));
                      const double share = signed_measure<D>(was) / signed_measure<D>(is);
                      const auto element =
-                         nodal_element<D>(proposed(b.mesh, after), after.mid_nodes.view(), ElementId(e));
+                         nodal_element<D>(apply_proposal(b.mesh, after), after.mid_nodes.view(), ElementId(e));
                      RC_ASSERT(decide(element, options.min_scaled_jacobian * share) == Verdict::valid);
                  }
              },

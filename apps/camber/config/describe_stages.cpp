@@ -43,12 +43,12 @@ const Description<Validate>& Described<Validate>::get() {
 }
 
 const Description<Relax>& Described<Relax>::get() {
-    static const Description<Relax> description{
-        "relax",
-        "Mends what is not valid, at the least loss of what the stage before wanted: volume edges first, surface edges "
-        "last.",
-        listed<Relax>(),
-        {}};
+    static const Description<Relax> description{"relax",
+                                                "Repairs what is not valid, at the least loss of what the stage before "
+                                                "wanted: volume edges first, surface edges "
+                                                "last.",
+                                                listed<Relax>(),
+                                                {}};
     return description;
 }
 
@@ -71,11 +71,11 @@ const Description<Reinsert>& Described<Reinsert>::get() {
 }
 
 const Choice<Stage>& Described<Stage>::get() {
-    static const auto choice =
-        choice_of<Stage>("stages", "One step of the pipeline.", key<Elevate>("elevate", "linear to quadratic"),
-                         key<Curve>("curve", "plan where nodes go"), key<Validate>("validate", "judge every element"),
-                         key<Relax>("relax", "mend what is not valid"), key<Commit>("commit", "make the plan the mesh"),
-                         key<Reinsert>("reinsert", "curve cavity by cavity"));
+    static const auto choice = choice_of<Stage>(
+        "stages", "One step of the pipeline.", key<Elevate>("elevate", "linear to quadratic"),
+        key<Curve>("curve", "plan where nodes go"), key<Validate>("validate", "judge every element"),
+        key<Relax>("relax", "repair what is not valid"), key<Commit>("commit", "make the plan the mesh"),
+        key<Reinsert>("reinsert", "curve cavity by cavity"));
     return choice;
 }
 

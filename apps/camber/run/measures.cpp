@@ -108,8 +108,8 @@ void count_edges(Counter& counter, const QuadraticMesh<D>& mesh, const Curved<D>
     count(Quantity::length, "straight", straight.view());
     count(Quantity::length, "before", before.view());
     count(Quantity::length, "after", after.view());
-    count(Quantity::curvature, "before", curvatures<D>(proposed(mesh, proposal), proposal.mid_nodes.view()));
-    count(Quantity::curvature, "after", curvatures<D>(proposed(mesh, in_the_end), in_the_end.mid_nodes.view()));
+    count(Quantity::curvature, "before", curvatures<D>(apply_proposal(mesh, proposal), proposal.mid_nodes.view()));
+    count(Quantity::curvature, "after", curvatures<D>(apply_proposal(mesh, in_the_end), in_the_end.mid_nodes.view()));
 }
 
 /// The verdicts before any correction; null when nothing was judged.

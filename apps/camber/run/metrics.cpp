@@ -77,8 +77,7 @@ Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const MetricInput<D>& inpu
     };
     const auto facets = std::views::iota(std::size_t{0}, mesh.facets.size());
     if (std::ranges::all_of(facets, has_surface)) return normals;
-    auto surrogate =
-        build_surrogate(mesh, input.mesh.edges, input.boundary.features, SurrogateOptions{}, execution);
+    auto surrogate = build_surrogate(mesh, input.mesh.edges, input.boundary.features, SurrogateOptions{}, execution);
     if (!surrogate) return fail(surrogate.error());
     const auto made = normals_of(Geometry<D>(std::move(*surrogate)), mesh, execution);
     if (!made) return made;
@@ -129,7 +128,7 @@ struct Operation {
         return intersection(field.log_metrics, other->log_metrics, execution);
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Gradation& gradation) {
-        auto out = graded(input.mesh.linear, input.mesh.edges, field.log_metrics, gradation, execution);
+        auto out = apply_gradation(input.mesh.linear, input.mesh.edges, field.log_metrics, gradation, execution);
         if (!out) return fail(out.error());
         field.report.gradations.push_back({out->sweeps, out->changed, out->converged});
         if (!out->converged)
@@ -139,14 +138,14 @@ struct Operation {
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Bound& bound) {
         constexpr double none = std::numeric_limits<double>::infinity();
-        return bounded(field.log_metrics,
-                       MetricBounds{.min_size = bound.min_size,
-                                    .max_size = bound.max_size > 0 ? bound.max_size : none,
-                                    .max_anisotropy = bound.max_anisotropy > 0 ? bound.max_anisotropy : none},
-                       execution);
+        return apply_bounds(field.log_metrics,
+                            MetricBounds{.min_size = bound.min_size,
+                                         .max_size = bound.max_size > 0 ? bound.max_size : none,
+                                         .max_anisotropy = bound.max_anisotropy > 0 ? bound.max_anisotropy : none},
+                            execution);
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Complexity& wanted) {
-        return scaled_to_complexity(input.mesh.linear, field.log_metrics, wanted.target, execution);
+        return scale_to_complexity(input.mesh.linear, field.log_metrics, wanted.target, execution);
     }
 };
 
@@ -187,8 +186,9 @@ Outcome<Column<LogMetric<D>>> make_field_metric(const config::FieldMetric& metri
 }
 
 template <int D>
-Outcome<SourcedMetric<D>> operated(SourcedMetric<D> field, const MetricInput<D>& input,
-                                   std::span<const config::MetricOperation> operations, const Execution& execution) {
+Outcome<SourcedMetric<D>> apply_operations(SourcedMetric<D> field, const MetricInput<D>& input,
+                                           std::span<const config::MetricOperation> operations,
+                                           const Execution& execution) {
     for (std::size_t i = 0; i < operations.size(); ++i) {
         auto next = after(field, input, operations[i], execution);
         if (!next) {
@@ -209,8 +209,8 @@ Outcome<SourcedMetric<D>> operated(SourcedMetric<D> field, const MetricInput<D>&
                                                                   const Execution&);                                   \
     template Outcome<Column<LogMetric<D>>> make_field_metric<D>(const config::FieldMetric&, const LinearMesh<D>&,      \
                                                                 const Execution&);                                     \
-    template Outcome<SourcedMetric<D>> operated<D>(SourcedMetric<D>, const MetricInput<D>&,                            \
-                                                   std::span<const config::MetricOperation>, const Execution&);
+    template Outcome<SourcedMetric<D>> apply_operations<D>(                                                            \
+        SourcedMetric<D>, const MetricInput<D>&, std::span<const config::MetricOperation>, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

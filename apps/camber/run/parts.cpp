@@ -28,8 +28,13 @@ void add_up(std::optional<RelaxReport>& sum, const RelaxReport& part) {
 }  // namespace
 
 RelaxReport relax_report(const RepairStatistics& s, std::size_t given_up, RepairMethod method) {
-    return {std::string(word_of(method)), s.corrected_elements, s.moved_volume_nodes, s.moved_surface_nodes,
-            s.moved_vertices,             s.work,               given_up};
+    return {std::string(word_of(method)),
+            s.corrected_elements,
+            s.moved_volume_nodes,
+            s.moved_surface_nodes,
+            s.moved_vertices,
+            s.work,
+            given_up};
 }
 
 template <int D>

@@ -75,7 +75,7 @@ struct RelaxReport {
     std::string repair;
     std::size_t corrected_elements = 0, relaxed_volume_edges = 0, relaxed_surface_edges = 0, moved_vertices = 0;
     double work = 0;           ///< of programmes, as the option `effort` counts it
-    std::size_t given_up = 0;  ///< elements that were not mended when that was spent
+    std::size_t given_up = 0;  ///< elements that were not repaired when that was spent
 };
 
 /// What became of the boundary of a mesh that was read with its curves.
@@ -86,7 +86,7 @@ struct KeptBoundaryReport {
     double largest_relative_shift = 0;  ///< the same by the length of its edge's chord
 };
 
-/// An element of such a mesh that could not be mended.
+/// An element of such a mesh that could not be repaired.
 struct RemainingReport {
     std::size_t element = 0;  ///< from 1
     std::string reason;

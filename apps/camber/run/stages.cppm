@@ -100,8 +100,8 @@ template <int D>
 
 /// A config's operations on a field, one after the other.
 template <int D>
-[[nodiscard]] Outcome<SourcedMetric<D>> operated(SourcedMetric<D> field, const MetricInput<D>& input,
-                                                 std::span<const config::MetricOperation> operations,
-                                                 const Execution& execution);
+[[nodiscard]] Outcome<SourcedMetric<D>> apply_operations(SourcedMetric<D> field, const MetricInput<D>& input,
+                                                         std::span<const config::MetricOperation> operations,
+                                                         const Execution& execution);
 
 }  // namespace camber::run

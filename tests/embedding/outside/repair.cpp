@@ -2,6 +2,7 @@
 // `camber repair MESH -o OUT`, whose defaults these are.
 #include <cstddef>
 #include <fstream>
+#include <ios>
 #include <iterator>
 #include <span>
 #include <string>

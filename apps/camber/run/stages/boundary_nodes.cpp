@@ -41,7 +41,8 @@ Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Bou
     return input_of(mesh, boundary, std::move(*nodes), {}, execution);
 }
 
-/// The same of a mesh that was read with its curves: boundary nodes where they are, but for edges on prescribed surfaces.
+/// The same of a mesh that was read with its curves: boundary nodes where they are, but for edges on prescribed
+/// surfaces.
 template <int D>
 Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                      const Execution& execution) {

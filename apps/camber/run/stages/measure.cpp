@@ -53,13 +53,13 @@ struct Measured {
     MeasuresReport report;
 };
 template <int D>
-Outcome<Measured<D>> measured_end(const Quadratic<D>& end, const BackMesh<D>* field, const History<D>& history,
-                                  const Execution& execution) {
+Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* field, const History<D>& history,
+                                 const Execution& execution) {
     Measured<D> measured;
     const Plan<D>* const plan = end.planned();
     if (const Wanted<D>* wanted = plan ? plan->wanted() : nullptr) {
         const Proposal<D>& proposal = plan->proposal();
-        const auto seen = proposed(end.mesh, proposal);
+        const auto seen = apply_proposal(end.mesh, proposal);
         if (field) {
             auto lengths = updated_lengths(end.mesh.edges, wanted->curved, proposal, wanted->shells, *field, execution);
             if (!lengths) return fail(lengths.error());
@@ -81,7 +81,7 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
     if (end && end->planned()) run.tell(PlanReport{.is_mesh = !end->has_uncommitted()});
     auto made = run.step("measure", [&](const Execution& e) -> Outcome<Measured<D>> {
         if (!end) return Measured<D>{};
-        return measured_end(*end, run.field(), run.state.history, e);
+        return measure_end(*end, run.field(), run.state.history, e);
     });
     if (!made) return fail(made.error());
     run.tell(made->report);

@@ -45,7 +45,7 @@ Outcome<Field<D>> field_of(const MetricInput<D>& input, const config::Metric& me
         if (error.kind == ErrorKind::usage && error.where.empty()) error.where = "/metric";
         return fail(std::move(error));
     }
-    made = operated(std::move(*made), input, operations, execution);
+    made = apply_operations(std::move(*made), input, operations, execution);
     if (!made) return fail(made.error());
     const auto volume = complexity(mesh, made->log_metrics, execution);
     if (!volume) return fail(volume.error());

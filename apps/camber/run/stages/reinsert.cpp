@@ -31,8 +31,8 @@ struct Walked {
     Notices notices;
 };
 template <int D>
-Outcome<Walked<D>> walked(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const BackMesh<D>& field,
-                          const config::Reinsert& options, const Execution& execution) {
+Outcome<Walked<D>> walk_cavities(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const BackMesh<D>& field,
+                                 const config::Reinsert& options, const Execution& execution) {
     const ReinsertAllOptions all{{edge_options(options.curve), options.relax}, options.max_turns};
     auto done = reinsert_all(mesh, input.kinds, input.boundary_nodes, field, all, execution);
     if (!done) return fail(done.error());
@@ -66,7 +66,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
         auto input = curve_input(at, *boundary, e);
         if (!input) return fail(input.error());
         run.tell(input->notices);
-        auto timed = run.timed([&] { return walked(at.mesh, *input, *run.field(), options, e); });
+        auto timed = run.timed([&] { return walk_cavities(at.mesh, *input, *run.field(), options, e); });
         if (!timed.value) return fail(timed.value.error());
         Walked<D>& made = *timed.value;
         run.tell(made.report);

@@ -60,8 +60,8 @@ struct Relaxed {
     CorrectionReport report;
 };
 template <int D>
-Outcome<Relaxed<D>> relaxed(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
-                            const config::Relax& options, const Execution& execution) {
+Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
+                               const config::Relax& options, const Execution& execution) {
     auto repaired = repair_or_straighten(judged, models, options, execution);
     if (!repaired) return fail(repaired.error());
     CorrectionReport report{relax_report(repaired->statistics, repaired->given_up.size(), options.method),
@@ -72,8 +72,8 @@ Outcome<Relaxed<D>> relaxed(const JudgedProposal<D>& judged, const Column<Quadra
 
 /// The same where the boundary is given: it stays, but for the options' tolerance.
 template <int D>
-Outcome<Relaxed<D>> relaxed_within(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
-                                   const config::Relax& options, const Execution& execution) {
+Outcome<Relaxed<D>> relax_within_boundary(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
+                                          const config::Relax& options, const Execution& execution) {
     auto repaired = repair_within(judged, models, options, execution);
     if (!repaired) return fail(repaired.error());
     const BoundaryShift shift = boundary_shift(judged.mesh(), repaired->judged.proposal());
@@ -103,7 +103,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& options) {
         const JudgedProposal<D>& judged = *run.plan().judged();
         const auto models = models_of(run.plan(), judged, run.field(), options.method, e);
         if (!models) return fail(models.error());
-        const auto relax = run.quadratic().boundary_is_given() ? relaxed_within<D> : relaxed<D>;
+        const auto relax = run.quadratic().boundary_is_given() ? relax_within_boundary<D> : relax_plan<D>;
         auto made = relax(judged, *models, options, e);
         if (!made) return fail(made.error());
         run.tell(made->report);
