@@ -143,7 +143,7 @@ std::string reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                        free == 1 ? "node" : std::to_string(free) + " nodes");
 }
 
-constexpr const char* spent = "; the work that may be spent is spent (effort)";
+constexpr const char* spent = "; the work that may be spent is spent (option effort)";
 
 template <int D>
 bool is_given_up(const Repaired<D>& repaired, std::size_t e) {

@@ -257,7 +257,7 @@ class Repair(unittest.TestCase):
         self.assertGreater(report["relax"]["given_up"], 0)
         self.assertEqual(len(report["remaining_elements"]), report["relax"]["given_up"])
         for entry in report["remaining_elements"]:
-            self.assertIn("(stages/relax/effort)", entry["reason"])
+            self.assertIn("(option effort)", entry["reason"])
         plan = self.folder.camber("repair", "in.meshb", "-o", "plan.meshb", "--dry-run").stdout
         self.assertIn("repair ends after", plan)
         self.assertIn("for each element below the bound", plan)
