@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -21,8 +22,9 @@ namespace {
 
 /// Every alternative of config::Stage once.
 Stages every_stage() {
-    return {config::Elevate{}, config::Curve{},  config::Validate{},
-            config::Relax{},   config::Commit{}, config::Reinsert{}};
+    return []<class... S>(std::type_identity<std::variant<S...>>) {
+        return Stages{S{}...};
+    }(std::type_identity<config::Stage>{});
 }
 
 void sequences(std::size_t length, const Stages& begun, const std::function<void(const Stages&)>& f) {
