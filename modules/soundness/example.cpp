@@ -1,7 +1,9 @@
 // camber.soundness: a square of four triangles, one of them numbered the wrong way round, and no boundary listed:
 // `examine` tells, `prepare` mends.
 #include <cstdio>
+#include <string>
 #include <utility>
+#include <vector>
 
 import camber.core;
 import camber.bezier;
