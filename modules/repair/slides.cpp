@@ -1,4 +1,5 @@
 module;
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <optional>
