@@ -1,4 +1,5 @@
 module;
+#include <array>
 #include <cstddef>
 #include <map>
 #include <span>

@@ -116,6 +116,10 @@ NESTED = {"ranges"}  # namespaces whose members come from several headers
 ALSO = {"cerrno": {"errno.h"}, "csignal": {"signal.h"}, "climits": {"limits.h"}}
 
 
+# The ends of an edge are an array, and taking it apart asks for std::get of it.
+ENDS = re.compile(r"auto\s*&?\s*\[\w+, \w+\] = [^;{]*?\b(?:vertices|local_edges<\w+>)\[")
+
+
 def headers_by_name():
     table = {}
     for entry in re.split(r"\n(?=\S)", TABLE.strip()):
@@ -162,6 +166,9 @@ def missing(path):
         match = re.search(rf"(?<!::)(?<!\w)(?:{names})\b(?!::)", text)
         if match and not ({header} | ALSO.get(header, set())) & there:
             found.setdefault(match[0], (match.start(), {header}))
+    match = ENDS.search(text)
+    if match and "array" not in there:
+        found["a structured binding of ends"] = (match.start(), {"array"})
     return sorted((text.count("\n", 0, at) + 1, name, needed) for name, (at, needed) in found.items())
 
 

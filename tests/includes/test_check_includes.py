@@ -23,6 +23,11 @@ class MissingIncludes(unittest.TestCase):
         self.assertEqual(self.names(text), [(1, "std::visit")])
         self.assertEqual(self.names("#include <variant>\n" + text), [])
 
+    def test_the_ends_of_an_edge_taken_apart(self):
+        text = "void f(auto& m) { const auto& [a, b] = m.edges.vertices[0]; }\n"
+        self.assertEqual(self.names(text), [(1, "a structured binding of ends")])
+        self.assertEqual(self.names("#include <array>\n" + text), [])
+
     def test_a_member_of_a_namespace_of_many_headers(self):
         self.assertEqual(self.names("#include <ranges>\nauto s = std::ranges::sort;\n"), [(2, "std::ranges::sort")])
 
