@@ -27,31 +27,21 @@ class Schedule {
     explicit Schedule(std::size_t elements) : first_(elements, nobody) {}
 
     /// The positions, rising, of those of n pieces that come before all others which claim one of their elements;
-    /// never empty when n is not 0. Of very many only the first are looked at. `claim(i)`: of the piece at position i.
-    /// Errors: stopped, memory.
-    template <class ClaimOf>
-    [[nodiscard]] Outcome<std::vector<std::size_t>> disjoint(std::size_t n, ClaimOf&& claim,
+    /// never empty when n is not 0. `claim(i)`: the elements of the piece at position i. Errors: stopped, memory.
+    template <class ElementsOf>
+    [[nodiscard]] Outcome<std::vector<std::size_t>> disjoint(std::size_t n, ElementsOf&& claim,
                                                              const Execution& execution) {
-        n = std::min(n, most_at_once);
-        for (std::size_t i = 0; i < n; ++i)
-            if (!claim(i)) {
-                if (i == 0) return std::vector<std::size_t>{0};
-                n = i;
-            }
         auto done = each(execution, n, [&](std::size_t i) {
-            const Claim elements = claim(i);
-            for (const ElementId e : *elements) lower(first_[e.index()], static_cast<std::uint32_t>(i));
+            for (const ElementId e : claim(i)) lower(first_[e.index()], static_cast<std::uint32_t>(i));
         });
         if (!done) return fail(done.error());
         auto is_first = map_each(execution, n, [&](std::size_t i) {
-            const Claim elements = claim(i);
             return static_cast<std::uint8_t>(
-                std::all_of(elements->begin(), elements->end(), [&](ElementId e) { return first_[e.index()] == i; }));
+                std::ranges::all_of(claim(i), [&](ElementId e) { return first_[e.index()] == i; }));
         });
         if (!is_first) return fail(is_first.error());
         done = each(execution, n, [&](std::size_t i) {
-            const Claim elements = claim(i);
-            for (const ElementId e : *elements)
+            for (const ElementId e : claim(i))
                 std::atomic_ref(first_[e.index()]).store(nobody, std::memory_order_relaxed);
         });
         if (!done) return fail(done.error());
@@ -63,7 +53,6 @@ class Schedule {
 
   private:
     static constexpr std::uint32_t nobody = 0xffffffffU;
-    static constexpr std::size_t most_at_once = 65536;
 
     static void lower(std::uint32_t& place, std::uint32_t value) {
         std::atomic_ref there(place);
@@ -85,6 +74,10 @@ template <class Tag>
     return z ^ (z >> 31U);
 }
 
+/// So many items are looked at in a round: rounds cost this at most, however many items wait and however few are
+/// chosen.
+inline constexpr std::size_t round_window = 8192;
+
 /// All items, in rounds of such as may be done at once: `round(items)` does those, in their order, and says whether to
 /// go on. Items that are `needless` when their round comes are left out. `claim(item)`: see Claim; it must not change
 /// while the item waits. Progress tells of the items that are done with. Errors: those of `round`, stopped.
@@ -93,21 +86,37 @@ template <class Item, class Needless, class ClaimOf, class Round>
                                       Needless&& needless, ClaimOf&& claim, Round&& round) {
     const Execution quiet{execution.threads, execution.stop, {}};
     const std::size_t all = items.size();
-    while (true) {
-        std::erase_if(items, needless);
-        if (execution.progress && all > 0) execution.progress(all - items.size(), all);
-        if (items.empty()) return Done{};
-        const auto chosen = schedule.disjoint(items.size(), [&](std::size_t i) { return claim(items[i]); }, quiet);
-        if (!chosen) return fail(chosen.error());
-        std::vector<Item> now, later;
-        now.reserve(chosen->size());
-        later.reserve(items.size() - chosen->size());
-        for (std::size_t i = 0, next = 0; i < items.size(); ++i) {
-            const bool is_chosen = next < chosen->size() && (*chosen)[next] == i;
-            next += is_chosen;
-            (is_chosen ? now : later).push_back(std::move(items[i]));
+    std::vector<Item> front, now;
+    for (std::size_t begin = 0; true;) {
+        // The first items, up to one that is done alone.
+        front.clear();
+        std::size_t end = begin;
+        bool alone = false;
+        for (; end < all && front.size() < round_window && !alone; ++end) {
+            if (needless(items[end])) continue;
+            alone = !claim(items[end]);
+            if (alone && !front.empty()) break;
+            front.push_back(std::move(items[end]));
         }
-        items = std::move(later);
+        if (execution.progress && all > 0) execution.progress(end - front.size(), all);
+        if (front.empty()) return Done{};
+        now.clear();
+        begin = end;
+        if (alone && front.size() == 1) {
+            now.swap(front);
+        } else {
+            const auto chosen = schedule.disjoint(front.size(), [&](std::size_t i) { return *claim(front[i]); }, quiet);
+            if (!chosen) return fail(chosen.error());
+            // What waits goes back to just before what was not looked at.
+            std::size_t next = chosen->size();
+            for (std::size_t i = front.size(); i-- > 0;) {
+                if (next > 0 && (*chosen)[next - 1] == i)
+                    --next;
+                else
+                    items[--begin] = std::move(front[i]);
+            }
+            for (const std::size_t i : *chosen) now.push_back(std::move(front[i]));
+        }
         const Outcome<bool> go_on = round(std::span<const Item>(now));
         if (!go_on) return fail(go_on.error());
         if (!*go_on) return Done{};

@@ -122,8 +122,8 @@ struct Passes {
                     execution.progress(from + fine / turns * done / total, most_passes * fine);
                 }};
     }
-    template <class Claim, class Plan>
-    Outcome<Done> over_queue(Claim&& claim, Plan&& plan) {
+    template <class ClaimOf, class Plan>
+    Outcome<Done> over_queue(ClaimOf&& claim, Plan&& plan) {
         // A pass that repairs nothing leaves something to those that come after it.
         const double kept = state.work_left * (1 - most_of_work);
         state.work_left -= kept;
@@ -136,8 +136,8 @@ struct Passes {
     }
     /// Turns over the items, each next one over those with an element that the last one claimed and moved: there may be
     /// room now.
-    template <class Item, class Claim, class Plan>
-    Outcome<Done> while_moving(std::vector<Item> items, int most_turns, Claim&& claim, Plan&& plan) {
+    template <class Item, class ClaimOf, class Plan>
+    Outcome<Done> while_moving(std::vector<Item> items, int most_turns, ClaimOf&& claim, Plan&& plan) {
         for (int turn = 0; turn < most_turns && !items.empty(); ++turn) {
             SparseSet<ElementId> near;
             const auto mark = [&](const Item& item, const Planned<D>& planned) {

@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -32,11 +33,13 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
     return check_limits(options);
 }
 
-/// A piece of work: an element or an edge, and the elements that it reads and writes.
+/// A piece of work: an element or an edge, and the elements that it reads and writes; none: not known before.
 template <class Id>
 struct Piece {
     Id id;
-    std::vector<ElementId> claims;
+    std::optional<std::vector<ElementId>> elements = {};
+
+    [[nodiscard]] Claim claim() const { return elements ? Claim(std::span(*elements)) : Claim(); }
 };
 
 /// What a piece came to.
@@ -55,17 +58,16 @@ struct Relaxing {
     const Execution& execution;
     Schedule schedule{state.moved.mesh.linear.elements.size()};
 
-    [[nodiscard]] Piece<ElementId> piece(ElementId e) const {
-        Piece<ElementId> piece{e, {}};
+    [[nodiscard]] Piece<ElementId> with_claim(ElementId e) const {
+        std::vector<ElementId> elements;
         for (const EdgeId edge : state.moved.mesh.edges.of_elements[e])
-            piece.claims.insert(piece.claims.end(), state.shells[edge].begin(), state.shells[edge].end());
-        piece.claims |= ranges::actions::sort | ranges::actions::unique;
-        return piece;
+            elements.insert(elements.end(), state.shells[edge].begin(), state.shells[edge].end());
+        elements |= ranges::actions::sort | ranges::actions::unique;
+        return {e, std::move(elements)};
     }
     /// f(trial, id, step) for each piece, when its turn comes; `finished(step)` in their order.
-    template <class Id, class Needless, class ClaimOf, class F, class Finished>
-    Outcome<Done> each_piece(std::vector<Piece<Id>> pieces, Needless&& needless, ClaimOf&& claim, F&& f,
-                             Finished&& finished) {
+    template <class Id, class Needless, class F, class Finished>
+    Outcome<Done> each_piece(std::vector<Piece<Id>> pieces, Needless&& needless, F&& f, Finished&& finished) {
         const auto round = [&](std::span<const Piece<Id>> now) -> Outcome<bool> {
             const Execution quiet{execution.threads, execution.stop, {}};
             auto steps = map_each(
@@ -85,18 +87,19 @@ struct Relaxing {
             }
             return true;
         };
+        const auto claim = [](const Piece<Id>& piece) { return piece.claim(); };
         return in_rounds(schedule, std::move(pieces), execution, needless, claim, round);
     }
     /// The same for the elements of the queue that are not valid; keeps these in the queue. True if any of them moved
     /// something.
-    template <class ClaimOf, class F>
-    Outcome<bool> turn(std::vector<ElementId>& queue, ClaimOf&& claim, F&& f) {
+    template <class PieceOf, class F>
+    Outcome<bool> turn(std::vector<ElementId>& queue, PieceOf&& piece, F&& f) {
         std::vector<Piece<ElementId>> pieces;
         pieces.reserve(queue.size());
         for (const ElementId e : queue) pieces.push_back(piece(e));
         bool any = false;
         auto done = each_piece(
-            std::move(pieces), [&](const Piece<ElementId>& p) { return state.moved.is_valid(p.id); }, claim,
+            std::move(pieces), [&](const Piece<ElementId>& p) { return state.moved.is_valid(p.id); },
             [&](Trial<D>& trial, ElementId e, Step<D>& step) { step.moved = f(trial, e); },
             [&](const Step<D>& step) { any = any || step.moved; });
         if (!done) return fail(done.error());
@@ -105,13 +108,11 @@ struct Relaxing {
     }
 };
 
-Claim own_claim(const auto& piece) { return std::span(piece.claims); }
-
 template <int D>
 Outcome<Done> repair_in_turns(Relaxing<D>& relaxing, std::vector<ElementId>& queue, EdgeGroup group, Steps steps) {
     for (int turn = 0; turn < most_rounds && !queue.empty(); ++turn) {
         const auto any = relaxing.turn(
-            queue, [](const auto& piece) { return own_claim(piece); },
+            queue, [&](ElementId e) { return relaxing.with_claim(e); },
             [&](Trial<D>& trial, ElementId e) { return repair_element(trial, e, group, steps); });
         if (!any) return fail(any.error());
         if (!*any) break;
@@ -144,11 +145,10 @@ Outcome<Done> relax_by_theta(Relaxing<D>& relaxing, std::vector<ElementId> queue
     while (!queue.empty()) {
         std::vector<Piece<ElementId>> pieces;
         pieces.reserve(queue.size());
-        for (const ElementId e : queue) pieces.push_back(relaxing.piece(e));
+        for (const ElementId e : queue) pieces.push_back(relaxing.with_claim(e));
         std::vector<ElementId> next;
         auto done = relaxing.each_piece(
-            std::move(pieces), [&](const auto& p) { return relaxing.state.moved.is_valid(p.id); },
-            [](const auto& piece) { return own_claim(piece); }, correct,
+            std::move(pieces), [&](const auto& p) { return relaxing.state.moved.is_valid(p.id); }, correct,
             [&](const Step<D>& step) {
                 for (const EdgeId edge : step.corrected) ++corrections.at(edge);
                 next.insert(next.end(), step.broken.begin(), step.broken.end());
@@ -172,8 +172,8 @@ Outcome<Done> put_all_back(Relaxing<D>& relaxing) {
         pieces.push_back({e, std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end())});
     for (int round = 0; round < put_back_rounds; ++round) {
         auto done = relaxing.each_piece(
-            pieces, [](const auto&) { return false; }, [](const auto& piece) { return own_claim(piece); },
-            [](Trial<D>& trial, EdgeId e, Step<D>&) { put_back(trial, e); }, [](const Step<D>&) {});
+            pieces, [](const auto&) { return false; }, [](Trial<D>& trial, EdgeId e, Step<D>&) { put_back(trial, e); },
+            [](const Step<D>&) {});
         if (!done) return done;
     }
     return Done{};
@@ -186,7 +186,7 @@ Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> qu
     const auto with_neighbours = [&](EdgeGroup group, double scaled_jacobian) -> Outcome<Done> {
         return relaxing
             .turn(
-                queue, [](const auto&) { return Claim{}; },
+                queue, [](ElementId e) { return Piece<ElementId>{e}; },
                 [&](Trial<D>& trial, ElementId e) { return repair_with_neighbours(trial, e, group, scaled_jacobian); })
             .map([](bool) { return Done{}; });
     };

@@ -19,7 +19,7 @@ namespace camber {
 /// Plans that share what work is left: so many of a round at once.
 inline constexpr std::size_t plans_at_once = 32;
 
-/// Plans one after the other in the order of `spread_rank`, what does not overlap in parallel (`in_rounds` of
+/// Plans one after the other in the order of their numbers, what does not overlap in parallel (`in_rounds` of
 /// camber.core). `claim(item)`: the elements that its plan looks at; `plan(item, most_work)`: what is planned, for no
 /// more work than that; `finished(item, planned)`. Items that are `needless` when their round comes are left out, and
 /// so are all once the state's work is spent. Progress tells of the items that are done with.
