@@ -3,6 +3,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 export module camber.core:mesh;
 import :column;
 import :ids;
@@ -47,6 +48,9 @@ struct Simplices {
     Column<SimplexVertices<K>> vertices;
     Column<Reference> references;    ///< one a simplex
     Column<std::uint32_t> required;  ///< indices of those that must not change
+    /// The entity of dimension K of the geometry that each lies on, as the mesh's maker counts them; 0: not known; no
+    /// rows: of none.
+    Column<Reference> entities = {};
 
     [[nodiscard]] std::size_t size() const { return vertices.size(); }
     friend bool operator==(const Simplices&, const Simplices&) = default;
@@ -93,6 +97,15 @@ struct GivenGeometry {
     friend bool operator==(const GivenGeometry&, const GivenGeometry&) = default;
 };
 
+/// A name for the simplices of one dimension that share a reference: Gmsh's physical group, a boundary condition or a
+/// marker of a flow solver.
+struct Group {
+    int dimension = 0;  ///< of the simplices; 0: vertices
+    Reference reference = 0;
+    std::string name;
+    friend bool operator==(const Group&, const Group&) = default;
+};
+
 /// A straight mesh of D-simplices in D dimensions: an immutable value of columns. Elements are positively
 /// oriented in a sound mesh; `facets` are boundary and interface facets (triangles in 3D, edges in 2D);
 /// `edges` are the feature edges of a 3D mesh (always empty in 2D, where facets are the edges).
@@ -109,6 +122,7 @@ struct LinearMesh {
     Simplices<1> edges;
     Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or `facets` (2D)
     GivenGeometry<D> geometry;
+    Column<Group> groups = {};  ///< no two of one dimension and reference
 
     friend bool operator==(const LinearMesh&, const LinearMesh&) = default;
 };

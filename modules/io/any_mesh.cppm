@@ -1,23 +1,17 @@
 module;
-#include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <variant>
 #include <vector>
 export module camber.io:any_mesh;
 import camber.core;
+import :mesh_fields;
+import :notice;
 
 export namespace camber {
 
 /// What a mesh file may turn out to hold. Surface meshes in space are 3D meshes without elements.
 using AnyMesh = std::variant<LinearMesh<2>, LinearMesh<3>, QuadraticMesh<2>, QuadraticMesh<3>>;
-
-/// Something of a file that the value made from it does not hold: one sentence without a full stop.
-struct Notice {
-    std::string what;
-    friend bool operator==(const Notice&, const Notice&) = default;
-};
 
 /// What a flat mesh in space has and the same mesh in 2D does not hold: see `flattened` and `raised`.
 struct Lift {
@@ -36,9 +30,7 @@ struct DecodedMesh {
     /// messages; empty where they are 1, 2, 3 …
     Column<std::uint32_t> node_numbers = {};
     std::optional<Lift> lift = {};  ///< of a 2D mesh that was a flat one in space
+    MeshFields fields = {};         ///< of formats that have them beside the mesh
 };
-
-/// An encoded file: its bytes are those of the chunks, one after the other.
-using Chunks = std::vector<Buffer<std::byte>>;
 
 }  // namespace camber

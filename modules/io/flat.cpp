@@ -154,6 +154,7 @@ Outcome<Flattened<LinearMesh<2>>> lowered(const LinearMesh<3>& mesh, double z, c
     flat.mesh.elements = mesh.facets;
     flat.mesh.facets = mesh.edges;
     flat.mesh.ridges = mesh.ridges;
+    flat.mesh.groups = mesh.groups;
     return lower_geometry(mesh.geometry, flat.mesh.geometry, flat.lift, execution).map([&](Done) {
         return std::move(flat);
     });
@@ -223,6 +224,7 @@ Outcome<LinearMesh<3>> raised(const LinearMesh<2>& mesh, const Lift& lift, const
         space.facets = mesh.elements;
         space.edges = mesh.facets;
         space.ridges = mesh.ridges;
+        space.groups = mesh.groups;
         return raise_geometry(mesh.geometry, lift, space.geometry, execution).map([&](Done) {
             return std::move(space);
         });

@@ -54,7 +54,7 @@ template <int D>
 [[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const QuadraticMesh<D>& mesh, GmfOptions options,
                                               const Execution& execution);
 
-/// What of the mesh a GMF file has no place for: associations without parameters, which are left out, and distances
+/// What of the mesh a GMF file has no place for: names of references, entities of simplices, associations without parameters, which are left out, and distances
 /// that are not known, which are written as 0.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_gmf(const LinearMesh<D>& mesh);

@@ -122,17 +122,6 @@ std::optional<Words> after_first_keyword(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-bool read_unusual_real(std::string_view word, double& value) {
-    std::string text(word.starts_with('+') ? word.substr(1) : word);
-    for (char& c : text)
-        if (c == 'd' || c == 'D') c = 'e';
-    // The wider exponent of long double tells what is too large (infinite) from what is too small (0).
-    long double wide = 0;
-    const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), wide);
-    value = static_cast<double>(wide);
-    return !text.empty() && error == std::errc{} && stop == text.data() + text.size();
-}
-
 Outcome<File> index_ascii(File file, const Execution& execution) {
     const char* const text = reinterpret_cast<const char*>(file.bytes.data());
     const auto offset = [&](const char* at) { return static_cast<std::size_t>(at - text); };

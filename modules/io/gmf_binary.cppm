@@ -1,12 +1,11 @@
 module;
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <type_traits>
 export module camber.io:gmf_binary;
 import camber.core;
+import :first_fault;
 import :gmf_file;
 import :gmf_row;
 
@@ -66,21 +65,6 @@ auto with_layout(const File& file, F&& f) {
     if (file.order == ByteOrder::swapped) return with_numbers.template operator()<ByteOrder::swapped>();
     return with_numbers.template operator()<ByteOrder::native>();
 }
-
-/// The first of the rows at fault, whatever thread finds it.
-class FirstFault {
-  public:
-    void note(std::size_t row) {
-        std::size_t seen = row_.load(std::memory_order_relaxed);
-        while (row < seen && !row_.compare_exchange_weak(seen, row, std::memory_order_relaxed)) {
-        }
-    }
-    [[nodiscard]] bool any() const { return row() != std::numeric_limits<std::size_t>::max(); }
-    [[nodiscard]] std::size_t row() const { return row_.load(std::memory_order_relaxed); }
-
-  private:
-    std::atomic<std::size_t> row_{std::numeric_limits<std::size_t>::max()};
-};
 
 /// store(row number, row) → Fault for each row of a checked block, in parallel.
 template <class RowType, class Store>

@@ -18,8 +18,9 @@ Outcome<DecodedMesh> decode(const gmf::File& file, const Execution& execution) {
     std::vector<Notice> notices = gmf::notices_of(file);
     if (file.find(gmf::Keyword::sol_at_vertices))
         notices.push_back({"the block of keyword SolAtVertices was skipped: a solution is read on its own"});
-    if (!raw->quadratic()) return DecodedMesh{gmf::straight_mesh(std::move(*raw)), std::move(notices)};
-    return gmf::quadratic_mesh(std::move(*raw), file, execution, std::move(notices));
+    using enum listing::MidNodeKind;
+    return listing::assembled(std::move(*raw), file.bezier_basis == 1 ? control_point : on_curve, std::move(notices),
+                             execution);
 }
 
 }  // namespace

@@ -86,7 +86,8 @@ std::vector<Notice> not_in_gmf(const LinearMesh<D>& mesh) {
     };
     count(mesh.geometry.on_curves);
     count(mesh.geometry.on_surfaces);
-    std::vector<Notice> losses;
+    std::vector<Notice> losses = not_held(
+        mesh, {.associations = true, .corners = true, .ridges = true, .required = true, .directions = true}, "GMF");
     if (no_parameters > 0)
         losses.push_back({"GMF has no place for " + std::to_string(no_parameters) +
                           " associations with curves and surfaces whose parameters are not known"});

@@ -32,7 +32,7 @@ int node_of(const std::array<std::int64_t, K + 1>& exponents) {
 /// Σ of squared distances of mid nodes from the middles of their chords, the nodes taken in this order.
 template <int D>
 Outcome<double> offsets(const Buffer<Vec<D>>& points, const Buffer<std::array<VertexId, 10>>& tetrahedra,
-                        const NodeOrder<3>& order, const Execution& execution) {
+                        const listing::NodeOrder<3>& order, const Execution& execution) {
     return reduce_each(
         execution, tetrahedra.size(), 0.0,
         [&](double& sum, std::size_t i) {
@@ -48,12 +48,12 @@ Outcome<double> offsets(const Buffer<Vec<D>>& points, const Buffer<std::array<Ve
 }  // namespace
 
 template <int K>
-Outcome<std::optional<NodeOrder<K>>> read_order(const File& file) {
+Outcome<std::optional<listing::NodeOrder<K>>> read_order(const File& file) {
     const Block* const block = file.find(ordering_keyword<K>);
-    if (!block || block->count == 0) return std::optional<NodeOrder<K>>{};
+    if (!block || block->count == 0) return std::optional<listing::NodeOrder<K>>{};
     // EdgesP2Ordering gives the exponent of vertex 0 alone.
     constexpr int integers = K == 1 ? 1 : K + 1;
-    NodeOrder<K> order;
+    listing::NodeOrder<K> order;
     order.fill(-1);
     std::array<bool, quadratic_nodes<K>> taken{};
     bool sound = block->count == order.size();
@@ -79,22 +79,10 @@ Outcome<std::optional<NodeOrder<K>>> read_order(const File& file) {
     return std::optional(order);
 }
 
-template <int K>
-Outcome<Done> reorder(Buffer<std::array<VertexId, quadratic_nodes<K>>>& simplices, const NodeOrder<K>& order,
-                      const Execution& execution) {
-    return each(
-        execution, simplices.size(),
-        [&](std::size_t i) {
-            const auto listed = simplices[i];
-            for (std::size_t n = 0; n < order.size(); ++n) simplices[i][order[n]] = listed[n];
-        },
-        4096);
-}
-
 template <int D>
-Outcome<NodeOrder<3>> likely_order(const Buffer<Vec<D>>& points, const Buffer<std::array<VertexId, 10>>& tetrahedra,
+Outcome<listing::NodeOrder<3>> likely_order(const Buffer<Vec<D>>& points, const Buffer<std::array<VertexId, 10>>& tetrahedra,
                                    const Execution& execution) {
-    constexpr NodeOrder<3> plain{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, gmsh{0, 1, 2, 3, 4, 5, 6, 7, 9, 8};
+    constexpr listing::NodeOrder<3> plain{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, gmsh{0, 1, 2, 3, 4, 5, 6, 7, 9, 8};
     const auto as_plain = offsets<D>(points, tetrahedra, plain, execution);
     const auto as_gmsh = offsets<D>(points, tetrahedra, gmsh, execution);
     if (!as_plain) return fail(as_plain.error());
@@ -102,19 +90,12 @@ Outcome<NodeOrder<3>> likely_order(const Buffer<Vec<D>>& points, const Buffer<st
     return *as_gmsh < *as_plain ? gmsh : plain;
 }
 
-#define CAMBER_INSTANTIATE(K)                                                                                 \
-    template Outcome<std::optional<NodeOrder<K>>> read_order<K>(const File&);                                 \
-    template Outcome<Done> reorder<K>(Buffer<std::array<VertexId, quadratic_nodes<K>>>&, const NodeOrder<K>&, \
-                                      const Execution&);
-
-CAMBER_INSTANTIATE(1)
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
-#undef CAMBER_INSTANTIATE
-
-template Outcome<NodeOrder<3>> likely_order<2>(const Buffer<Vec<2>>&, const Buffer<std::array<VertexId, 10>>&,
+template Outcome<std::optional<listing::NodeOrder<1>>> read_order<1>(const File&);
+template Outcome<std::optional<listing::NodeOrder<2>>> read_order<2>(const File&);
+template Outcome<std::optional<listing::NodeOrder<3>>> read_order<3>(const File&);
+template Outcome<listing::NodeOrder<3>> likely_order<2>(const Buffer<Vec<2>>&, const Buffer<std::array<VertexId, 10>>&,
                                                const Execution&);
-template Outcome<NodeOrder<3>> likely_order<3>(const Buffer<Vec<3>>&, const Buffer<std::array<VertexId, 10>>&,
+template Outcome<listing::NodeOrder<3>> likely_order<3>(const Buffer<Vec<3>>&, const Buffer<std::array<VertexId, 10>>&,
                                                const Execution&);
 
 }  // namespace camber::gmf

@@ -16,7 +16,7 @@ namespace camber::gmf {
 namespace {
 
 template <int D>
-Outcome<Done> read_points(const File& file, const Execution& execution, RawMesh<D>& raw) {
+Outcome<Done> read_points(const File& file, const Execution& execution, listing::Mesh<D>& raw) {
     const Block* const block = file.find(Keyword::vertices);
     if (!block) {
         const bool solution = file.find(Keyword::sol_at_vertices) != nullptr;
@@ -41,19 +41,22 @@ Outcome<Done> read_points(const File& file, const Execution& execution, RawMesh<
 
 template <int N>
 Outcome<Done> read_simplices(const File& file, const Block& block, std::size_t vertices, const Execution& execution,
-                             Buffer<std::array<VertexId, N>>& simplices, Buffer<Reference>& references) {
+                             listing::Rows<N>& rows) {
     if (auto fits = check_size(file, block, N + 1, 0); !fits) return fits;
-    simplices.resize(block.count);
-    references.resize(block.count);
+    rows.origin = {std::string(block.info->noun), {}, [&file, &block](std::size_t row) {
+                       return place(file, row_begin(file, block, row, N + 1, 0));
+                   }};
+    rows.nodes.resize(block.count);
+    rows.references.resize(block.count);
     return read_rows<SimplexRow<N>>(file, block, execution, [&](std::size_t i, const SimplexRow<N>& row) -> Fault {
         for (int n = 0; n < N; ++n) {
             if (from_file(row.integer[n]) >= vertices) return {FaultKind::index, row.integer[n], vertices};
-            simplices[i][n] = VertexId(from_file(row.integer[n]));
+            rows.nodes[i][n] = VertexId(from_file(row.integer[n]));
             for (int m = 0; m < n; ++m)
                 if (row.integer[m] == row.integer[n]) return {FaultKind::repeated, row.integer[n]};
         }
         if (!is_reference(row.integer[N])) return {FaultKind::too_large, row.integer[N]};
-        references[i] = static_cast<Reference>(row.integer[N]);
+        rows.references[i] = static_cast<Reference>(row.integer[N]);
         return {};
     });
 }
@@ -74,41 +77,39 @@ Outcome<Done> read_indices(const File& file, Keyword keyword, std::size_t limit,
 }
 
 template <int K, int D>
-Outcome<Done> read_curved(const File& file, const Execution& execution, const RawMesh<D>& raw, RawSimplices<K>& kind) {
-    constexpr int nodes = quadratic_nodes<K>;
-    auto read = read_simplices<nodes>(file, *kind.curved_block, raw.points.size(), execution, kind.curved,
-                                      kind.curved_references);
+Outcome<Done> read_curved(const File& file, const Block& block, const Execution& execution, const listing::Mesh<D>& raw,
+                          listing::Simplices<K>& kind) {
+    auto read = read_simplices(file, block, raw.points.size(), execution, kind.curved);
     if (!read) return read;
     auto order = read_order<K>(file);
     if (!order) return fail(std::move(order.error()));
-    if (*order) return reorder<K>(kind.curved, **order, execution);
+    if (*order) return listing::reorder<K>(kind.curved.nodes, **order, execution);
     if constexpr (K == 3)
-        if (kind.curved_block->info->keyword == straight_keyword<3>) {
-            const auto likely = likely_order<D>(raw.points, kind.curved, execution);
+        if (block.info->keyword == straight_keyword<3>) {
+            const auto likely = likely_order<D>(raw.points, kind.curved.nodes, execution);
             if (!likely) return fail(likely.error());
-            return reorder<3>(kind.curved, *likely, execution);
+            return listing::reorder<3>(kind.curved.nodes, *likely, execution);
         }
     return Done{};
 }
 
 template <int K, int D>
-Outcome<Done> read_kind(const File& file, const Execution& execution, const RawMesh<D>& raw, RawSimplices<K>& kind) {
-    kind.straight_block = file.find(straight_keyword<K>);
-    kind.curved_block = file.find(curved_keyword<K>);
-    if (kind.straight_block && words_per_row(file, *kind.straight_block) == quadratic_nodes<K> + 1) {
-        if (kind.curved_block && kind.curved_block->count > 0)
-            return fail_at(file, kind.straight_block->start,
-                           std::string(kind.straight_block->info->name) + " has rows of degree 2 beside a block " +
-                               std::string(kind.curved_block->info->name));
-        kind.curved_block = std::exchange(kind.straight_block, nullptr);
+Outcome<Done> read_kind(const File& file, const Execution& execution, const listing::Mesh<D>& raw,
+                        listing::Simplices<K>& kind) {
+    const Block* straight = file.find(straight_keyword<K>);
+    const Block* curved = file.find(curved_keyword<K>);
+    if (straight && words_per_row(file, *straight) == quadratic_nodes<K> + 1) {
+        if (curved && curved->count > 0)
+            return fail_at(file, straight->start,
+                           std::string(straight->info->name) + " has rows of degree 2 beside a block " +
+                               std::string(curved->info->name));
+        curved = std::exchange(straight, nullptr);
     }
-    if (kind.curved_block)
-        if (auto read = read_curved<K, D>(file, execution, raw, kind); !read) return read;
-    if (kind.straight_block) {
-        auto read = read_simplices<K + 1>(file, *kind.straight_block, raw.points.size(), execution, kind.straight,
-                                          kind.straight_references);
-        if (!read) return read;
-    }
+    if (curved)
+        if (auto read = read_curved<K, D>(file, *curved, execution, raw, kind); !read) return read;
+    if (straight)
+        if (auto read = read_simplices(file, *straight, raw.points.size(), execution, kind.straight); !read)
+            return read;
     return read_indices(file, required_keyword<K>, kind.indexed(), execution, kind.required);
 }
 
@@ -123,8 +124,9 @@ Outcome<Done> refuse_tetrahedra(const File& file) {
 }  // namespace
 
 template <int D>
-Outcome<RawMesh<D>> read_raw(const File& file, const Execution& execution) {
-    RawMesh<D> raw;
+Outcome<listing::Mesh<D>> read_raw(const File& file, const Execution& execution) {
+    listing::Mesh<D> raw;
+    raw.name = file.name;
     auto read = read_points(file, execution, raw)
                     .and_then([&](Done) { return read_kind<D, D>(file, execution, raw, raw.elements); })
                     .and_then([&](Done) { return read_kind<D - 1, D>(file, execution, raw, raw.facets); })
@@ -155,21 +157,7 @@ Outcome<RawMesh<D>> read_raw(const File& file, const Execution& execution) {
     return raw;
 }
 
-template <int D>
-LinearMesh<D> straight_mesh(RawMesh<D> raw) {
-    const auto simplices = []<int K>(RawSimplices<K>& kind) -> Simplices<K> {
-        return {std::move(kind.straight), std::move(kind.straight_references), std::move(kind.required)};
-    };
-    return {std::move(raw.points),   std::move(raw.point_references),
-            std::move(raw.corners),  std::move(raw.required_vertices),
-            simplices(raw.elements), simplices(raw.facets),
-            simplices(raw.edges),    std::move(raw.ridges),
-            std::move(raw.geometry)};
-}
-
-template Outcome<RawMesh<2>> read_raw<2>(const File&, const Execution&);
-template Outcome<RawMesh<3>> read_raw<3>(const File&, const Execution&);
-template LinearMesh<2> straight_mesh<2>(RawMesh<2>);
-template LinearMesh<3> straight_mesh<3>(RawMesh<3>);
+template Outcome<listing::Mesh<2>> read_raw<2>(const File&, const Execution&);
+template Outcome<listing::Mesh<3>> read_raw<3>(const File&, const Execution&);
 
 }  // namespace camber::gmf

@@ -3,7 +3,7 @@ module;
 #include <vector>
 export module camber.io:solution;
 import camber.core;
-import :any_mesh;
+import :notice;
 
 export namespace camber {
 

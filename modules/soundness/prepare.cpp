@@ -31,6 +31,7 @@ Buffer<std::uint32_t> renumbered(const Buffer<std::uint32_t>& twins) {
 
 template <class T>
 Column<T> kept(const Column<T>& items, const Buffer<std::uint32_t>& numbers) {
+    if (items.empty()) return items;  // a column that need not be there
     Buffer<T> out;
     out.reserve(items.size());
     for (std::size_t i = 0; i < items.size(); ++i)
@@ -148,16 +149,20 @@ LinearMesh<D> mended(LinearMesh<D> mesh, const Examination<D>& x, const Plan<D>&
     if (x.soundness[Defect::repeated_element].count > 0) {
         mesh.elements.vertices = kept(mesh.elements.vertices, work.elements);
         mesh.elements.references = kept(mesh.elements.references, work.elements);
+        mesh.elements.entities = kept(mesh.elements.entities, work.elements);
         mesh.elements.required = indices(mesh.elements.required, work.elements, x.element_twins);
     }
     if (x.soundness[Defect::repeated_facet].count > 0) {
         mesh.facets.vertices = kept(mesh.facets.vertices, work.facets);
         mesh.facets.references = kept(mesh.facets.references, work.facets);
+        mesh.facets.entities = kept(mesh.facets.entities, work.facets);
         mesh.facets.required = indices(mesh.facets.required, work.facets, x.facet_twins);
         if constexpr (D == 2) mesh.ridges = indices(mesh.ridges, work.facets, x.facet_twins);
     }
     mesh.facets.vertices = joined(std::move(mesh.facets.vertices), work.added);
     mesh.facets.references = joined(std::move(mesh.facets.references), work.added_references);
+    if (!mesh.facets.entities.empty())
+        mesh.facets.entities = joined(std::move(mesh.facets.entities), Buffer<Reference>(work.added.size(), 0));
     return mesh;
 }
 

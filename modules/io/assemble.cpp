@@ -5,13 +5,15 @@ module;
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 module camber.io;
 import camber.core;
 import camber.bezier;
 
-namespace camber::gmf {
+namespace camber::listing {
 
 namespace {
 
@@ -29,29 +31,19 @@ void atomic_min(T& target, T value) {
     }
 }
 
-/// f(simplices of one dimension) for each dimension that the mesh has, until one fails.
-template <int D, class F>
-Outcome<Done> for_each_kind(const RawMesh<D>& raw, F&& f) {
-    auto done = f(raw.elements);
-    if (done) done = f(raw.facets);
-    if constexpr (D == 3)
-        if (done) done = f(raw.edges);
-    return done;
-}
-
 template <int D>
-Outcome<Buffer<std::uint8_t>> roles(const RawMesh<D>& raw, const Execution& execution) {
+Outcome<Buffer<std::uint8_t>> roles(const Mesh<D>& raw, const Execution& execution) {
     Buffer<std::uint8_t> role(raw.points.size());
     for (std::uint8_t& r : role) r = 0;
     const auto mark = [&](VertexId v, std::uint8_t bit) {
         const std::atomic_ref shared(role[v.index()]);
         if ((shared.load(std::memory_order_relaxed) & bit) == 0) shared.fetch_or(bit, std::memory_order_relaxed);
     };
-    auto marked = for_each_kind(raw, [&]<int K>(const RawSimplices<K>& kind) {
+    auto marked = for_each_dimension(raw, [&]<int K>(const Simplices<K>& kind) {
         return each(
                    execution, kind.straight.size(),
                    [&](std::size_t i) {
-                       for (const VertexId v : kind.straight[i]) mark(v, is_corner);
+                       for (const VertexId v : kind.straight.nodes[i]) mark(v, is_corner);
                    },
                    row_grain)
             .and_then([&](Done) {
@@ -59,7 +51,7 @@ Outcome<Buffer<std::uint8_t>> roles(const RawMesh<D>& raw, const Execution& exec
                     execution, kind.curved.size(),
                     [&](std::size_t i) {
                         for (int n = 0; n < quadratic_nodes<K>; ++n)
-                            mark(kind.curved[i][n], n <= K ? is_corner : is_mid_node);
+                            mark(kind.curved.nodes[i][n], n <= K ? is_corner : is_mid_node);
                     },
                     row_grain);
             });
@@ -70,34 +62,33 @@ Outcome<Buffer<std::uint8_t>> roles(const RawMesh<D>& raw, const Execution& exec
 
 /// A simplex of the file, for messages.
 struct Simplex {
-    const Block* block = nullptr;
+    const Origin* origin = nullptr;
     std::size_t row = 0;
-    int integers = 0;
     [[nodiscard]] std::string text() const {
-        return block ? std::string(block->info->noun) + " " + std::to_string(row + 1) : "another simplex";
+        return origin ? origin->noun + " " + std::to_string(origin->number_of(row)) : "another simplex";
     }
-    [[nodiscard]] std::string where(const File& file) const {
-        return place(file, block ? row_begin(file, *block, row, integers, 0) : 0);
+    [[nodiscard]] std::string where(const std::string& name) const {
+        return origin && origin->place ? origin->place(row) : name;
     }
 };
 
-/// The first simplex, but for `skip`, for which `accepts(simplex's vertices, its nodes or fewer)` holds.
+/// The first simplex for which `accepts(simplex's vertices, its nodes or fewer)` holds.
 template <int D, class Accepts>
-Simplex find_simplex(const RawMesh<D>& raw, Accepts&& accepts) {
+Simplex find_simplex(const Mesh<D>& raw, Accepts&& accepts) {
     Simplex found;
-    const auto look = [&]<int K>(const RawSimplices<K>& kind) -> Outcome<Done> {
-        for (std::size_t i = 0; i < kind.curved.size() && !found.block; ++i)
-            if (accepts.template operator()<K>(kind.curved[i])) found = {kind.curved_block, i, quadratic_nodes<K> + 1};
-        for (std::size_t i = 0; i < kind.straight.size() && !found.block; ++i)
-            if (accepts.template operator()<K>(kind.straight[i])) found = {kind.straight_block, i, K + 2};
+    const auto look = [&]<int K>(const Simplices<K>& kind) -> Outcome<Done> {
+        for (std::size_t i = 0; i < kind.curved.size() && !found.origin; ++i)
+            if (accepts.template operator()<K>(kind.curved.nodes[i])) found = {&kind.curved.origin, i};
+        for (std::size_t i = 0; i < kind.straight.size() && !found.origin; ++i)
+            if (accepts.template operator()<K>(kind.straight.nodes[i])) found = {&kind.straight.origin, i};
         return Done{};
     };
-    static_cast<void>(for_each_kind(raw, look));
+    static_cast<void>(for_each_dimension(raw, look));
     return found;
 }
 
 template <int D>
-auto both_roles(const RawMesh<D>& raw, const File& file, VertexId vertex) {
+auto both_roles(const Mesh<D>& raw, VertexId vertex) {
     const Simplex as_mid = find_simplex(raw, [&]<int K>(const auto& nodes) {
         for (std::size_t n = K + 1; n < nodes.size(); ++n)
             if (nodes[n] == vertex) return true;
@@ -109,7 +100,7 @@ auto both_roles(const RawMesh<D>& raw, const File& file, VertexId vertex) {
         return false;
     });
     return fail(ErrorKind::input, "is a mid node of " + as_mid.text() + " and a corner of " + as_corner.text(),
-                as_mid.where(file), Entity{"vertex", vertex.index() + 1});
+                as_mid.where(raw.name), Entity{"vertex", raw.number_of(vertex)});
 }
 
 /// Vertices in the file's order without the mid nodes.
@@ -130,23 +121,30 @@ Renumbering renumber(const Buffer<std::uint8_t>& role) {
 
 /// Those of degree 2 first, as indices of required simplices and ridges have it.
 template <int K>
-Outcome<Simplices<K>> corners_of(const RawSimplices<K>& kind, const Renumbering& numbers, const Execution& execution) {
-    const std::size_t curved = kind.curved.size();
-    Buffer<Reference> references(curved + kind.straight.size());
+Outcome<camber::Simplices<K>> corners_of(const Simplices<K>& kind, const Renumbering& numbers,
+                                         const Execution& execution) {
+    const std::size_t curved = kind.curved.size(), all = curved + kind.straight.size();
+    const bool known = kind.curved.entities.size() + kind.straight.entities.size() > 0;
+    Buffer<Reference> references(all), entities(known ? all : 0);
+    const auto from = [&](std::size_t i, const Buffer<Reference>& of_curved, const Buffer<Reference>& of_straight) {
+        const Buffer<Reference>& column = i < curved ? of_curved : of_straight;
+        return column.empty() ? 0 : column[i < curved ? i : i - curved];
+    };
     auto vertices = map_each(
-        execution, references.size(),
+        execution, all,
         [&](std::size_t i) {
-            references[i] = i < curved ? kind.curved_references[i] : kind.straight_references[i - curved];
+            references[i] = from(i, kind.curved.references, kind.straight.references);
+            if (known) entities[i] = from(i, kind.curved.entities, kind.straight.entities);
             SimplexVertices<K> simplex;
             for (int n = 0; n <= K; ++n) {
-                const VertexId v = i < curved ? kind.curved[i][n] : kind.straight[i - curved][n];
+                const VertexId v = i < curved ? kind.curved.nodes[i][n] : kind.straight.nodes[i - curved][n];
                 simplex[n] = VertexId(std::size_t{numbers.to_mesh[v.index()]});
             }
             return simplex;
         },
         row_grain);
     if (!vertices) return fail(std::move(vertices.error()));
-    return Simplices<K>{std::move(*vertices), std::move(references), kind.required};
+    return camber::Simplices<K>{std::move(*vertices), std::move(references), kind.required, std::move(entities)};
 }
 
 /// Renumbers the vertices of a list; mid nodes fall out and are counted.
@@ -166,7 +164,7 @@ Column<Item> renumbered(const Buffer<Item>& items, const Renumbering& numbers, s
 }
 
 template <int D>
-Outcome<LinearMesh<D>> corner_mesh(RawMesh<D>& raw, const Renumbering& numbers, const Execution& execution,
+Outcome<LinearMesh<D>> corner_mesh(Mesh<D>& raw, const Renumbering& numbers, const Execution& execution,
                                    std::vector<Notice>& notices) {
     const std::size_t n = numbers.to_file.size();
     Buffer<Reference> references(n);
@@ -200,7 +198,8 @@ Outcome<LinearMesh<D>> corner_mesh(RawMesh<D>& raw, const Renumbering& numbers, 
                        std::move(*facets),
                        std::move(*edges),
                        std::move(raw.ridges),
-                       std::move(raw.geometry)};
+                       std::move(raw.geometry),
+                       std::move(raw.groups)};
     renumber_column(mesh.geometry.normals.at, vertex);
     renumber_column(mesh.geometry.tangents.at, vertex);
     renumber_column(mesh.geometry.on_points, item);
@@ -232,22 +231,22 @@ struct MidNodes {
 
 /// f(edge, mid node, simplex number) → Done for each local edge of each simplex of degree 2.
 template <int K, int D, class F>
-Outcome<Done> for_each_mid_node(const RawSimplices<K>& kind, const EdgeSet<D>& edges, const Execution& execution,
+Outcome<Done> for_each_mid_node(const Simplices<K>& kind, const EdgeSet<D>& edges, const Execution& execution,
                                 F&& f) {
     return each(
         execution, kind.curved.size(),
         [&](std::size_t i) {
-            for (int k = 0; k < edges_per_simplex<K>; ++k) f(edge_at<K, D>(edges, i, k), kind.curved[i][K + 1 + k], i);
+            for (int k = 0; k < edges_per_simplex<K>; ++k) f(edge_at<K, D>(edges, i, k), kind.curved.nodes[i][K + 1 + k], i);
         },
         row_grain);
 }
 
 template <int D>
-Outcome<MidNodes> lowest_mid_nodes(const RawMesh<D>& raw, const EdgeSet<D>& edges, const Execution& execution) {
+Outcome<MidNodes> lowest_mid_nodes(const Mesh<D>& raw, const EdgeSet<D>& edges, const Execution& execution) {
     MidNodes mid{Buffer<std::uint32_t>(edges.size()), Buffer<std::uint32_t>(raw.points.size())};
     for (std::uint32_t& v : mid.of_edge) v = none;
     for (std::uint32_t& e : mid.edge_of) e = none;
-    auto listed = for_each_kind(raw, [&]<int K>(const RawSimplices<K>& kind) {
+    auto listed = for_each_dimension(raw, [&]<int K>(const Simplices<K>& kind) {
         return for_each_mid_node<K, D>(kind, edges, execution, [&](EdgeId e, VertexId v, std::size_t) {
             atomic_min(mid.of_edge[e.index()], v.value);
             atomic_min(mid.edge_of[v.index()], e.value);
@@ -259,15 +258,15 @@ Outcome<MidNodes> lowest_mid_nodes(const RawMesh<D>& raw, const EdgeSet<D>& edge
 
 /// The error of the first simplex that disagrees with the lowest candidates.
 template <int K, int D>
-auto disagreement(const RawMesh<D>& raw, const RawSimplices<K>& kind, const EdgeSet<D>& edges, const MidNodes& mid,
-                  const Renumbering& numbers, const File& file, std::size_t i) {
-    const Simplex here{kind.curved_block, i, quadratic_nodes<K> + 1};
-    const Entity entity{simplex_name<K>, i + 1};
-    const auto number = [](std::size_t index) { return std::to_string(index + 1); };
+auto disagreement(const Mesh<D>& raw, const Simplices<K>& kind, const EdgeSet<D>& edges, const MidNodes& mid,
+                  const Renumbering& numbers, std::size_t i) {
+    const Simplex here{&kind.curved.origin, i};
+    const Entity entity{simplex_name<K>, here.origin->number_of(i)};
+    const auto number = [&](std::size_t index) { return std::to_string(raw.number_of(VertexId(index))); };
     std::string text;
     for (int k = 0; k < edges_per_simplex<K> && text.empty(); ++k) {
         const EdgeId e = edge_at<K, D>(edges, i, k);
-        const VertexId v = kind.curved[i][K + 1 + k];
+        const VertexId v = kind.curved.nodes[i][K + 1 + k];
         const VertexId first(std::size_t{mid.of_edge[e.index()]});
         const bool two_nodes = first != v;
         if (!two_nodes && mid.edge_of[v.index()] == e.value) continue;
@@ -291,26 +290,26 @@ auto disagreement(const RawMesh<D>& raw, const RawSimplices<K>& kind, const Edge
                          other.text()
                    : "mid node " + number(v.index()) + " of " + edge + " is that of another edge in " + other.text();
     }
-    return fail(ErrorKind::input, text, here.where(file), entity);
+    return fail(ErrorKind::input, text, here.where(raw.name), entity);
 }
 
 template <int D>
-Outcome<Done> check_agreement(const RawMesh<D>& raw, const EdgeSet<D>& edges, const MidNodes& mid,
-                              const Renumbering& numbers, const File& file, const Execution& execution) {
-    return for_each_kind(raw, [&]<int K>(const RawSimplices<K>& kind) -> Outcome<Done> {
+Outcome<Done> check_agreement(const Mesh<D>& raw, const EdgeSet<D>& edges, const MidNodes& mid,
+                              const Renumbering& numbers, const Execution& execution) {
+    return for_each_dimension(raw, [&]<int K>(const Simplices<K>& kind) -> Outcome<Done> {
         FirstFault first;
         auto seen = for_each_mid_node<K, D>(kind, edges, execution, [&](EdgeId e, VertexId v, std::size_t i) {
             if (mid.of_edge[e.index()] != v.value || mid.edge_of[v.index()] != e.value) first.note(i);
         });
         if (!seen || !first.any()) return seen;
-        return disagreement<K, D>(raw, kind, edges, mid, numbers, file, first.row());
+        return disagreement<K, D>(raw, kind, edges, mid, numbers, first.row());
     });
 }
 
 template <int D>
-Outcome<Buffer<LagrangeNode<D>>> nodes_on_edges(const RawMesh<D>& raw, const LinearMesh<D>& mesh,
-                                                const EdgeSet<D>& edges, const MidNodes& mid, bool bezier,
-                                                const Execution& execution) {
+Outcome<Buffer<LagrangeNode<D>>> nodes_on_edges(const Mesh<D>& raw, const LinearMesh<D>& mesh,
+                                                const EdgeSet<D>& edges, const MidNodes& mid,
+                                                MidNodeKind kind, const Execution& execution) {
     return map_each(
         execution, edges.size(),
         [&](std::size_t e) -> LagrangeNode<D> {
@@ -318,7 +317,7 @@ Outcome<Buffer<LagrangeNode<D>>> nodes_on_edges(const RawMesh<D>& raw, const Lin
             const Vec<D>&p = mesh.points[a], &q = mesh.points[b];
             if (mid.of_edge[e] == none) return {midpoint(p, q)};
             const Vec<D>& node = raw.points[mid.of_edge[e]];
-            return bezier ? lagrange_node(p, ControlPoint<D>{node}, q) : LagrangeNode<D>{node};
+            return kind == MidNodeKind::control_point ? lagrange_node(p, ControlPoint<D>{node}, q) : LagrangeNode<D>{node};
         },
         row_grain);
 }
@@ -342,27 +341,80 @@ void note_mid_nodes(const Buffer<Reference>& point_references, const LinearMesh<
 }
 
 /// See DecodedMesh::node_numbers.
-Column<std::uint32_t> node_numbers(const Renumbering& numbers, const MidNodes& mid) {
+template <int D>
+Column<std::uint32_t> node_numbers(const Mesh<D>& raw, const Renumbering& numbers, const MidNodes& mid) {
     const std::size_t vertices = numbers.to_file.size();
     Buffer<std::uint32_t> of(vertices + mid.of_edge.size());
     bool plain = true;
     for (std::size_t i = 0; i < of.size(); ++i) {
         const std::uint32_t at = i < vertices ? numbers.to_file[i] : mid.of_edge[i - vertices];
-        of[i] = at == none ? 0 : at + 1;
+        const std::uint64_t number = at == none ? 0 : raw.number_of(VertexId(std::size_t{at}));
+        of[i] = number < none ? static_cast<std::uint32_t>(number) : none;
         plain = plain && of[i] == i + 1;
     }
     return plain ? Column<std::uint32_t>() : Column<std::uint32_t>(std::move(of));
 }
 
-}  // namespace
+/// The rows of a field of the file's points by the mesh's nodes; an edge without a node in the file has the mean of its
+/// ends (of whole numbers: that of its lower vertex).
+template <class T>
+Column<T> at_nodes(const Column<T>& rows, std::size_t width, const Renumbering& numbers, const MidNodes& mid,
+                   const Column<std::array<VertexId, 2>>& edges) {
+    const std::size_t vertices = numbers.to_file.size();
+    Buffer<T> out((vertices + edges.size()) * width);
+    for (std::size_t n = 0; n < vertices + edges.size(); ++n) {
+        const std::uint32_t at = n < vertices ? numbers.to_file[n] : mid.of_edge[n - vertices];
+        for (std::size_t c = 0; c < width; ++c) {
+            if (at != none) {
+                out[n * width + c] = rows[at * width + c];
+                continue;
+            }
+            const auto end = [&](int i) { return rows[numbers.to_file[edges[n - vertices][i].index()] * width + c]; };
+            if constexpr (std::is_floating_point_v<T>)
+                out[n * width + c] = 0.5 * (end(0) + end(1));
+            else
+                out[n * width + c] = end(0);
+        }
+    }
+    return out;
+}
 
 template <int D>
-Outcome<DecodedMesh> quadratic_mesh(RawMesh<D> raw, const File& file, const Execution& execution,
-                                    std::vector<Notice> notices) {
+MeshFields fields_at_nodes(const Mesh<D>& raw, const Renumbering& numbers, const MidNodes& mid,
+                           const EdgeSet<D>& edges) {
+    MeshFields fields;
+    for (const MeshField& field : raw.fields) {
+        MeshField moved = field;
+        const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, D));
+        if (field.centring == Centring::node)
+            moved.values = std::visit(
+                [&](const auto& rows) -> FieldValues { return at_nodes(rows, width, numbers, mid, edges.vertices); },
+                field.values);
+        fields = std::move(fields).with(std::move(moved));
+    }
+    return fields;
+}
+
+template <int D>
+LinearMesh<D> straight_mesh(Mesh<D> raw) {
+    const auto simplices = []<int K>(Simplices<K>& kind) -> camber::Simplices<K> {
+        return {std::move(kind.straight.nodes), std::move(kind.straight.references), std::move(kind.required),
+                std::move(kind.straight.entities)};
+    };
+    return {std::move(raw.points),   std::move(raw.point_references),
+            std::move(raw.corners),  std::move(raw.required_vertices),
+            simplices(raw.elements), simplices(raw.facets),
+            simplices(raw.edges),    std::move(raw.ridges),
+            std::move(raw.geometry), std::move(raw.groups)};
+}
+
+template <int D>
+Outcome<DecodedMesh> quadratic_mesh(Mesh<D> raw, MidNodeKind kind, std::vector<Notice> notices,
+                                    const Execution& execution) {
     const auto role = roles(raw, execution);
     if (!role) return fail(role.error());
     for (std::size_t v = 0; v < role->size(); ++v)
-        if ((*role)[v] == (is_corner | is_mid_node)) return both_roles(raw, file, VertexId(v));
+        if ((*role)[v] == (is_corner | is_mid_node)) return both_roles(raw, VertexId(v));
     const Renumbering numbers = renumber(*role);
     auto mesh = corner_mesh(raw, numbers, execution, notices);
     if (!mesh) return fail(std::move(mesh.error()));
@@ -370,16 +422,31 @@ Outcome<DecodedMesh> quadratic_mesh(RawMesh<D> raw, const File& file, const Exec
     if (!edges) return fail(std::move(edges.error()));
     const auto mid = lowest_mid_nodes(raw, *edges, execution);
     if (!mid) return fail(mid.error());
-    auto agreed = check_agreement(raw, *edges, *mid, numbers, file, execution);
+    auto agreed = check_agreement(raw, *edges, *mid, numbers, execution);
     if (!agreed) return fail(std::move(agreed.error()));
-    auto nodes = nodes_on_edges(raw, *mesh, *edges, *mid, file.bezier_basis == 1, execution);
+    auto nodes = nodes_on_edges(raw, *mesh, *edges, *mid, kind, execution);
     if (!nodes) return fail(std::move(nodes.error()));
     note_mid_nodes(raw.point_references, *mesh, *edges, *mid, notices);
-    return DecodedMesh{QuadraticMesh<D>{std::move(*mesh), std::move(*edges), std::move(*nodes)}, std::move(notices),
-                       node_numbers(numbers, *mid)};
+    MeshFields fields = fields_at_nodes(raw, numbers, *mid, *edges);
+    Column<std::uint32_t> file_numbers = node_numbers(raw, numbers, *mid);
+    return DecodedMesh{.mesh = QuadraticMesh<D>{std::move(*mesh), std::move(*edges), std::move(*nodes)},
+                       .notices = std::move(notices),
+                       .node_numbers = std::move(file_numbers),
+                       .fields = std::move(fields)};
 }
 
-template Outcome<DecodedMesh> quadratic_mesh<2>(RawMesh<2>, const File&, const Execution&, std::vector<Notice>);
-template Outcome<DecodedMesh> quadratic_mesh<3>(RawMesh<3>, const File&, const Execution&, std::vector<Notice>);
+}  // namespace
 
-}  // namespace camber::gmf
+template <int D>
+Outcome<DecodedMesh> assembled(Mesh<D> mesh, MidNodeKind kind, std::vector<Notice> notices,
+                               const Execution& execution) {
+    if (mesh.quadratic()) return quadratic_mesh(std::move(mesh), kind, std::move(notices), execution);
+    MeshFields fields = std::move(mesh.fields);
+    return DecodedMesh{.mesh = straight_mesh(std::move(mesh)), .notices = std::move(notices),
+                       .fields = std::move(fields)};
+}
+
+template Outcome<DecodedMesh> assembled<2>(Mesh<2>, MidNodeKind, std::vector<Notice>, const Execution&);
+template Outcome<DecodedMesh> assembled<3>(Mesh<3>, MidNodeKind, std::vector<Notice>, const Execution&);
+
+}  // namespace camber::listing

@@ -1,0 +1,59 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+module camber.io;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+std::size_t without_zeros(const Column<Reference>& column) {
+    return column.size() - static_cast<std::size_t>(std::count(column.begin(), column.end(), 0));
+}
+
+struct Loss {
+    bool held;
+    std::size_t count;
+    const char* what;
+};
+
+}  // namespace
+
+template <int D>
+std::vector<Notice> not_held(const LinearMesh<D>& mesh, Holds holds, std::string_view format) {
+    const GivenGeometry<D>& given = mesh.geometry;
+    const std::array losses{
+        Loss{holds.corners, mesh.corners.size(), "corners"},
+        Loss{holds.ridges, mesh.ridges.size(), "ridges"},
+        Loss{holds.required,
+             mesh.required_vertices.size() + mesh.elements.required.size() + mesh.facets.required.size() +
+                 mesh.edges.required.size(),
+             "required entities"},
+        Loss{holds.directions, given.normals.at.size(), "normals at vertices"},
+        Loss{holds.directions, given.tangents.at.size(), "tangents at vertices"},
+        Loss{holds.associations, given.on_points.size() + given.on_curves.size() + given.on_surfaces.size(),
+             "places on CAD entities"},
+        Loss{holds.entities,
+             without_zeros(mesh.elements.entities) + without_zeros(mesh.facets.entities) +
+                 without_zeros(mesh.edges.entities),
+             "entities that simplices lie on"},
+        Loss{holds.groups, mesh.groups.size(), "names of references"},
+        Loss{holds.feature_edges, D == 3 ? mesh.edges.size() : 0, "edges"},
+        Loss{holds.point_references, without_zeros(mesh.point_references), "references of vertices"}};
+    std::vector<Notice> notices;
+    for (const Loss& loss : losses)
+        if (!loss.held && loss.count > 0)
+            notices.push_back({std::string(format) + " has no place for " + std::to_string(loss.count) + " " +
+                               loss.what});
+    return notices;
+}
+
+template std::vector<Notice> not_held<2>(const LinearMesh<2>&, Holds, std::string_view);
+template std::vector<Notice> not_held<3>(const LinearMesh<3>&, Holds, std::string_view);
+
+}  // namespace camber
