@@ -31,6 +31,8 @@ struct DecodedMesh {
     Column<std::uint32_t> node_numbers = {};
     std::optional<Lift> lift = {};  ///< of a 2D mesh that was a flat one in space
     MeshFields fields = {};         ///< of formats that have them beside the mesh
+    /// The file's format has three coordinates of every mesh: a flat one in it is a mesh in 2D, and no surface.
+    bool always_in_space = false;
 };
 
 }  // namespace camber

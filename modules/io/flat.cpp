@@ -261,9 +261,14 @@ Outcome<DecodedMesh> with_flat_in_2d(DecodedMesh decoded, const Execution& execu
         if constexpr (Mesh::dimension == 3) {
             auto flat = flattened(mesh, execution);
             if (!flat) return fail(std::move(flat.error()));
-            if (*flat)
-                return DecodedMesh{std::move((*flat)->mesh), std::move(decoded.notices),
-                                   std::move(decoded.node_numbers), std::move((*flat)->lift)};
+            if (*flat) {
+                auto fields = flattened(decoded.fields, execution);
+                if (!fields) return fail(std::move(fields.error()));
+                decoded.fields = std::move(*fields);
+                decoded.lift = std::move((*flat)->lift);
+                decoded.mesh = std::move((*flat)->mesh);
+                return std::move(decoded);
+            }
             if (is_nearly_flat(mesh))
                 decoded.notices.push_back(
                     {"the mesh is nearly flat, its z differ by rounding: taken as a surface in space (with one and the "

@@ -35,6 +35,9 @@ struct Flattened {
 /// Fields of a 2D mesh for the same mesh raised: vectors and tensors have zeros for z.
 [[nodiscard]] Outcome<MeshFields> raised(const MeshFields& fields, const Execution& execution);
 
+/// Fields of a flat mesh in space for the same mesh in 2D: what vectors and tensors say of z is left out.
+[[nodiscard]] Outcome<MeshFields> flattened(const MeshFields& fields, const Execution& execution);
+
 /// What a file holds with a flat mesh in 2D and its lift; any other as it is, with a notice where z differs by
 /// rounding.
 [[nodiscard]] Outcome<DecodedMesh> with_flat_in_2d(DecodedMesh decoded, const Execution& execution);

@@ -46,25 +46,33 @@ std::vector<int> in_space(FieldKind kind) {
     return sources;
 }
 
+/// Fields of a mesh in so many dimensions with other values a row: see `chosen`.
+Outcome<MeshFields> with_values_at(const MeshFields& fields, int dimension, std::vector<int> (*sources)(FieldKind),
+                                   const Execution& execution) {
+    MeshFields made;
+    for (const MeshField& field : fields) {
+        const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, dimension));
+        auto values = std::visit(
+            [&](const auto& column) {
+                return chosen(column, width, sources(field.kind), execution).map([](auto taken) {
+                    return FieldValues(std::move(taken));
+                });
+            },
+            field.values);
+        if (!values) return fail(std::move(values.error()));
+        made = std::move(made).with({field.name, field.centring, field.kind, std::move(*values)});
+    }
+    return made;
+}
+
 }  // namespace
 
 Outcome<MeshFields> raised(const MeshFields& fields, const Execution& execution) {
-    return guarded([&]() -> Outcome<MeshFields> {
-        MeshFields made;
-        for (const MeshField& field : fields) {
-            const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, 2));
-            auto values = std::visit(
-                [&](const auto& column) {
-                    return chosen(column, width, in_space(field.kind), execution).map([](auto wide) {
-                        return FieldValues(std::move(wide));
-                    });
-                },
-                field.values);
-            if (!values) return fail(std::move(values.error()));
-            made = std::move(made).with({field.name, field.centring, field.kind, std::move(*values)});
-        }
-        return made;
-    });
+    return guarded([&] { return with_values_at(fields, 2, in_space, execution); });
+}
+
+Outcome<MeshFields> flattened(const MeshFields& fields, const Execution& execution) {
+    return guarded([&] { return with_values_at(fields, 3, in_plane, execution); });
 }
 
 Outcome<Solution> flattened(Solution solution, const Execution& execution) {

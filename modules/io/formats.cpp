@@ -45,7 +45,7 @@ std::span<const MeshFormat> mesh_formats() {
          decode_gmf_mesh,
          encode_gmf<GmfEncoding::binary>,
          gmf_losses},
-        {{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu}, nullptr, encode_vtu_mesh, vtu_losses, true, true},
+        {{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu}, nullptr, encode_vtu_mesh, vtu_losses, true, true, true},
     };
     return formats;
 }
@@ -74,7 +74,9 @@ std::string listed(std::span<const std::string_view> words, std::string_view bef
 Outcome<DecodedMesh> decode_mesh(std::span<const std::byte> bytes, std::string_view path, const Execution& execution) {
     const auto format = format_to_read(mesh_formats(), bytes, path);
     if (!format) return fail(format.error());
-    return (*format)->decode(bytes, path, execution);
+    auto decoded = (*format)->decode(bytes, path, execution);
+    if (decoded) decoded->always_in_space = (*format)->always_in_space;
+    return decoded;
 }
 
 Outcome<DecodedSolution> decode_solution(std::span<const std::byte> bytes, std::string_view path,

@@ -42,7 +42,8 @@ struct MeshFormat : FormatName {
     /// What of this mesh it cannot hold, but for fields.
     std::vector<Notice> (*losses)(const AnyMesh& mesh) = nullptr;
     bool holds_fields = false;
-    bool chooses_cells = false;  ///< `EncodeOptions::cells` means something to it
+    bool chooses_cells = false;    ///< `EncodeOptions::cells` means something to it
+    bool always_in_space = false;  ///< its files have three coordinates of every mesh: see DecodedMesh
 };
 
 /// A format of solutions.
