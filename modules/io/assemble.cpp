@@ -231,12 +231,12 @@ struct MidNodes {
 
 /// f(edge, mid node, simplex number) → Done for each local edge of each simplex of degree 2.
 template <int K, int D, class F>
-Outcome<Done> for_each_mid_node(const Simplices<K>& kind, const EdgeSet<D>& edges, const Execution& execution,
-                                F&& f) {
+Outcome<Done> for_each_mid_node(const Simplices<K>& kind, const EdgeSet<D>& edges, const Execution& execution, F&& f) {
     return each(
         execution, kind.curved.size(),
         [&](std::size_t i) {
-            for (int k = 0; k < edges_per_simplex<K>; ++k) f(edge_at<K, D>(edges, i, k), kind.curved.nodes[i][K + 1 + k], i);
+            for (int k = 0; k < edges_per_simplex<K>; ++k)
+                f(edge_at<K, D>(edges, i, k), kind.curved.nodes[i][K + 1 + k], i);
         },
         row_grain);
 }
@@ -307,9 +307,8 @@ Outcome<Done> check_agreement(const Mesh<D>& raw, const EdgeSet<D>& edges, const
 }
 
 template <int D>
-Outcome<Buffer<LagrangeNode<D>>> nodes_on_edges(const Mesh<D>& raw, const LinearMesh<D>& mesh,
-                                                const EdgeSet<D>& edges, const MidNodes& mid,
-                                                MidNodeKind kind, const Execution& execution) {
+Outcome<Buffer<LagrangeNode<D>>> nodes_on_edges(const Mesh<D>& raw, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                const MidNodes& mid, MidNodeKind kind, const Execution& execution) {
     return map_each(
         execution, edges.size(),
         [&](std::size_t e) -> LagrangeNode<D> {
@@ -317,7 +316,8 @@ Outcome<Buffer<LagrangeNode<D>>> nodes_on_edges(const Mesh<D>& raw, const Linear
             const Vec<D>&p = mesh.points[a], &q = mesh.points[b];
             if (mid.of_edge[e] == none) return {midpoint(p, q)};
             const Vec<D>& node = raw.points[mid.of_edge[e]];
-            return kind == MidNodeKind::control_point ? lagrange_node(p, ControlPoint<D>{node}, q) : LagrangeNode<D>{node};
+            return kind == MidNodeKind::control_point ? lagrange_node(p, ControlPoint<D>{node}, q)
+                                                      : LagrangeNode<D>{node};
         },
         row_grain);
 }
@@ -442,8 +442,8 @@ Outcome<DecodedMesh> assembled(Mesh<D> mesh, MidNodeKind kind, std::vector<Notic
                                const Execution& execution) {
     if (mesh.quadratic()) return quadratic_mesh(std::move(mesh), kind, std::move(notices), execution);
     MeshFields fields = std::move(mesh.fields);
-    return DecodedMesh{.mesh = straight_mesh(std::move(mesh)), .notices = std::move(notices),
-                       .fields = std::move(fields)};
+    return DecodedMesh{
+        .mesh = straight_mesh(std::move(mesh)), .notices = std::move(notices), .fields = std::move(fields)};
 }
 
 template Outcome<DecodedMesh> assembled<2>(Mesh<2>, MidNodeKind, std::vector<Notice>, const Execution&);

@@ -33,20 +33,41 @@ std::vector<Notice> vtu_losses(const AnyMesh& mesh) {
     return std::visit([](const auto& m) { return not_in_vtu(m); }, mesh);
 }
 
+Outcome<Chunks> encode_cgns_mesh(const AnyMesh& mesh, const MeshFields& fields, EncodeOptions,
+                                 const Execution& execution) {
+    return std::visit([&](const auto& m) { return encode_cgns(m, fields, execution); }, mesh);
+}
+std::vector<Notice> cgns_losses(const AnyMesh& mesh) {
+    return std::visit([](const auto& m) { return not_in_cgns(m); }, mesh);
+}
+
 }  // namespace
 
 std::span<const MeshFormat> mesh_formats() {
-    static const std::vector<MeshFormat> formats{
-        {{"gmf-ascii", "GMF as text", {".mesh"}, is_gmf_ascii},
-         decode_gmf_mesh,
-         encode_gmf<GmfEncoding::ascii>,
-         gmf_losses},
-        {{"gmf-binary", "GMF in binary", {".meshb"}, is_gmf_binary},
-         decode_gmf_mesh,
-         encode_gmf<GmfEncoding::binary>,
-         gmf_losses},
-        {{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu}, nullptr, encode_vtu_mesh, vtu_losses, true, true, true},
-    };
+    static const std::vector<MeshFormat> formats = [] {
+        std::vector<MeshFormat> all{
+            {{"gmf-ascii", "GMF as text", {".mesh"}, is_gmf_ascii},
+             decode_gmf_mesh,
+             encode_gmf<GmfEncoding::ascii>,
+             gmf_losses},
+            {{"gmf-binary", "GMF in binary", {".meshb"}, is_gmf_binary},
+             decode_gmf_mesh,
+             encode_gmf<GmfEncoding::binary>,
+             gmf_losses},
+            {{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu},
+             nullptr,
+             encode_vtu_mesh,
+             vtu_losses,
+             true,
+             nullptr,
+             true,
+             true},
+        };
+        if (knows_cgns())
+            all.push_back(
+                {{"cgns", "CGNS", {".cgns"}, is_cgns}, decode_cgns, encode_cgns_mesh, cgns_losses, true, is_in_cgns});
+        return all;
+    }();
     return formats;
 }
 

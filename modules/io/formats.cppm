@@ -42,6 +42,8 @@ struct MeshFormat : FormatName {
     /// What of this mesh it cannot hold, but for fields.
     std::vector<Notice> (*losses)(const AnyMesh& mesh) = nullptr;
     bool holds_fields = false;
+    /// Whether it has a place for this field; none: for all, if it `holds_fields`.
+    bool (*holds)(const MeshField& field) = nullptr;
     bool chooses_cells = false;    ///< `EncodeOptions::cells` means something to it
     bool always_in_space = false;  ///< its files have three coordinates of every mesh: see DecodedMesh
 };

@@ -54,8 +54,8 @@ template <int D>
 [[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const QuadraticMesh<D>& mesh, GmfOptions options,
                                               const Execution& execution);
 
-/// What of the mesh a GMF file has no place for: names of references, entities of simplices, associations without parameters, which are left out, and distances
-/// that are not known, which are written as 0.
+/// What of the mesh a GMF file has no place for: names of references, entities of simplices, associations without
+/// parameters, which are left out, and distances that are not known, which are written as 0.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_gmf(const LinearMesh<D>& mesh);
 template <int D>

@@ -121,7 +121,8 @@ template <int D, class Sink>
         if (i < vertices) return VertexRow<D>{{mesh.linear.point_references[i]}, mesh.linear.points[i].c};
         const auto& [a, b] = mesh.edges.vertices[i - vertices];
         const auto& references = mesh.linear.point_references;
-        return VertexRow<D>{{listing::mid_node_reference(references[a], references[b])}, mesh.mid_nodes[i - vertices].point.c};
+        return VertexRow<D>{{listing::mid_node_reference(references[a], references[b])},
+                            mesh.mid_nodes[i - vertices].point.c};
     };
     const auto simplices = [&]<int K>(const Simplices<K>& kind, const auto& edges_of) {
         constexpr int nodes = quadratic_nodes<K>;

@@ -20,7 +20,7 @@ Outcome<DecodedMesh> decode(const gmf::File& file, const Execution& execution) {
         notices.push_back({"the block of keyword SolAtVertices was skipped: a solution is read on its own"});
     using enum listing::MidNodeKind;
     return listing::assembled(std::move(*raw), file.bezier_basis == 1 ? control_point : on_curve, std::move(notices),
-                             execution);
+                              execution);
 }
 
 }  // namespace

@@ -80,8 +80,9 @@ Outcome<std::optional<listing::NodeOrder<K>>> read_order(const File& file) {
 }
 
 template <int D>
-Outcome<listing::NodeOrder<3>> likely_order(const Buffer<Vec<D>>& points, const Buffer<std::array<VertexId, 10>>& tetrahedra,
-                                   const Execution& execution) {
+Outcome<listing::NodeOrder<3>> likely_order(const Buffer<Vec<D>>& points,
+                                            const Buffer<std::array<VertexId, 10>>& tetrahedra,
+                                            const Execution& execution) {
     constexpr listing::NodeOrder<3> plain{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, gmsh{0, 1, 2, 3, 4, 5, 6, 7, 9, 8};
     const auto as_plain = offsets<D>(points, tetrahedra, plain, execution);
     const auto as_gmsh = offsets<D>(points, tetrahedra, gmsh, execution);
@@ -94,8 +95,8 @@ template Outcome<std::optional<listing::NodeOrder<1>>> read_order<1>(const File&
 template Outcome<std::optional<listing::NodeOrder<2>>> read_order<2>(const File&);
 template Outcome<std::optional<listing::NodeOrder<3>>> read_order<3>(const File&);
 template Outcome<listing::NodeOrder<3>> likely_order<2>(const Buffer<Vec<2>>&, const Buffer<std::array<VertexId, 10>>&,
-                                               const Execution&);
+                                                        const Execution&);
 template Outcome<listing::NodeOrder<3>> likely_order<3>(const Buffer<Vec<3>>&, const Buffer<std::array<VertexId, 10>>&,
-                                               const Execution&);
+                                                        const Execution&);
 
 }  // namespace camber::gmf

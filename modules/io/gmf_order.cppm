@@ -17,7 +17,7 @@ template <int K>
 /// The one whose nodes lie nearer the middles of the chords, in the sum of squares.
 template <int D>
 [[nodiscard]] Outcome<listing::NodeOrder<3>> likely_order(const Buffer<Vec<D>>& points,
-                                                 const Buffer<std::array<VertexId, 10>>& tetrahedra,
-                                                 const Execution& execution);
+                                                          const Buffer<std::array<VertexId, 10>>& tetrahedra,
+                                                          const Execution& execution);
 
 }  // namespace camber::gmf

@@ -8,6 +8,7 @@ export import :gmf;
 export import :mesh_fields;
 export import :flat;
 export import :vtu;
+export import :cgns;
 export import :formats;
 // The partitions below export no names: they are the parts that readers and writers are made of.
 import :first_fault;

@@ -16,9 +16,12 @@ constexpr std::size_t row_grain = 4096;
 template <int D>
 Outcome<Done> check_points(const Mesh<D>& mesh, const Execution& execution) {
     FirstFault first;
-    auto done = each(execution, mesh.points.size(), [&](std::size_t v) {
-        if (!is_finite(mesh.points[v])) first.note(v);
-    }, row_grain);
+    auto done = each(
+        execution, mesh.points.size(),
+        [&](std::size_t v) {
+            if (!is_finite(mesh.points[v])) first.note(v);
+        },
+        row_grain);
     if (!done || !first.any()) return done;
     return fail(ErrorKind::input, "a coordinate is infinite or not a number", mesh.name,
                 Entity{"vertex", mesh.number_of(VertexId(first.row()))},
@@ -38,17 +41,18 @@ RowFault fault_of(const std::array<VertexId, N>& nodes, std::size_t points) {
 }
 
 template <int N>
-Outcome<Done> check_rows(const std::string& name, const Rows<N>& rows, std::size_t points,
-                         const Execution& execution) {
+Outcome<Done> check_rows(const std::string& name, const Rows<N>& rows, std::size_t points, const Execution& execution) {
     FirstFault first;
-    auto done = each(execution, rows.size(), [&](std::size_t i) {
-        if (fault_of(rows.nodes[i], points) != RowFault::none) first.note(i);
-    }, row_grain);
+    auto done = each(
+        execution, rows.size(),
+        [&](std::size_t i) {
+            if (fault_of(rows.nodes[i], points) != RowFault::none) first.note(i);
+        },
+        row_grain);
     if (!done || !first.any()) return done;
     const std::size_t i = first.row();
     const bool repeated = fault_of(rows.nodes[i], points) == RowFault::repeated;
-    return fail(ErrorKind::input,
-                repeated ? "a node occurs twice" : "a node is not one of those that the file lists",
+    return fail(ErrorKind::input, repeated ? "a node occurs twice" : "a node is not one of those that the file lists",
                 rows.origin.place ? rows.origin.place(i) : name, Entity{rows.origin.noun, rows.origin.number_of(i)},
                 repeated ? "remove it: it has no volume" : "the file is damaged, or joined of two");
 }

@@ -20,9 +20,9 @@ namespace camber::listing {
 
 /// What a list of simplices is called in its file, and where it stands there, for messages.
 struct Origin {
-    std::string noun = {};                                       ///< "tetrahedron"
-    std::function<std::uint64_t(std::size_t row)> number = {};   ///< of a simplex; none: row + 1
-    std::function<std::string(std::size_t row)> place = {};      ///< `name: line N`, `name: byte N`; none: the file
+    std::string noun = {};                                      ///< "tetrahedron"
+    std::function<std::uint64_t(std::size_t row)> number = {};  ///< of a simplex; none: row + 1
+    std::function<std::string(std::size_t row)> place = {};     ///< `name: line N`, `name: byte N`; none: the file
 
     [[nodiscard]] std::uint64_t number_of(std::size_t row) const { return number ? number(row) : row + 1; }
 };

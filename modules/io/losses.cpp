@@ -48,8 +48,8 @@ std::vector<Notice> not_held(const LinearMesh<D>& mesh, Holds holds, std::string
     std::vector<Notice> notices;
     for (const Loss& loss : losses)
         if (!loss.held && loss.count > 0)
-            notices.push_back({std::string(format) + " has no place for " + std::to_string(loss.count) + " " +
-                               loss.what});
+            notices.push_back(
+                {std::string(format) + " has no place for " + std::to_string(loss.count) + " " + loss.what});
     return notices;
 }
 

@@ -9,12 +9,12 @@ namespace camber {
 
 /// What a format has a place for, of what meshes have beside nodes, simplices and references.
 struct Holds {
-    bool groups = false;         ///< names of references
-    bool entities = false;       ///< the entities that simplices lie on
-    bool associations = false;   ///< the entities that vertices lie on, and where
+    bool groups = false;        ///< names of references
+    bool entities = false;      ///< the entities that simplices lie on
+    bool associations = false;  ///< the entities that vertices lie on, and where
     bool corners = false, ridges = false, required = false;
-    bool directions = false;     ///< normals and tangents
-    bool feature_edges = true;   ///< simplices of dimension 1 in a 3D mesh
+    bool directions = false;    ///< normals and tangents
+    bool feature_edges = true;  ///< simplices of dimension 1 in a 3D mesh
     bool point_references = true;
 };
 

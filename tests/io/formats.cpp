@@ -102,7 +102,14 @@ TEST_CASE("what a row of meshes writes it knows again, and no other does; what i
                 // Where something is lost, what is left is at least the same from then on.
                 if (format.losses(mesh).empty()) RC_ASSERT(back->mesh == mesh);
                 RC_ASSERT(format.losses(back->mesh).empty());
-                RC_ASSERT(generated::joined(*format.encode(back->mesh, {}, {}, {})) == bytes);
+                const auto again = generated::joined(*format.encode(back->mesh, {}, {}, {}));
+                if (format.name == "cgns") {  // HDF5 notes when objects were made
+                    const auto third = decode_mesh(again, "file.of-no-format", {});
+                    RC_ASSERT((third.has_value() && third->mesh == back->mesh));
+                    return;
+                }
+                const bool same = again == bytes;  // not shown: files are long
+                RC_ASSERT(same);
             });
 }
 

@@ -1,0 +1,78 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+module camber.io;
+import camber.core;
+
+namespace camber {
+
+bool is_cgns(std::span<const std::byte> bytes) {
+    constexpr std::string_view hdf5("\x89HDF\r\n\x1a\n", 8), adf("@(#)ADF");
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 64));
+    return text.starts_with(hdf5) || text.starts_with(adf);
+}
+
+bool is_in_cgns(const MeshField& field) {
+    return field.centring == Centring::node && (field.kind == FieldKind::scalar || field.kind == FieldKind::vector);
+}
+
+namespace {
+
+/// Simplices of a reference that has come and gone before.
+std::size_t out_of_run(const Column<Reference>& references) {
+    std::size_t count = 0;
+    std::set<Reference> seen;
+    for (std::size_t i = 0; i < references.size(); ++i) {
+        if (i > 0 && references[i] == references[i - 1]) continue;
+        if (!seen.insert(references[i]).second) ++count;
+    }
+    return count;
+}
+
+}  // namespace
+
+template <int D>
+std::vector<Notice> not_in_cgns(const LinearMesh<D>& mesh) {
+    std::vector<Notice> losses = not_held(mesh, {.groups = true, .point_references = false}, "CGNS");
+    if (out_of_run(mesh.elements.references) + out_of_run(mesh.facets.references) + out_of_run(mesh.edges.references) >
+        0)
+        losses.push_back({"CGNS has a section for each reference: simplices are brought into their order"});
+    return losses;
+}
+
+template std::vector<Notice> not_in_cgns<2>(const LinearMesh<2>&);
+template std::vector<Notice> not_in_cgns<3>(const LinearMesh<3>&);
+
+namespace cgns {
+
+Error no_folder(std::string_view root) {
+    return {ErrorKind::write,
+            "no folder for temporary files can be made",
+            std::string(root),
+            {},
+            "set TMPDIR to a folder with room for the file"};
+}
+
+Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::string_view name) {
+    const std::string reason = said != nullptr && *said != '\0' ? ": " + std::string(said) : std::string();
+    const char* const remedy =
+        kind == ErrorKind::input ? "the file is damaged, or no CGNS file: try cgnscheck on it" : "";
+    return {kind, std::string(doing) + reason, std::string(name), {}, remedy};
+}
+
+Error no_library(std::string_view why) {
+    return {ErrorKind::unsupported,
+            "CGNS needs its library, which is not to be had: " + std::string(why),
+            {},
+            {},
+            "install it (Debian: libcgns3.4), or take another format"};
+}
+
+}  // namespace cgns
+
+}  // namespace camber

@@ -1,0 +1,46 @@
+#include "cgns_library.hpp"
+
+#include <dlfcn.h>
+
+#include <mutex>
+
+namespace camber::cgns {
+
+namespace {
+
+void* open_library() {
+    // Where it was when Camber was built; else wherever the loader finds one of the same version.
+    for (const char* const name : {CAMBER_CGNS_LIBRARY, CAMBER_CGNS_SONAME})
+        if (void* const handle = dlopen(name, RTLD_NOW | RTLD_LOCAL)) return handle;
+    return nullptr;
+}
+
+Library loaded() {
+    Library lib;
+    void* const handle = open_library();
+    if (handle == nullptr) {
+        const char* const why = dlerror();
+        lib.missing = why != nullptr ? why : "no such library";
+        return lib;
+    }
+#define CAMBER_CGNS_LOAD(name)                                                         \
+    lib.name##_ = reinterpret_cast<decltype(lib.name##_)>(dlsym(handle, "cg_" #name)); \
+    if (lib.name##_ == nullptr) lib.missing = "the library has no cg_" #name;
+    CAMBER_CGNS_FUNCTIONS(CAMBER_CGNS_LOAD)
+#undef CAMBER_CGNS_LOAD
+    return lib;
+}
+
+}  // namespace
+
+const Library& library() {
+    static const Library lib = loaded();
+    return lib;
+}
+
+std::mutex& library_lock() {
+    static std::mutex lock;
+    return lock;
+}
+
+}  // namespace camber::cgns

@@ -1,0 +1,254 @@
+module;
+#include "cgns_library.hpp"
+#include "cgns_temporary.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.io;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace cgns {
+
+namespace {
+
+constexpr std::size_t longest_name = 32;
+
+Outcome<Chunks> bytes_of_file(const std::string& path) {
+    std::ifstream stream(path, std::ios::binary | std::ios::ate);
+    const auto size = static_cast<std::streamoff>(stream.tellg());
+    Buffer<std::byte> bytes(size > 0 ? static_cast<std::size_t>(size) : 0);
+    stream.seekg(0);
+    stream.read(reinterpret_cast<char*>(bytes.data()), size);
+    if (!stream || size <= 0) return fail(ErrorKind::write, "the temporary file cannot be read back", path);
+    Chunks chunks;
+    chunks.push_back(std::move(bytes));
+    return chunks;
+}
+
+template <int K, int Degree>
+constexpr CGNS_ENUMT(ElementType_t) element_type = [] {
+    constexpr std::array types{CGNS_ENUMV(BAR_2), CGNS_ENUMV(TRI_3), CGNS_ENUMV(TETRA_4),
+                               CGNS_ENUMV(BAR_3), CGNS_ENUMV(TRI_6), CGNS_ENUMV(TETRA_10)};
+    return types[K - 1 + 3 * (Degree - 1)];
+}();
+
+/// Names of one node's children: cut to what CGNS allows, none twice.
+class Names {
+  public:
+    std::string unique(std::string_view wanted) {
+        std::string name(wanted.substr(0, longest_name));
+        std::replace(name.begin(), name.end(), '/', '_');
+        for (int n = 2; !taken_.insert(name).second; ++n) {
+            const std::string tail = "_" + std::to_string(n);
+            name = std::string(wanted.substr(0, longest_name - tail.size())) + tail;
+            std::replace(name.begin(), name.end(), '/', '_');
+        }
+        return name;
+    }
+
+  private:
+    std::set<std::string> taken_;
+};
+
+/// Writes one mesh into an open file, part by part.
+template <class Mesh>
+class Writer {
+  public:
+    static constexpr int D = Mesh::dimension;
+
+    Writer(const Library& lib, int file, const Mesh& mesh, const MeshFields& fields, const Execution& execution)
+        : lib_(lib), file_(file), grid_{mesh}, linear_(grid_.linear()), fields_(fields), execution_(execution) {}
+
+    Outcome<Done> write() {
+        const bool surface = linear_.elements.size() == 0 && D == 3;
+        const auto cells = static_cast<cgsize_t>(surface ? linear_.facets.size() : linear_.elements.size());
+        const std::array<cgsize_t, 3> size{static_cast<cgsize_t>(grid_.nodes()), cells, 0};
+        int base = 0, zone = 0;
+        if (lib_.base_write_(file_, "Base", surface ? 2 : D, D, &base) != CG_OK ||
+            lib_.zone_write_(file_, 1, "Zone", size.data(), CGNS_ENUMV(Unstructured), &zone) != CG_OK)
+            return broken("the zone cannot be written");
+        auto done = coordinates();
+        if (done) done = sections(linear_.elements, false);
+        if (done) done = sections(linear_.facets, !surface);
+        if constexpr (D == 3)
+            if (done) done = sections(linear_.edges, false);
+        if (done) done = solution();
+        return done;
+    }
+
+  private:
+    [[nodiscard]] auto broken(std::string_view doing) const {
+        return fail(error_of(lib_.get_error_(), ErrorKind::write, doing, {}));
+    }
+
+    Outcome<Done> coordinates() {
+        constexpr std::array names{"CoordinateX", "CoordinateY", "CoordinateZ"};
+        Buffer<double> column(grid_.nodes());
+        for (int c = 0; c < D; ++c) {
+            auto filled = each(execution_, column.size(), [&](std::size_t n) { column[n] = grid_.point(n)[c]; });
+            if (!filled) return filled;
+            int ignored = 0;
+            if (lib_.coord_write_(file_, 1, 1, CGNS_ENUMV(RealDouble), names[c], column.data(), &ignored) != CG_OK)
+                return broken("the coordinates cannot be written");
+        }
+        return Done{};
+    }
+
+    [[nodiscard]] std::string name_of(int dimension, Reference reference) const {
+        for (const Group& group : linear_.groups)
+            if (group.dimension == dimension && group.reference == reference && !group.name.empty()) return group.name;
+        return "reference_" + std::to_string(reference);
+    }
+
+    /// A section for each reference, in the order in which references first occur.
+    template <int K>
+    Outcome<Done> sections(const Simplices<K>& simplices, bool with_conditions) {
+        std::map<Reference, std::vector<std::uint32_t>> rows;
+        std::vector<Reference> order;
+        for (std::size_t s = 0; s < simplices.size(); ++s) {
+            auto& of_reference = rows[simplices.references[s]];
+            if (of_reference.empty()) order.push_back(simplices.references[s]);
+            of_reference.push_back(static_cast<std::uint32_t>(s));
+        }
+        for (const Reference reference : order)
+            if (auto done = section<K>(simplices, rows[reference], reference, with_conditions); !done) return done;
+        return Done{};
+    }
+
+    template <int K>
+    Outcome<Done> section(const Simplices<K>& simplices, const std::vector<std::uint32_t>& rows, Reference reference,
+                          bool with_condition) {
+        constexpr std::size_t width = Grid<Mesh>::template width<K>;
+        Buffer<cgsize_t> numbers(rows.size() * width);
+        auto filled = each(execution_, rows.size(), [&](std::size_t r) {
+            for (std::size_t n = 0; n < width; ++n)
+                numbers[r * width + n] = static_cast<cgsize_t>(grid_.template node<K>(simplices, rows[r], n)) + 1;
+        });
+        if (!filled) return filled;
+        const std::array<cgsize_t, 2> range{next_, next_ + static_cast<cgsize_t>(rows.size()) - 1};
+        next_ = range[1] + 1;
+        const std::string wanted = name_of(K, reference), name = section_names_.unique(wanted);
+        int s = 0;
+        if (lib_.section_write_(file_, 1, 1, name.c_str(), element_type<K, Grid<Mesh>::degree>, range[0], range[1], 0,
+                                numbers.data(), &s) != CG_OK ||
+            lib_.goto_(file_, 1, "Zone_t", 1, "Elements_t", s, "end") != CG_OK || !described(reference))
+            return broken("the section \"" + name + "\" cannot be written");
+        return with_condition ? condition(wanted, range, reference) : Done{};
+    }
+    [[nodiscard]] bool described(Reference reference) const {
+        return lib_.descriptor_write_("reference", std::to_string(reference).c_str()) == CG_OK;
+    }
+
+    Outcome<Done> condition(const std::string& wanted, const std::array<cgsize_t, 2>& range, Reference reference) {
+        const std::string name = condition_names_.unique(wanted);
+        const auto location = D == 3 ? CGNS_ENUMV(FaceCenter) : CGNS_ENUMV(EdgeCenter);
+        int bc = 0;
+        if (lib_.boco_write_(file_, 1, 1, name.c_str(), CGNS_ENUMV(BCTypeUserDefined), CGNS_ENUMV(PointRange), 2,
+                             range.data(), &bc) != CG_OK ||
+            lib_.boco_gridlocation_write_(file_, 1, 1, bc, location) != CG_OK ||
+            lib_.goto_(file_, 1, "Zone_t", 1, "ZoneBC_t", 1, "BC_t", bc, "end") != CG_OK || !described(reference))
+            return broken("the boundary condition \"" + name + "\" cannot be written");
+        return Done{};
+    }
+
+    Outcome<Done> solution() {
+        if (std::none_of(fields_.begin(), fields_.end(), is_in_cgns)) return Done{};
+        int s = 0;
+        if (lib_.sol_write_(file_, 1, 1, "FlowSolution", CGNS_ENUMV(Vertex), &s) != CG_OK)
+            return broken("the solution cannot be written");
+        Names names;
+        for (const MeshField& field : fields_) {
+            if (!is_in_cgns(field)) continue;
+            const int width = values_per_vertex(field.kind, D);
+            if (field.size() != grid_.nodes() * static_cast<std::size_t>(width))
+                return fail(ErrorKind::usage, "the field \"" + field.name + "\" does not have one row for each node");
+            for (int c = 0; c < width; ++c)
+                if (auto done = component(field, c, names); !done) return done;
+        }
+        return Done{};
+    }
+    Outcome<Done> component(const MeshField& field, int c, Names& names) {
+        const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, D));
+        Buffer<double> column(grid_.nodes());
+        auto filled = std::visit(
+            [&](const auto& values) {
+                return each(execution_, column.size(), [&](std::size_t n) {
+                    column[n] = static_cast<double>(values[n * width + static_cast<std::size_t>(c)]);
+                });
+            },
+            field.values);
+        if (!filled) return filled;
+        const bool vector = field.kind == FieldKind::vector;
+        const std::string stem(std::string_view(field.name).substr(0, longest_name - (vector ? 1 : 0)));
+        const std::string name = names.unique(vector ? stem + "XYZ"[c] : stem);
+        int f = 0;
+        if (lib_.field_write_(file_, 1, 1, 1, CGNS_ENUMV(RealDouble), name.c_str(), column.data(), &f) != CG_OK)
+            return broken("the field \"" + name + "\" cannot be written");
+        return Done{};
+    }
+
+    const Library& lib_;
+    int file_;
+    Grid<Mesh> grid_;
+    const LinearMesh<D>& linear_;
+    const MeshFields& fields_;
+    const Execution& execution_;
+    cgsize_t next_ = 1;
+    Names section_names_, condition_names_;
+};
+
+template <class Mesh>
+Outcome<Chunks> encode(const Mesh& mesh, const MeshFields& fields, const Execution& execution) {
+    const Library& lib = library();
+    if (!lib.missing.empty()) return fail(no_library(lib.missing));
+    const std::scoped_lock alone(library_lock());
+    const TemporaryFolder folder;
+    if (folder.file().empty()) return fail(no_folder(folder.root()));
+    const std::string& path = folder.file();
+    int file = 0;
+    if (lib.open_(path.c_str(), CG_MODE_WRITE, &file) != CG_OK)
+        return fail(error_of(lib.get_error_(), ErrorKind::write, "the temporary file cannot be made", path));
+    auto written = Writer<Mesh>(lib, file, mesh, fields, execution).write();
+    const bool closed = lib.close_(file) == CG_OK;
+    if (!written) return fail(std::move(written.error()));
+    if (!closed)
+        return fail(error_of(lib.get_error_(), ErrorKind::write, "the temporary file cannot be finished", path));
+    return bytes_of_file(path);
+}
+
+}  // namespace
+
+}  // namespace cgns
+
+template <int D>
+Outcome<Chunks> encode_cgns(const LinearMesh<D>& mesh, const MeshFields& fields, const Execution& execution) {
+    return guarded([&] { return cgns::encode(mesh, fields, execution); });
+}
+template <int D>
+Outcome<Chunks> encode_cgns(const QuadraticMesh<D>& mesh, const MeshFields& fields, const Execution& execution) {
+    return guarded([&] { return cgns::encode(mesh, fields, execution); });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                           \
+    template Outcome<Chunks> encode_cgns<D>(const LinearMesh<D>&, const MeshFields&, const Execution&); \
+    template Outcome<Chunks> encode_cgns<D>(const QuadraticMesh<D>&, const MeshFields&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber
