@@ -50,6 +50,11 @@ template std::vector<Notice> not_in_cgns<3>(const LinearMesh<3>&);
 
 namespace cgns {
 
+std::string plain_name(int dimension, Reference reference) {
+    const char* const kind = dimension == 1 ? "edges_" : dimension == 2 ? "triangles_" : "tetrahedra_";
+    return kind + std::to_string(reference);
+}
+
 Error no_folder(std::string_view root) {
     return {ErrorKind::write,
             "no folder for temporary files can be made",

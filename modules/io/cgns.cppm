@@ -1,6 +1,7 @@
 module;
 #include <cstddef>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 export module camber.io:cgns;
@@ -27,7 +28,7 @@ export namespace camber {
                                                const Execution& execution);
 
 /// The mesh as a CGNS file: a section for each dimension and reference, of facets with a boundary condition; named by
-/// their groups, else `reference_N`. Scalars and vectors at nodes are a flow solution. The library writes files only:
+/// their groups, else `tetrahedra_N`, `triangles_N`, `edges_N`. Scalars and vectors at nodes are a flow solution. The library writes files only:
 /// it is given one in the folder for temporary files. Errors: write, unsupported (the library is not there), memory,
 /// stopped.
 template <int D>
@@ -54,6 +55,9 @@ template <int D>
 }  // namespace camber
 
 namespace camber::cgns {
+
+/// What simplices of a reference without a name are called.
+[[nodiscard]] std::string plain_name(int dimension, Reference reference);
 
 /// An error, with what the library said.
 [[nodiscard]] Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::string_view name);

@@ -10,6 +10,8 @@ module;
 #include <fstream>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -32,13 +34,14 @@ using Name = std::array<char, 33>;
 /// Where a simplex of the file went.
 struct Place {
     std::int8_t dimension = -1, degree = 0;
+    bool listed = false;  ///< by a boundary condition
     std::uint32_t row = 0;
 };
 
 /// Elements with numbers that follow each other.
 struct Section {
     std::string name;
-    Reference reference = 0;  ///< 0: none is given
+    std::optional<Reference> reference = {};  ///< as the file gives it
     cgsize_t first = 0;
     std::vector<Place> places = {};
 };
@@ -108,13 +111,13 @@ struct Reader {
         const auto put = [&](auto& rows, auto simplex) {
             row = rows.size();
             rows.nodes.push_back(simplex);
-            rows.references.push_back(section.reference);
+            rows.references.push_back(0);
         };
         if (degree == 1)
             put(kind.straight, nodes_of<K + 1>(nodes));
         else
             put(kind.curved, nodes_of<quadratic_nodes<K>>(nodes));
-        section.places.push_back({K, static_cast<std::int8_t>(degree), static_cast<std::uint32_t>(row)});
+        section.places.push_back({K, static_cast<std::int8_t>(degree), false, static_cast<std::uint32_t>(row)});
     }
 
     /// One element; false: none that we can hold.
@@ -146,10 +149,10 @@ struct Reader {
             ++foreign[lib.ElementTypeName_(type)];
     }
 
-    /// The number that a descriptor below the current node gives; 0: none.
-    [[nodiscard]] Reference described_reference() const {
+    /// The number that a descriptor below the current node gives.
+    [[nodiscard]] std::optional<Reference> described_reference() const {
         int n = 0;
-        if (lib.ndescriptors_(&n) != CG_OK) return 0;
+        if (lib.ndescriptors_(&n) != CG_OK) return std::nullopt;
         for (int d = 1; d <= n; ++d) {
             Name name{};
             char* text = nullptr;
@@ -159,10 +162,10 @@ struct Reader {
             if (std::string_view(name.data()) != "reference") continue;
             Words words{value.data(), value.data() + value.size()};
             std::int64_t number = 0;
-            if (read_number(words, number) && number >= -2147483647 && number <= 2147483647)
+            if (read_number(words, number) && gmf::is_reference(number))
                 return static_cast<Reference>(number);
         }
-        return 0;
+        return std::nullopt;
     }
 
     [[nodiscard]] Outcome<Done> read_section(int s) {
@@ -174,7 +177,7 @@ struct Reader {
             lib.ElementDataSize_(file, 1, 1, s, &size) != CG_OK || last < first || size < 0)
             return broken("section " + std::to_string(s) + " cannot be read");
         const auto n = static_cast<std::size_t>(last - first) + 1;
-        Section section{name.data(), 0, first};
+        Section section{name.data(), {}, first};
         if (lib.goto_(file, 1, "Zone_t", 1, "Elements_t", s, "end") == CG_OK) section.reference = described_reference();
         const bool fixed = type != CGNS_ENUMV(MIXED) && type < CGNS_ENUMV(NGON_n);
         if (!fixed && type != CGNS_ENUMV(MIXED)) {
@@ -221,20 +224,20 @@ struct Reader {
         return Done{};
     }
 
-    /// Gives simplices without a reference those of their sections, by their order among those of the dimension.
+    /// Gives K-simplices that no condition lists the reference of their section: its own, or the next of those that are
+    /// free from `next` on.
     template <int K>
-    void number_sections() {
-        Reference next = 1;
-        std::vector<Reference> taken;
-        for (const Section& section : sections) taken.push_back(section.reference);
+    void number_sections(Reference next) {
+        std::set<Reference> taken;
+        for (const Section& section : sections)
+            if (section.reference) taken.insert(*section.reference);
         for (Section& section : sections) {
-            const auto mine = [](const Place& p) { return p.dimension == K; };
+            const auto mine = [](const Place& p) { return p.dimension == K && !p.listed; };
             if (std::none_of(section.places.begin(), section.places.end(), mine)) continue;
-            Reference reference = section.reference;
-            if (reference == 0) {
-                while (std::find(taken.begin(), taken.end(), next) != taken.end()) ++next;
-                reference = next++;
-            }
+            if (!section.reference)
+                while (taken.contains(next)) ++next;
+            const Reference reference = section.reference.value_or(next);
+            taken.insert(reference);
             for (const Place& place : section.places)
                 if (mine(place)) reference_at<K>(place) = reference;
             name_group(K, reference, section.name);
@@ -247,7 +250,7 @@ struct Reader {
     }
     /// The first name of a reference stands; names that `encode_cgns` made up are none.
     void name_group(int dimension, Reference reference, const std::string& name) {
-        if (name == "reference_" + std::to_string(reference)) return;
+        if (name == plain_name(dimension, reference)) return;
         for (const Group& group : mesh.groups)
             if (group.dimension == dimension && group.reference == reference) return;
         mesh.groups.push_back({dimension, reference, name});
@@ -269,10 +272,9 @@ struct Reader {
         std::vector<cgsize_t> items(static_cast<std::size_t>(n));
         if (n > 0 && lib.boco_read_(file, 1, 1, bc, items.data(), nullptr) != CG_OK)
             return broken("the points of boundary condition \"" + std::string(name.data()) + "\" cannot be read");
-        Reference reference = 0;
+        Reference reference = number;
         if (lib.goto_(file, 1, "Zone_t", 1, "ZoneBC_t", 1, "BC_t", bc, "end") == CG_OK)
-            reference = described_reference();
-        if (reference == 0) reference = number;
+            reference = described_reference().value_or(number);
         const bool range = set == CGNS_ENUMV(PointRange) || set == CGNS_ENUMV(ElementRange);
         const bool of_elements =
             set == CGNS_ENUMV(ElementRange) || set == CGNS_ENUMV(ElementList) || location != CGNS_ENUMV(Vertex);
@@ -288,12 +290,12 @@ struct Reader {
 
     bool mark_elements(const std::vector<cgsize_t>& items, bool range, Reference reference) {
         bool any = false;
-        const auto mark = [&](const Place& place) {
+        const auto mark = [&](Place& place) {
             if (place.dimension != D - 1) return;
             reference_at<D - 1>(place) = reference;
-            any = true;
+            any = place.listed = true;
         };
-        for (const Section& section : sections) {
+        for (Section& section : sections) {
             const cgsize_t last = section.first + static_cast<cgsize_t>(section.places.size()) - 1;
             if (range && items.size() == 2) {
                 for (cgsize_t e = std::max(items[0], section.first); e <= std::min(items[1], last); ++e)
@@ -318,53 +320,33 @@ struct Reader {
         else
             std::for_each(items.begin(), items.end(), list);
         bool any = false;
-        const auto mark = [&](auto& rows) {
-            for (std::size_t i = 0; i < rows.size(); ++i) {
-                bool all = true;
-                for (int n = 0; n < D; ++n)
-                    all = all && rows.nodes[i][n].valid() && rows.nodes[i][n].index() < listed.size() &&
-                          listed[rows.nodes[i][n].index()] != 0;
-                if (all) rows.references[i] = reference;
-                any = any || all;
-            }
+        const auto has_all = [&](const auto& nodes) {
+            return std::all_of(nodes.begin(), nodes.begin() + D, [&](VertexId v) {
+                return v.valid() && v.index() < listed.size() && listed[v.index()] != 0;
+            });
         };
-        mark(mesh.facets.straight);
-        mark(mesh.facets.curved);
+        for (Section& section : sections)
+            for (Place& place : section.places) {
+                if (place.dimension != D - 1) continue;
+                const bool all = place.degree == 1 ? has_all(mesh.facets.straight.nodes[place.row])
+                                                   : has_all(mesh.facets.curved.nodes[place.row]);
+                if (!all) continue;
+                reference_at<D - 1>(place) = reference;
+                any = place.listed = true;
+            }
         return any;
     }
 
     [[nodiscard]] Outcome<Done> read_conditions() {
         int n = 0;
         if (lib.nbocos_(file, 1, 1, &n) != CG_OK) return broken("the boundary conditions cannot be read");
-        Buffer<Reference> of_sections;
-        // Sections name what no condition names: their numbers come after those of conditions.
-        clear_facets();
-        mesh.groups.clear();
         for (int bc = 1; bc <= n; ++bc)
             if (auto done = read_condition(bc, bc); !done) return done;
-        number_rest(n);
+        // What no condition lists is numbered after the conditions.
+        number_sections<D - 1>(n + 1);
+        number_sections<D>(1);
+        if constexpr (D == 3) number_sections<1>(1);
         return Done{};
-    }
-    void clear_facets() {
-        std::ranges::fill(mesh.facets.straight.references, 0);
-        std::ranges::fill(mesh.facets.curved.references, 0);
-    }
-    /// Facets that no condition lists take the reference of their section, other simplices too.
-    void number_rest(int conditions) {
-        Reference next = conditions + 1;
-        for (const Section& section : sections) {
-            Reference own = section.reference;
-            bool any = false;
-            for (const Place& place : section.places) {
-                if (place.dimension != D - 1 || reference_at<D - 1>(place) != 0) continue;
-                if (!any && own == 0) own = next++;
-                any = true;
-                reference_at<D - 1>(place) = own;
-            }
-            if (any) name_group(D - 1, own, section.name);
-        }
-        number_sections<D>();
-        if constexpr (D == 3) number_sections<1>();
     }
 
     [[nodiscard]] Outcome<Done> refuse_foreign() const {

@@ -79,6 +79,8 @@ class Writer {
         const std::array<cgsize_t, 3> size{static_cast<cgsize_t>(grid_.nodes()), cells, 0};
         int base = 0, zone = 0;
         if (lib_.base_write_(file_, "Base", surface ? 2 : D, D, &base) != CG_OK ||
+            lib_.goto_(file_, 1, "end") != CG_OK ||
+            lib_.dataclass_write_(CGNS_ENUMV(DataClassUserDefined)) != CG_OK ||  // in units of the model, as ever
             lib_.zone_write_(file_, 1, "Zone", size.data(), CGNS_ENUMV(Unstructured), &zone) != CG_OK)
             return broken("the zone cannot be written");
         auto done = coordinates();
@@ -111,7 +113,7 @@ class Writer {
     [[nodiscard]] std::string name_of(int dimension, Reference reference) const {
         for (const Group& group : linear_.groups)
             if (group.dimension == dimension && group.reference == reference && !group.name.empty()) return group.name;
-        return "reference_" + std::to_string(reference);
+        return plain_name(dimension, reference);
     }
 
     /// A section for each reference, in the order in which references first occur.
