@@ -84,6 +84,9 @@ template <class Format>
     return find_format(formats, [&](const Format& format) { return format.sniff(bytes); });
 }
 
+/// The command that makes a file of that ending one which is read; empty: none is known.
+[[nodiscard]] std::string how_to_convert(std::string_view path);
+
 /// "a, b or c".
 [[nodiscard]] std::string listed(std::span<const std::string_view> words, std::string_view before_last = " or ",
                                  std::string_view between = ", ");
@@ -120,7 +123,9 @@ template <class Format>
     const Format* format = format_with_content(formats, bytes);
     if (!format) format = format_with_ending(formats, path);
     if (format && format->decode) return format;
-    const std::string remedy = "give a " + listed(endings_read(formats)) + " file";
+    const std::string command = how_to_convert(path);
+    const std::string remedy =
+        command.empty() ? "give a " + listed(endings_read(formats)) + " file" : "make it one: " + command;
     if (format)
         return fail(ErrorKind::unsupported, std::string(format->what) + " is written, but not read", std::string(path),
                     {}, remedy);

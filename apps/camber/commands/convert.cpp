@@ -1,4 +1,5 @@
 module;
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -33,6 +34,25 @@ Outcome<Done> check_names(const ConvertArguments& a, bool solution) {
     return check_named_files(files);
 }
 
+/// The fields of a mesh's file as a solution at its vertices.
+Outcome<DecodedSolution> solution_of_mesh(const std::string& path, const Execution& execution) {
+    auto decoded = read_mesh(path, config::Flat::surface, execution);
+    if (!decoded) return fail(std::move(decoded.error()));
+    if (decoded->always_in_space) {
+        decoded = with_flat_in_2d(std::move(*decoded), execution);
+        if (!decoded) return fail(std::move(decoded.error()));
+    }
+    const run::PlanSize size = run::plan_size(decoded->mesh);
+    auto solution = solution_of(decoded->fields, size.dimension, size.vertices, execution);
+    if (!solution) return fail(of_file(std::move(solution.error()), path));
+    std::size_t at_cells = 0;
+    for (const MeshField& field : decoded->fields) at_cells += field.centring == Centring::cell ? 1 : 0;
+    if (at_cells > 0)
+        decoded->notices.push_back({fmt::format("a solution has no place for {} fields at cells", at_cells)});
+    if (size.degree == 2) decoded->notices.push_back({"a solution has no place for the values at the nodes of edges"});
+    return DecodedSolution{std::move(*solution), std::move(decoded->notices)};
+}
+
 Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execution) {
     if (a.format.empty() && !is_solution_file(a.output))
         return fail(ErrorKind::usage, "a solution cannot be written in the format of this ending", a.output, {},
@@ -42,7 +62,8 @@ Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execu
     if (!format) return fail(format.error());
     if (a.elevate || !a.metric.empty() || a.cells)
         return fail(ErrorKind::usage, "--elevate, --metric and --cells are for meshes");
-    auto decoded = read_solution(a.input, execution);
+    auto decoded =
+        is_solution_file(a.input) ? read_solution(a.input, execution) : solution_of_mesh(a.input, execution);
     if (!decoded) return fail(std::move(decoded.error()));
     say(decoded->notices);
     if (auto made = make_folder_of(a.output); !made) return made;
@@ -82,36 +103,61 @@ std::vector<std::string_view> endings_with_fields() {
     return endings;
 }
 
+/// What of the fields the format does not hold.
+void say_lost_fields(const MeshFields& fields, const MeshFormat& format) {
+    std::vector<std::string_view> lost;
+    for (const MeshField& field : fields)
+        if (!format.holds_fields || (format.holds != nullptr && !format.holds(field))) lost.push_back(field.name);
+    if (!lost.empty())
+        tell(fmt::format("note: {} has no place for {} fields: {}{}", format.what, lost.size(),
+                         listed(lost, " and "),
+                         format.holds_fields ? "" : " (those at nodes can be written beside it: convert to a .sol)"));
+}
+
+/// The mesh of the arguments' input as the output's format wants it, elevated if asked for, with the metric's fields.
+Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat& format, const Execution& execution) {
+    auto decoded = read_mesh(a.input, config::Flat::surface, execution);
+    if (decoded && decoded->always_in_space && !format.always_in_space)
+        decoded = with_flat_in_2d(std::move(*decoded), execution);
+    if (!decoded) return decoded;
+    if (decoded->lift && decoded->lift->z != 0)
+        decoded->notices.push_back({fmt::format("the mesh is flat: written in 2D, without its z = {}", decoded->lift->z)});
+    if (a.elevate) {
+        auto made = elevated(std::move(decoded->mesh), a.input, execution);
+        if (!made) return fail(std::move(made.error()));
+        decoded->mesh = std::move(*made);
+        if (!decoded->fields.empty())
+            decoded->notices.push_back({fmt::format("{} fields of the mesh of degree 1 were left out", decoded->fields.size())});
+        decoded->fields = {};
+    }
+    if (a.metric.empty()) return decoded;
+    auto solution = read_solution(a.metric, execution);
+    if (!solution) return fail(std::move(solution.error()));
+    decoded->notices.insert(decoded->notices.end(), solution->notices.begin(), solution->notices.end());
+    auto made = fields_of(solution->solution, a.metric, decoded->mesh, execution);
+    if (!made) return fail(std::move(made.error()));
+    for (const MeshField& field : *made) decoded->fields = std::move(decoded->fields).with(field);
+    return decoded;
+}
+
 Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution) {
     const auto found = format_to_write(mesh_formats(), a.output, a.format);
     if (!found) return fail(found.error());
     const MeshFormat& format = **found;
     if ((!format.holds_fields && !a.metric.empty()) || (!format.chooses_cells && a.cells))
-        return fail(ErrorKind::usage, "--metric and --cells are for " + listed(endings_with_fields()), a.output, {},
-                    format.holds_fields ? "leave --cells out"
-                                        : "a GMF mesh has no place for fields: convert the .sol beside it");
-    auto decoded = read_mesh(a.input, config::Flat::surface, execution);
-    if (!decoded) return fail(std::move(decoded.error()));
+        return fail(ErrorKind::usage, a.cells && !format.chooses_cells ? "--cells is for .vtu"
+                                                                       : "--metric is for " + listed(endings_with_fields()),
+                    a.output, {},
+                    a.cells && !format.chooses_cells ? "leave --cells out"
+                                                     : "the format has no place for fields: convert the .sol beside it");
+    const auto decoded = mesh_to_convert(a, format, execution);
+    if (!decoded) return fail(decoded.error());
     say(decoded->notices);
-    AnyMesh mesh = std::move(decoded->mesh);
-    if (a.elevate) {
-        auto made = elevated(std::move(mesh), a.input, execution);
-        if (!made) return fail(std::move(made.error()));
-        mesh = std::move(*made);
-    }
-    MeshFields fields;
-    if (!a.metric.empty()) {
-        auto solution = read_solution(a.metric, execution);
-        if (!solution) return fail(std::move(solution.error()));
-        say(solution->notices);
-        auto made = fields_of(solution->solution, a.metric, mesh, execution);
-        if (!made) return fail(std::move(made.error()));
-        fields = std::move(*made);
-    }
-    say(format.losses(mesh));
+    say(format.losses(decoded->mesh));
+    say_lost_fields(decoded->fields, format);
     if (auto made = make_folder_of(a.output); !made) return made;
-    return write_mesh(format, mesh, fields, EncodeOptions{a.cells.value_or(EncodeOptions{}.cells)}, a.output,
-                      execution);
+    return write_mesh(format, decoded->mesh, decoded->fields, EncodeOptions{a.cells.value_or(EncodeOptions{}.cells)},
+                      a.output, execution);
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ Outcome<Done> check_memory(const AnyMesh& mesh) {
 /// The files that the config names, in the order in which they are written.
 std::vector<std::string> named_outputs(const config::Output& output) {
     std::vector<std::string> files;
-    for (const std::string& path : {output.mesh, output.vtu})
+    for (const std::string& path : {output.mesh, output.vtu, output.metric})
         if (!path.empty()) files.push_back(path);
     if (!output.plots.empty())
         for (std::string& path : plot_files(output.plots)) files.push_back(std::move(path));
@@ -96,10 +96,20 @@ std::vector<std::string_view> endings_with_fields() {
 Outcome<Done> check_endings(const config::Output& output) {
     if (!output.mesh.empty())
         if (auto known = format_to_write(mesh_formats(), output.mesh); !known) return fail(known.error());
-    if (output.vtu.empty()) return Done{};
-    const auto* const format = format_with_ending(mesh_formats(), output.vtu);
-    if (format != nullptr && format->holds_fields) return Done{};
-    return fail(ErrorKind::usage, "the file of \"vtu\" must end in " + listed(endings_with_fields()), output.vtu);
+    const auto holds_fields = [](const std::string& path) {
+        const auto* const format = format_with_ending(mesh_formats(), path);
+        return format != nullptr && format->encode != nullptr && format->holds_fields;
+    };
+    const auto wrong_ending = [](const char* what, std::vector<std::string_view> endings, const std::string& path) {
+        return fail(ErrorKind::usage, std::string("the file of \"") + what + "\" must end in " + listed(endings), path);
+    };
+    if (!output.vtu.empty() && !holds_fields(output.vtu)) return wrong_ending("vtu", endings_with_fields(), output.vtu);
+    if (!output.metric.empty() && !is_solution_file(output.metric) && !holds_fields(output.metric)) {
+        auto endings = endings_written(solution_formats());
+        for (const std::string_view ending : endings_with_fields()) endings.push_back(ending);
+        return wrong_ending("metric", std::move(endings), output.metric);
+    }
+    return Done{};
 }
 
 Outcome<Done> check_outputs(const config::Output& output) {
@@ -112,40 +122,84 @@ Outcome<Done> check_outputs(const config::Output& output) {
     return Done{};
 }
 
-/// The files of a run, but for the report, which tells also what writing them cost.
-Outcome<Done> write_outputs(run::Run& run, const config::Pipeline& pipeline, const run::Around& around,
-                            Written& written) {
-    const config::Output& output = pipeline.output;
-    for (const std::string& path : {output.mesh, output.vtu}) {
-        if (path.empty()) continue;
-        const auto found = format_to_write(mesh_formats(), path);
-        if (!found) return fail(found.error());
-        const MeshFormat& format = **found;
-        const std::string stage = format.holds_fields ? "write " + std::string(format.name) : "write";
-        auto done = around(stage, [&](const Execution& execution) {
-            return write_mesh(format, run.mesh, run.fields, EncodeOptions{output.vtu_cells}, path, execution);
-        });
-        if (done = written.add(path, std::move(done)); !done) return done;
-    }
-    if (const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh))
-        for (Notice& notice : format->losses(run.mesh)) run.report.notices.push_back(std::move(notice.what));
-    return output.plots.empty() ? Done{} : write_plots(run.report.histograms, output.plots, written);
-}
-
-/// What a run made of a flat mesh, back in space.
-Outcome<run::Run> raised(run::Run run, const Lift& lift, const run::Around& around) {
+/// What a run made of a flat mesh: as it is, and back in space.
+struct Placed {
+    AnyMesh mesh;
+    MeshFields fields;
+};
+Outcome<Placed> raised(const run::Run& run, const Lift& lift, const run::Around& around) {
+    Placed placed;
     auto done = around("raise", [&](const Execution& execution) -> Outcome<Done> {
         auto mesh = camber::raised(run.mesh, lift, execution);
         if (!mesh) return fail(std::move(mesh.error()));
         auto fields = camber::raised(run.fields, execution);
         if (!fields) return fail(std::move(fields.error()));
-        run.mesh = std::move(*mesh);
-        run.fields = std::move(*fields);
+        placed = {std::move(*mesh), std::move(*fields)};
         return Done{};
     });
     if (!done) return fail(std::move(done.error()));
-    return run;
+    return placed;
 }
+
+/// Writes the files of a run, but for the report, which tells also what writing them cost.
+struct OutputWriter {
+    run::Run& run;
+    const config::Output& output;
+    const run::Around& around;
+    Written& written;
+    /// Where the input's mesh was a flat one: that in space, for formats that have no plane, and for others if the input's
+    /// has one.
+    std::optional<Placed> in_space = {};
+    bool input_always_in_space = false;
+
+    [[nodiscard]] const AnyMesh& mesh_for(const MeshFormat& format) const {
+        return goes_to_space(format) ? in_space->mesh : run.mesh;
+    }
+    [[nodiscard]] bool goes_to_space(const MeshFormat& format) const {
+        return in_space && (format.always_in_space || !input_always_in_space);
+    }
+
+    [[nodiscard]] Outcome<Done> write() {
+        for (const std::string& path : {output.mesh, output.vtu}) {
+            if (path.empty()) continue;
+            const auto format = format_to_write(mesh_formats(), path);
+            if (!format) return fail(format.error());
+            if (auto done = write_with(**format, path, goes_to_space(**format) ? in_space->fields : run.fields); !done)
+                return done;
+        }
+        if (const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh))
+            for (Notice& notice : format->losses(mesh_for(*format)))
+                run.report.notices.push_back(std::move(notice.what));
+        if (run.metric)
+            if (auto done = write_metric(*run.metric, output.metric); !done) return done;
+        return output.plots.empty() ? Done{} : write_plots(run.report.histograms, output.plots, written);
+    }
+
+    Outcome<Done> write_with(const MeshFormat& format, const std::string& path, const MeshFields& fields) {
+        const std::string stage = format.holds_fields ? "write " + std::string(format.name) : "write";
+        auto done = around(stage, [&](const Execution& execution) {
+            return write_mesh(format, mesh_for(format), fields, EncodeOptions{output.vtu_cells}, path, execution);
+        });
+        return written.add(path, std::move(done));
+    }
+
+    Outcome<Done> write_metric(const Solution& metric, const std::string& path) {
+        if (is_solution_file(path)) {
+            const auto format = format_to_write(solution_formats(), path);
+            if (!format) return fail(format.error());
+            return written.add(path, around("write metric", [&](const Execution& execution) {
+                return write_solution(**format, metric, path, execution);
+            }));
+        }
+        const auto format = format_to_write(mesh_formats(), path);
+        if (!format) return fail(format.error());
+        const Execution execution;
+        auto fields = run::solution_fields(metric, path, run.mesh, execution);
+        if (fields && goes_to_space(**format)) fields = camber::raised(*fields, execution);
+        if (!fields) return fail(fields.error());
+        return write_with(**format, path, *fields);
+    }
+};
 
 /// What the report says of the run's beginning.
 run::OriginReport origin_of(const config::Pipeline& pipeline, const AnyMesh& mesh) {
@@ -251,14 +305,20 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
                        });
     if (!read) return fail(read.error());
     const std::optional<Lift> lift = inputs->mesh.lift;
+    const bool always_in_space = inputs->mesh.always_in_space;
     run::OriginReport origin = origin_of(pipeline, inputs->mesh.mesh);
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
-    if (run && lift) run = raised(std::move(*run), *lift, around);
     if (!run) {
         const auto* file = std::get_if<config::FilePath>(&pipeline.input.source);
         return fail(of_file(run.error(), file != nullptr ? file->path : "the generated mesh"));
     }
-    if (auto done = write_outputs(*run, pipeline, around, written); !done) return fail(done.error());
+    OutputWriter writer{*run, pipeline.output, around, written, {}, always_in_space};
+    if (lift) {
+        auto placed = raised(*run, *lift, around);
+        if (!placed) return fail(placed.error());
+        writer.in_space = std::move(*placed);
+    }
+    if (auto done = writer.write(); !done) return fail(done.error());
     progress.wipe();
     run->report.times = std::move(times);
     run->report.threads = threads_used(pipeline);

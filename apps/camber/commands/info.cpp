@@ -56,6 +56,12 @@ Json linear_part(const LinearMesh<D>& mesh, int degree) {
     j["required_vertices"] = mesh.required_vertices.size();
     j["required_edges"] = D == 2 ? mesh.facets.required.size() : mesh.edges.required.size();
     if constexpr (D == 3) j["required_triangles"] = mesh.facets.required.size();
+    if (!mesh.groups.empty()) {
+        Json groups = Json::array();
+        for (const Group& group : mesh.groups)
+            groups.push_back({{"dimension", group.dimension}, {"reference", group.reference}, {"name", group.name}});
+        j["groups"] = std::move(groups);
+    }
     j["normals"] = mesh.geometry.normals.at.size();
     j["tangents"] = mesh.geometry.tangents.at.size();
     j["empty"] = mesh.elements.vertices.empty() && mesh.facets.vertices.empty();
@@ -89,10 +95,20 @@ Json described(const Solution& solution) {
     return {{"dimension", solution.dimension}, {"vertices", solution.rows}, {"fields", std::move(fields)}};
 }
 
+Json described(const MeshFields& fields) {
+    Json all = Json::array();
+    for (const MeshField& field : fields)
+        all.push_back({{"name", field.name},
+                       {"at", field.centring == Centring::node ? "nodes" : "cells"},
+                       {"kind", name_of(field.kind)}});
+    return all;
+}
+
 Outcome<Json> mesh_info(const std::string& path) {
     auto decoded = read_mesh(path, config::Flat::plane, Execution{});
     if (!decoded) return fail(std::move(decoded.error()));
     Json j = std::visit([](const auto& mesh) { return described(mesh); }, decoded->mesh);
+    if (!decoded->fields.empty()) j["fields"] = described(decoded->fields);
     if (decoded->lift) {
         j["written_in_dimension"] = 3;
         j["z"] = decoded->lift->z;

@@ -302,7 +302,7 @@ using Stage = std::variant<Elevate, Curve, Validate, Relax, Commit, Reinsert>;
 // ---------------------------------------------------------------- the whole
 
 struct Output {
-    std::string mesh, report, vtu, plots;  ///< empty: not written
+    std::string mesh, report, vtu, metric, plots;  ///< empty: not written
     VtuCells vtu_cells = VtuOptions{}.cells;
 
     [[nodiscard]] static constexpr auto options() {
@@ -314,6 +314,9 @@ struct Output {
                    "the mesh with the run's fields (Jacobians, curvatures, gains, metric …) for ParaView (.vtu), "
                    "beside the mesh; empty: none"),
             option_of(&VtuOptions::cells).as(&S::vtu_cells),
+            option("metric", &S::metric,
+                   "the metric that edges followed, after its operations, at the vertices: a solution (.sol, .solb), or "
+                   "on the mesh in a format that has fields (.vtu); empty: none"),
             option("plots", &S::plots, "a folder for histograms of the run as SVG files; empty: none"));
     }
     friend bool operator==(const Output&, const Output&) = default;

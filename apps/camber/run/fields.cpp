@@ -161,7 +161,21 @@ Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* fiel
     return fields;
 }
 
+template <int D>
+Outcome<Solution> metric_solution(const BackMesh<D>& field, const Execution& execution) {
+    constexpr std::size_t width = D * (D + 1) / 2;
+    const std::size_t vertices = field->vertex_count();
+    Buffer<double> values(vertices * width);
+    auto done = each(execution, vertices, [&](std::size_t v) {
+        const Sym<D> m = exp(field->vertex(VertexId(v)).log_metric).m;
+        std::copy(m.c.begin(), m.c.end(), values.begin() + static_cast<std::ptrdiff_t>(v * width));
+    });
+    if (!done) return fail(std::move(done.error()));
+    return Solution{D, {FieldKind::symmetric_tensor}, vertices, std::move(values)};
+}
+
 #define CAMBER_INSTANTIATE(D)                                                            \
+    template Outcome<Solution> metric_solution<D>(const BackMesh<D>&, const Execution&); \
     template Outcome<MeshFields> mesh_fields<D>(const Quadratic<D>&, const BackMesh<D>*, \
                                                 const std::optional<EdgeLengths>&, const Execution&);
 

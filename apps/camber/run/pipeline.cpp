@@ -62,6 +62,19 @@ Outcome<MeshFields> shown_fields(Runner<D>& run, const std::optional<EdgeLengths
     });
 }
 
+/// The metric that the output wants, if the stages made one.
+template <int D>
+Outcome<std::optional<Solution>> wanted_metric(Runner<D>& run) {
+    if (run.config.output.metric.empty()) return std::nullopt;
+    if (run.field() == nullptr) {
+        run.tell(Notices{"no stage made a metric: " + run.config.output.metric + " was not written"});
+        return std::nullopt;
+    }
+    return run.step("fields", [&](const Execution& e) {
+        return metric_solution(*run.field(), e).map([](Solution made) { return std::optional(std::move(made)); });
+    });
+}
+
 template <int D>
 AnyMesh taken_mesh(State<D>& state) {
     if (auto* end = std::get_if<Quadratic<D>>(&state.mesh)) return std::move(end->mesh);
@@ -86,9 +99,11 @@ Outcome<Run> run_on(GivenMesh<D> mesh, const config::Pipeline& pipeline, std::sp
     if (!lengths) return fail(lengths.error());
     auto fields = shown_fields(run, *lengths);
     if (!fields) return fail(fields.error());
+    auto metric = wanted_metric(run);
+    if (!metric) return fail(metric.error());
     AnyMesh made = taken_mesh(run.state);
     run.tell(mesh_report(made));
-    return Run{std::move(made), std::move(run).report(), std::move(*fields)};
+    return Run{std::move(made), std::move(run).report(), std::move(*fields), std::move(*metric)};
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ struct Run {
     AnyMesh mesh;  ///< committed, or the last state when nothing was
     Report report;
     MeshFields fields;  ///< empty unless the config's output shows them
+    std::optional<Solution> metric = {};  ///< at the vertices, if the config's output wants it and the stages made one
 };
 
 /// Whether an output shows fields of the run: a VTU file.
