@@ -28,9 +28,9 @@ export namespace camber {
                                                const Execution& execution);
 
 /// The mesh as a CGNS file: a section for each dimension and reference, of facets with a boundary condition; named by
-/// their groups, else `tetrahedra_N`, `triangles_N`, `edges_N`. Scalars and vectors at nodes are a flow solution. The library writes files only:
-/// it is given one in the folder for temporary files. Errors: write, unsupported (the library is not there), memory,
-/// stopped.
+/// their groups, else `tetrahedra_N`, `triangles_N`, `edges_N`. Scalars and vectors at nodes are a flow solution. The
+/// library writes files only: it is given one in the folder for temporary files. Errors: write, unsupported (the
+/// library is not there), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_cgns(const LinearMesh<D>& mesh, const MeshFields& fields,
                                           const Execution& execution);

@@ -162,8 +162,7 @@ struct Reader {
             if (std::string_view(name.data()) != "reference") continue;
             Words words{value.data(), value.data() + value.size()};
             std::int64_t number = 0;
-            if (read_number(words, number) && gmf::is_reference(number))
-                return static_cast<Reference>(number);
+            if (read_number(words, number) && gmf::is_reference(number)) return static_cast<Reference>(number);
         }
         return std::nullopt;
     }

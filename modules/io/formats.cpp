@@ -44,30 +44,18 @@ std::vector<Notice> cgns_losses(const AnyMesh& mesh) {
 }  // namespace
 
 std::span<const MeshFormat> mesh_formats() {
-    static const std::vector<MeshFormat> formats = [] {
-        std::vector<MeshFormat> all{
-            {{"gmf-ascii", "GMF as text", {".mesh"}, is_gmf_ascii},
-             decode_gmf_mesh,
-             encode_gmf<GmfEncoding::ascii>,
-             gmf_losses},
-            {{"gmf-binary", "GMF in binary", {".meshb"}, is_gmf_binary},
-             decode_gmf_mesh,
-             encode_gmf<GmfEncoding::binary>,
-             gmf_losses},
-            {{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu},
-             nullptr,
-             encode_vtu_mesh,
-             vtu_losses,
-             true,
-             nullptr,
-             true,
-             true},
-        };
-        if (knows_cgns())
-            all.push_back(
-                {{"cgns", "CGNS", {".cgns"}, is_cgns}, decode_cgns, encode_cgns_mesh, cgns_losses, true, is_in_cgns});
-        return all;
-    }();
+    static const std::vector<MeshFormat> formats{
+        {{"gmf-ascii", "GMF as text", {".mesh"}, is_gmf_ascii},
+         decode_gmf_mesh,
+         encode_gmf<GmfEncoding::ascii>,
+         gmf_losses},
+        {{"gmf-binary", "GMF in binary", {".meshb"}, is_gmf_binary},
+         decode_gmf_mesh,
+         encode_gmf<GmfEncoding::binary>,
+         gmf_losses},
+        {{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu}, nullptr, encode_vtu_mesh, vtu_losses, true, nullptr, true, true},
+        {{"cgns", "CGNS", {".cgns"}, is_cgns}, decode_cgns, encode_cgns_mesh, cgns_losses, true, is_in_cgns},
+    };
     return formats;
 }
 

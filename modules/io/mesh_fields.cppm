@@ -66,8 +66,8 @@ class MeshFields {
     std::vector<MeshField> fields_;
 };
 
-/// The fields at nodes as a solution at the first `vertices` nodes, for files beside a mesh of that dimension; fields at
-/// cells and the values at edges' nodes are left out. Errors: usage (none of the fields is at nodes).
+/// The fields at nodes as a solution at the first `vertices` nodes, for files beside a mesh of that dimension; fields
+/// at cells and the values at edges' nodes are left out. Errors: usage (none of the fields is at nodes).
 [[nodiscard]] Outcome<Solution> solution_of(const MeshFields& fields, int dimension, std::size_t vertices,
                                             const Execution& execution);
 

@@ -84,7 +84,7 @@ TEST_CASE("each name and each ending is one row's") {
 
 TEST_CASE("what a row of meshes writes it knows again, and no other does; what it reads is what was written") {
     for (const MeshFormat& format : mesh_formats())
-        if (format.encode)
+        if (format.encode && (format.name != "cgns" || knows_cgns()))
             testing::property(std::string(format.name), [&](std::uint64_t seed) {
                 const AnyMesh mesh = some_mesh(seed);
                 RC_PRE(holds_simplices(mesh));

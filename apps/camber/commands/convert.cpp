@@ -62,8 +62,7 @@ Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execu
     if (!format) return fail(format.error());
     if (a.elevate || !a.metric.empty() || a.cells)
         return fail(ErrorKind::usage, "--elevate, --metric and --cells are for meshes");
-    auto decoded =
-        is_solution_file(a.input) ? read_solution(a.input, execution) : solution_of_mesh(a.input, execution);
+    auto decoded = is_solution_file(a.input) ? read_solution(a.input, execution) : solution_of_mesh(a.input, execution);
     if (!decoded) return fail(std::move(decoded.error()));
     say(decoded->notices);
     if (auto made = make_folder_of(a.output); !made) return made;
@@ -109,8 +108,7 @@ void say_lost_fields(const MeshFields& fields, const MeshFormat& format) {
     for (const MeshField& field : fields)
         if (!format.holds_fields || (format.holds != nullptr && !format.holds(field))) lost.push_back(field.name);
     if (!lost.empty())
-        tell(fmt::format("note: {} has no place for {} fields: {}{}", format.what, lost.size(),
-                         listed(lost, " and "),
+        tell(fmt::format("note: {} has no place for {} fields: {}{}", format.what, lost.size(), listed(lost, " and "),
                          format.holds_fields ? "" : " (those at nodes can be written beside it: convert to a .sol)"));
 }
 
@@ -121,13 +119,15 @@ Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat
         decoded = with_flat_in_2d(std::move(*decoded), execution);
     if (!decoded) return decoded;
     if (decoded->lift && decoded->lift->z != 0)
-        decoded->notices.push_back({fmt::format("the mesh is flat: written in 2D, without its z = {}", decoded->lift->z)});
+        decoded->notices.push_back(
+            {fmt::format("the mesh is flat: written in 2D, without its z = {}", decoded->lift->z)});
     if (a.elevate) {
         auto made = elevated(std::move(decoded->mesh), a.input, execution);
         if (!made) return fail(std::move(made.error()));
         decoded->mesh = std::move(*made);
         if (!decoded->fields.empty())
-            decoded->notices.push_back({fmt::format("{} fields of the mesh of degree 1 were left out", decoded->fields.size())});
+            decoded->notices.push_back(
+                {fmt::format("{} fields of the mesh of degree 1 were left out", decoded->fields.size())});
         decoded->fields = {};
     }
     if (a.metric.empty()) return decoded;
@@ -145,11 +145,13 @@ Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution
     if (!found) return fail(found.error());
     const MeshFormat& format = **found;
     if ((!format.holds_fields && !a.metric.empty()) || (!format.chooses_cells && a.cells))
-        return fail(ErrorKind::usage, a.cells && !format.chooses_cells ? "--cells is for .vtu"
-                                                                       : "--metric is for " + listed(endings_with_fields()),
+        return fail(ErrorKind::usage,
+                    a.cells && !format.chooses_cells ? "--cells is for .vtu"
+                                                     : "--metric is for " + listed(endings_with_fields()),
                     a.output, {},
-                    a.cells && !format.chooses_cells ? "leave --cells out"
-                                                     : "the format has no place for fields: convert the .sol beside it");
+                    a.cells && !format.chooses_cells
+                        ? "leave --cells out"
+                        : "the format has no place for fields: convert the .sol beside it");
     const auto decoded = mesh_to_convert(a, format, execution);
     if (!decoded) return fail(decoded.error());
     say(decoded->notices);

@@ -147,8 +147,8 @@ struct OutputWriter {
     const config::Output& output;
     const run::Around& around;
     Written& written;
-    /// Where the input's mesh was a flat one: that in space, for formats that have no plane, and for others if the input's
-    /// has one.
+    /// Where the input's mesh was a flat one: that in space, for formats that have no plane, and for others if the
+    /// input's has one.
     std::optional<Placed> in_space = {};
     bool input_always_in_space = false;
 
@@ -188,8 +188,8 @@ struct OutputWriter {
             const auto format = format_to_write(solution_formats(), path);
             if (!format) return fail(format.error());
             return written.add(path, around("write metric", [&](const Execution& execution) {
-                return write_solution(**format, metric, path, execution);
-            }));
+                                   return write_solution(**format, metric, path, execution);
+                               }));
         }
         const auto format = format_to_write(mesh_formats(), path);
         if (!format) return fail(format.error());

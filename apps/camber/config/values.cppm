@@ -314,9 +314,10 @@ struct Output {
                    "the mesh with the run's fields (Jacobians, curvatures, gains, metric …) for ParaView (.vtu), "
                    "beside the mesh; empty: none"),
             option_of(&VtuOptions::cells).as(&S::vtu_cells),
-            option("metric", &S::metric,
-                   "the metric that edges followed, after its operations, at the vertices: a solution (.sol, .solb), or "
-                   "on the mesh in a format that has fields (.vtu); empty: none"),
+            option(
+                "metric", &S::metric,
+                "the metric that edges followed, after its operations, at the vertices: a solution (.sol, .solb), or "
+                "on the mesh in a format that has fields (.vtu); empty: none"),
             option("plots", &S::plots, "a folder for histograms of the run as SVG files; empty: none"));
     }
     friend bool operator==(const Output&, const Output&) = default;

@@ -22,7 +22,7 @@ struct Inputs {
 struct Run {
     AnyMesh mesh;  ///< committed, or the last state when nothing was
     Report report;
-    MeshFields fields;  ///< empty unless the config's output shows them
+    MeshFields fields;                    ///< empty unless the config's output shows them
     std::optional<Solution> metric = {};  ///< at the vertices, if the config's output wants it and the stages made one
 };
 
