@@ -41,6 +41,31 @@ std::vector<Notice> cgns_losses(const AnyMesh& mesh) {
     return std::visit([](const auto& m) { return not_in_cgns(m); }, mesh);
 }
 
+template <MshVersion version, MshEncoding encoding>
+bool is_msh_of(std::span<const std::byte> bytes) {
+    return is_msh(bytes, {version, encoding});
+}
+template <MshVersion version, MshEncoding encoding>
+Outcome<Chunks> encode_msh_mesh(const AnyMesh& mesh, const MeshFields& fields, EncodeOptions,
+                                const Execution& execution) {
+    return std::visit([&](const auto& m) { return encode_msh(m, fields, {version, encoding}, execution); }, mesh);
+}
+template <MshVersion version>
+std::vector<Notice> msh_losses(const AnyMesh& mesh) {
+    return std::visit([](const auto& m) { return not_in_msh(m, version); }, mesh);
+}
+/// One of Gmsh's four formats.
+template <MshVersion version, MshEncoding encoding>
+MeshFormat msh_format(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
+    MeshFormat format{{name, what, std::move(endings), is_msh_of<version, encoding>},
+                      decode_msh,
+                      encode_msh_mesh<version, encoding>,
+                      msh_losses<version>};
+    format.holds_fields = true;
+    format.always_in_space = true;
+    return format;
+}
+
 }  // namespace
 
 std::span<const MeshFormat> mesh_formats() {
@@ -53,6 +78,10 @@ std::span<const MeshFormat> mesh_formats() {
          decode_gmf_mesh,
          encode_gmf<GmfEncoding::binary>,
          gmf_losses},
+        msh_format<MshVersion::v4, MshEncoding::binary>("msh", "Gmsh MSH 4.1 in binary", {".msh"}),
+        msh_format<MshVersion::v4, MshEncoding::ascii>("msh-ascii", "Gmsh MSH 4.1 as text", {}),
+        msh_format<MshVersion::v2, MshEncoding::binary>("msh2", "Gmsh MSH 2.2 in binary", {}),
+        msh_format<MshVersion::v2, MshEncoding::ascii>("msh2-ascii", "Gmsh MSH 2.2 as text", {}),
         {{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu}, nullptr, encode_vtu_mesh, vtu_losses, true, nullptr, true, true},
         {{"cgns", "CGNS", {".cgns"}, is_cgns}, decode_cgns, encode_cgns_mesh, cgns_losses, true, is_in_cgns},
     };

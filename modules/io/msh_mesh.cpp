@@ -1,0 +1,266 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+module camber.io;
+import camber.core;
+import camber.bezier;
+
+namespace camber::msh {
+
+namespace {
+
+/// What the mesh does not hold, by its number.
+struct Counts {
+    std::size_t in_several_groups = 0, between_partitions = 0, physicals = 0;
+};
+
+/// Where something on an entity belongs: that of a partition to its parent.
+struct Owner {
+    EntityKey entity;
+    Reference physical = 0;
+    std::size_t physicals = 0;
+    bool lies_between_partitions = false;
+};
+Owner owner_of(const File& file, EntityKey key) {
+    const auto found = file.entities.find(key);
+    if (found == file.entities.end()) return {key};
+    const EntityInfo& info = found->second;
+    if (!info.of_partition) return {key, info.physical, info.physicals};
+    Owner owner{info.parent, info.physical, info.physicals, info.parent.dimension != key.dimension};
+    if (const auto parent = file.entities.find(info.parent); parent != file.entities.end() && info.physicals == 0) {
+        owner.physical = parent->second.physical;
+        owner.physicals = parent->second.physicals;
+    }
+    return owner;
+}
+
+/// Physicals and entities by row, as version 2 has them. Rows between partitions lose their nodes' tag: see `dropped`.
+template <int K, int N>
+void spread(const File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
+    elements.physicals.resize(elements.tags.size());
+    elements.entities.resize(elements.tags.size());
+    for (const ElementBlock& block : file.blocks) {
+        const ElementType& type = *find_type(block.type);
+        if (type.dimension != K || type.nodes != N) continue;
+        const Owner owner = owner_of(file, block.entity);
+        const auto fill = [&](auto& column, auto value) {
+            std::fill(column.begin() + static_cast<std::ptrdiff_t>(block.begin),
+                      column.begin() + static_cast<std::ptrdiff_t>(block.end), value);
+        };
+        fill(elements.physicals, owner.physical);
+        fill(elements.entities, owner.entity.dimension == K ? owner.entity.tag : 0);
+        if (owner.lies_between_partitions) {
+            if (dropped.empty()) dropped.resize(elements.tags.size(), std::uint8_t{0});
+            fill(dropped, std::uint8_t{1});
+            counts.between_partitions += block.end - block.begin;
+        } else if (owner.physicals > 1) {
+            counts.in_several_groups += block.end - block.begin;
+        }
+    }
+}
+
+/// Whether row b is row a again for another group, as version 2 lists simplices that are in several.
+template <int K, int N>
+bool is_again(const Elements<K, N>& elements, std::size_t a, std::size_t b) {
+    return elements.nodes[a] == elements.nodes[b] && elements.entities[a] == elements.entities[b] &&
+           elements.physicals[a] != elements.physicals[b];
+}
+
+/// The rows that the mesh has, in the order of their tags; none: all, as they stand.
+template <int K, int N>
+std::optional<Buffer<std::uint32_t>> kept_rows(const File& file, const Elements<K, N>& elements,
+                                               const Buffer<std::uint8_t>& dropped, Counts& counts) {
+    const Buffer<std::uint32_t> order = rows_by_tag(elements.tags);
+    Buffer<std::uint32_t> kept;
+    for (std::size_t i = 0; i < elements.tags.size(); ++i) {
+        const std::uint32_t row = order.empty() ? static_cast<std::uint32_t>(i) : order[i];
+        if (!dropped.empty() && dropped[row] != 0) continue;
+        if (file.by_row && !kept.empty() && is_again(elements, kept.back(), row)) {
+            ++counts.in_several_groups;
+            continue;
+        }
+        kept.push_back(row);
+    }
+    if (order.empty() && kept.size() == elements.tags.size()) return std::nullopt;
+    return kept;
+}
+
+template <class T>
+void gather(Buffer<T>& column, const Buffer<std::uint32_t>& rows) {
+    Buffer<T> gathered(rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) gathered[i] = column[rows[i]];
+    column = std::move(gathered);
+}
+
+template <int K, int N>
+void settle(const File& file, Elements<K, N>& elements, Counts& counts) {
+    Buffer<std::uint8_t> dropped;
+    if (!file.by_row) spread(file, elements, dropped, counts);
+    if (const auto rows = kept_rows(file, elements, dropped, counts)) {
+        gather(elements.tags, *rows);
+        gather(elements.nodes, *rows);
+        gather(elements.physicals, *rows);
+        gather(elements.entities, *rows);
+    }
+    if (K > 0)
+        counts.physicals += static_cast<std::size_t>(
+            std::count_if(elements.physicals.begin(), elements.physicals.end(), [](Reference p) { return p != 0; }));
+}
+
+template <int K, int N>
+listing::Rows<N> rows_of(Elements<K, N>& elements, bool has_groups) {
+    auto tags = std::make_shared<const Buffer<std::uint64_t>>(elements.tags);
+    return {std::move(elements.nodes),
+            has_groups ? std::move(elements.physicals) : elements.entities,
+            std::move(elements.entities),
+            {simplex_name<K>, [tags](std::size_t row) { return (*tags)[row]; }, {}}};
+}
+
+/// Nodes on places of the geometry. Mid nodes without parameters are on what their simplices say.
+class Places {
+  public:
+    Places(const File& file, const listing::Mesh<3>& mesh) : file_(file), known_(mesh.points.size(), std::uint8_t{0}) {
+        mid_node_ = known_;
+        const auto mark = [&](const auto& rows, std::size_t corners) {
+            for (const auto& nodes : rows.nodes)
+                for (std::size_t n = corners; n < nodes.size(); ++n)
+                    if (nodes[n].valid()) mid_node_[nodes[n].index()] = 1;
+        };
+        mark(mesh.elements.curved, 4);
+        mark(mesh.facets.curved, 3);
+        mark(mesh.edges.curved, 2);
+    }
+
+    void add_blocks() {
+        for (const NodeBlock& block : file_.nodes.blocks) {
+            const EntityKey entity = owner_of(file_, block.entity).entity;
+            const bool with_parameters = block.parameters > 0 && entity.dimension == block.entity.dimension;
+            for (std::size_t i = block.begin; i < block.end; ++i)
+                add(i, entity, with_parameters ? parameters_of(block, i) : nullptr);
+        }
+    }
+    void add_point(VertexId vertex, Reference entity) {
+        if (entity == 0 || known_[vertex.index()] != 0) return;
+        known_[vertex.index()] = 1;
+        on_points_.push_back({vertex, entity});
+    }
+
+    void put_into(GivenGeometry<3>& geometry) && {
+        geometry.on_points = sorted(std::move(on_points_));
+        geometry.on_curves = sorted(std::move(on_curves_));
+        geometry.on_surfaces = sorted(std::move(on_surfaces_));
+    }
+
+  private:
+    [[nodiscard]] const double* parameters_of(const NodeBlock& block, std::size_t i) const {
+        return file_.nodes.parameters.data() + block.first_parameter +
+               (i - block.begin) * static_cast<std::size_t>(block.parameters);
+    }
+    void add(std::size_t row, EntityKey entity, const double* parameters) {
+        const auto& vertex_of = file_.nodes.vertex_of;
+        const VertexId v(vertex_of.empty() ? row : std::size_t{vertex_of[row]});
+        if (entity.dimension > 2 || entity.tag == 0 || (!parameters && mid_node_[v.index()] != 0)) return;
+        known_[v.index()] = 1;
+        if (entity.dimension == 0) on_points_.push_back({v, entity.tag});
+        if (entity.dimension == 1) on_curves_.push_back({v, entity.tag, finite<1>(parameters)});
+        if (entity.dimension == 2) on_surfaces_.push_back({v, entity.tag, finite<2>(parameters)});
+    }
+    template <std::size_t G>
+    static std::optional<std::array<double, G>> finite(const double* parameters) {
+        if (!parameters) return std::nullopt;
+        std::array<double, G> copy{};
+        std::copy_n(parameters, G, copy.begin());
+        for (const double value : copy)
+            if (!is_finite(Vec<2>{{value, 0}})) return std::nullopt;
+        return copy;
+    }
+    template <class On>
+    static Buffer<On> sorted(Buffer<On> all) {
+        std::stable_sort(all.begin(), all.end(), [](const On& a, const On& b) { return a.item < b.item; });
+        return all;
+    }
+
+    const File& file_;
+    Buffer<std::uint8_t> known_, mid_node_;
+    Buffer<Association<0>> on_points_;
+    Buffer<Association<1>> on_curves_;
+    Buffer<Association<2>> on_surfaces_;
+};
+
+/// Point elements: references of their nodes. Errors: input (of no node).
+Outcome<Done> add_points(const File& file, listing::Mesh<3>& mesh, Places& places) {
+    const Elements<0, 1>& points = std::get<0>(file.elements);
+    for (std::size_t i = 0; i < points.tags.size(); ++i) {
+        const VertexId v = points.nodes[i][0];
+        if (!v.valid())
+            return fail(ErrorKind::input, "a node is not one of those that the file lists", mesh.name,
+                        Entity{"point", points.tags[i]}, "the file is damaged, or joined of two");
+        mesh.point_references[v.index()] = points.physicals[i];
+        places.add_point(v, points.entities[i]);
+    }
+    return Done{};
+}
+
+std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_groups) {
+    std::vector<Notice> notices;
+    if (!has_groups) notices.push_back({"the file has no physical groups: references are the tags of entities"});
+    if (counts.in_several_groups > 0)
+        notices.push_back({std::to_string(counts.in_several_groups) +
+                           " elements are in several physical groups: the first of each was taken"});
+    if (file.partitioned > 0) {
+        std::string between;
+        if (counts.between_partitions > 0)
+            between = ", and " + std::to_string(counts.between_partitions) + " elements between them left out";
+        notices.push_back({"the mesh is partitioned: the partitions were joined" + between});
+    }
+    for (const auto& [name, count] : file.skipped)
+        notices.push_back({"the section $" + name + " was skipped" +
+                           (count > 1 ? " (" + std::to_string(count) + " of them)" : "")});
+    return notices;
+}
+
+}  // namespace
+
+Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution& execution) {
+    Counts counts;
+    std::apply([&](auto&... elements) { (settle(file, elements, counts), ...); }, file.elements);
+    auto& [points, lines_1, lines_2, triangles_1, triangles_2, tetrahedra_1, tetrahedra_2] = file.elements;
+    const std::size_t simplices = lines_1.tags.size() + lines_2.tags.size() + triangles_1.tags.size() +
+                                  triangles_2.tags.size() + tetrahedra_1.tags.size() + tetrahedra_2.tags.size();
+    const bool has_groups = counts.physicals > 0 || simplices == 0;
+    Buffer<std::uint64_t> cell_tags;
+    if (!file.fields.empty())
+        for (const auto* tags : {&tetrahedra_2.tags, &tetrahedra_1.tags, &triangles_2.tags, &triangles_1.tags, &lines_2.tags,
+                                 &lines_1.tags})
+            cell_tags.insert(cell_tags.end(), tags->begin(), tags->end());
+
+    listing::Mesh<3> mesh;
+    mesh.name = name;
+    mesh.points = std::move(file.nodes.points);
+    mesh.point_references.resize(mesh.points.size(), 0);
+    mesh.elements = {rows_of(tetrahedra_1, has_groups), rows_of(tetrahedra_2, has_groups), {}};
+    mesh.facets = {rows_of(triangles_1, has_groups), rows_of(triangles_2, has_groups), {}};
+    mesh.edges = {rows_of(lines_1, has_groups), rows_of(lines_2, has_groups), {}};
+    auto tags = std::make_shared<const Buffer<std::uint64_t>>(file.nodes.tags);
+    mesh.number = [tags](std::size_t point) { return (*tags)[point]; };
+    if (auto sound = listing::check(mesh, execution); !sound) return fail(std::move(sound.error()));
+
+    Places places(file, mesh);
+    places.add_blocks();
+    if (auto added = add_points(file, mesh, places); !added) return fail(std::move(added.error()));
+    std::move(places).put_into(mesh.geometry);
+    mesh.groups = Buffer<Group>(file.groups.begin(), file.groups.end());
+    std::vector<Notice> notices = notices_of(file, counts, has_groups);
+    mesh.fields = fields_of(file, cell_tags, notices);
+    return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
+}
+
+}  // namespace camber::msh

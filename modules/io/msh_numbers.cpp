@@ -1,0 +1,171 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <set>
+#include <span>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+module camber.io;
+import camber.core;
+
+namespace camber::msh {
+
+namespace {
+
+/// The positive numbers that are not in use, one after the other.
+class Free {
+  public:
+    explicit Free(std::set<Reference>& used) : used_(used) {}
+    Reference take() {
+        while (!used_.insert(next_).second) ++next_;
+        return next_;
+    }
+
+  private:
+    std::set<Reference>& used_;
+    Reference next_ = 1;
+};
+
+/// The classes in ascending order of entity and reference, and each simplex's.
+void find_classes(std::span<const Reference> references, std::span<const Reference> entities, Classes& classes) {
+    std::unordered_map<std::uint64_t, std::uint32_t> rows;
+    std::uint64_t last = 0;
+    std::uint32_t row = no_row;
+    classes.of.resize(references.size());
+    for (std::size_t i = 0; i < references.size(); ++i) {
+        const Reference entity = entities.empty() ? 0 : entities[i];
+        const std::uint64_t key = std::uint64_t{static_cast<std::uint32_t>(entity)} << 32U |
+                                  static_cast<std::uint32_t>(references[i]);
+        if (row == no_row || key != last) {
+            row = rows.try_emplace(key, static_cast<std::uint32_t>(classes.list.size())).first->second;
+            last = key;
+            if (row == classes.list.size()) classes.list.push_back({entity, references[i]});
+        }
+        ++classes.list[row].count;
+        classes.of[i] = row;
+    }
+}
+
+/// Positive references keep their number; the others get free ones, 0 first.
+void number_references(std::span<const Reference> named, Classes& classes) {
+    std::set<Reference> used;
+    std::set<Reference, std::greater<>> others;
+    const auto enter = [&](Reference reference) {
+        if (reference > 0)
+            used.insert(reference);
+        else
+            others.insert(reference);
+    };
+    for (const Class& one : classes.list) enter(one.reference);
+    for (const Reference reference : named) enter(reference);
+    Free free(used);
+    for (const Reference reference : others) classes.physical_of[reference] = free.take();
+    for (Class& one : classes.list) one.physical = classes.physical(one.reference);
+}
+
+/// Positive entities keep their number, for the lowest of their physical tags; what is not known has that of its
+/// physical tag where that is no other's; all else gets free ones.
+void number_entities(std::span<const Reference> places, Classes& classes) {
+    std::vector<Class*> order;
+    for (Class& one : classes.list) order.push_back(&one);
+    const auto rank = [](const Class* one) {  // known ones first, then unknown, then negative ones
+        return std::tuple(one->entity > 0 ? 0 : 1, one->entity > 0 ? one->entity : -(one->entity + 1), one->physical);
+    };
+    std::sort(order.begin(), order.end(), [&](const Class* a, const Class* b) { return rank(a) < rank(b); });
+    std::map<Reference, Reference> physical_on;  // of entities with simplices
+    const auto takes = [&](Class& one, Reference tag) {
+        const bool is_free = physical_on.try_emplace(tag, one.physical).first->second == one.physical;
+        if (is_free) one.tag = tag;
+        return is_free;
+    };
+    std::vector<Class*> left;
+    for (Class* one : order)
+        if (one->entity < 0 || !takes(*one, one->entity > 0 ? one->entity : one->physical)) left.push_back(one);
+    for (const auto& [tag, physical] : physical_on) classes.tags.insert(tag);
+    std::set<Reference, std::greater<>> others;
+    for (const Reference entity : places)
+        if (entity > 0)
+            classes.tags.insert(entity);
+        else
+            others.insert(entity);
+    Free free(classes.tags);
+    for (Class* one : left) one->tag = free.take();
+    for (const Reference entity : others) classes.tag_of[entity] = free.take();
+}
+
+template <int D>
+Classes points_of(const LinearMesh<D>& mesh, std::span<const Reference> named, std::span<const Reference> places,
+                  Numbers& numbers) {
+    std::vector<Reference> references, entities;
+    for (std::size_t v = 0; v < numbers.places.size(); ++v) {
+        const Place place = numbers.places[v];
+        if (place.dimension != 0 || mesh.point_references[v] <= 0) continue;
+        numbers.points.push_back(static_cast<std::uint32_t>(v));
+        references.push_back(mesh.point_references[v]);
+        entities.push_back(entity_at(mesh, place));
+    }
+    return classes_of(references, entities, named, places);
+}
+
+}  // namespace
+
+Classes classes_of(std::span<const Reference> references, std::span<const Reference> entities,
+                   std::span<const Reference> named, std::span<const Reference> places) {
+    Classes classes;
+    find_classes(references, entities, classes);
+    number_references(named, classes);
+    number_entities(places, classes);
+    return classes;
+}
+
+template <int D>
+Buffer<Place> places_of(const LinearMesh<D>& mesh) {
+    const GivenGeometry<D>& given = mesh.geometry;
+    if (given.on_points.empty() && given.on_curves.empty() && given.on_surfaces.empty()) return {};
+    Buffer<Place> places(mesh.points.size(), Place{});
+    const auto enter = [&](const auto& associations, int dimension) {
+        for (std::size_t i = associations.size(); i-- > 0;)
+            places[associations[i].item.index()] = {dimension, static_cast<std::uint32_t>(i)};
+    };
+    enter(given.on_surfaces, 2);
+    enter(given.on_curves, 1);
+    enter(given.on_points, 0);
+    return places;
+}
+
+template <int D>
+Numbers numbers_of(const LinearMesh<D>& mesh) {
+    Numbers numbers;
+    numbers.places = places_of(mesh);
+    std::vector<std::vector<Reference>> named(4), on(4);
+    for (const Group& group : mesh.groups)
+        if (group.dimension >= 0 && group.dimension <= 3)
+            named[static_cast<std::size_t>(group.dimension)].push_back(group.reference);
+    for (std::size_t v = 0; v < numbers.places.size(); ++v) {
+        const Place place = numbers.places[v];
+        const bool is_point_element = place.dimension == 0 && mesh.point_references[v] > 0;
+        if (place.dimension < 3 && !is_point_element)
+            on[static_cast<std::size_t>(place.dimension)].push_back(entity_at(mesh, place));
+    }
+    numbers.of_dimension.resize(4);
+    numbers.of_dimension[0] = points_of(mesh, named[0], on[0], numbers);
+    with_each_dimension(mesh, [&](auto dimension, const auto& simplices) {
+        constexpr auto k = static_cast<std::size_t>(dimension());
+        numbers.of_dimension[k] =
+            classes_of(simplices.references.view(), simplices.entities.view(), named[k], on[k]);
+    });
+    for (std::size_t k = D + 1; k < 4; ++k) numbers.of_dimension[k] = classes_of({}, {}, named[k], on[k]);
+    return numbers;
+}
+
+template Buffer<Place> places_of<2>(const LinearMesh<2>&);
+template Buffer<Place> places_of<3>(const LinearMesh<3>&);
+template Numbers numbers_of<2>(const LinearMesh<2>&);
+template Numbers numbers_of<3>(const LinearMesh<3>&);
+
+}  // namespace camber::msh

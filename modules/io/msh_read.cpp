@@ -1,0 +1,152 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+module camber.io;
+import camber.core;
+
+namespace camber {
+
+namespace msh {
+
+namespace {
+
+constexpr const char* remedy = "gmsh FILE -save -format msh41 -o NEW.msh";
+
+/// The number 1 that tells the byte order of a binary file.
+Outcome<Done> read_byte_order(Source& source) {
+    std::int64_t one = 0;
+    for (const bool swapped : {false, true}) {
+        Source from = source;
+        from.swapped = swapped;
+        if (!from.integer(one) || one != 1) continue;
+        source = from;
+        return Done{};
+    }
+    return source.error("the number 1 of a binary file's $MeshFormat is not here in either byte order",
+                        "the file is damaged");
+}
+
+/// Goes behind $MeshFormat; the generation of the format.
+Outcome<int> begin(Source& source, std::span<const std::byte> bytes) {
+    const auto line = find_format(bytes);
+    if (!line) return source.error("this is no MSH file: it does not begin with $MeshFormat", "give a .msh file");
+    const auto version = generation(*line);
+    if (!version)
+        return fail(ErrorKind::unsupported, "MSH version " + line->version + " is not 2.2 or 4.1", source.place(), {},
+                    remedy);
+    source.go_to(line->end);
+    source.binary = line->binary;
+    if (line->data_size != sizeof(double))
+        return fail(ErrorKind::unsupported,
+                    "numbers of " + std::to_string(line->data_size) + " bytes are not what MSH files have (8)",
+                    source.place(), {}, remedy);
+    if (source.binary)
+        if (auto read = read_byte_order(source); !read) return fail(std::move(read.error()));
+    if (auto ended = end_section(source, "MeshFormat"); !ended) return fail(std::move(ended.error()));
+    return *version;
+}
+
+Outcome<Done> read_nodes(Source& source, int version, bool parametric, Nodes& nodes, const Execution& execution) {
+    if (nodes.listed) return source.error("the nodes are listed twice");
+    nodes.listed = true;
+    auto read = version == 4 ? read_nodes_4(source, nodes, execution)
+                             : read_nodes_2(source, parametric, nodes, execution);
+    return read.and_then([&](Done) { return order_nodes(source, nodes); });
+}
+
+Outcome<Done> read_elements(Source& source, int version, File& file, const Execution& execution) {
+    if (file.elements_listed) return source.error("the elements are listed twice");
+    if (!file.nodes.listed) return source.error("the elements come before the nodes", remedy);
+    file.elements_listed = true;
+    return version == 4 ? read_elements_4(source, file, execution) : read_elements_2(source, file, execution);
+}
+
+/// One section, but for its last line; false: it is not one that is read.
+Outcome<bool> read_section(Source& source, int version, std::string_view name, File& file, const Execution& execution) {
+    const auto yes = [](Done) { return true; };
+    if (name == "PhysicalNames") return read_names(source, file).map(yes);
+    if (name == "NodeData" || name == "ElementData")
+        return read_data(source, name == "NodeData", file, execution).map(yes);
+    if (name == "Elements") return read_elements(source, version, file, execution).map(yes);
+    if (name == "Nodes" || (name == "ParametricNodes" && version == 2))
+        return read_nodes(source, version, name != "Nodes", file.nodes, execution).map(yes);
+    if (version == 4 && (name == "Entities" || name == "PartitionedEntities"))
+        return read_entities_4(source, name == "PartitionedEntities", file).map(yes);
+    return false;
+}
+
+/// That all elements are such as Camber holds. Errors: unsupported.
+Outcome<Done> check_types(const Source& source, const File& file) {
+    if (file.refused.empty()) return Done{};
+    std::string list;
+    for (const auto& [type, count] : file.refused) {
+        const ElementType* const known = find_type(type);
+        if (!list.empty()) list += ", ";
+        list += std::to_string(count) + " " + (known ? name_of(*known) : "elements of type " + std::to_string(type));
+    }
+    return fail(ErrorKind::unsupported, "holds " + list + ", which Camber cannot hold", source.name(), {},
+                simplices_remedy);
+}
+
+}  // namespace
+
+Outcome<Done> order_nodes(const Source& source, Nodes& nodes) {
+    const Buffer<std::uint32_t> rows = rows_by_tag(nodes.tags);
+    if (!rows.empty()) {
+        Buffer<std::uint64_t> tags(rows.size());
+        Buffer<Vec<3>> points(rows.size());
+        nodes.vertex_of.resize(rows.size());
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            tags[i] = nodes.tags[rows[i]];
+            points[i] = nodes.points[rows[i]];
+            nodes.vertex_of[rows[i]] = static_cast<std::uint32_t>(i);
+        }
+        nodes.tags = std::move(tags);
+        nodes.points = std::move(points);
+    }
+    const auto twice = std::adjacent_find(nodes.tags.begin(), nodes.tags.end());
+    if (twice != nodes.tags.end())
+        return fail(ErrorKind::input, "is listed twice", source.place(), Entity{"node", *twice},
+                    "the file is damaged, or joined of two");
+    nodes.index = TagIndex(nodes.tags, {});
+    return Done{};
+}
+
+Outcome<File> read_file(Source& source, int version, const Execution& execution) {
+    File file;
+    for (;;) {
+        const auto name = next_section(source);
+        if (!name) return fail(name.error());
+        if (name->empty()) break;
+        auto read = read_section(source, version, *name, file, execution);
+        if (!read) return fail(std::move(read.error()));
+        if (!*read && *name != "Comments") ++file.skipped[*name];
+        auto ended = *read ? end_section(source, *name) : skip_section(source, *name);
+        if (!ended) return fail(std::move(ended.error()));
+    }
+    if (!file.nodes.listed || !file.elements_listed)
+        return source.error(std::string("the file has no ") + (file.nodes.listed ? "$Elements" : "$Nodes"),
+                            "it seems to be cut off");
+    if (auto held = check_types(source, file); !held) return fail(std::move(held.error()));
+    return file;
+}
+
+}  // namespace msh
+
+Outcome<DecodedMesh> decode_msh(std::span<const std::byte> bytes, std::string_view name, const Execution& execution) {
+    return guarded([&]() -> Outcome<DecodedMesh> {
+        msh::Source source(bytes, name);
+        const auto version = msh::begin(source, bytes);
+        if (!version) return fail(version.error());
+        auto file = msh::read_file(source, *version, execution);
+        if (!file) return fail(std::move(file.error()));
+        return msh::mesh_of(std::move(*file), std::string(name), execution);
+    });
+}
+
+}  // namespace camber

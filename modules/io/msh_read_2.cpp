@@ -1,0 +1,168 @@
+module;
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+module camber.io;
+import camber.core;
+
+/// The sections of version 2.2.
+namespace camber::msh {
+
+namespace {
+
+/// The number in the section's first line, which is text in either kind of file. No more than there are bytes.
+bool read_count(Source& source, std::size_t& count) {
+    std::int64_t number = 0;
+    if (!source.text_number(number) || number < 0) return false;
+    source.line();
+    count = static_cast<std::size_t>(number);
+    return count <= source.left();
+}
+
+auto too_many(const Source& source, const char* section, std::size_t count) {
+    return source.error(std::string(section) + " announces " + std::to_string(count) + " rows, more than follow",
+                        "the file is cut off or damaged");
+}
+
+bool read_tag(Source& source, std::uint64_t& tag) {
+    std::int64_t value = 0;
+    if (!(source.binary ? source.integer(value) : source.text_number(value))) return false;
+    tag = static_cast<std::uint64_t>(value);
+    return true;
+}
+
+/// Rows are as long as their entity has parameters.
+bool read_parametric_node(Source& source, std::size_t i, Nodes& nodes) {
+    if (!read_tag(source, nodes.tags[i])) return false;
+    for (int c = 0; c < 3; ++c)
+        if (!source.real(nodes.points[i][c])) return false;
+    std::int64_t dimension = 0, tag = 0;
+    if (!source.integer(dimension) || !source.integer(tag) || dimension < 0 || dimension > 3) return false;
+    const int parameters = dimension < 3 ? static_cast<int>(dimension) : 0;
+    nodes.blocks.push_back({{static_cast<int>(dimension), static_cast<Reference>(tag)}, i, i + 1, parameters,
+                            nodes.parameters.size()});
+    for (int k = 0; k < parameters; ++k)
+        if (double value = 0; source.real(value))
+            nodes.parameters.push_back(value);
+        else
+            return false;
+    return true;
+}
+
+/// What stands before the nodes of an element.
+struct Head {
+    std::int64_t type = 0, elements = 0, tags = 0;
+};
+
+/// Enters an element whose tags are there.
+template <int K, int N, class Row>
+void enter(const Row& row, std::size_t tags, const Nodes& nodes, std::size_t i, Elements<K, N>& elements) {
+    elements.tags[i] = static_cast<std::uint64_t>(row.integer(0));
+    const auto tag_at = [&](std::size_t k) { return k < tags ? static_cast<Reference>(row.integer(1 + k)) : 0; };
+    elements.physicals[i] = magnitude(tag_at(0));
+    elements.entities[i] = tag_at(1);
+    for (int k = 0; k < N; ++k) {
+        const std::int64_t tag = row.integer(1 + tags + static_cast<std::size_t>(place_in_row<N>(k)));
+        elements.nodes[i][static_cast<std::size_t>(k)] =
+            VertexId(std::size_t{nodes.index.find(static_cast<std::uint64_t>(tag))});
+    }
+}
+
+void grow(auto& elements, std::size_t n) {
+    const std::size_t size = elements.tags.size() + n;
+    elements.tags.resize(size);
+    elements.nodes.resize(size);
+    elements.physicals.resize(size);
+    elements.entities.resize(size);
+}
+
+/// So many elements of one type and one number of tags. In text it is one.
+Outcome<Done> read_rows(Source& source, const Head& head, File& file, const Execution& execution) {
+    const ElementType* const type = find_type(head.type);
+    if (!type) return unknown_type(source, head.type);
+    const auto n = static_cast<std::size_t>(head.elements), tags = static_cast<std::size_t>(head.tags);
+    const RowShape shape{1 + tags + type->nodes, 4, 0};
+    if (tags > source.left() || !source.has_room(n, shape)) return too_many(source, "$Elements", n);
+    if (tags > 2) file.partitioned += n;
+    if (!is_held(*type)) {
+        file.refused[type->number] += n;
+        return source.rows(n, shape, execution, [](std::size_t, const auto&) {});
+    }
+    return with_elements(file, type->number, [&](auto& elements) {
+        const std::size_t before = elements.tags.size();
+        grow(elements, n);
+        return source.rows(n, shape, execution, [&](std::size_t i, const auto& row) {
+            enter(row, tags, file.nodes, before + i, elements);
+        });
+    });
+}
+
+/// A line of text: its tag, its type, how many tags it has, these, the nodes.
+Outcome<Done> read_line(Source& source, File& file, TextRow& row) {
+    Head head;
+    std::int64_t tag = 0;
+    if (!source.text_number(tag) || !source.text_number(head.type) || !source.text_number(head.tags) || head.tags < 0 ||
+        static_cast<std::size_t>(head.tags) > source.left())
+        return cut_off(source, "$Elements");
+    const ElementType* const type = find_type(head.type);
+    if (!type) return unknown_type(source, head.type);
+    const auto tags = static_cast<std::size_t>(head.tags);
+    row.integers.resize(1 + tags + type->nodes);
+    row.integers[0] = tag;
+    for (std::size_t i = 1; i < row.integers.size(); ++i)
+        if (!(i <= tags ? source.integer(row.integers[i]) : source.text_number(row.integers[i])))
+            return cut_off(source, "$Elements");
+    if (tags > 2) ++file.partitioned;
+    if (!is_held(*type)) {
+        ++file.refused[type->number];
+        return Done{};
+    }
+    with_elements(file, type->number, [&](auto& elements) {
+        grow(elements, 1);
+        enter(row, tags, file.nodes, elements.tags.size() - 1, elements);
+    });
+    return Done{};
+}
+
+}  // namespace
+
+Outcome<Done> read_nodes_2(Source& source, bool parametric, Nodes& nodes, const Execution& execution) {
+    std::size_t n = 0;
+    if (!read_count(source, n)) return cut_off(source, "$Nodes");
+    const RowShape shape{1, 4, 3};
+    if (!source.has_room(n, shape)) return too_many(source, "$Nodes", n);
+    nodes.tags.resize(n);
+    nodes.points.resize(n);
+    if (!parametric)
+        return source.rows(n, shape, execution, [&](std::size_t i, const auto& row) {
+            nodes.tags[i] = static_cast<std::uint64_t>(row.integer(0));
+            for (int c = 0; c < 3; ++c) nodes.points[i][c] = row.real(static_cast<std::size_t>(c));
+        });
+    for (std::size_t i = 0; i < n; ++i)
+        if (!read_parametric_node(source, i, nodes)) return cut_off(source, "$ParametricNodes");
+    return Done{};
+}
+
+Outcome<Done> read_elements_2(Source& source, File& file, const Execution& execution) {
+    std::size_t n = 0;
+    if (!read_count(source, n)) return cut_off(source, "$Elements");
+    file.by_row = true;
+    TextRow row;
+    while (n > 0) {
+        Head head{.elements = 1};
+        if (source.binary) {
+            if (!source.integer(head.type) || !source.integer(head.elements) || !source.integer(head.tags) ||
+                head.elements < 1 || static_cast<std::size_t>(head.elements) > n || head.tags < 0)
+                return cut_off(source, "$Elements");
+            if (auto read = read_rows(source, head, file, execution); !read) return read;
+        } else if (auto read = read_line(source, file, row); !read) {
+            return read;
+        }
+        n -= static_cast<std::size_t>(head.elements);
+    }
+    return Done{};
+}
+
+}  // namespace camber::msh

@@ -1,0 +1,179 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+module camber.io;
+import camber.core;
+
+/// The sections of version 4.1.
+namespace camber::msh {
+
+namespace {
+
+/// A count that stands before as many whole numbers.
+template <class Take>
+bool read_list(Source& source, Take&& take) {
+    std::uint64_t n = 0;
+    std::int64_t value = 0;
+    if (!source.count(n)) return false;
+    for (; n > 0; --n) {
+        if (!source.integer(value)) return false;
+        take(value);
+    }
+    return true;
+}
+
+bool read_reals(Source& source, int n) {
+    double value = 0;
+    for (; n > 0; --n)
+        if (!source.real(value)) return false;
+    return true;
+}
+
+bool read_entity(Source& source, int dimension, bool of_partition, File& file) {
+    const auto ignore = [](std::int64_t) {};
+    EntityInfo info{.of_partition = of_partition};
+    std::int64_t tag = 0, parent_dimension = 0, parent_tag = 0;
+    if (!source.integer(tag)) return false;
+    if (of_partition) {
+        if (!source.integer(parent_dimension) || !source.integer(parent_tag) || !read_list(source, ignore)) return false;
+        if (parent_dimension < 0 || parent_dimension > 3) return false;
+        info.parent = {static_cast<int>(parent_dimension), static_cast<Reference>(parent_tag)};
+    }
+    if (!read_reals(source, dimension == 0 ? 3 : 6)) return false;
+    const auto physical = [&](std::int64_t value) {
+        if (info.physicals++ == 0) info.physical = magnitude(value);
+    };
+    if (!read_list(source, physical) || (dimension > 0 && !read_list(source, ignore))) return false;
+    file.entities.insert_or_assign(EntityKey{dimension, static_cast<Reference>(tag)}, info);
+    return true;
+}
+
+/// The head of a block in $Nodes and $Elements.
+struct BlockHead {
+    EntityKey entity;
+    std::int64_t kind = 0;  ///< parametric or not; the type
+    std::uint64_t count = 0;
+};
+bool read_head(Source& source, BlockHead& head) {
+    std::int64_t dimension = 0, tag = 0;
+    if (!source.integer(dimension) || !source.integer(tag) || !source.integer(head.kind) || !source.count(head.count))
+        return false;
+    head.entity = {static_cast<int>(dimension), static_cast<Reference>(tag)};
+    return dimension >= 0 && dimension <= 3;
+}
+
+/// The number of blocks; what else stands there is told by the blocks.
+bool read_blocks(Source& source, std::uint64_t& blocks) {
+    std::uint64_t ignored = 0;
+    return source.count(blocks) && source.count(ignored) && source.count(ignored) && source.count(ignored);
+}
+
+Outcome<Done> read_node_block(Source& source, const BlockHead& head, Nodes& nodes, const Execution& execution) {
+    const auto parameters = static_cast<std::size_t>(head.kind != 0 ? head.entity.dimension : 0);
+    const RowShape tag{1, 8, 0}, place{0, 8, 3 + parameters};
+    if (!source.has_room(head.count, {1, 8, 3 + parameters}))
+        return source.error("$Nodes: a block announces " + std::to_string(head.count) + " nodes, more than follow",
+                            "the file is cut off or damaged");
+    const std::size_t before = nodes.tags.size(), n = head.count;
+    if (before + n > max_entities) return source.error("$Nodes: there are more nodes than 32 bits can number");
+    nodes.blocks.push_back({head.entity, before, before + n, static_cast<int>(parameters), nodes.parameters.size()});
+    nodes.tags.resize(before + n);
+    nodes.points.resize(before + n);
+    const std::size_t first = nodes.parameters.size();
+    nodes.parameters.resize(first + n * parameters);
+    return source
+        .rows(n, tag, execution,
+              [&](std::size_t i, const auto& row) {
+                  nodes.tags[before + i] = static_cast<std::uint64_t>(row.integer(0));
+              })
+        .and_then([&](Done) {
+            return source.rows(n, place, execution, [&](std::size_t i, const auto& row) {
+                for (int c = 0; c < 3; ++c) nodes.points[before + i][c] = row.real(static_cast<std::size_t>(c));
+                for (std::size_t c = 0; c < parameters; ++c)
+                    nodes.parameters[first + i * parameters + c] = row.real(3 + c);
+            });
+        });
+}
+
+template <int K, int N>
+Outcome<Done> read_rows(Source& source, std::size_t n, const Nodes& nodes, Elements<K, N>& elements,
+                        const Execution& execution) {
+    const std::size_t before = elements.tags.size();
+    elements.tags.resize(before + n);
+    elements.nodes.resize(before + n);
+    return source.rows(n, {N + 1, 8, 0}, execution, [&](std::size_t i, const auto& row) {
+        elements.tags[before + i] = static_cast<std::uint64_t>(row.integer(0));
+        for (int k = 0; k < N; ++k) {
+            const auto tag = static_cast<std::uint64_t>(row.integer(static_cast<std::size_t>(1 + place_in_row<N>(k))));
+            elements.nodes[before + i][static_cast<std::size_t>(k)] = VertexId(std::size_t{nodes.index.find(tag)});
+        }
+    });
+}
+
+Outcome<Done> read_element_block(Source& source, const BlockHead& head, File& file, const Execution& execution) {
+    const ElementType* const type = find_type(head.kind);
+    if (!type) return unknown_type(source, head.kind);
+    if (!source.has_room(head.count, {type->nodes + 1, 8, 0}))
+        return source.error(
+            "$Elements: a block announces " + std::to_string(head.count) + " elements, more than follow",
+            "the file is cut off or damaged");
+    const std::size_t n = head.count;
+    if (!is_held(*type)) {
+        file.refused[type->number] += n;
+        return source.rows(n, {type->nodes + 1, 8, 0}, execution, [](std::size_t, const auto&) {});
+    }
+    return with_elements(file, type->number, [&](auto& elements) {
+        const std::size_t before = elements.tags.size();
+        file.blocks.push_back({type->number, head.entity, before, before + n});
+        return read_rows(source, n, file.nodes, elements, execution);
+    });
+}
+
+}  // namespace
+
+Outcome<Done> read_entities_4(Source& source, bool of_partitions, File& file) {
+    const char* const section = of_partitions ? "$PartitionedEntities" : "$Entities";
+    std::uint64_t partitions = 0, ghosts = 0;
+    if (of_partitions) {
+        if (!source.count(partitions) || !source.count(ghosts)) return cut_off(source, section);
+        for (std::int64_t value = 0; ghosts > 0; --ghosts)
+            if (!source.integer(value) || !source.integer(value)) return cut_off(source, section);
+    }
+    std::array<std::uint64_t, 4> counts{};
+    for (std::uint64_t& count : counts)
+        if (!source.count(count)) return cut_off(source, section);
+    for (int dimension = 0; dimension < 4; ++dimension)
+        for (std::uint64_t n = counts[static_cast<std::size_t>(dimension)]; n > 0; --n) {
+            if (!read_entity(source, dimension, of_partitions, file)) return cut_off(source, section);
+            if (of_partitions) ++file.partitioned;
+        }
+    return Done{};
+}
+
+Outcome<Done> read_nodes_4(Source& source, Nodes& nodes, const Execution& execution) {
+    std::uint64_t blocks = 0;
+    if (!read_blocks(source, blocks)) return cut_off(source, "$Nodes");
+    for (; blocks > 0; --blocks) {
+        BlockHead head;
+        if (!read_head(source, head)) return cut_off(source, "$Nodes");
+        if (auto read = read_node_block(source, head, nodes, execution); !read) return read;
+    }
+    return Done{};
+}
+
+Outcome<Done> read_elements_4(Source& source, File& file, const Execution& execution) {
+    std::uint64_t blocks = 0;
+    if (!read_blocks(source, blocks)) return cut_off(source, "$Elements");
+    for (; blocks > 0; --blocks) {
+        BlockHead head;
+        if (!read_head(source, head)) return cut_off(source, "$Elements");
+        if (auto read = read_element_block(source, head, file, execution); !read) return read;
+    }
+    return Done{};
+}
+
+}  // namespace camber::msh
