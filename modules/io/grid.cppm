@@ -1,4 +1,5 @@
 module;
+#include <array>
 #include <cstddef>
 export module camber.io:grid;
 import camber.core;
@@ -70,10 +71,16 @@ struct Grid<QuadraticMesh<D>> {
     }
 };
 
+template <int K>
+[[nodiscard]] bool entities_fit(const Simplices<K>& simplices) {
+    return simplices.entities.empty() || simplices.entities.size() == simplices.size();
+}
+
 template <int D>
 [[nodiscard]] bool columns_fit(const LinearMesh<D>& m) {
     return m.point_references.size() == m.points.size() && m.elements.references.size() == m.elements.size() &&
            m.facets.references.size() == m.facets.size() && m.edges.references.size() == m.edges.size() &&
+           entities_fit(m.elements) && entities_fit(m.facets) && entities_fit(m.edges) &&
            (D == 3 || m.edges.size() == 0);
 }
 

@@ -19,25 +19,6 @@ namespace camber {
 
 namespace vtu {
 
-namespace {
-
-template <int K>
-constexpr int dimension_of(const Simplices<K>&) {
-    return K;
-}
-
-template <int K>
-constexpr std::uint8_t cell_type(int degree, VtuCells cells) {
-    constexpr std::array<std::uint8_t, 3> linear{3, 5, 10}, quadratic{21, 22, 24}, lagrange{68, 69, 71};
-    if (degree == 1) return linear[K - 1];
-    return cells == VtuCells::quadratic ? quadratic[K - 1] : lagrange[K - 1];
-}
-
-/// The components that VTK wants, by where they stand in a row of ours; −1: zero.
-struct Components {
-    std::vector<std::string> names;
-    std::vector<int> sources;
-};
 Components components_of(FieldKind kind, int dimension) {
     const bool plane = dimension == 2;
     const std::vector<std::string> axes{"X", "Y", "Z"};
@@ -52,6 +33,20 @@ Components components_of(FieldKind kind, int dimension) {
                     plane ? std::vector{0, 1, -1, 2, 3, -1, -1, -1, -1} : std::vector{0, 1, 2, 3, 4, 5, 6, 7, 8}};
     }
     return {};
+}
+
+namespace {
+
+template <int K>
+constexpr int dimension_of(const Simplices<K>&) {
+    return K;
+}
+
+template <int K>
+constexpr std::uint8_t cell_type(int degree, VtuCells cells) {
+    constexpr std::array<std::uint8_t, 3> linear{3, 5, 10}, quadratic{21, 22, 24}, lagrange{68, 69, 71};
+    if (degree == 1) return linear[K - 1];
+    return cells == VtuCells::quadratic ? quadratic[K - 1] : lagrange[K - 1];
 }
 
 /// Makes the parts of one file; each returns its XML.
@@ -116,7 +111,23 @@ class Writer {
             });
         });
         if (!dimensions) return dimensions;
-        return data("CellData", *references + *dimensions, Centring::cell);
+        auto entities = this->entities();
+        if (!entities) return entities;
+        return data("CellData", *references + *dimensions + *entities, Centring::cell);
+    }
+
+    /// Nothing where no entity is known.
+    Outcome<std::string> entities() {
+        const auto known = [](const auto& simplices) {
+            return std::any_of(simplices.entities.begin(), simplices.entities.end(),
+                               [](Reference e) { return e != 0; });
+        };
+        if (!known(linear_.elements) && !known(linear_.facets) && !known(linear_.edges)) return std::string();
+        return arrays_.add<std::int32_t>({"entity"}, cells_of(linear_), [&](std::size_t c) {
+            return at_cell(linear_, c, [](const auto& simplices, std::size_t s) {
+                return simplices.entities.empty() ? 0 : simplices.entities[s];
+            });
+        });
     }
 
     Outcome<std::string> data(const std::string& tag, std::string xml, Centring centring) {

@@ -12,6 +12,7 @@ module;
 export module camber.io:vtu_arrays;
 import camber.core;
 import :any_mesh;
+import :solution;
 
 namespace camber::vtu {
 
@@ -60,6 +61,13 @@ class AppendedArrays {
     Chunks chunks_;
     std::size_t bytes_ = 0;
 };
+
+/// The components that VTK wants of a field, by where they stand in a row of ours; −1: zero.
+struct Components {
+    std::vector<std::string> names;
+    std::vector<int> sources;
+};
+[[nodiscard]] Components components_of(FieldKind kind, int dimension);
 
 /// A text for an XML attribute.
 [[nodiscard]] std::string escaped(std::string_view text);

@@ -38,6 +38,11 @@ bool holds_simplices(const AnyMesh& mesh) {
         mesh);
 }
 
+/// A mesh in 2D is in space in files that know no plane.
+AnyMesh as_in_file(const MeshFormat& format, const AnyMesh& mesh) {
+    return format.always_in_space ? *raised(mesh, {}, {}) : mesh;
+}
+
 Solution some_solution(std::uint64_t seed) {
     generated::Random random(seed);
     Solution made{.dimension = 2 + static_cast<int>(random.below(2)),
@@ -100,7 +105,7 @@ TEST_CASE("what a row of meshes writes it knows again, and no other does; what i
                 const auto back = decode_mesh(bytes, "file.of-no-format", {});
                 if (!back) RC_FAIL(describe(back.error()));
                 // Where something is lost, what is left is at least the same from then on.
-                if (format.losses(mesh).empty()) RC_ASSERT(back->mesh == mesh);
+                if (format.losses(mesh).empty()) RC_ASSERT(as_in_file(format, back->mesh) == as_in_file(format, mesh));
                 RC_ASSERT(format.losses(back->mesh).empty());
                 const auto again = generated::joined(*format.encode(back->mesh, {}, {}, {}));
                 if (format.name == "cgns") {  // HDF5 notes when objects were made
@@ -158,8 +163,13 @@ TEST_CASE("a file is read by its content, and by its ending where that says noth
     CHECK(message("solid cube", "in.stl") ==
           "in.stl: it begins as no known format does, nor is its ending known" + remedy);
     CHECK(message("", "/dev/stdin") == "/dev/stdin: the file is empty" + remedy);
-    CHECK(message("<VTKFile type=\"UnstructuredGrid\">", "in.mesh") ==
-          "in.mesh: VTU (ParaView) is written, but not read" + remedy);
+    std::vector<MeshFormat> formats(mesh_formats().begin(), mesh_formats().end());
+    for (MeshFormat& format : formats)
+        if (format.name == "vtu") format.decode = nullptr;
+    const auto only_written = format_to_read(std::span<const MeshFormat>(formats),
+                                             generated::bytes_of("<VTKFile type=\"UnstructuredGrid\">"), "in.mesh");
+    REQUIRE(!only_written);
+    CHECK(describe(only_written.error()).starts_with("in.mesh: VTU (ParaView) is written, but not read (give a "));
 }
 
 TEST_CASE("a file is written by its ending, or by a name that is given") {

@@ -1,0 +1,40 @@
+module;
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+export module camber.io:refused;
+import camber.core;
+
+namespace camber {
+
+/// Counts what a file holds and Camber cannot, kind by kind in the order of their first mention.
+class Refused {
+  public:
+    /// `kind`: in the plural.
+    void count(const std::string& kind, std::size_t number = 1) {
+        for (auto& [name, counted] : kinds_)
+            if (name == kind) {
+                counted += number;
+                return;
+            }
+        kinds_.emplace_back(kind, number);
+    }
+
+    /// An error of kind unsupported that names them all, if there are any.
+    [[nodiscard]] Outcome<Done> verdict(std::string where) const {
+        if (kinds_.empty()) return Done{};
+        std::string text;
+        constexpr std::size_t most = 12;
+        for (std::size_t i = 0; i < kinds_.size() && i < most; ++i)
+            text += (text.empty() ? "" : ", ") + std::to_string(kinds_[i].second) + " " + kinds_[i].first;
+        if (kinds_.size() > most) text += " and more";
+        return fail(ErrorKind::unsupported, "holds " + text + ", which Camber cannot hold", std::move(where), {},
+                    "give a mesh of edges, triangles and tetrahedra of degree 1 or 2");
+    }
+
+  private:
+    std::vector<std::pair<std::string, std::size_t>> kinds_;
+};
+
+}  // namespace camber

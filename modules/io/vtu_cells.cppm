@@ -1,0 +1,36 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+export module camber.io:vtu_cells;
+import camber.core;
+import :any_mesh;
+import :listing;
+import :vtu_file;
+
+namespace camber::vtu {
+
+/// The cells that a mesh has, and where they stand in the file.
+struct Cells {
+    static constexpr std::size_t kinds = 6;
+    /// By kind: elements, facets, edges, of each those of degree 2 first.
+    std::array<Column<std::uint32_t>, kinds> of_kind;
+    Column<std::uint32_t> order;         ///< all of them behind one another
+    Buffer<std::uint64_t> starts;        ///< of each cell of the file, in `connectivity`; one more for the end
+    Buffer<std::uint32_t> connectivity;  ///< points; those of an invalid VertexId are none
+    std::size_t at = 0;                  ///< where in the file
+
+    /// The dimension of the simplices of a kind.
+    [[nodiscard]] static constexpr int dimension(std::size_t kind) { return 3 - static_cast<int>(kind / 2); }
+};
+
+/// The cells of a file, nodes as they are; vertices among them are left out, with a notice. Errors: input (arrays that
+/// contradict each other), unsupported (cells that are no simplices, or of another degree than 1 and 2).
+[[nodiscard]] Outcome<Cells> read_cells(const File& file, std::vector<Notice>& notices, const Execution& execution);
+
+/// Puts the nodes of the cells into the mesh.
+[[nodiscard]] Outcome<Done> place_cells(const File& file, const Cells& cells, listing::Mesh<3>& mesh,
+                                        const Execution& execution);
+
+}  // namespace camber::vtu

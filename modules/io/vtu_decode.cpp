@@ -1,0 +1,333 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.io;
+import camber.core;
+import camber.bezier;
+
+namespace camber::vtu {
+
+namespace {
+
+constexpr std::size_t row_grain = 4096;
+/// Where references of cells are looked for, in this order.
+constexpr std::array<std::string_view, 5> names_of_references{"reference", "medit:ref", "gmsh:physical",
+                                                              "CellEntityIds", "MaterialID"};
+
+auto damaged(const File& file, std::size_t at, std::string what) {
+    return fail(ErrorKind::input, std::move(what), place(file, at), {}, "the file is damaged, or joined of two");
+}
+
+Outcome<Buffer<Vec<3>>> read_points(const File& file, const Execution& execution) {
+    if (file.points == 0) return Buffer<Vec<3>>{};
+    if (file.points > max_entities)
+        return fail(ErrorKind::unsupported, "has more points than 32 bits can number", file.name);
+    if (file.point_arrays.empty()) return damaged(file, 0, "Points have no array");
+    const DataArray& array = file.point_arrays.front();
+    const auto numbers = read_array(file, array, execution);
+    if (!numbers) return fail(numbers.error());
+    // A product of a number that is not to be trusted would overflow.
+    if (array.components != 3 || size_of(*numbers) % 3 != 0 || size_of(*numbers) / 3 != file.points)
+        return damaged(file, array.at,
+                       "the Piece has " + std::to_string(file.points) + " points, but " +
+                           std::to_string(size_of(*numbers)) + " coordinates, " + std::to_string(array.components) +
+                           " each");
+    return std::visit(
+        [&](const auto& values) {
+            return map_each(
+                execution, file.points,
+                [&](std::size_t v) {
+                    Vec<3> p;
+                    for (std::size_t c = 0; c < 3; ++c) p[static_cast<int>(c)] = static_cast<double>(values[3 * v + c]);
+                    return p;
+                },
+                row_grain);
+        },
+        *numbers);
+}
+
+/// The rows of an array of points or cells, as many as there are of these.
+Outcome<Numbers> read_rows(const File& file, const DataArray& array, std::size_t rows, const Execution& execution) {
+    auto numbers = read_array(file, array, execution);
+    if (!numbers) return numbers;
+    const std::size_t size = size_of(*numbers);
+    if (array.components == 0 || size % array.components != 0 || size / array.components != rows)
+        return damaged(file, array.at,
+                       "the array " + array.name + " has " + std::to_string(size) + " numbers, not " +
+                           std::to_string(array.components) + " for each of " + std::to_string(rows) + " rows");
+    return numbers;
+}
+
+/// The scalars as references; none where one of them is no whole number of 32 bits.
+Outcome<std::optional<Buffer<Reference>>> as_references(const Numbers& numbers, const Execution& execution) {
+    return std::visit(
+        [&](const auto& values) -> Outcome<std::optional<Buffer<Reference>>> {
+            FirstFault first;
+            auto made = map_each(
+                execution, values.size(),
+                [&](std::size_t i) {
+                    const auto reference = whole_number<Reference>(values[i]);
+                    if (!reference) first.note(i);
+                    return reference.value_or(0);
+                },
+                row_grain);
+            if (!made) return fail(std::move(made.error()));
+            if (first.any()) return std::nullopt;
+            return std::move(*made);
+        },
+        numbers);
+}
+
+/// Rows of ours: row `order[i]` of the file's (without an order, row i), its component k at `places[k]`.
+template <class To, class From>
+Outcome<Column<To>> placed(const Buffer<From>& from, const Column<std::uint32_t>* order, const std::vector<int>& places,
+                           const Execution& execution) {
+    const std::size_t width = places.size(), rows = order ? order->size() : from.size() / width;
+    Buffer<To> out(rows * width);
+    return each(
+               execution, rows,
+               [&](std::size_t i) {
+                   const std::size_t row = order ? (*order)[i] : i;
+                   for (std::size_t k = 0; k < width; ++k)
+                       out[i * width + static_cast<std::size_t>(places[k])] = static_cast<To>(from[row * width + k]);
+               },
+               row_grain)
+        .map([&](Done) { return Column<To>(std::move(out)); });
+}
+
+template <class From>
+Outcome<FieldValues> field_values(const Buffer<From>& from, const Column<std::uint32_t>* order,
+                                  const std::vector<int>& places, const Execution& execution) {
+    const auto as_values = [](auto column) { return FieldValues(std::move(column)); };
+    if constexpr (std::is_integral_v<From>)
+        if (std::all_of(from.begin(), from.end(), [](From x) { return std::in_range<std::int32_t>(x); }))
+            return placed<std::int32_t>(from, order, places, execution).map(as_values);
+    return placed<double>(from, order, places, execution).map(as_values);
+}
+
+std::optional<FieldKind> kind_with(std::size_t components) {
+    switch (components) {
+        case 1: return FieldKind::scalar;
+        case 3: return FieldKind::vector;
+        case 6: return FieldKind::symmetric_tensor;
+        case 9: return FieldKind::full_tensor;
+        default: return std::nullopt;
+    }
+}
+
+/// Counts arrays that are left out, and names the first of them.
+struct LeftOut {
+    const char* why;
+    std::size_t count = 0;
+    std::string names = {};
+
+    void add(std::string name) {
+        for (char& c : name)  // noise must not reach a terminal as it is
+            if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+        constexpr std::size_t most = 5;
+        if (count < most) names += (count == 0 ? "" : ", ") + name.substr(0, 80);
+        if (count++ == most) names += " …";
+    }
+    void tell(std::vector<Notice>& notices) const {
+        if (count > 0)
+            notices.push_back({std::to_string(count) + " arrays were left out, since " + why + ": " + names});
+    }
+};
+
+/// Makes the mesh of one file, part by part.
+class MeshReader {
+  public:
+    MeshReader(const File& file, const Execution& execution) : file_(file), execution_(execution) {
+        mesh_.name = file.name;
+    }
+
+    Outcome<DecodedMesh> read() && {
+        auto points = read_points(file_, execution_);
+        if (!points) return fail(std::move(points.error()));
+        mesh_.points = std::move(*points);
+        auto cells = read_cells(file_, notices_, execution_);
+        if (!cells) return fail(std::move(cells.error()));
+        cells_ = std::move(*cells);
+        for (auto part : {&MeshReader::nodes, &MeshReader::point_data, &MeshReader::cell_data}) {
+            auto done = (this->*part)();
+            if (!done) return fail(std::move(done.error()));
+        }
+        auto sound = listing::check(mesh_, execution_);
+        if (!sound) return fail(std::move(sound.error()));
+        tell();
+        return listing::assembled(std::move(mesh_), listing::MidNodeKind::on_curve, std::move(notices_), execution_);
+    }
+
+  private:
+    Outcome<Done> nodes() { return place_cells(file_, cells_, mesh_, execution_); }
+
+    Outcome<Done> point_data() {
+        mesh_.point_references = Buffer<Reference>(mesh_.points.size(), 0);
+        for (const DataArray& array : file_.point_data) {
+            auto done = array.name == "reference" ? references_of_points(array) : field(array, Centring::node);
+            if (!done) return done;
+        }
+        return Done{};
+    }
+
+    Outcome<Done> references_of_points(const DataArray& array) {
+        return whole_scalars(array, file_.points).map([&](std::optional<Buffer<Reference>> references) {
+            if (references) mesh_.point_references = std::move(*references);
+            return Done{};
+        });
+    }
+
+    Outcome<Done> cell_data() {
+        auto references = references_of_cells();
+        if (!references) return fail(std::move(references.error()));
+        Buffer<Reference> entities;
+        for (const DataArray& array : file_.cell_data) {
+            if (name_of_references_ && array.name == *name_of_references_) continue;
+            auto done = array.name == "entity"      ? entities_of_cells(array, entities)
+                        : array.name == "dimension" ? dimensions(array)
+                        : array.name == "reference" ? Outcome<Done>(Done{})
+                                                    : field(array, Centring::cell);
+            if (!done) return done;
+        }
+        std::size_t kind = 0;
+        const auto take = [&](auto& simplices) {
+            const auto& curved = cells_.of_kind[kind++];
+            const auto& straight = cells_.of_kind[kind++];
+            simplices.curved.references = chosen(*references, curved);
+            simplices.straight.references = chosen(*references, straight);
+            Buffer<Reference> of_curved = chosen(entities, curved), of_straight = chosen(entities, straight);
+            const auto known = [](Reference e) { return e != 0; };
+            if (std::any_of(of_curved.begin(), of_curved.end(), known) ||
+                std::any_of(of_straight.begin(), of_straight.end(), known)) {
+                simplices.curved.entities = std::move(of_curved);
+                simplices.straight.entities = std::move(of_straight);
+            }
+        };
+        take(mesh_.elements);
+        take(mesh_.facets);
+        take(mesh_.edges);
+        return Done{};
+    }
+
+    /// By the file's cells; zeros where no array is one of references.
+    Outcome<Buffer<Reference>> references_of_cells() {
+        for (const std::string_view name : names_of_references)
+            for (const DataArray& array : file_.cell_data) {
+                if (array.name != name) continue;
+                auto references = whole_scalars(array, file_.cells);
+                if (!references) return fail(std::move(references.error()));
+                if (!*references) continue;
+                name_of_references_ = name;
+                return std::move(**references);
+            }
+        return Buffer<Reference>(file_.cells, 0);
+    }
+
+    Outcome<Done> entities_of_cells(const DataArray& array, Buffer<Reference>& entities) {
+        return whole_scalars(array, file_.cells).map([&](std::optional<Buffer<Reference>> made) {
+            if (made) entities = std::move(*made);
+            return Done{};
+        });
+    }
+
+    /// The array that Camber writes says nothing new; another one of that name is somebody's field.
+    Outcome<Done> dimensions(const DataArray& array) {
+        auto numbers = whole_scalars(array, file_.cells);
+        if (!numbers) return fail(std::move(numbers.error()));
+        bool ours = numbers->has_value();
+        for (std::size_t kind = 0; kind < Cells::kinds && ours; ++kind)
+            for (const std::uint32_t cell : cells_.of_kind[kind])
+                ours = ours && (**numbers)[cell] == Cells::dimension(kind);
+        if (!ours) taken_names_.add(array.name);
+        return Done{};
+    }
+
+    /// None, and that is told, where they are no whole numbers.
+    Outcome<std::optional<Buffer<Reference>>> whole_scalars(const DataArray& array, std::size_t rows) {
+        const auto none = [&]() -> std::optional<Buffer<Reference>> {
+            if (array.name == "reference" || array.name == "entity") taken_names_.add(array.name);
+            return std::nullopt;
+        };
+        if (array.components != 1 || !is_number(array)) return none();
+        const auto numbers = read_rows(file_, array, rows, execution_);
+        if (!numbers) return fail(numbers.error());
+        auto made = as_references(*numbers, execution_);
+        if (!made || *made) return made;
+        return none();
+    }
+
+    Outcome<Done> field(const DataArray& array, Centring centring) {
+        const auto kind = kind_with(array.components);
+        if (!is_number(array)) return left_out(no_numbers_, array);
+        if (array.name.empty()) return left_out(nameless_, array);
+        if (!kind) return left_out(other_components_, array);
+        const bool cells = centring == Centring::cell;
+        const auto numbers = read_rows(file_, array, cells ? file_.cells : file_.points, execution_);
+        if (!numbers) return fail(numbers.error());
+        auto values = std::visit(
+            [&](const auto& from) {
+                return field_values(from, cells ? &cells_.order : nullptr, components_of(*kind, 3).sources, execution_);
+            },
+            *numbers);
+        if (!values) return fail(std::move(values.error()));
+        mesh_.fields = std::move(mesh_.fields).with({array.name, centring, *kind, std::move(*values)});
+        return Done{};
+    }
+
+    static Outcome<Done> left_out(LeftOut& list, const DataArray& array) {
+        list.add(array.name);
+        return Done{};
+    }
+
+    [[nodiscard]] static Buffer<Reference> chosen(const Buffer<Reference>& of_file,
+                                                  const Column<std::uint32_t>& cells) {
+        Buffer<Reference> made;
+        if (of_file.empty()) return made;
+        made.reserve(cells.size());
+        for (const std::uint32_t cell : cells) made.push_back(of_file[cell]);
+        return made;
+    }
+
+    void tell() {
+        for (const LeftOut* list : {&no_numbers_, &nameless_, &other_components_, &taken_names_}) list->tell(notices_);
+        if (file_.arrays_of_the_whole > 0)
+            notices_.push_back({std::to_string(file_.arrays_of_the_whole) + " arrays of FieldData were left out"});
+    }
+
+    const File& file_;
+    const Execution& execution_;
+    listing::Mesh<3> mesh_;
+    Cells cells_;
+    std::vector<Notice> notices_;
+    std::optional<std::string_view> name_of_references_;
+    LeftOut no_numbers_{"they are of no type of numbers"}, nameless_{"they have no name"},
+        other_components_{"they have neither 1, 3, 6 nor 9 components"},
+        taken_names_{"their values are not what Camber has under these names"};
+};
+
+}  // namespace
+
+}  // namespace camber::vtu
+
+namespace camber {
+
+Outcome<DecodedMesh> decode_vtu(std::span<const std::byte> bytes, std::string_view name, const Execution& execution) {
+    return guarded([&]() -> Outcome<DecodedMesh> {
+        const auto file = vtu::open_file(bytes, name);
+        if (!file) return fail(file.error());
+        return vtu::MeshReader(*file, execution).read();
+    });
+}
+
+}  // namespace camber

@@ -1,0 +1,164 @@
+module;
+#include <pugixml.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <new>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+module camber.io;
+import camber.core;
+
+namespace camber::vtu {
+
+namespace {
+
+constexpr const char* cut_off = "it seems to be cut off";
+constexpr std::string_view blanks = " \t\r\n";
+/// An offset that no file has.
+constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
+
+auto fail_at(const File& file, std::size_t at, std::string what, std::string remedy = {}) {
+    return fail(ErrorKind::input, std::move(what), place(file, at), {}, std::move(remedy));
+}
+auto refuse_at(const File& file, std::size_t at, std::string what, std::string remedy) {
+    return fail(ErrorKind::unsupported, std::move(what), place(file, at), {}, std::move(remedy));
+}
+
+/// Raw data are no XML: takes them out of the text, which is then whole without them.
+Outcome<std::string> cut(File& file) {
+    const std::string_view text(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
+    const std::size_t element = text.find("<AppendedData");
+    if (element == std::string_view::npos) return std::string(text);
+    const std::size_t tag_end = text.find('>', element);
+    const std::size_t close = text.rfind("</AppendedData>");
+    if (tag_end == std::string_view::npos || close == std::string_view::npos || close < tag_end ||
+        text.find("</VTKFile>", close) == std::string_view::npos)
+        return fail_at(file, element, "the file ends within its AppendedData", cut_off);
+    const std::size_t mark = text.find_first_not_of(blanks, tag_end + 1);
+    if (mark >= close || text[mark] != '_')
+        return fail_at(file, element, "AppendedData do not begin with an underscore");
+    file.appended = text.substr(mark + 1, close - mark - 1);
+    return std::string(text.substr(0, tag_end + 1)) + "</AppendedData></VTKFile>";
+}
+
+Outcome<std::shared_ptr<pugi::xml_document>> parsed(const File& file, const std::string& xml) {
+    auto document = std::make_shared<pugi::xml_document>();
+    const auto result = document->load_buffer(xml.data(), xml.size(), pugi::parse_default, pugi::encoding_utf8);
+    if (result.status == pugi::status_out_of_memory) throw std::bad_alloc();
+    if (result) return document;
+    return fail_at(file, static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0)),
+                   std::string("the XML is damaged: ") + result.description(), "it is cut off, or no VTU file");
+}
+
+std::size_t at(const pugi::xml_node& node) {
+    return static_cast<std::size_t>(std::max<std::ptrdiff_t>(node.offset_debug(), 0));
+}
+
+/// A whole number of an attribute; none: it is not there, or none.
+std::optional<std::uint64_t> number(const pugi::xml_node& node, const char* name) {
+    const std::string_view text = node.attribute(name).as_string();
+    std::uint64_t value = 0;
+    const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || stop != text.data() + text.size()) return std::nullopt;
+    return value;
+}
+
+/// Byte order, headers, compressor.
+Outcome<Done> read_head(File& file, const pugi::xml_node& root) {
+    const auto word = [&](const char* name, const char* otherwise) {
+        return std::string(root.attribute(name).as_string(otherwise));
+    };
+    if (word("type", "") != "UnstructuredGrid")
+        return refuse_at(file, at(root), "is no UnstructuredGrid",
+                         "give the .vtu file of an unstructured grid; of several that belong together, one");
+    const std::string order = word("byte_order", "LittleEndian"), header = word("header_type", "UInt32"),
+                      compressor = word("compressor", "");
+    if (order != "LittleEndian" && order != "BigEndian")
+        return fail_at(file, at(root), "byte_order is neither LittleEndian nor BigEndian");
+    if (header != "UInt32" && header != "UInt64")
+        return fail_at(file, at(root), "header_type is neither UInt32 nor UInt64");
+    if (!compressor.empty() && compressor != "vtkZLibDataCompressor")
+        return refuse_at(file, at(root), "its data are compressed by another compressor than vtkZLibDataCompressor",
+                         "write it with that one or with none: ParaView asks for the Compressor Type");
+    file.swapped = (order == "LittleEndian") != (std::endian::native == std::endian::little);
+    file.word = header == "UInt32" ? 4 : 8;
+    file.compressed = !compressor.empty();
+    const std::string encoding = root.child("AppendedData").attribute("encoding").as_string("base64");
+    if (encoding != "raw" && encoding != "base64")
+        return fail_at(file, at(root.child("AppendedData")), "the encoding of AppendedData is neither raw nor base64");
+    file.encoding = encoding == "raw" ? Encoding::raw : Encoding::base64;
+    return Done{};
+}
+
+std::vector<DataArray> arrays_in(const pugi::xml_node& section) {
+    std::vector<DataArray> arrays;
+    for (const pugi::xml_node& node : section.children()) {
+        const std::string_view tag = node.name();
+        if (tag != "DataArray" && tag != "Array") continue;
+        arrays.push_back({.name = node.attribute("Name").as_string(),
+                          .type = node.attribute("type").as_string(),
+                          .components = number(node, "NumberOfComponents").value_or(1),
+                          .format = node.attribute("format").as_string(),
+                          .offset = number(node, "offset").value_or(nowhere),
+                          .text = node.text().get(),
+                          .at = at(node)});
+    }
+    return arrays;
+}
+
+Outcome<Done> read_piece(File& file, const pugi::xml_node& root) {
+    const pugi::xml_node grid = root.child("UnstructuredGrid");
+    const auto pieces = grid.children("Piece");
+    const auto several = std::distance(pieces.begin(), pieces.end());
+    const pugi::xml_node piece = grid.child("Piece");
+    if (several == 0) return fail_at(file, at(root), "has no Piece", "the file is damaged");
+    if (several > 1)
+        return refuse_at(file, at(piece), "is in " + std::to_string(several) + " pieces",
+                         "write it in one: in ParaView after the filter Merge Blocks");
+    const auto points = number(piece, "NumberOfPoints"), cells = number(piece, "NumberOfCells");
+    if (!points || !cells)
+        return fail_at(file, at(piece), "the Piece does not say its NumberOfPoints and NumberOfCells");
+    file.points = *points;
+    file.cells = *cells;
+    file.point_data = arrays_in(piece.child("PointData"));
+    file.cell_data = arrays_in(piece.child("CellData"));
+    file.point_arrays = arrays_in(piece.child("Points"));
+    file.cell_arrays = arrays_in(piece.child("Cells"));
+    file.arrays_of_the_whole = arrays_in(grid.child("FieldData")).size() + arrays_in(piece.child("FieldData")).size();
+    return Done{};
+}
+
+}  // namespace
+
+std::string place(const File& file, std::size_t at) {
+    const auto text = file.bytes.first(std::min(at, file.bytes.size()));
+    return file.name + ": line " + std::to_string(std::count(text.begin(), text.end(), std::byte{'\n'}) + 1);
+}
+
+Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name) {
+    File file{.bytes = bytes, .name = std::string(name)};
+    const auto xml = cut(file);
+    if (!xml) return fail(xml.error());
+    const auto document = parsed(file, *xml);
+    if (!document) return fail(document.error());
+    const pugi::xml_node root = (*document)->child("VTKFile");
+    if (!root) return fail_at(file, 0, "has no VTKFile element", "give a .vtu file");
+    file.document = *document;
+    return read_head(file, root).and_then([&](Done) { return read_piece(file, root); }).map([&](Done) {
+        return std::move(file);
+    });
+}
+
+}  // namespace camber::vtu

@@ -1,0 +1,273 @@
+module;
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+#include <vector>
+module camber.io;
+import camber.core;
+
+namespace camber::vtu {
+
+namespace {
+
+auto damaged(const File& file, const DataArray& array, const std::string& what) {
+    return fail(ErrorKind::input, "the array " + array.name + ": " + what, place(file, array.at), {},
+                "the file is cut off or damaged");
+}
+
+// ---------------------------------------------------------------- bytes
+
+/// The value of each letter of base64; 64 and above: none.
+constexpr std::uint8_t padding = 64, blank = 65, no_letter = 66;
+constexpr auto base64 = [] {
+    constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::array<std::uint8_t, 256> values{};
+    values.fill(no_letter);
+    for (std::size_t i = 0; i < letters.size(); ++i)
+        values[static_cast<unsigned char>(letters[i])] = static_cast<std::uint8_t>(i);
+    for (const char c : {' ', '\t', '\r', '\n'}) values[static_cast<unsigned char>(c)] = blank;
+    values[static_cast<unsigned char>('=')] = padding;
+    return values;
+}();
+
+/// The bytes of an array from its first on. Of base64 each group of four letters stands by itself: VTK encodes the
+/// header of compressed data apart from them, so that padding may stand anywhere.
+class Bytes {
+  public:
+    Bytes(std::string_view text, Encoding encoding) : text_(text), encoding_(encoding) {}
+
+    /// No more than this are left.
+    [[nodiscard]] std::size_t most() const {
+        return encoding_ == Encoding::raw ? text_.size() : text_.size() / 4 * 3 + held_;
+    }
+
+    /// The next n; none where there are not so many.
+    [[nodiscard]] std::optional<Buffer<std::byte>> take(std::size_t n) {
+        if (n > most()) return std::nullopt;
+        Buffer<std::byte> out(n);
+        if (encoding_ == Encoding::raw) {
+            if (n > 0) std::memcpy(out.data(), text_.data(), n);
+            text_.remove_prefix(n);
+            return out;
+        }
+        for (std::size_t i = 0; i < n; ++i) {
+            while (held_ == 0)
+                if (!next_group()) return std::nullopt;
+            out[i] = group_[size_ - held_--];
+        }
+        return out;
+    }
+
+  private:
+    bool next_group() {
+        std::uint32_t bits = 0;
+        std::size_t letters = 0, padded = 0;
+        while (letters < 4) {
+            if (text_.empty()) return false;
+            const std::uint8_t value = base64[static_cast<unsigned char>(text_.front())];
+            text_.remove_prefix(1);
+            if (value == blank) continue;
+            if (value == no_letter || (value != padding && padded > 0)) return false;
+            padded += value == padding ? 1 : 0;
+            bits = bits << 6U | (value == padding ? 0U : value);
+            ++letters;
+        }
+        if (padded > 2) return false;
+        for (std::size_t i = 0; i < 3; ++i) group_[i] = static_cast<std::byte>(bits >> (16 - 8 * i) & 0xffU);
+        size_ = held_ = 3 - padded;
+        return true;
+    }
+
+    std::string_view text_;
+    Encoding encoding_;
+    std::array<std::byte, 3> group_{};
+    std::size_t size_ = 0, held_ = 0;  ///< bytes of the group, and those of it that were not taken yet
+};
+
+void swap_bytes(std::span<std::byte> bytes, std::size_t size) {
+    for (std::size_t i = 0; i + size <= bytes.size(); i += size)
+        std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(i),
+                     bytes.begin() + static_cast<std::ptrdiff_t>(i + size));
+}
+
+/// The next number of a header.
+std::optional<std::uint64_t> next_word(const File& file, Bytes& bytes) {
+    auto taken = bytes.take(file.word);
+    if (!taken) return std::nullopt;
+    if (file.swapped) swap_bytes(*taken, file.word);
+    std::uint64_t wide = 0;
+    std::uint32_t narrow = 0;
+    if (file.word == sizeof wide)
+        std::memcpy(&wide, taken->data(), sizeof wide);
+    else
+        std::memcpy(&narrow, taken->data(), sizeof narrow);
+    return file.word == sizeof wide ? wide : narrow;
+}
+
+// ---------------------------------------------------------------- compressed data
+
+struct Block {
+    std::size_t begin = 0, packed = 0;  ///< among the compressed bytes
+    std::size_t to = 0, size = 0;       ///< among the others
+};
+
+/// Deflate makes nothing larger than this many times.
+constexpr std::uint64_t most_expansion = 1032;
+
+/// What a header says of its blocks; none: it is cut off, or more than the bytes behind it can hold.
+std::optional<std::vector<Block>> read_blocks(const File& file, Bytes& bytes) {
+    const auto count = next_word(file, bytes);
+    if (!count) return std::nullopt;
+    std::vector<Block> blocks;
+    if (*count == 0) return blocks;
+    const auto full = next_word(file, bytes), last = next_word(file, bytes);
+    if (!full || !last || *count > bytes.most() / file.word) return std::nullopt;
+    blocks.resize(*count);
+    std::size_t packed = 0, to = 0;
+    for (Block& block : blocks) {
+        const auto size = next_word(file, bytes);
+        const std::uint64_t unpacked = &block == &blocks.back() && *last != 0 ? *last : *full;
+        if (!size || *size > bytes.most() || unpacked / most_expansion > *size) return std::nullopt;
+        block = {packed, *size, to, unpacked};
+        packed += *size;
+        to += unpacked;
+        if (packed > bytes.most()) return std::nullopt;
+    }
+    return blocks;
+}
+
+Outcome<Buffer<std::byte>> unpacked(const File& file, const DataArray& array, Bytes& bytes,
+                                    const Execution& execution) {
+    const auto blocks = read_blocks(file, bytes);
+    if (!blocks) return damaged(file, array, "the header of its compressed blocks is wrong");
+    if (blocks->empty()) return Buffer<std::byte>{};
+    const Block& last = blocks->back();
+    const auto packed = bytes.take(last.begin + last.packed);
+    if (!packed) return damaged(file, array, "its compressed data end too soon");
+    Buffer<std::byte> out(last.to + last.size);
+    FirstFault first;
+    auto done = each(
+        execution, blocks->size(),
+        [&](std::size_t b) {
+            const Block& block = (*blocks)[b];
+            auto size = static_cast<uLongf>(block.size);
+            const int status = uncompress(reinterpret_cast<Bytef*>(out.data() + block.to), &size,
+                                          reinterpret_cast<const Bytef*>(packed->data() + block.begin),
+                                          static_cast<uLong>(block.packed));
+            if (status != Z_OK || size != block.size) first.note(b);
+        },
+        1);
+    if (!done) return fail(std::move(done.error()));
+    if (first.any()) return damaged(file, array, "zlib cannot uncompress it");
+    return out;
+}
+
+Outcome<Buffer<std::byte>> plain(const File& file, const DataArray& array, Bytes& bytes) {
+    const auto size = next_word(file, bytes);
+    auto taken = size ? bytes.take(*size) : std::nullopt;
+    if (!taken) return damaged(file, array, "its data end too soon");
+    return std::move(*taken);
+}
+
+Outcome<Buffer<std::byte>> binary(const File& file, const DataArray& array, Bytes bytes, const Execution& execution) {
+    return file.compressed ? unpacked(file, array, bytes, execution) : plain(file, array, bytes);
+}
+
+// ---------------------------------------------------------------- numbers
+
+template <class T>
+Outcome<Numbers> numbers_of(const File& file, const DataArray& array, Outcome<Buffer<std::byte>> bytes) {
+    if (!bytes) return fail(std::move(bytes.error()));
+    if (bytes->size() % sizeof(T) != 0)
+        return damaged(file, array,
+                       "its " + std::to_string(bytes->size()) + " bytes are no whole number of " + array.type);
+    if (file.swapped) swap_bytes(*bytes, sizeof(T));
+    Buffer<T> numbers(bytes->size() / sizeof(T));
+    if (!numbers.empty()) std::memcpy(numbers.data(), bytes->data(), bytes->size());
+    return numbers;
+}
+
+template <class T>
+bool read_word(Words& words, T& value) {
+    if constexpr (std::is_floating_point_v<T>) {
+        double wide = 0;
+        const bool good = read_number(words, wide);
+        value = static_cast<T>(wide);
+        return good;
+    } else {
+        const auto [stop, error] = std::from_chars(words.at, words.end, value);
+        words.at = stop;
+        return error == std::errc{} && words.at_word_end();
+    }
+}
+
+template <class T>
+Outcome<Numbers> text_of(const File& file, const DataArray& array) {
+    Words words{array.text.data(), array.text.data() + array.text.size()};
+    Buffer<T> numbers;
+    while (words.find()) {
+        T value{};
+        if (!read_word(words, value))
+            return damaged(file, array,
+                           "number " + std::to_string(numbers.size() + 1) + " is malformed, or too large for its kind");
+        numbers.push_back(value);
+    }
+    return numbers;
+}
+
+template <class T>
+Outcome<Numbers> read_as(const File& file, const DataArray& array, const Execution& execution) {
+    if (array.format == "ascii") return text_of<T>(file, array);
+    if (array.format == "binary")
+        return numbers_of<T>(file, array, binary(file, array, Bytes(array.text, Encoding::base64), execution));
+    if (array.format != "appended")
+        return fail(ErrorKind::unsupported, "the array " + array.name + " is neither ascii, binary nor appended",
+                    place(file, array.at));
+    if (array.offset > file.appended.size()) return damaged(file, array, "its offset is not within the AppendedData");
+    return numbers_of<T>(file, array,
+                         binary(file, array, Bytes(file.appended.substr(array.offset), file.encoding), execution));
+}
+
+using Reader = Outcome<Numbers> (*)(const File&, const DataArray&, const Execution&);
+
+Reader reader_of(std::string_view type) {
+    constexpr std::array<std::pair<std::string_view, Reader>, 10> readers{{{"Float64", read_as<double>},
+                                                                           {"Float32", read_as<float>},
+                                                                           {"Int8", read_as<std::int8_t>},
+                                                                           {"UInt8", read_as<std::uint8_t>},
+                                                                           {"Int16", read_as<std::int16_t>},
+                                                                           {"UInt16", read_as<std::uint16_t>},
+                                                                           {"Int32", read_as<std::int32_t>},
+                                                                           {"UInt32", read_as<std::uint32_t>},
+                                                                           {"Int64", read_as<std::int64_t>},
+                                                                           {"UInt64", read_as<std::uint64_t>}}};
+    for (const auto& [name, reader] : readers)
+        if (name == type) return reader;
+    return nullptr;
+}
+
+}  // namespace
+
+bool is_number(const DataArray& array) { return reader_of(array.type) != nullptr; }
+
+Outcome<Numbers> read_array(const File& file, const DataArray& array, const Execution& execution) {
+    const Reader reader = reader_of(array.type);
+    if (!reader)
+        return fail(ErrorKind::unsupported, "the array " + array.name + " is of no type of numbers",
+                    place(file, array.at));
+    return reader(file, array, execution);
+}
+
+}  // namespace camber::vtu
