@@ -82,7 +82,14 @@ std::span<const MeshFormat> mesh_formats() {
         msh_format<MshVersion::v4, MshEncoding::ascii>("msh-ascii", "Gmsh MSH 4.1 as text", {}),
         msh_format<MshVersion::v2, MshEncoding::binary>("msh2", "Gmsh MSH 2.2 in binary", {}),
         msh_format<MshVersion::v2, MshEncoding::ascii>("msh2-ascii", "Gmsh MSH 2.2 as text", {}),
-        {{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu}, decode_vtu, encode_vtu_mesh, vtu_losses, true, nullptr, true, true},
+        {{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu},
+         decode_vtu,
+         encode_vtu_mesh,
+         vtu_losses,
+         true,
+         nullptr,
+         true,
+         true},
         {{"cgns", "CGNS", {".cgns"}, is_cgns}, decode_cgns, encode_cgns_mesh, cgns_losses, true, is_in_cgns},
     };
     return formats;

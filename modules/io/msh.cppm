@@ -35,22 +35,22 @@ struct MshOptions {
 ///   is left out.
 /// - NodeData and ElementData with a value for each vertex or each simplex become fields.
 /// What is left out is told by notices. `name` is the file's, for messages; `where` in errors is `name: line N` or
-/// `name: byte N`. Errors: input (malformed, cut off, not finite, nodes that are not there), unsupported (other versions,
-/// elements that are no simplices or of higher degree), memory, stopped.
+/// `name: byte N`. Errors: input (malformed, cut off, not finite, nodes that are not there), unsupported (other
+/// versions, elements that are no simplices or of higher degree), memory, stopped.
 [[nodiscard]] Outcome<DecodedMesh> decode_msh(std::span<const std::byte> bytes, std::string_view name,
                                               const Execution& execution);
 
 /// Whether the bytes begin as an MSH file of this kind. Those of versions that are not read are taken for the nearest.
 [[nodiscard]] bool is_msh(std::span<const std::byte> bytes, MshOptions kind);
 
-/// The mesh as an MSH file. Vertices have the tags 1, 2 …, then nodes of edges; vertices on points that have a reference
-/// (as point elements), edges, facets and elements are numbered in turn, so that the file, when it is read, gives the
-/// mesh in the same order. Each simplex has a positive physical tag: its reference, or where that is 0 or negative the
-/// first that is free. Its entity is the known one, else has its reference's number; simplices of two references are
-/// never on one entity. Nodes are classified (4.1 only) by their association with a point, a curve or a surface, the
-/// lowest first; else by the lowest simplices that have them. The same bytes for any number of threads. Errors: usage
-/// (a field whose rows are not those of the mesh), unsupported (2.2: more nodes or elements than 31 bits can number),
-/// internal (columns of the mesh that do not fit each other), memory, stopped.
+/// The mesh as an MSH file. Vertices have the tags 1, 2 …, then nodes of edges; vertices on points that have a
+/// reference (as point elements), edges, facets and elements are numbered in turn, so that the file, when it is read,
+/// gives the mesh in the same order. Each simplex has a positive physical tag: its reference, or where that is 0 or
+/// negative the first that is free. Its entity is the known one, else has its reference's number; simplices of two
+/// references are never on one entity. Nodes are classified (4.1 only) by their association with a point, a curve or a
+/// surface, the lowest first; else by the lowest simplices that have them. The same bytes for any number of threads.
+/// Errors: usage (a field whose rows are not those of the mesh), unsupported (2.2: more nodes or elements than 31 bits
+/// can number), internal (columns of the mesh that do not fit each other), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_msh(const LinearMesh<D>& mesh, const MeshFields& fields, MshOptions options,
                                          const Execution& execution);

@@ -34,7 +34,11 @@ class Writer {
     static constexpr int D = Mesh::dimension;
 
     Writer(const Mesh& mesh, const MeshFields& fields, MshOptions options, const Execution& execution)
-        : grid_{mesh}, linear_(grid_.linear()), fields_(fields), options_(options), execution_(execution),
+        : grid_{mesh},
+          linear_(grid_.linear()),
+          fields_(fields),
+          options_(options),
+          execution_(execution),
           sink_(options.encoding, execution) {}
 
     Outcome<Chunks> write() && {
@@ -71,9 +75,9 @@ class Writer {
             const bool of_nodes = field.centring == Centring::node;
             const std::size_t rows = of_nodes ? grid_.nodes() : cells_of(linear_);
             if (field.size() != rows * static_cast<std::size_t>(values_per_vertex(field.kind, D)))
-                return fail(ErrorKind::usage, "the field \"" + field.name + "\" does not have one row for each of the " +
-                                                  std::to_string(rows) + (of_nodes ? " nodes" : " cells") +
-                                                  " of the mesh");
+                return fail(ErrorKind::usage, "the field \"" + field.name +
+                                                  "\" does not have one row for each of the " + std::to_string(rows) +
+                                                  (of_nodes ? " nodes" : " cells") + " of the mesh");
         }
         return Done{};
     }
@@ -98,8 +102,8 @@ class Writer {
         sink_.text("$PhysicalNames\n" + std::to_string(linear_.groups.size()) + "\n");
         for (const Group& group : linear_.groups)
             sink_.text(std::to_string(group.dimension) + " " +
-                       std::to_string(numbers_.of_dimension[static_cast<std::size_t>(group.dimension)].physical(
-                           group.reference)) +
+                       std::to_string(
+                           numbers_.of_dimension[static_cast<std::size_t>(group.dimension)].physical(group.reference)) +
                        " " + quoted(group.name) + "\n");
         sink_.text("$EndPhysicalNames\n");
     }
@@ -135,9 +139,8 @@ class Writer {
             constexpr int k = dimension();
             constexpr int width = static_cast<int>(Grid<Mesh>::template width<k>);
             if (written)
-                written = elements_2<width>(
-                    simplex_type<k, width>, numbers_.of_dimension[k], before_[k],
-                    [&](std::size_t i, std::int32_t* to) { put_nodes<k>(simplices, i, to); });
+                written = elements_2<width>(simplex_type<k, width>, numbers_.of_dimension[k], before_[k],
+                                            [&](std::size_t i, std::int32_t* to) { put_nodes<k>(simplices, i, to); });
         });
         sink_.end_section("Elements");
         return written;
@@ -296,11 +299,11 @@ class Writer {
             case FieldKind::scalar: return write_field<1>(field, {0});
             case FieldKind::vector: return write_field<3>(field, D == 2 ? std::array{0, 1, -1} : std::array{0, 1, 2});
             case FieldKind::symmetric_tensor:
-                return write_field<9>(field, D == 2 ? std::array{0, 1, -1, 1, 2, -1, -1, -1, -1}
-                                                    : std::array{0, 1, 3, 1, 2, 4, 3, 4, 5});
+                return write_field<9>(
+                    field, D == 2 ? std::array{0, 1, -1, 1, 2, -1, -1, -1, -1} : std::array{0, 1, 3, 1, 2, 4, 3, 4, 5});
             case FieldKind::full_tensor:
-                return write_field<9>(field, D == 2 ? std::array{0, 1, -1, 2, 3, -1, -1, -1, -1}
-                                                    : std::array{0, 1, 2, 3, 4, 5, 6, 7, 8});
+                return write_field<9>(
+                    field, D == 2 ? std::array{0, 1, -1, 2, 3, -1, -1, -1, -1} : std::array{0, 1, 2, 3, 4, 5, 6, 7, 8});
         }
         return Done{};
     }
@@ -357,8 +360,8 @@ Outcome<Chunks> encode_msh(const QuadraticMesh<D>& mesh, const MeshFields& field
     return guarded([&] { return msh::Writer(mesh, fields, options, execution).write(); });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                         \
-    template Outcome<Chunks> encode_msh<D>(const LinearMesh<D>&, const MeshFields&, MshOptions, const Execution&);    \
+#define CAMBER_INSTANTIATE(D)                                                                                      \
+    template Outcome<Chunks> encode_msh<D>(const LinearMesh<D>&, const MeshFields&, MshOptions, const Execution&); \
     template Outcome<Chunks> encode_msh<D>(const QuadraticMesh<D>&, const MeshFields&, MshOptions, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -29,7 +29,8 @@ std::optional<Buffer<double>> by_row(const Field& field, const TagIndex& index, 
         const std::uint32_t row = index.find(field.tags[i]);
         if (row == no_row) continue;
         seen[row] = 1;
-        std::copy_n(field.values.data() + i * field.components, field.components, values.data() + row * field.components);
+        std::copy_n(field.values.data() + i * field.components, field.components,
+                    values.data() + row * field.components);
     }
     if (std::find(seen.begin(), seen.end(), 0) != seen.end()) return std::nullopt;
     return values;
@@ -47,8 +48,8 @@ MeshFields fields_of(const File& file, std::span<const std::uint64_t> cell_tags,
     for (const Field& field : file.fields) {
         const auto kind = kind_of(field.components);
         if (!kind) {
-            notices.push_back({"the field \"" + field.name + "\" has " + std::to_string(field.components) +
-                               " components: left out"});
+            notices.push_back(
+                {"the field \"" + field.name + "\" has " + std::to_string(field.components) + " components: left out"});
             continue;
         }
         auto values = by_row(field, field.of_nodes ? file.nodes.index : cells,

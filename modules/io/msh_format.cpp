@@ -63,8 +63,7 @@ Outcome<std::string> next_section(Source& source) {
 Outcome<Done> end_section(Source& source, std::string_view name) {
     source.skip_blanks();
     const std::string end = "$End" + std::string(name);
-    if (source.left() == 0)
-        return source.error("the file ends before " + end, "it seems to be cut off");
+    if (source.left() == 0) return source.error("the file ends before " + end, "it seems to be cut off");
     if (!source.rest().starts_with(end)) return source.error("here should be " + end, "the file is damaged");
     source.line();
     return Done{};

@@ -50,8 +50,9 @@ class Maker {
         if (!done) return fail(std::move(done.error()));
         enter_places();
         enter_orphans();
-        layout_.nodes = grouped(grid_.nodes(), 2 * layout_.entities.size(),
-                                [&](std::size_t n) { return 2 * std::size_t{where_[n]} + (has_parameters(n) ? 1 : 0); });
+        layout_.nodes = grouped(grid_.nodes(), 2 * layout_.entities.size(), [&](std::size_t n) {
+            return 2 * std::size_t{where_[n]} + (has_parameters(n) ? 1 : 0);
+        });
         return std::move(layout_);
     }
 
@@ -69,10 +70,9 @@ class Maker {
                 layout_.entity_of_class[static_cast<std::size_t>(k)].push_back(row_of(k, one.tag));
     }
     [[nodiscard]] std::uint32_t row_of(int dimension, Reference tag) const {
-        const auto found = std::lower_bound(layout_.entities.begin(), layout_.entities.end(), std::pair(dimension, tag),
-                                            [](const FileEntity& entity, const auto& key) {
-                                                return std::pair(entity.dimension, entity.tag) < key;
-                                            });
+        const auto found = std::lower_bound(
+            layout_.entities.begin(), layout_.entities.end(), std::pair(dimension, tag),
+            [](const FileEntity& entity, const auto& key) { return std::pair(entity.dimension, entity.tag) < key; });
         return static_cast<std::uint32_t>(found - layout_.entities.begin());
     }
 

@@ -54,8 +54,8 @@ void tell_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& n
     std::size_t kept = 0, distances = 0, renumbered = 0;
     for (std::size_t v = 0; v < numbers.places.size(); ++v) {
         const Place place = numbers.places[v];
-        const bool is_kept = version == MshVersion::v4 ? place.dimension < 3
-                                                       : place.dimension == 0 && mesh.point_references[v] > 0;
+        const bool is_kept =
+            version == MshVersion::v4 ? place.dimension < 3 : place.dimension == 0 && mesh.point_references[v] > 0;
         if (!is_kept) continue;
         ++kept;
         if (place.dimension == 1 && given.on_curves[place.row].distance) ++distances;
@@ -65,12 +65,11 @@ void tell_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& n
     const std::size_t all = given.on_points.size() + given.on_curves.size() + given.on_surfaces.size();
     const std::string name = version == MshVersion::v4 ? "MSH" : "MSH 2.2";
     if (kept < all)
-        notices.push_back({name + " has no place for " + std::to_string(all - kept) +
-                           " places on CAD entities" +
+        notices.push_back({name + " has no place for " + std::to_string(all - kept) + " places on CAD entities" +
                            (version == MshVersion::v4 ? ": one a vertex, the lowest, is kept" : "")});
     if (distances > 0)
-        notices.push_back({name + " has no place for the distances of " + std::to_string(distances) +
-                           " vertices from CAD entities"});
+        notices.push_back(
+            {name + " has no place for the distances of " + std::to_string(distances) + " vertices from CAD entities"});
     if (renumbered > 0)
         notices.push_back({std::to_string(renumbered) + " vertices are on entities that get a positive number"});
 }
@@ -79,8 +78,8 @@ void tell_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& n
 template <int D>
 void tell_points(const LinearMesh<D>& mesh, const Numbers& numbers, std::vector<Notice>& notices) {
     const auto& references = mesh.point_references;
-    const auto given = references.size() -
-                       static_cast<std::size_t>(std::count(references.begin(), references.end(), 0));
+    const auto given =
+        references.size() - static_cast<std::size_t>(std::count(references.begin(), references.end(), 0));
     if (given > numbers.points.size())
         notices.push_back({"MSH has no place for " + std::to_string(given - numbers.points.size()) +
                            " references of vertices: those of vertices on CAD points are kept if they are positive"});

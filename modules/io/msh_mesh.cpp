@@ -222,8 +222,8 @@ std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_
         notices.push_back({"the mesh is partitioned: the partitions were joined" + between});
     }
     for (const auto& [name, count] : file.skipped)
-        notices.push_back({"the section $" + name + " was skipped" +
-                           (count > 1 ? " (" + std::to_string(count) + " of them)" : "")});
+        notices.push_back(
+            {"the section $" + name + " was skipped" + (count > 1 ? " (" + std::to_string(count) + " of them)" : "")});
     return notices;
 }
 
@@ -238,8 +238,8 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
     const bool has_groups = counts.physicals > 0 || simplices == 0;
     Buffer<std::uint64_t> cell_tags;
     if (!file.fields.empty())
-        for (const auto* tags : {&tetrahedra_2.tags, &tetrahedra_1.tags, &triangles_2.tags, &triangles_1.tags, &lines_2.tags,
-                                 &lines_1.tags})
+        for (const auto* tags : {&tetrahedra_2.tags, &tetrahedra_1.tags, &triangles_2.tags, &triangles_1.tags,
+                                 &lines_2.tags, &lines_1.tags})
             cell_tags.insert(cell_tags.end(), tags->begin(), tags->end());
 
     listing::Mesh<3> mesh;

@@ -39,8 +39,8 @@ void find_classes(std::span<const Reference> references, std::span<const Referen
     classes.of.resize(references.size());
     for (std::size_t i = 0; i < references.size(); ++i) {
         const Reference entity = entities.empty() ? 0 : entities[i];
-        const std::uint64_t key = std::uint64_t{static_cast<std::uint32_t>(entity)} << 32U |
-                                  static_cast<std::uint32_t>(references[i]);
+        const std::uint64_t key =
+            std::uint64_t{static_cast<std::uint32_t>(entity)} << 32U | static_cast<std::uint32_t>(references[i]);
         if (row == no_row || key != last) {
             row = rows.try_emplace(key, static_cast<std::uint32_t>(classes.list.size())).first->second;
             last = key;
@@ -156,8 +156,7 @@ Numbers numbers_of(const LinearMesh<D>& mesh) {
     numbers.of_dimension[0] = points_of(mesh, named[0], on[0], numbers);
     with_each_dimension(mesh, [&](auto dimension, const auto& simplices) {
         constexpr auto k = static_cast<std::size_t>(dimension());
-        numbers.of_dimension[k] =
-            classes_of(simplices.references.view(), simplices.entities.view(), named[k], on[k]);
+        numbers.of_dimension[k] = classes_of(simplices.references.view(), simplices.entities.view(), named[k], on[k]);
     });
     for (std::size_t k = D + 1; k < 4; ++k) numbers.of_dimension[k] = classes_of({}, {}, named[k], on[k]);
     return numbers;

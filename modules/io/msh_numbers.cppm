@@ -33,14 +33,14 @@ struct Classes {
     [[nodiscard]] Reference tag(Reference entity) const { return entity > 0 ? entity : tag_of.at(entity); }
 };
 
-/// Columns of simplices: entities as many as references, or none. `named`: references of groups; `places`: entities that
-/// vertices lie on.
+/// Columns of simplices: entities as many as references, or none. `named`: references of groups; `places`: entities
+/// that vertices lie on.
 [[nodiscard]] Classes classes_of(std::span<const Reference> references, std::span<const Reference> entities,
                                  std::span<const Reference> named, std::span<const Reference> places);
 
 /// A vertex on an entity of the geometry, as the file can say it once for each.
 struct Place {
-    int dimension = 3;  ///< 3: on none
+    int dimension = 3;      ///< 3: on none
     std::uint32_t row = 0;  ///< of the associations with entities of that dimension
 };
 
@@ -52,8 +52,8 @@ template <int D>
 /// The numbers of all dimensions.
 struct Numbers {
     Buffer<Place> places;
-    std::vector<Classes> of_dimension;       ///< 0 to 3; of dimension 0 the point elements
-    Buffer<std::uint32_t> points;            ///< vertices that are point elements, in turn
+    std::vector<Classes> of_dimension;  ///< 0 to 3; of dimension 0 the point elements
+    Buffer<std::uint32_t> points;       ///< vertices that are point elements, in turn
 };
 template <int D>
 [[nodiscard]] Numbers numbers_of(const LinearMesh<D>& mesh);

@@ -88,9 +88,9 @@ struct File {
     bool elements_listed = false;
     std::vector<Group> groups;
     std::vector<Field> fields;
-    std::map<std::string, std::size_t> skipped;  ///< sections by name
+    std::map<std::string, std::size_t> skipped;     ///< sections by name
     std::map<std::int32_t, std::uint64_t> refused;  ///< elements by their type
-    std::size_t partitioned = 0;  ///< elements (2) or entities (4) that know partitions
+    std::size_t partitioned = 0;                    ///< elements (2) or entities (4) that know partitions
     std::size_t steps_left_out = 0;
     bool by_row = false;  ///< physicals and entities are there, by row
 };
@@ -142,8 +142,8 @@ inline constexpr const char* simplices_remedy = "give a mesh of edges, triangles
 /// All sections. Errors: as decode_msh.
 [[nodiscard]] Outcome<File> read_file(Source& source, int version, const Execution& execution);
 
-/// The file's fields that have a value for each node, or for each of the cells (elements, facets, edges, of each those of
-/// degree 2 first). Those that are left out are told of.
+/// The file's fields that have a value for each node, or for each of the cells (elements, facets, edges, of each those
+/// of degree 2 first). Those that are left out are told of.
 [[nodiscard]] MeshFields fields_of(const File& file, std::span<const std::uint64_t> cell_tags,
                                    std::vector<Notice>& notices);
 

@@ -54,8 +54,8 @@ Outcome<int> begin(Source& source, std::span<const std::byte> bytes) {
 Outcome<Done> read_nodes(Source& source, int version, bool parametric, Nodes& nodes, const Execution& execution) {
     if (nodes.listed) return source.error("the nodes are listed twice");
     nodes.listed = true;
-    auto read = version == 4 ? read_nodes_4(source, nodes, execution)
-                             : read_nodes_2(source, parametric, nodes, execution);
+    auto read =
+        version == 4 ? read_nodes_4(source, nodes, execution) : read_nodes_2(source, parametric, nodes, execution);
     return read.and_then([&](Done) { return order_nodes(source, nodes); });
 }
 

@@ -41,8 +41,8 @@ bool read_parametric_node(Source& source, std::size_t i, Nodes& nodes) {
     std::int64_t dimension = 0, tag = 0;
     if (!source.integer(dimension) || !source.integer(tag) || dimension < 0 || dimension > 3) return false;
     const int parameters = dimension < 3 ? static_cast<int>(dimension) : 0;
-    nodes.blocks.push_back({{static_cast<int>(dimension), static_cast<Reference>(tag)}, i, i + 1, parameters,
-                            nodes.parameters.size()});
+    nodes.blocks.push_back(
+        {{static_cast<int>(dimension), static_cast<Reference>(tag)}, i, i + 1, parameters, nodes.parameters.size()});
     for (int k = 0; k < parameters; ++k)
         if (double value = 0; source.real(value))
             nodes.parameters.push_back(value);
@@ -93,9 +93,8 @@ Outcome<Done> read_rows(Source& source, const Head& head, File& file, const Exec
     return with_elements(file, type->number, [&](auto& elements) {
         const std::size_t before = elements.tags.size();
         grow(elements, n);
-        return source.rows(n, shape, execution, [&](std::size_t i, const auto& row) {
-            enter(row, tags, file.nodes, before + i, elements);
-        });
+        return source.rows(n, shape, execution,
+                           [&](std::size_t i, const auto& row) { enter(row, tags, file.nodes, before + i, elements); });
     });
 }
 

@@ -39,7 +39,8 @@ bool read_entity(Source& source, int dimension, bool of_partition, File& file) {
     std::int64_t tag = 0, parent_dimension = 0, parent_tag = 0;
     if (!source.integer(tag)) return false;
     if (of_partition) {
-        if (!source.integer(parent_dimension) || !source.integer(parent_tag) || !read_list(source, ignore)) return false;
+        if (!source.integer(parent_dimension) || !source.integer(parent_tag) || !read_list(source, ignore))
+            return false;
         if (parent_dimension < 0 || parent_dimension > 3) return false;
         info.parent = {static_cast<int>(parent_dimension), static_cast<Reference>(parent_tag)};
     }

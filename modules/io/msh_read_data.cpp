@@ -85,9 +85,9 @@ Outcome<Done> read_data(Source& source, bool of_nodes, File& file, const Executi
     if (!read_head(source, head)) return cut_off(source, of_nodes ? "$NodeData" : "$ElementData");
     const RowShape shape{1, 4, head.components};
     if (!source.has_room(head.rows, shape))
-        return source.error("the field \"" + head.name + "\" announces " + std::to_string(head.rows) +
-                                " rows, more than follow",
-                            "the file is cut off or damaged");
+        return source.error(
+            "the field \"" + head.name + "\" announces " + std::to_string(head.rows) + " rows, more than follow",
+            "the file is cut off or damaged");
     Field field{head.name, of_nodes, head.components, Buffer<std::uint64_t>(head.rows),
                 Buffer<double>(head.rows * head.components)};
     auto read = source.rows(head.rows, shape, execution, [&](std::size_t i, const auto& row) {

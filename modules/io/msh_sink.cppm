@@ -63,12 +63,8 @@ class Sink {
         if (!pending_.empty()) put(pending_);
         pending_.clear();
     }
-    void section(std::string_view name) {
-        text("$" + std::string(name) + "\n");
-    }
-    void end_section(std::string_view name) {
-        text((binary_ ? "\n$End" : "$End") + std::string(name) + "\n");
-    }
+    void section(std::string_view name) { text("$" + std::string(name) + "\n"); }
+    void end_section(std::string_view name) { text((binary_ ? "\n$End" : "$End") + std::string(name) + "\n"); }
 
     [[nodiscard]] Chunks finish() && {
         flush();
@@ -85,8 +81,7 @@ class Sink {
     template <class RowType>
     [[nodiscard]] Outcome<Done> packed_rows(std::size_t n, const auto& row) {
         Buffer<std::byte> bytes(n * RowType::bytes);
-        auto done = each(
-            execution_, n, [&](std::size_t i) { pack(row(i), bytes.data() + i * RowType::bytes); }, 8192);
+        auto done = each(execution_, n, [&](std::size_t i) { pack(row(i), bytes.data() + i * RowType::bytes); }, 8192);
         packed_.push_back(std::move(bytes));
         return done;
     }

@@ -56,15 +56,14 @@ class Source {
     [[nodiscard]] std::size_t at() const { return at_; }
     void go_to(std::size_t at) { at_ = at; }
     [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
-    [[nodiscard]] std::string_view rest() const {
-        return {reinterpret_cast<const char*>(bytes_.data()) + at_, left()};
-    }
+    [[nodiscard]] std::string_view rest() const { return {reinterpret_cast<const char*>(bytes_.data()) + at_, left()}; }
     [[nodiscard]] const std::string& name() const { return name_; }
 
     /// `name: line N`, `name: byte N` of here.
     [[nodiscard]] std::string place() const {
         if (binary) return name_ + ": byte " + std::to_string(at_);
-        const auto lines = std::count(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(at_), std::byte{'\n'});
+        const auto lines =
+            std::count(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(at_), std::byte{'\n'});
         return name_ + ": line " + std::to_string(lines + 1);
     }
     [[nodiscard]] auto error(std::string what, std::string remedy = {}) const {
@@ -163,8 +162,8 @@ class Source {
         const std::size_t step = shape.bytes();
         at_ += n * step;
         return each(
-            execution, n,
-            [&](std::size_t i) { store(i, PackedRow<Integer, Order>{from + i * step, shape.integers}); }, 8192);
+            execution, n, [&](std::size_t i) { store(i, PackedRow<Integer, Order>{from + i * step, shape.integers}); },
+            8192);
     }
 
     std::span<const std::byte> bytes_;

@@ -13,7 +13,9 @@ namespace camber {
 namespace {
 
 /// Whether a table of all numbers from the first tag to the last is little more than the tags themselves.
-bool is_dense(std::uint64_t first, std::uint64_t last, std::size_t n) { return last - first < 4 * std::uint64_t{n} + 64; }
+bool is_dense(std::uint64_t first, std::uint64_t last, std::size_t n) {
+    return last - first < 4 * std::uint64_t{n} + 64;
+}
 
 }  // namespace
 

@@ -12,8 +12,8 @@ namespace fuzz {
 
 using Bytes = std::span<const std::byte>;
 
-/// decode_mesh, all formats but CGNS, whose library reads: what is accepted is consistent, survives writing and reading,
-/// and can be examined and judged.
+/// decode_mesh, all formats but CGNS, whose library reads: what is accepted is consistent, survives writing and
+/// reading, and can be examined and judged.
 void mesh(Bytes bytes);
 /// decode_gmf_solution: what is accepted survives writing and reading.
 void solution(Bytes bytes);

@@ -160,8 +160,13 @@ TEST_CASE("a file is read by its content, and by its ending where that says noth
     const std::string remedy = " (give a " + listed(endings_read(mesh_formats())) + " file)";
     CHECK(remedy.find(".meshb") < remedy.size());
     CHECK(message("solid cube", "in.mesh").starts_with("in.mesh: line 1: this is no GMF file"));
-    CHECK(message("solid cube", "in.stl") ==
-          "in.stl: it begins as no known format does, nor is its ending known" + remedy);
+    CHECK(message("solid cube", "in.xyz") ==
+          "in.xyz: it begins as no known format does, nor is its ending known" + remedy);
+    CHECK(message("solid cube", "a b/in.STL") ==
+          "a b/in.STL: it begins as no known format does, nor is its ending known (make it one: meshio convert "
+          "'a b/in.STL' 'a b/in.vtu')");
+    CHECK(how_to_convert("it's.step") == "gmsh 'it'\\''s.step' -3 -format msh41 -o 'it'\\''s.msh'");
+    CHECK(how_to_convert("in.mesh").empty());
     CHECK(message("", "/dev/stdin") == "/dev/stdin: the file is empty" + remedy);
     std::vector<MeshFormat> formats(mesh_formats().begin(), mesh_formats().end());
     for (MeshFormat& format : formats)
