@@ -209,6 +209,21 @@ Outcome<Done> add_points(const File& file, listing::Mesh<3>& mesh, Places& place
     return Done{};
 }
 
+/// Mid nodes have the reference that an edge's node has: the file has none of its own for them.
+void give_to_mid_nodes(const listing::Mesh<3>& mesh, Buffer<Reference>& references) {
+    const auto give = [&]<int K>(const listing::Simplices<K>& kind) -> Outcome<Done> {
+        for (const auto& nodes : kind.curved.nodes)
+            for (int e = 0; e < edges_per_simplex<K>; ++e) {
+                const auto& [a, b] = local_edges<K>[e];
+                Reference& own = references[nodes[K + 1 + e].index()];
+                if (own == 0)
+                    own = listing::mid_node_reference(references[nodes[a].index()], references[nodes[b].index()]);
+            }
+        return Done{};
+    };
+    static_cast<void>(listing::for_each_dimension(mesh, give));
+}
+
 std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_groups) {
     std::vector<Notice> notices;
     if (!has_groups) notices.push_back({"the file has no physical groups: references are the tags of entities"});
@@ -256,6 +271,7 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
     Places places(file, mesh);
     places.add_blocks();
     if (auto added = add_points(file, mesh, places); !added) return fail(std::move(added.error()));
+    if (!std::get<0>(file.elements).tags.empty()) give_to_mid_nodes(mesh, mesh.point_references);
     std::move(places).put_into(mesh.geometry);
     mesh.groups = Buffer<Group>(file.groups.begin(), file.groups.end());
     std::vector<Notice> notices = notices_of(file, counts, has_groups);

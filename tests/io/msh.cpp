@@ -1,0 +1,386 @@
+// Gmsh's files: what is written is read as it was, whatever the version, the kind and the byte order; foreign files are
+// read as their format says; damaged ones give errors.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "generated.hpp"
+#include "msh_swapped.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.io;
+
+using namespace camber;
+
+namespace {
+
+constexpr std::array kinds{MshOptions{MshVersion::v4, MshEncoding::binary}, MshOptions{MshVersion::v4, MshEncoding::ascii},
+                           MshOptions{MshVersion::v2, MshEncoding::binary}, MshOptions{MshVersion::v2, MshEncoding::ascii}};
+
+/// References 1 to 5, and entities of which each has one reference.
+template <int K>
+Simplices<K> with_groups(generated::Random& random, Simplices<K> simplices) {
+    Buffer<Reference> references, entities;
+    for (std::size_t i = 0; i < simplices.size(); ++i) {
+        references.push_back(static_cast<Reference>(1 + random.below(5)));
+        entities.push_back(static_cast<Reference>(10 * references.back() + static_cast<Reference>(random.below(3))));
+    }
+    return {simplices.vertices, std::move(references), {}, std::move(entities)};
+}
+
+/// Each vertex on one entity; on points alone, and all of them with a reference, where the version knows no others.
+template <int D>
+GivenGeometry<D> classified(generated::Random& random, std::size_t vertices, MshVersion version,
+                            Buffer<Reference>& references) {
+    Buffer<Association<0>> on_points;
+    Buffer<Association<1>> on_curves;
+    Buffer<Association<2>> on_surfaces;
+    for (std::size_t v = 0; v < vertices; ++v) {
+        const VertexId id(v);
+        const std::size_t kind = random.below(version == MshVersion::v4 ? 6 : 2);
+        if (kind == 0) {
+            references[v] = static_cast<Reference>(1 + random.below(4));
+            on_points.push_back({id, 4 * static_cast<Reference>(random.below(5)) + references[v]});
+        }
+        if (version == MshVersion::v2) continue;
+        const auto entity = static_cast<Reference>(1 + random.below(3));
+        if (kind == 1) on_points.push_back({id, 100 + entity});
+        if (kind == 2) on_curves.push_back({id, entity});
+        if (kind == 3) on_curves.push_back({id, entity, {{random.real()}}});
+        if (kind == 4) on_surfaces.push_back({id, entity});
+        if (kind == 5) on_surfaces.push_back({id, entity, {{random.real(), random.real()}}});
+    }
+    return {{}, {}, std::move(on_points), std::move(on_curves), std::move(on_surfaces)};
+}
+
+/// A mesh that a file of this version holds without any loss.
+template <int D>
+LinearMesh<D> held(LinearMesh<D> mesh, std::uint64_t seed, MshVersion version) {
+    generated::Random random(seed + 2);
+    Buffer<Reference> references(mesh.points.size(), 0);
+    mesh.corners = {};
+    mesh.required_vertices = {};
+    mesh.ridges = {};
+    mesh.elements = with_groups(random, std::move(mesh.elements));
+    mesh.facets = with_groups(random, std::move(mesh.facets));
+    mesh.edges = with_groups(random, std::move(mesh.edges));
+    mesh.geometry = classified<D>(random, mesh.points.size(), version, references);
+    mesh.point_references = std::move(references);
+    mesh.groups = Buffer<Group>{{D, 2, "steel & air"}, {D - 1, 2, "wall"}, {D - 1, 77, "nobody has it"}, {0, 3, ""}};
+    return mesh;
+}
+template <int D>
+QuadraticMesh<D> held(QuadraticMesh<D> mesh, std::uint64_t seed, MshVersion version) {
+    mesh.linear = held(std::move(mesh.linear), seed, version);
+    return mesh;
+}
+
+/// As the file has it: in space.
+AnyMesh in_space(const AnyMesh& mesh) { return *raised(mesh, Lift{}, {}); }
+
+template <int D>
+void held_meshes_come_back() {
+    testing::property("held meshes of dimension " + std::to_string(D) + " come back", [](std::uint64_t seed) {
+        for (const MshOptions kind : kinds) {
+            const std::size_t cells = 1 + seed % 20;
+            const auto straight = held(generated::mesh<D>(seed, cells), seed, kind.version);
+            const auto curved = held(generated::quadratic<D>(seed, cells), seed, kind.version);
+            RC_ASSERT(not_in_msh(straight, kind.version).empty());
+            RC_PRE(generated::holds_simplices(straight));
+            const auto first = generated::joined(*encode_msh(straight, {}, kind, {}));
+            const auto second = generated::joined(*encode_msh(curved, {}, kind, {}));
+            for (const auto& [bytes, mesh] : {std::pair(first, AnyMesh(straight)), std::pair(second, AnyMesh(curved))}) {
+                const auto back = decode_msh(bytes, "file", {});
+                if (!back) RC_FAIL(describe(back.error()));
+                RC_ASSERT(back->mesh == in_space(mesh));
+                RC_ASSERT(back->notices.empty());
+                if (kind.encoding == MshEncoding::ascii) continue;
+                const auto swapped = decode_msh(msh_swapped::swapped(bytes), "file", {});
+                if (!swapped) RC_FAIL(describe(swapped.error()));
+                RC_ASSERT(swapped->mesh == back->mesh);
+            }
+        }
+    });
+}
+
+std::string message(std::string_view text) {
+    const auto decoded = decode_msh(generated::bytes_of(text), "file", {.threads = 1});
+    return decoded ? "no error" : describe(decoded.error());
+}
+DecodedMesh decoded(std::string_view text) {
+    auto made = decode_msh(generated::bytes_of(text), "file", {.threads = 1});
+    INFO((made ? std::string() : describe(made.error())));
+    REQUIRE(made.has_value());
+    return std::move(*made);
+}
+bool tells(const DecodedMesh& mesh, std::string_view what) {
+    return std::any_of(mesh.notices.begin(), mesh.notices.end(), [&](const Notice& n) { return n.what == what; });
+}
+
+std::string of_version(std::string_view version) {
+    return "$MeshFormat\n" + std::string(version) + " 0 8\n$EndMeshFormat\n";
+}
+/// Three nodes, with tags far from each other and out of order; the rest of the file.
+std::string triangle_2(std::string_view elements) {
+    return of_version("2.2") + "$Nodes\n3\n9000000000000000000 0 1 0\n7 0 0 0\n100000 1 0 0\n$EndNodes\n" +
+           std::string(elements);
+}
+const std::string entities_4 =
+    "$Entities\n1 2 1 0\n"
+    "5 0 0 0 1 8\n"
+    "6 0 0 0 1 0 0 2 -3 4 0\n7 0 0 0 0 1 0 0 0\n"
+    "8 0 0 0 1 1 0 1 2 2 6 -7\n"
+    "$EndEntities\n";
+const std::string nodes_4 =
+    "$Nodes\n3 3 3 40\n0 5 0 1\n7\n0 0 0\n1 6 1 1\n40\n1 0 0 0.25\n2 8 1 1\n3\n0 1 0 0.5 0.75\n$EndNodes\n";
+const std::string elements_4 =
+    "$Elements\n4 5 1 9\n0 5 15 1\n9 7\n1 6 1 1\n4 7 40\n1 7 1 1\n5 3 7\n2 8 2 1\n1 7 40 3\n$EndElements\n";
+
+}  // namespace
+
+TEST_CASE("a mesh that Gmsh's files hold comes back as it was, in either byte order") {
+    held_meshes_come_back<2>();
+    held_meshes_come_back<3>();
+}
+
+TEST_CASE("fields come back: vectors and tensors with zeros for z in 2D, symmetric ones as full ones") {
+    for (const MshOptions kind : kinds) {
+        const auto mesh = generated::quadratic<2>(3, 5);
+        const std::size_t nodes = mesh.linear.points.size() + mesh.edges.size();
+        const std::size_t cells = mesh.linear.elements.size() + mesh.linear.facets.size();
+        REQUIRE(mesh.linear.elements.size() > 0);
+        REQUIRE(mesh.linear.facets.size() > 0);
+        Buffer<double> tensor, cell;
+        for (std::size_t i = 0; i < nodes * 3; ++i) tensor.push_back(static_cast<double>(i));
+        Buffer<std::int32_t> whole;
+        for (std::size_t i = 0; i < cells; ++i) whole.push_back(static_cast<std::int32_t>(i));
+        for (std::size_t i = 0; i < 2 * cells; ++i) cell.push_back(0.5 * static_cast<double>(i));
+        const auto fields = MeshFields{}
+                                .with({"a metric", Centring::node, FieldKind::symmetric_tensor, Column<double>(tensor)})
+                                .with({"number", Centring::cell, FieldKind::scalar, Column<std::int32_t>(whole)})
+                                .with({"way", Centring::cell, FieldKind::vector, Column<double>(cell)});
+        auto bytes = generated::joined(*encode_msh(mesh, fields, kind, {}));
+        if (kind.encoding == MshEncoding::binary) bytes = msh_swapped::swapped(bytes);
+        const auto back = decode_msh(bytes, "file", {});
+        REQUIRE(back.has_value());
+        REQUIRE(back->fields.size() == 3);
+        const MeshField* const metric = back->fields.find("a metric", Centring::node);
+        REQUIRE(metric != nullptr);
+        REQUIRE(metric->kind == FieldKind::full_tensor);
+        const auto& rows = std::get<Column<double>>(metric->values);
+        REQUIRE(rows.size() == 9 * nodes);
+        for (std::size_t n = 0; n < nodes; ++n) {
+            const std::array wanted{tensor[3 * n], tensor[3 * n + 1], 0.0, tensor[3 * n + 1], tensor[3 * n + 2],
+                                    0.0,           0.0,               0.0, 0.0};
+            REQUIRE(std::equal(wanted.begin(), wanted.end(), rows.begin() + 9 * n));
+        }
+        const MeshField* const number = back->fields.find("number", Centring::cell);
+        REQUIRE(number != nullptr);
+        const auto& numbers = std::get<Column<double>>(number->values);
+        REQUIRE(std::equal(numbers.begin(), numbers.end(), whole.begin(), whole.end()));
+        REQUIRE(back->fields.find("way", Centring::cell)->size() == 3 * cells);
+    }
+}
+
+TEST_CASE("fields that the mesh cannot have are left out and told of; of several times the last is taken") {
+    const std::string head = of_version("4.1") + entities_4 + nodes_4 + elements_4;
+    const auto data = [](const std::string& section, const std::string& name, int components, const std::string& rows) {
+        return "$" + section + "\n1\n\"" + name + "\"\n1\n0.5\n3\n0\n" + std::to_string(components) + "\n" +
+               std::to_string(std::count(rows.begin(), rows.end(), '\n')) + "\n" + rows + "$End" + section + "\n";
+    };
+    const auto mesh = decoded(head + data("NodeData", "u", 1, "7 1\n40 2\n3 3\n") + data("NodeData", "u", 1, "7 4\n40 5\n3 6\n") +
+                              data("NodeData", "some", 1, "7 1\n") + data("NodeData", "two", 2, "7 1 1\n40 2 2\n3 3 3\n") +
+                              data("ElementData", "c", 1, "1 10\n5 20\n4 30\n9 7\n") + "$ElementNodeData\n1\n$EndElementNodeData\n");
+    REQUIRE(mesh.fields.size() == 2);
+    CHECK(std::get<Column<double>>(mesh.fields.find("u", Centring::node)->values) == Column<double>(Buffer<double>{6, 4, 5}));
+    CHECK(std::get<Column<double>>(mesh.fields.find("c", Centring::cell)->values) ==
+          Column<double>(Buffer<double>{10, 30, 20}));
+    CHECK(tells(mesh, "the field \"some\" does not have a value for each node: left out"));
+    CHECK(tells(mesh, "the field \"two\" has 2 components: left out"));
+    CHECK(tells(mesh, "fields have several time steps: the last of each was taken, 1 were left out"));
+    CHECK(tells(mesh, "the section $ElementNodeData was skipped"));
+}
+
+TEST_CASE("4.1: nodes by tag, physical tags without sign, entities, parameters, point elements") {
+    const auto mesh = decoded("$Comments\nanything $MeshFormat\n$EndComments\n" + of_version("4.1") +
+                              "$PhysicalNames\n2\n1 3 \"a name\"\n2 2 \"face\"\n$EndPhysicalNames\n" + entities_4 + nodes_4 +
+                              elements_4 + "$Periodic\n0\n$EndPeriodic\n");
+    const auto& m = std::get<LinearMesh<3>>(mesh.mesh);
+    REQUIRE(m.points.size() == 3);
+    CHECK(m.points[VertexId(0)] == Vec<3>{{0, 1, 0}});
+    CHECK(m.points[VertexId(2)] == Vec<3>{{1, 0, 0}});
+    CHECK(m.facets.references == Column<Reference>(Buffer<Reference>{2}));
+    CHECK(m.facets.entities == Column<Reference>(Buffer<Reference>{8}));
+    CHECK(m.edges.references == Column<Reference>(Buffer<Reference>{3, 0}));
+    CHECK(m.edges.entities == Column<Reference>(Buffer<Reference>{6, 7}));
+    CHECK(m.point_references == Column<Reference>(Buffer<Reference>{0, 8, 0}));
+    const VertexId zero(0), one(1), two(2);
+    CHECK(m.geometry.on_points == Column<Association<0>>(Buffer<Association<0>>{{one, 5}}));
+    CHECK(m.geometry.on_curves == Column<Association<1>>(Buffer<Association<1>>{{two, 6, {{0.25}}}}));
+    CHECK(m.geometry.on_surfaces == Column<Association<2>>(Buffer<Association<2>>{{zero, 8, {{0.5, 0.75}}}}));
+    CHECK(m.groups == Column<Group>(Buffer<Group>{{1, 3, "a name"}, {2, 2, "face"}}));
+    CHECK(tells(mesh, "1 elements are in several physical groups: the first of each was taken"));
+    CHECK(tells(mesh, "the section $Periodic was skipped"));
+    CHECK(mesh.notices.size() == 2);
+}
+
+TEST_CASE("2.2: tags from 1 to 2^63, simplices that are listed once for each of their groups") {
+    const auto mesh = decoded(triangle_2("$Elements\n4\n"
+                                         "9 2 2 5 1 7 100000 9000000000000000000\n"
+                                         "3 2 2 -4 1 7 100000 9000000000000000000\n"
+                                         "2 1 2 0 2 7 100000\n"
+                                         "1 15 3 6 3 1 7\n$EndElements\n"));
+    const auto& m = std::get<LinearMesh<3>>(mesh.mesh);
+    CHECK(m.points[VertexId(2)] == Vec<3>{{0, 1, 0}});
+    CHECK(m.facets.vertices[0] == SimplexVertices<2>{VertexId(0), VertexId(1), VertexId(2)});
+    CHECK(m.facets.references == Column<Reference>(Buffer<Reference>{4}));
+    CHECK(m.edges.references == Column<Reference>(Buffer<Reference>{0}));
+    CHECK(m.edges.entities == Column<Reference>(Buffer<Reference>{2}));
+    CHECK(m.point_references == Column<Reference>(Buffer<Reference>{6, 0, 0}));
+    CHECK(m.geometry.on_points == Column<Association<0>>(Buffer<Association<0>>{{VertexId(0), 3}}));
+    CHECK(tells(mesh, "1 elements are in several physical groups: the first of each was taken"));
+    CHECK(tells(mesh, "the mesh is partitioned: the partitions were joined"));
+}
+
+TEST_CASE("2.2: places of nodes from $ParametricNodes") {
+    const auto mesh = decoded(of_version("2.2") +
+                              "$ParametricNodes\n4\n1 0 0 0 0 11\n2 1 0 0 1 12 0.5\n3 0 1 0 2 13 0.25 0.75\n4 0 0 1 3 14\n"
+                              "$EndParametricNodes\n$Elements\n1\n1 4 2 1 1 1 2 3 4\n$EndElements\n");
+    const auto& given = std::get<LinearMesh<3>>(mesh.mesh).geometry;
+    CHECK(given.on_points == Column<Association<0>>(Buffer<Association<0>>{{VertexId(0), 11}}));
+    CHECK(given.on_curves == Column<Association<1>>(Buffer<Association<1>>{{VertexId(1), 12, {{0.5}}}}));
+    CHECK(given.on_surfaces == Column<Association<2>>(Buffer<Association<2>>{{VertexId(2), 13, {{0.25, 0.75}}}}));
+}
+
+TEST_CASE("without any physical group references are the tags of entities") {
+    const auto mesh = decoded(triangle_2("$Elements\n1\n3 2 2 0 17 7 100000 9000000000000000000\n$EndElements\n"));
+    CHECK(std::get<LinearMesh<3>>(mesh.mesh).facets.references == Column<Reference>(Buffer<Reference>{17}));
+    CHECK(tells(mesh, "the file has no physical groups: references are the tags of entities"));
+}
+
+TEST_CASE("tetrahedra of degree 2: Gmsh's last two nodes change places") {
+    std::string nodes = "$Nodes\n10\n";
+    for (int i = 1; i <= 10; ++i) nodes += std::to_string(i) + " " + std::to_string(i) + " 0 0\n";
+    const auto mesh = decoded(of_version("2.2") + nodes +
+                              "$EndNodes\n$Elements\n1\n1 11 2 1 1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n");
+    const auto& m = std::get<QuadraticMesh<3>>(mesh.mesh);
+    const auto x = [&](int edge) { return m.mid_nodes[m.edges.of_elements[0][static_cast<std::size_t>(edge)]].point[0]; };
+    CHECK(x(3) == 8);   // e03
+    CHECK(x(4) == 10);  // e13
+    CHECK(x(5) == 9);   // e23
+}
+
+TEST_CASE("entities of partitions are those of their parents; what is between partitions is left out") {
+    const auto mesh = decoded(
+        of_version("4.1") +
+        "$Entities\n0 0 1 0\n8 0 0 0 1 1 0 1 2 0\n$EndEntities\n"
+        "$PartitionedEntities\n2\n0\n0 1 2 0\n"
+        "9 2 8 2 1 2 0 0 0 1 1 0 1 2 0\n"
+        "9 2 8 1 1 0 0 0 1 1 0 1 2 0\n10 2 8 1 2 0 0 0 1 1 0 0 0\n$EndPartitionedEntities\n"
+        "$Nodes\n3 4 1 4\n2 9 1 1\n1\n0 0 0 0.5 0.5\n2 10 0 1\n2\n1 0 0\n1 9 1 2\n3\n4\n0 1 0 0.1\n1 1 0 0.2\n$EndNodes\n"
+        "$Elements\n3 3 1 3\n2 9 2 1\n1 1 2 3\n2 10 2 1\n2 2 4 3\n1 9 1 1\n3 2 3\n$EndElements\n");
+    const auto& m = std::get<LinearMesh<3>>(mesh.mesh);
+    CHECK(m.facets.references == Column<Reference>(Buffer<Reference>{2, 2}));
+    CHECK(m.facets.entities == Column<Reference>(Buffer<Reference>{8, 8}));
+    CHECK(m.edges.size() == 0);
+    REQUIRE(m.geometry.on_surfaces.size() == 4);
+    CHECK(m.geometry.on_surfaces[0] == Association<2>{VertexId(0), 8, {{0.5, 0.5}}});
+    CHECK(m.geometry.on_surfaces[3] == Association<2>{VertexId(3), 8});
+    CHECK(m.geometry.on_curves.empty());
+    CHECK(tells(mesh, "the mesh is partitioned: the partitions were joined, and 1 elements between them left out"));
+}
+
+TEST_CASE("what cannot be held is refused with its number, other versions with a remedy") {
+    CHECK(message(triangle_2("$Elements\n3\n1 2 2 1 1 7 100000 9000000000000000000\n2 3 2 1 1 7 7 7 7\n3 21 2 1 1 7 7 7 7 7 7 7 7 7 7\n"
+                             "$EndElements\n")) ==
+          "file: holds 1 quadrangles, 1 triangles of degree 3, which Camber cannot hold (give a mesh of edges, triangles "
+          "and tetrahedra of degree 1 or 2)");
+    CHECK(message(of_version("4.1") + entities_4 + nodes_4 + "$Elements\n1 2 1 2\n2 8 3 2\n1 3 3 3 3\n2 7 7 7 7\n$EndElements\n") ==
+          "file: holds 2 quadrangles, which Camber cannot hold (give a mesh of edges, triangles and tetrahedra of degree 1 "
+          "or 2)");
+    CHECK(message(triangle_2("$Elements\n1\n1 999 2 1 1 7\n$EndElements\n")).find("holds elements of type 999, which is not known") <
+          40);
+    for (const std::string_view version : {"3", "4", "4.0", "5"})
+        CHECK(message(of_version(version)) == "file: line 1: MSH version " + std::string(version) +
+                                                  " is not 2.2 or 4.1 (gmsh FILE -save -format msh41 -o NEW.msh)");
+    CHECK(message("$NOD\n0\n$ENDNOD\n") ==
+          "file: line 1: MSH version 1 is not 2.2 or 4.1 (gmsh FILE -save -format msh41 -o NEW.msh)");
+}
+
+TEST_CASE("what is wrong with a file is told with its place") {
+    CHECK(message(triangle_2("$Elements\n1\n1 2 2 1 1 7 8 100000\n$EndElements\n")) ==
+          "file: triangle 1: a node is not one of those that the file lists (the file is damaged, or joined of two)");
+    CHECK(message(triangle_2("$Elements\n1\n5 15 2 1 1 8\n$EndElements\n")) ==
+          "file: point 5: a node is not one of those that the file lists (the file is damaged, or joined of two)");
+    CHECK(message(triangle_2("$Elements\n1\n1 2 2 1 1 7 7 100000\n$EndElements\n")) ==
+          "file: triangle 1: a node occurs twice (remove it: it has no volume)");
+    CHECK(message(triangle_2("$Elements\n2\n1 2 2 1 1 7 100000 9000000000000000000\n$EndElements\n")) ==
+          "file: line 13: $Elements: here should be a number that it can have (the file is cut off or damaged)");
+    CHECK(message(of_version("2.2") + "$Nodes\n2\n1 0 0 0\n1 1 1 1\n$EndNodes\n") ==
+          "file: line 7: node 1: is listed twice (the file is damaged, or joined of two)");
+    CHECK(message(of_version("2.2") + "$Nodes\n1\n1 0 nan 0\n$EndNodes\n$Elements\n0\n$EndElements\n") ==
+          "file: vertex 1: a coordinate is infinite or not a number (what wrote the file failed there: write it anew)");
+    CHECK(message(triangle_2("")) == "file: line 10: the file has no $Elements (it seems to be cut off)");
+}
+
+TEST_CASE("references and entities that Gmsh's files cannot have get others, and that is told") {
+    LinearMesh<2> mesh;
+    mesh.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{0, 1}}, {{1, 1}}};
+    mesh.point_references = Buffer<Reference>{0, 0, 5, 0};
+    const auto triangle = [](std::size_t a, std::size_t b, std::size_t c) {
+        return SimplexVertices<2>{VertexId(a), VertexId(b), VertexId(c)};
+    };
+    mesh.elements.vertices = Buffer<SimplexVertices<2>>{triangle(0, 1, 2), triangle(1, 3, 2)};
+    mesh.elements.references = Buffer<Reference>{0, 1};
+    mesh.elements.entities = Buffer<Reference>{4, 4};
+    mesh.groups = Buffer<Group>{{2, 0, "zero"}};
+    const auto losses = not_in_msh(mesh, MshVersion::v4);
+    REQUIRE(losses.size() == 3);
+    CHECK(losses[0].what == "physical tags must be positive: of 1 triangles the reference 0 becomes 2");
+    CHECK(losses[1].what == "1 triangles get another entity: one has one reference in the file, and a positive number");
+    CHECK(losses[2].what ==
+          "MSH has no place for 1 references of vertices: those of vertices on CAD points are kept if they are positive");
+    for (const MshOptions kind : kinds) {
+        const auto back = decode_msh(generated::joined(*encode_msh(mesh, {}, kind, {})), "file", {});
+        REQUIRE(back.has_value());
+        const auto& m = std::get<LinearMesh<3>>(back->mesh);
+        CHECK(m.facets.references == Column<Reference>(Buffer<Reference>{2, 1}));
+        CHECK(m.facets.entities == Column<Reference>(Buffer<Reference>{1, 4}));
+        CHECK(m.groups == Column<Group>(Buffer<Group>{{2, 2, "zero"}}));
+    }
+}
+
+TEST_CASE("the same bytes for any number of threads") {
+    for (const MshOptions kind : kinds) {
+        const auto mesh = generated::quadratic<3>(11, 4000);
+        const auto one = generated::joined(*encode_msh(mesh, {}, kind, {.threads = 1}));
+        CHECK(one == generated::joined(*encode_msh(mesh, {}, kind, {.threads = 3})));
+        const auto first = decode_msh(one, "file", {.threads = 1});
+        const auto second = decode_msh(one, "file", {.threads = 3});
+        REQUIRE(first.has_value());
+        REQUIRE(second.has_value());
+        CHECK(first->mesh == second->mesh);
+    }
+}
+
+TEST_CASE("a mesh whose columns do not fit, and a field of another mesh, are refused") {
+    auto mesh = generated::mesh<3>(5, 4);
+    mesh.elements.entities = Buffer<Reference>{1};
+    const auto broken = encode_msh(mesh, {}, {}, {});
+    REQUIRE(!broken);
+    CHECK(broken.error().kind == ErrorKind::internal);
+    const auto other = MeshFields{}.with({"x", Centring::node, FieldKind::scalar, Column<double>(Buffer<double>{1})});
+    const auto refused = encode_msh(generated::mesh<3>(5, 4), other, {}, {});
+    REQUIRE(!refused);
+    CHECK(describe(refused.error()).find("the field \"x\" does not have one row for each of the") == 0);
+}
