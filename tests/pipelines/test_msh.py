@@ -1,0 +1,230 @@
+"""Gmsh's files: what Gmsh writes is read, what is written Gmsh and meshio read, node by node.
+
+    python3 tests/pipelines/test_msh.py build/bin/camber [unittest arguments]
+"""
+import json
+import subprocess
+import sys
+import unittest
+
+import numpy as np
+
+from program import Folder
+from readers import needs
+
+import gmf
+import msh_text
+
+FORMATS = ("msh", "msh-ascii", "msh2", "msh2-ascii")
+BOX = """
+SetFactory("Built-in");
+Point(1) = {0, 0, 0, 0.6}; Point(2) = {1, 0, 0, 0.6}; Point(3) = {1, 1, 0, 0.6}; Point(4) = {0, 1, 0, 0.6};
+Point(5) = {0.5, 0.5, 0};
+Line(1) = {1, 2}; Line(2) = {2, 3}; Circle(3) = {3, 5, 4}; Line(4) = {4, 1};
+Curve Loop(1) = {1, 2, 3, 4}; Plane Surface(1) = {1};
+Extrude {0, 0, 1} { Surface{1}; }
+Physical Volume("the solid", 7) = {1};
+Physical Surface("bottom", 3) = {1}; Physical Surface("other walls", 9) = {13, 17, 21, 25, 26};
+Physical Curve("rim", 5) = {1, 3}; Physical Point("a corner", 2) = {1};
+"""
+
+
+class Msh(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, name):
+        return self.folder.path / name
+
+    def gmsh(self, *arguments):
+        done = subprocess.run(["gmsh", "-nopopup", "-v", "2", *map(str, arguments)], cwd=self.folder.path,
+                              capture_output=True, text=True, timeout=300)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertNotIn("Error", done.stdout + done.stderr)
+
+    def camber(self, *arguments):
+        done = self.folder.camber(*arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done
+
+    def box(self, order, *options):
+        """Gmsh's mesh of a curved box, as text of version 4.1."""
+        self.path("box.geo").write_text(BOX)
+        self.gmsh("-3", "box.geo", "-order", order, "-format", "msh41", "-o", "box.msh", *options)
+        return msh_text.read(self.path("box.msh"))
+
+    def by_gmsh(self, name):
+        """What Gmsh reads there, written by it as text."""
+        self.gmsh(name, "-save", "-format", "msh41", "-o", "by_gmsh.msh")
+        return msh_text.read(self.path("by_gmsh.msh"))
+
+    def same(self, read, wanted):
+        self.assertEqual(read.cells(), wanted.cells())
+        self.assertEqual(read.names, wanted.names)
+
+    @needs("gmsh")
+    def test_there_and_back(self):
+        for order in (1, 2):
+            wanted = self.box(order)
+            self.assertEqual(set(kind for _, kind, *_ in wanted.elements), {15, 1, 2, 4} if order == 1 else {15, 8, 9, 11})
+            for version in ("msh22", "msh41"):
+                for kind in ([], ["-bin"]):
+                    self.gmsh("box.msh", "-save", "-format", version, *kind, "-o", "in.msh")
+                    for name in FORMATS:
+                        self.camber("convert", "in.msh", "--format", name, "-o", "out.msh")
+                        with self.subTest(order=order, version=version, kind=kind, name=name):
+                            if name.endswith("ascii"):
+                                self.same(msh_text.read(self.path("out.msh")), wanted)
+                            self.same(self.by_gmsh("out.msh"), wanted)
+                            self.camber("convert", "out.msh", "--format", name, "-o", "again.msh")
+                            self.assertEqual(self.path("again.msh").read_bytes(), self.path("out.msh").read_bytes())
+
+    @needs("gmsh")
+    def test_nodes_keep_their_order_and_elements_theirs(self):
+        for order in (1, 2):
+            wanted = self.box(order)
+            self.camber("convert", "box.msh", "--format", "msh-ascii", "-o", "out.msh")
+            read = msh_text.read(self.path("out.msh"))
+            mids = {n for _, kind, _, _, nodes in wanted.elements for n in nodes[msh_text.DIMENSION[kind] + 1:]}
+            corners = [n for n in sorted(wanted.nodes) if n not in mids]
+            self.assertEqual([read.nodes[i + 1] for i in range(len(corners))], [wanted.nodes[n] for n in corners])
+            self.assertEqual(len(read.nodes), len(wanted.nodes))
+            ordered = [[e[1:4] for e in sorted(m.elements) if e[1] in (4, 11)] for m in (read, wanted)]
+            self.assertEqual(*ordered)
+
+    @needs("gmsh")
+    def test_parameters(self):
+        wanted = self.box(1, "-setnumber", "Mesh.SaveParametric", "1")
+        places = {msh_text.rounded(wanted.nodes[n]): place for n, place in wanted.places.items()}
+        self.assertTrue(any(len(place[2]) == 2 for place in places.values()))
+        for kind in ([], ["-bin"]):
+            self.gmsh("-3", "box.geo", "-setnumber", "Mesh.SaveParametric", "1", "-format", "msh41", *kind, "-o", "in.msh")
+            self.camber("convert", "in.msh", "--format", "msh-ascii", "-o", "out.msh")
+            self.same_places(places, msh_text.read(self.path("out.msh")))
+            self.gmsh("-3", "box.geo", "-setnumber", "Mesh.SaveParametric", "1", "-format", "msh22", *kind, "-o", "in.msh")
+            self.camber("convert", "in.msh", "--format", "msh-ascii", "-o", "out.msh")
+            self.same_places(places, msh_text.read(self.path("out.msh")))
+
+    def same_places(self, places, read):
+        for n, (dimension, entity, parameters) in read.places.items():
+            wanted = places[msh_text.rounded(read.nodes[n])]
+            self.assertEqual((dimension, entity), wanted[:2])
+            np.testing.assert_allclose(parameters, wanted[2], atol=1e-12)
+
+    @needs("gmsh")
+    def test_partitions(self):
+        for order in (1, 2):
+            wanted = self.box(order)
+            for version, topology in (("msh41", 1), ("msh41", 0), ("msh22", 0)):
+                for kind in ([], ["-bin"]):
+                    self.gmsh("box.msh", "-part", 3, "-setnumber", "Mesh.PartitionCreateTopology", topology, "-save",
+                              "-format", version, *kind, "-o", "parts.msh")
+                    done = self.camber("convert", "parts.msh", "--format", "msh-ascii", "-o", "out.msh")
+                    self.assertIn("the mesh is partitioned: the partitions were joined", done.stderr)
+                    read = msh_text.read(self.path("out.msh"))
+                    with self.subTest(order=order, version=version, topology=topology, kind=kind):
+                        self.assertEqual(read.cells(), wanted.cells())
+
+    @needs("gmsh")
+    def test_simplices_in_several_groups(self):
+        self.path("box.geo").write_text(BOX + 'Physical Surface("again", 4) = {1};\n')
+        for version in ("msh22", "msh41"):
+            for kind in ([], ["-bin"]):
+                self.gmsh("-3", "box.geo", "-format", version, *kind, "-o", "in.msh")
+                done = self.camber("convert", "in.msh", "--format", "msh2-ascii", "-o", "out.msh")
+                self.assertIn("elements are in several physical groups: the first of each was taken", done.stderr)
+                read = msh_text.read(self.path("out.msh"))
+                self.assertEqual({e[3] for e in read.elements if e[1] == 2}, {(3,), (9,)})
+                self.camber("curve", "out.msh", "-o", "curved.msh")  # none twice
+
+    @needs("gmsh")
+    def test_other_elements_are_refused_with_their_numbers(self):
+        self.path("q.geo").write_text("Point(1) = {0, 0, 0}; Point(2) = {1, 0, 0}; Line(1) = {1, 2}; Transfinite Curve {1} = 4;"
+                                      "Extrude {0, 1, 0} { Curve{1}; Layers{2}; Recombine; }\n")
+        for version in ("msh22", "msh41"):
+            for kind in ([], ["-bin"]):
+                self.gmsh("-2", "q.geo", "-format", version, *kind, "-o", "q.msh")
+                done = self.folder.camber("info", "q.msh")
+                self.assertEqual(done.returncode, 3)
+                self.assertIn("q.msh: holds 6 quadrangles, which Camber cannot hold", done.stderr)
+
+    @needs("gmsh")
+    def test_other_versions(self):
+        self.box(1)
+        for version in ("msh1", "msh3", "msh40"):
+            self.gmsh("box.msh", "-save", "-format", version, "-o", "old.msh")
+            done = self.folder.camber("info", "old.msh")
+            self.assertEqual(done.returncode, 3)
+            self.assertIn("is not 2.2 or 4.1 (gmsh FILE -save -format msh41 -o NEW.msh)", done.stderr)
+
+    @needs("gmsh")
+    def test_a_run_from_gmsh_to_gmsh(self):
+        straight = self.box(1)
+        for ending in ("msh", "meshb"):
+            config = {"input": {"mesh": "box.msh"}, "stages": ["elevate", "curve", "validate", "relax", "commit"],
+                      "output": {"mesh": "curved." + ending}}
+            self.path("run.json").write_text(json.dumps(config))
+            self.camber("run", "run.json")
+        read = self.by_gmsh("curved.msh")
+        count = {kind: sum(e[1] == kind for e in straight.elements) for kind in (2, 4)}
+        self.assertEqual(sum(e[1] == 11 for e in read.elements), count[4])
+        self.assertEqual(sum(e[1] == 9 for e in read.elements), count[2])
+        self.assertEqual(read.names, straight.names)
+        # The same nodes as the GMF file's, in the same order of local nodes.
+        mesh = gmf.read(self.path("curved.meshb"))
+        tetrahedra = mesh.cells["TetrahedraP2"].nodes
+        ours = msh_text.Msh(nodes=dict(enumerate(map(tuple, mesh.points))),
+                            elements=[(0, 11, 1, (7,), tuple(row[[0, 1, 2, 3, 4, 5, 6, 7, 9, 8]])) for row in tetrahedra])
+        self.assertEqual(read.cells({11}), ours.cells())
+
+    def made_here(self, shape, stages=("elevate",)):
+        self.path("run.json").write_text(json.dumps(
+            {"input": {"generate": shape}, "stages": list(stages), "output": {"mesh": "m.meshb"}}))
+        self.camber("run", "run.json")
+        return gmf.read(self.path("m.meshb"))
+
+    @needs("meshio")
+    def test_meshio_reads_them(self):
+        import meshio
+        mesh = self.made_here({"box": {"low": [0, 0, 0], "high": [1, 2, 3], "cells": [2, 2, 2]}})
+        for name in FORMATS:
+            self.camber("convert", "m.meshb", "--format", name, "-o", "out.msh")
+            read = meshio.read(self.path("out.msh"), file_format="gmsh")
+            nodes = np.concatenate([c.data for c in read.cells if c.type == "tetra10"])
+            wanted = np.array(mesh.cells["TetrahedraP2"].nodes)
+            by_place = [sorted(points.reshape(len(wanted), -1).tolist())
+                        for points in (read.points[nodes], mesh.points[wanted])]
+            self.assertEqual(*by_place)
+            blocks = [i for i, c in enumerate(read.cells) if c.type == "triangle6"]
+            physical = np.concatenate([read.cell_data["gmsh:physical"][i] for i in blocks])
+            self.assertEqual(sorted(physical), sorted(mesh.cells["TrianglesP2"].refs))
+
+    @needs("meshio")
+    def test_fields(self):
+        import meshio
+        self.made_here({"box": {"low": [0, 0, 0], "high": [1, 1, 1], "cells": [1, 2, 1]}}, stages=())
+        mesh = gmf.read(self.path("m.meshb"))
+        rows = "".join(f"{x} {x + 1} {y}\n" for x, y, z in mesh.points)
+        self.path("m.sol").write_text(f"MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n{len(mesh.points)}\n1 2\n{rows}End\n")
+        for name in FORMATS:
+            self.camber("convert", "m.meshb", "--metric", "m.sol", "--format", name, "-o", "out.msh")
+            read = meshio.read(self.path("out.msh"), file_format="gmsh")
+            (values,) = [values for key, values in read.point_data.items() if not key.startswith("gmsh:")]
+            np.testing.assert_array_equal(values[:, 1], np.array(mesh.points)[:, 0] + 1)
+
+    def test_a_2d_mesh_there_and_back(self):
+        self.made_here({"annulus": {"inner_layer": {"count": 3, "first_height": 0.05, "growth": 1.3}}},
+                       stages=("elevate", "curve", "validate", "relax", "commit"))
+        for name in FORMATS:
+            self.camber("convert", "m.meshb", "--format", name, "-o", "out.msh")
+            info = json.loads(self.camber("info", "--json", "out.msh").stdout)
+            wanted = json.loads(self.camber("info", "--json", "m.meshb").stdout)
+            self.assertEqual(info["written_in_dimension"], 3)
+            for key in ("dimension", "degree", "vertices", "triangles_by_reference", "edges_by_reference", "mid_nodes"):
+                self.assertEqual(info[key], wanted[key], key)
+            self.camber("check", "out.msh")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])
