@@ -25,12 +25,20 @@ const std::vector<std::pair<std::string, GmfOptions>> formats{{"ascii.mesh", {Gm
                                                               {"3.meshb", {GmfEncoding::binary, 3}},
                                                               {"4.meshb", {GmfEncoding::binary, 4}}};
 
+const std::vector<std::pair<std::string, MshOptions>> msh_formats{
+    {"4-binary.msh", {MshVersion::v4, MshEncoding::binary}},
+    {"4-ascii.msh", {MshVersion::v4, MshEncoding::ascii}},
+    {"2-binary.msh", {MshVersion::v2, MshEncoding::binary}},
+    {"2-ascii.msh", {MshVersion::v2, MshEncoding::ascii}}};
+
 std::string text_of(const Chunks& chunks) { return generated::text_of(generated::joined(chunks)); }
 
 template <class Mesh>
 void add_mesh(std::vector<Seed>& seeds, const std::string& name, const Mesh& mesh) {
     for (const auto& [ending, options] : formats)
         seeds.push_back({"mesh", name + "-" + ending, text_of(*encode_gmf_mesh(mesh, options, {.threads = 1}))});
+    for (const auto& [ending, options] : msh_formats)
+        seeds.push_back({"mesh", name + "-" + ending, text_of(*encode_msh(mesh, {}, options, {.threads = 1}))});
 }
 
 template <int D>

@@ -21,7 +21,7 @@ algorithm: adjacent_find all_of any_of binary_search clamp copy copy_n count cou
     ranges::equal ranges::fill ranges::find ranges::find_if ranges::for_each ranges::is_sorted ranges::lower_bound ranges::max
     ranges::max_element ranges::min ranges::min_element ranges::none_of ranges::reverse ranges::sort ranges::stable_sort
     ranges::transform ranges::unique ranges::upper_bound
-array: array
+array: array to_array
 atomic: atomic atomic_flag atomic_ref atomic_thread_fence memory_order_acq_rel memory_order_acquire memory_order_relaxed
     memory_order_release memory_order_seq_cst
 bit: bit_cast bit_ceil bit_floor bit_width countl_zero countr_zero endian has_single_bit popcount

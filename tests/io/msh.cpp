@@ -24,8 +24,9 @@ using namespace camber;
 
 namespace {
 
-constexpr std::array kinds{MshOptions{MshVersion::v4, MshEncoding::binary}, MshOptions{MshVersion::v4, MshEncoding::ascii},
-                           MshOptions{MshVersion::v2, MshEncoding::binary}, MshOptions{MshVersion::v2, MshEncoding::ascii}};
+constexpr std::array kinds{
+    MshOptions{MshVersion::v4, MshEncoding::binary}, MshOptions{MshVersion::v4, MshEncoding::ascii},
+    MshOptions{MshVersion::v2, MshEncoding::binary}, MshOptions{MshVersion::v2, MshEncoding::ascii}};
 
 /// References 1 to 5, and entities of which each has one reference.
 template <int K>
@@ -99,7 +100,8 @@ void held_meshes_come_back() {
             RC_PRE(generated::holds_simplices(straight));
             const auto first = generated::joined(*encode_msh(straight, {}, kind, {}));
             const auto second = generated::joined(*encode_msh(curved, {}, kind, {}));
-            for (const auto& [bytes, mesh] : {std::pair(first, AnyMesh(straight)), std::pair(second, AnyMesh(curved))}) {
+            for (const auto& [bytes, mesh] :
+                 {std::pair(first, AnyMesh(straight)), std::pair(second, AnyMesh(curved))}) {
                 const auto back = decode_msh(bytes, "file", {});
                 if (!back) RC_FAIL(describe(back.error()));
                 RC_ASSERT(back->mesh == in_space(mesh));
@@ -180,8 +182,8 @@ TEST_CASE("fields come back: vectors and tensors with zeros for z in 2D, symmetr
         const auto& rows = std::get<Column<double>>(metric->values);
         REQUIRE(rows.size() == 9 * nodes);
         for (std::size_t n = 0; n < nodes; ++n) {
-            const std::array wanted{tensor[3 * n], tensor[3 * n + 1], 0.0, tensor[3 * n + 1], tensor[3 * n + 2],
-                                    0.0,           0.0,               0.0, 0.0};
+            const std::array wanted{
+                tensor[3 * n], tensor[3 * n + 1], 0.0, tensor[3 * n + 1], tensor[3 * n + 2], 0.0, 0.0, 0.0, 0.0};
             REQUIRE(std::equal(wanted.begin(), wanted.end(), rows.begin() + 9 * n));
         }
         const MeshField* const number = back->fields.find("number", Centring::cell);
@@ -198,11 +200,13 @@ TEST_CASE("fields that the mesh cannot have are left out and told of; of several
         return "$" + section + "\n1\n\"" + name + "\"\n1\n0.5\n3\n0\n" + std::to_string(components) + "\n" +
                std::to_string(std::count(rows.begin(), rows.end(), '\n')) + "\n" + rows + "$End" + section + "\n";
     };
-    const auto mesh = decoded(head + data("NodeData", "u", 1, "7 1\n40 2\n3 3\n") + data("NodeData", "u", 1, "7 4\n40 5\n3 6\n") +
-                              data("NodeData", "some", 1, "7 1\n") + data("NodeData", "two", 2, "7 1 1\n40 2 2\n3 3 3\n") +
-                              data("ElementData", "c", 1, "1 10\n5 20\n4 30\n9 7\n") + "$ElementNodeData\n1\n$EndElementNodeData\n");
+    const auto mesh =
+        decoded(head + data("NodeData", "u", 1, "7 1\n40 2\n3 3\n") + data("NodeData", "u", 1, "7 4\n40 5\n3 6\n") +
+                data("NodeData", "some", 1, "7 1\n") + data("NodeData", "two", 2, "7 1 1\n40 2 2\n3 3 3\n") +
+                data("ElementData", "c", 1, "1 10\n5 20\n4 30\n9 7\n") + "$ElementNodeData\n1\n$EndElementNodeData\n");
     REQUIRE(mesh.fields.size() == 2);
-    CHECK(std::get<Column<double>>(mesh.fields.find("u", Centring::node)->values) == Column<double>(Buffer<double>{6, 4, 5}));
+    CHECK(std::get<Column<double>>(mesh.fields.find("u", Centring::node)->values) ==
+          Column<double>(Buffer<double>{6, 4, 5}));
     CHECK(std::get<Column<double>>(mesh.fields.find("c", Centring::cell)->values) ==
           Column<double>(Buffer<double>{10, 30, 20}));
     CHECK(tells(mesh, "the field \"some\" does not have a value for each node: left out"));
@@ -213,8 +217,8 @@ TEST_CASE("fields that the mesh cannot have are left out and told of; of several
 
 TEST_CASE("4.1: nodes by tag, physical tags without sign, entities, parameters, point elements") {
     const auto mesh = decoded("$Comments\nanything $MeshFormat\n$EndComments\n" + of_version("4.1") +
-                              "$PhysicalNames\n2\n1 3 \"a name\"\n2 2 \"face\"\n$EndPhysicalNames\n" + entities_4 + nodes_4 +
-                              elements_4 + "$Periodic\n0\n$EndPeriodic\n");
+                              "$PhysicalNames\n2\n1 3 \"a name\"\n2 2 \"face\"\n$EndPhysicalNames\n" + entities_4 +
+                              nodes_4 + elements_4 + "$Periodic\n0\n$EndPeriodic\n");
     const auto& m = std::get<LinearMesh<3>>(mesh.mesh);
     REQUIRE(m.points.size() == 3);
     CHECK(m.points[VertexId(0)] == Vec<3>{{0, 1, 0}});
@@ -235,11 +239,12 @@ TEST_CASE("4.1: nodes by tag, physical tags without sign, entities, parameters, 
 }
 
 TEST_CASE("2.2: tags from 1 to 2^63, simplices that are listed once for each of their groups") {
-    const auto mesh = decoded(triangle_2("$Elements\n4\n"
-                                         "9 2 2 5 1 7 100000 9000000000000000000\n"
-                                         "3 2 2 -4 1 7 100000 9000000000000000000\n"
-                                         "2 1 2 0 2 7 100000\n"
-                                         "1 15 3 6 3 1 7\n$EndElements\n"));
+    const auto mesh =
+        decoded(triangle_2("$Elements\n4\n"
+                           "9 2 2 5 1 7 100000 9000000000000000000\n"
+                           "3 2 2 -4 1 7 100000 9000000000000000000\n"
+                           "2 1 2 0 2 7 100000\n"
+                           "1 15 3 6 3 1 7\n$EndElements\n"));
     const auto& m = std::get<LinearMesh<3>>(mesh.mesh);
     CHECK(m.points[VertexId(2)] == Vec<3>{{0, 1, 0}});
     CHECK(m.facets.vertices[0] == SimplexVertices<2>{VertexId(0), VertexId(1), VertexId(2)});
@@ -253,9 +258,10 @@ TEST_CASE("2.2: tags from 1 to 2^63, simplices that are listed once for each of 
 }
 
 TEST_CASE("2.2: places of nodes from $ParametricNodes") {
-    const auto mesh = decoded(of_version("2.2") +
-                              "$ParametricNodes\n4\n1 0 0 0 0 11\n2 1 0 0 1 12 0.5\n3 0 1 0 2 13 0.25 0.75\n4 0 0 1 3 14\n"
-                              "$EndParametricNodes\n$Elements\n1\n1 4 2 1 1 1 2 3 4\n$EndElements\n");
+    const auto mesh =
+        decoded(of_version("2.2") +
+                "$ParametricNodes\n4\n1 0 0 0 0 11\n2 1 0 0 1 12 0.5\n3 0 1 0 2 13 0.25 0.75\n4 0 0 1 3 14\n"
+                "$EndParametricNodes\n$Elements\n1\n1 4 2 1 1 1 2 3 4\n$EndElements\n");
     const auto& given = std::get<LinearMesh<3>>(mesh.mesh).geometry;
     CHECK(given.on_points == Column<Association<0>>(Buffer<Association<0>>{{VertexId(0), 11}}));
     CHECK(given.on_curves == Column<Association<1>>(Buffer<Association<1>>{{VertexId(1), 12, {{0.5}}}}));
@@ -271,24 +277,27 @@ TEST_CASE("without any physical group references are the tags of entities") {
 TEST_CASE("tetrahedra of degree 2: Gmsh's last two nodes change places") {
     std::string nodes = "$Nodes\n10\n";
     for (int i = 1; i <= 10; ++i) nodes += std::to_string(i) + " " + std::to_string(i) + " 0 0\n";
-    const auto mesh = decoded(of_version("2.2") + nodes +
-                              "$EndNodes\n$Elements\n1\n1 11 2 1 1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n");
+    const auto mesh =
+        decoded(of_version("2.2") + nodes + "$EndNodes\n$Elements\n1\n1 11 2 1 1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n");
     const auto& m = std::get<QuadraticMesh<3>>(mesh.mesh);
-    const auto x = [&](int edge) { return m.mid_nodes[m.edges.of_elements[0][static_cast<std::size_t>(edge)]].point[0]; };
+    const auto x = [&](int edge) {
+        return m.mid_nodes[m.edges.of_elements[0][static_cast<std::size_t>(edge)]].point[0];
+    };
     CHECK(x(3) == 8);   // e03
     CHECK(x(4) == 10);  // e13
     CHECK(x(5) == 9);   // e23
 }
 
 TEST_CASE("entities of partitions are those of their parents; what is between partitions is left out") {
-    const auto mesh = decoded(
-        of_version("4.1") +
-        "$Entities\n0 0 1 0\n8 0 0 0 1 1 0 1 2 0\n$EndEntities\n"
-        "$PartitionedEntities\n2\n0\n0 1 2 0\n"
-        "9 2 8 2 1 2 0 0 0 1 1 0 1 2 0\n"
-        "9 2 8 1 1 0 0 0 1 1 0 1 2 0\n10 2 8 1 2 0 0 0 1 1 0 0 0\n$EndPartitionedEntities\n"
-        "$Nodes\n3 4 1 4\n2 9 1 1\n1\n0 0 0 0.5 0.5\n2 10 0 1\n2\n1 0 0\n1 9 1 2\n3\n4\n0 1 0 0.1\n1 1 0 0.2\n$EndNodes\n"
-        "$Elements\n3 3 1 3\n2 9 2 1\n1 1 2 3\n2 10 2 1\n2 2 4 3\n1 9 1 1\n3 2 3\n$EndElements\n");
+    const auto mesh =
+        decoded(of_version("4.1") +
+                "$Entities\n0 0 1 0\n8 0 0 0 1 1 0 1 2 0\n$EndEntities\n"
+                "$PartitionedEntities\n2\n0\n0 1 2 0\n"
+                "9 2 8 2 1 2 0 0 0 1 1 0 1 2 0\n"
+                "9 2 8 1 1 0 0 0 1 1 0 1 2 0\n10 2 8 1 2 0 0 0 1 1 0 0 0\n$EndPartitionedEntities\n"
+                "$Nodes\n3 4 1 4\n2 9 1 1\n1\n0 0 0 0.5 0.5\n2 10 0 1\n2\n1 0 0\n1 9 1 2\n3\n4\n0 1 0 0.1\n1 1 0 "
+                "0.2\n$EndNodes\n"
+                "$Elements\n3 3 1 3\n2 9 2 1\n1 1 2 3\n2 10 2 1\n2 2 4 3\n1 9 1 1\n3 2 3\n$EndElements\n");
     const auto& m = std::get<LinearMesh<3>>(mesh.mesh);
     CHECK(m.facets.references == Column<Reference>(Buffer<Reference>{2, 2}));
     CHECK(m.facets.entities == Column<Reference>(Buffer<Reference>{8, 8}));
@@ -301,15 +310,19 @@ TEST_CASE("entities of partitions are those of their parents; what is between pa
 }
 
 TEST_CASE("what cannot be held is refused with its number, other versions with a remedy") {
-    CHECK(message(triangle_2("$Elements\n3\n1 2 2 1 1 7 100000 9000000000000000000\n2 3 2 1 1 7 7 7 7\n3 21 2 1 1 7 7 7 7 7 7 7 7 7 7\n"
-                             "$EndElements\n")) ==
-          "file: holds 1 quadrangles, 1 triangles of degree 3, which Camber cannot hold (give a mesh of edges, triangles "
-          "and tetrahedra of degree 1 or 2)");
-    CHECK(message(of_version("4.1") + entities_4 + nodes_4 + "$Elements\n1 2 1 2\n2 8 3 2\n1 3 3 3 3\n2 7 7 7 7\n$EndElements\n") ==
-          "file: holds 2 quadrangles, which Camber cannot hold (give a mesh of edges, triangles and tetrahedra of degree 1 "
+    CHECK(
+        message(triangle_2(
+            "$Elements\n3\n1 2 2 1 1 7 100000 9000000000000000000\n2 3 2 1 1 7 7 7 7\n3 21 2 1 1 7 7 7 7 7 7 7 7 7 7\n"
+            "$EndElements\n")) ==
+        "file: holds 1 quadrangles, 1 triangles of degree 3, which Camber cannot hold (give a mesh of edges, triangles "
+        "and tetrahedra of degree 1 or 2)");
+    CHECK(message(of_version("4.1") + entities_4 + nodes_4 +
+                  "$Elements\n1 2 1 2\n2 8 3 2\n1 3 3 3 3\n2 7 7 7 7\n$EndElements\n") ==
+          "file: holds 2 quadrangles, which Camber cannot hold (give a mesh of edges, triangles and tetrahedra of "
+          "degree 1 "
           "or 2)");
-    CHECK(message(triangle_2("$Elements\n1\n1 999 2 1 1 7\n$EndElements\n")).find("holds elements of type 999, which is not known") <
-          40);
+    CHECK(message(triangle_2("$Elements\n1\n1 999 2 1 1 7\n$EndElements\n"))
+              .find("holds elements of type 999, which is not known") < 40);
     for (const std::string_view version : {"3", "4", "4.0", "5"})
         CHECK(message(of_version(version)) == "file: line 1: MSH version " + std::string(version) +
                                                   " is not 2.2 or 4.1 (gmsh FILE -save -format msh41 -o NEW.msh)");
@@ -348,8 +361,9 @@ TEST_CASE("references and entities that Gmsh's files cannot have get others, and
     REQUIRE(losses.size() == 3);
     CHECK(losses[0].what == "physical tags must be positive: of 1 triangles the reference 0 becomes 2");
     CHECK(losses[1].what == "1 triangles get another entity: one has one reference in the file, and a positive number");
-    CHECK(losses[2].what ==
-          "MSH has no place for 1 references of vertices: those of vertices on CAD points are kept if they are positive");
+    CHECK(
+        losses[2].what ==
+        "MSH has no place for 1 references of vertices: those of vertices on CAD points are kept if they are positive");
     for (const MshOptions kind : kinds) {
         const auto back = decode_msh(generated::joined(*encode_msh(mesh, {}, kind, {})), "file", {});
         REQUIRE(back.has_value());

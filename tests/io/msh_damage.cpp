@@ -23,8 +23,9 @@ using namespace camber;
 
 namespace {
 
-constexpr std::array kinds{MshOptions{MshVersion::v4, MshEncoding::binary}, MshOptions{MshVersion::v4, MshEncoding::ascii},
-                           MshOptions{MshVersion::v2, MshEncoding::binary}, MshOptions{MshVersion::v2, MshEncoding::ascii}};
+constexpr std::array kinds{
+    MshOptions{MshVersion::v4, MshEncoding::binary}, MshOptions{MshVersion::v4, MshEncoding::ascii},
+    MshOptions{MshVersion::v2, MshEncoding::binary}, MshOptions{MshVersion::v2, MshEncoding::ascii}};
 
 template <int D>
 const LinearMesh<D>& linear_part(const LinearMesh<D>& mesh) {
@@ -64,8 +65,7 @@ bool is_consistent(const AnyMesh& any) {
 generated::Bytes some_file(std::uint64_t seed, MshOptions kind) {
     const auto mesh = generated::quadratic<3>(seed, 3);
     Buffer<double> values(mesh.linear.points.size() + mesh.edges.size(), 0.5);
-    const auto fields =
-        MeshFields{}.with({"u", Centring::node, FieldKind::scalar, Column<double>(std::move(values))});
+    const auto fields = MeshFields{}.with({"u", Centring::node, FieldKind::scalar, Column<double>(std::move(values))});
     auto bytes = seed % 2 == 0 ? generated::joined(*encode_msh(generated::mesh<2>(seed, 4), {}, kind, {}))
                                : generated::joined(*encode_msh(mesh, fields, kind, {}));
     return kind.encoding == MshEncoding::binary && seed % 4 < 2 ? msh_swapped::swapped(bytes) : bytes;
@@ -114,8 +114,8 @@ TEST_CASE("an MSH file as text with any word made absurd is an error or a consis
             const std::string text = generated::text_of(some_file(seed, {version, MshEncoding::ascii}));
             for (std::size_t at = 0; at < text.size();) {
                 const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
-                for (const std::string_view word :
-                     {"-1", "2147483647", "-2147483648", "999999999999999999", "-9223372036854775808", "1e400", "x", ""}) {
+                for (const std::string_view word : {"-1", "2147483647", "-2147483648", "999999999999999999",
+                                                    "-9223372036854775808", "1e400", "x", ""}) {
                     const std::string changed = text.substr(0, at) + std::string(word) + text.substr(end);
                     const auto decoded = decode_msh(generated::bytes_of(changed), "file", {.threads = 1});
                     CAPTURE(changed);
