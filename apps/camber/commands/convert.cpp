@@ -44,7 +44,10 @@ Outcome<DecodedSolution> solution_of_mesh(const std::string& path, const Executi
     }
     const run::PlanSize size = run::plan_size(decoded->mesh);
     auto solution = solution_of(decoded->fields, size.dimension, size.vertices, execution);
-    if (!solution) return fail(of_file(std::move(solution.error()), path));
+    if (!solution) {
+        solution.error().where = path;
+        return fail(std::move(solution.error()));
+    }
     std::size_t at_cells = 0;
     for (const MeshField& field : decoded->fields) at_cells += field.centring == Centring::cell ? 1 : 0;
     if (at_cells > 0)
