@@ -45,6 +45,7 @@ struct MeshFormat : FormatName {
     /// Whether it has a place for this field; none: for all, if it `holds_fields`.
     bool (*holds)(const MeshField& field) = nullptr;
     bool chooses_cells = false;    ///< `EncodeOptions::cells` means something to it
+    bool for_viewers = false;      ///< its files are for looking at: a run puts its fields there
     bool always_in_space = false;  ///< its files have three coordinates of every mesh: see DecodedMesh
 };
 

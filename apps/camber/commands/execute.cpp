@@ -36,6 +36,9 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
     auto mesh = file != nullptr ? read_mesh(file->path, input.flat, execution)
                                 : run::generate_shape(std::get<config::Shape>(input.source));
     if (!mesh) return fail(mesh.error());
+    if (!mesh->fields.empty())
+        mesh->notices.push_back(
+            {fmt::format("{} fields of the file were not kept: runs carry none", mesh->fields.size())});
     run::Inputs inputs{std::move(*mesh), {}};
     if (const auto* metric = std::get_if<config::FilePath>(&pipeline.metric)) {
         auto solution = read_solution_for(inputs.mesh, metric->path, execution);
@@ -86,29 +89,36 @@ std::vector<std::string> named_outputs(const config::Output& output) {
     return files;
 }
 
-std::vector<std::string_view> endings_with_fields() {
+/// The endings of formats of meshes that are written and of which `accepts(format)`.
+std::vector<std::string_view> endings_of(bool (*accepts)(const MeshFormat&)) {
     std::vector<std::string_view> endings;
     for (const MeshFormat& format : mesh_formats())
-        if (format.holds_fields) endings.insert(endings.end(), format.endings.begin(), format.endings.end());
+        if (format.encode && accepts(format))
+            endings.insert(endings.end(), format.endings.begin(), format.endings.end());
     return endings;
+}
+bool is_for_viewers(const MeshFormat& format) { return format.for_viewers; }
+bool holds_metrics(const MeshFormat& format) {
+    return format.holds_fields &&
+           (!format.holds || format.holds({"metric", Centring::node, FieldKind::symmetric_tensor, {}}));
 }
 
 Outcome<Done> check_endings(const config::Output& output) {
     if (!output.mesh.empty())
         if (auto known = format_to_write(mesh_formats(), output.mesh); !known) return fail(known.error());
-    const auto holds_fields = [](const std::string& path) {
-        const auto* const format = format_with_ending(mesh_formats(), path);
-        return format != nullptr && format->encode != nullptr && format->holds_fields;
+    const auto ends_in = [](const std::string& path, const std::vector<std::string_view>& endings) {
+        return std::any_of(endings.begin(), endings.end(), [&](std::string_view end) { return path.ends_with(end); });
     };
-    const auto wrong_ending = [](const char* what, std::vector<std::string_view> endings, const std::string& path) {
+    const auto wrong_ending = [](const char* what, const std::vector<std::string_view>& endings,
+                                 const std::string& path) {
         return fail(ErrorKind::usage, std::string("the file of \"") + what + "\" must end in " + listed(endings), path);
     };
-    if (!output.vtu.empty() && !holds_fields(output.vtu)) return wrong_ending("vtu", endings_with_fields(), output.vtu);
-    if (!output.metric.empty() && !is_solution_file(output.metric) && !holds_fields(output.metric)) {
-        auto endings = endings_written(solution_formats());
-        for (const std::string_view ending : endings_with_fields()) endings.push_back(ending);
-        return wrong_ending("metric", std::move(endings), output.metric);
-    }
+    if (const auto viewers = endings_of(is_for_viewers); !output.vtu.empty() && !ends_in(output.vtu, viewers))
+        return wrong_ending("vtu", viewers, output.vtu);
+    auto endings = endings_written(solution_formats());
+    for (const std::string_view ending : endings_of(holds_metrics)) endings.push_back(ending);
+    if (!output.metric.empty() && !ends_in(output.metric, endings))
+        return wrong_ending("metric", endings, output.metric);
     return Done{};
 }
 
@@ -164,7 +174,8 @@ struct OutputWriter {
             if (path.empty()) continue;
             const auto format = format_to_write(mesh_formats(), path);
             if (!format) return fail(format.error());
-            if (auto done = write_with(**format, path, goes_to_space(**format) ? in_space->fields : run.fields); !done)
+            const MeshFields& fields = goes_to_space(**format) ? in_space->fields : run.fields;
+            if (auto done = write_with(**format, path, (*format)->for_viewers ? fields : MeshFields{}); !done)
                 return done;
         }
         if (const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh))
@@ -176,7 +187,7 @@ struct OutputWriter {
     }
 
     Outcome<Done> write_with(const MeshFormat& format, const std::string& path, const MeshFields& fields) {
-        const std::string stage = format.holds_fields ? "write " + std::string(format.name) : "write";
+        const std::string stage = format.for_viewers ? "write " + std::string(format.name) : "write";
         auto done = around(stage, [&](const Execution& execution) {
             return write_mesh(format, mesh_for(format), fields, EncodeOptions{output.vtu_cells}, path, execution);
         });

@@ -110,7 +110,7 @@ Outcome<Run> run_on(GivenMesh<D> mesh, const config::Pipeline& pipeline, std::sp
 
 bool shows_fields(const config::Output& output) {
     const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh);
-    return !output.vtu.empty() || (format != nullptr && format->holds_fields);
+    return !output.vtu.empty() || (format != nullptr && format->for_viewers);
 }
 
 Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
