@@ -13,84 +13,107 @@ namespace camber {
 
 namespace {
 
+/// What `encode` makes of the mesh, whichever it holds.
+template <auto encode>
+Outcome<Chunks> encoded(const AnyMesh& mesh, const MeshFields& fields, EncodeOptions options,
+                        const Execution& execution) {
+    return std::visit([&](const auto& m) { return encode(m, fields, options, execution); }, mesh);
+}
+/// What `not_in` tells of the mesh.
+template <auto not_in>
+std::vector<Notice> losses_of(const AnyMesh& mesh) {
+    return std::visit([](const auto& m) { return not_in(m); }, mesh);
+}
+
 template <GmfEncoding encoding>
-Outcome<Chunks> encode_gmf(const AnyMesh& mesh, const MeshFields&, EncodeOptions, const Execution& execution) {
-    return std::visit([&](const auto& m) { return encode_gmf_mesh(m, {encoding}, execution); }, mesh);
-}
-template <GmfEncoding encoding>
-Outcome<Chunks> encode_gmf_fields(const Solution& solution, const Execution& execution) {
-    return encode_gmf_solution(solution, {encoding}, execution);
-}
-std::vector<Notice> gmf_losses(const AnyMesh& mesh) {
-    return std::visit([](const auto& m) { return not_in_gmf(m); }, mesh);
-}
-
-Outcome<Chunks> encode_vtu_mesh(const AnyMesh& mesh, const MeshFields& fields, EncodeOptions options,
-                                const Execution& execution) {
-    return std::visit([&](const auto& m) { return encode_vtu(m, fields, {options.cells}, execution); }, mesh);
-}
-std::vector<Notice> vtu_losses(const AnyMesh& mesh) {
-    return std::visit([](const auto& m) { return not_in_vtu(m); }, mesh);
-}
-
-Outcome<Chunks> encode_cgns_mesh(const AnyMesh& mesh, const MeshFields& fields, EncodeOptions,
-                                 const Execution& execution) {
-    return std::visit([&](const auto& m) { return encode_cgns(m, fields, execution); }, mesh);
-}
-std::vector<Notice> cgns_losses(const AnyMesh& mesh) {
-    return std::visit([](const auto& m) { return not_in_cgns(m); }, mesh);
+MeshFormat gmf(FormatName name) {
+    MeshFormat format{std::move(name)};
+    format.decode = decode_gmf_mesh;
+    format.encode = encoded<[](const auto& mesh, const MeshFields&, EncodeOptions, const Execution& execution) {
+        return encode_gmf_mesh(mesh, {encoding}, execution);
+    }>;
+    format.losses = losses_of<[](const auto& mesh) { return not_in_gmf(mesh); }>;
+    return format;
 }
 
 template <MshVersion version, MshEncoding encoding>
-bool is_msh_of(std::span<const std::byte> bytes) {
-    return is_msh(bytes, {version, encoding});
-}
-template <MshVersion version, MshEncoding encoding>
-Outcome<Chunks> encode_msh_mesh(const AnyMesh& mesh, const MeshFields& fields, EncodeOptions,
-                                const Execution& execution) {
-    return std::visit([&](const auto& m) { return encode_msh(m, fields, {version, encoding}, execution); }, mesh);
-}
-template <MshVersion version>
-std::vector<Notice> msh_losses(const AnyMesh& mesh) {
-    return std::visit([](const auto& m) { return not_in_msh(m, version); }, mesh);
-}
-/// One of Gmsh's four formats.
-template <MshVersion version, MshEncoding encoding>
-MeshFormat msh_format(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
-    MeshFormat format{{name, what, std::move(endings), is_msh_of<version, encoding>},
-                      decode_msh,
-                      encode_msh_mesh<version, encoding>,
-                      msh_losses<version>};
+MeshFormat msh(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
+    MeshFormat format{{name, what, std::move(endings), [](std::span<const std::byte> bytes) {
+                           return is_msh(bytes, {version, encoding});
+                       }}};
+    format.decode = decode_msh;
+    format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
+        return encode_msh(mesh, fields, {version, encoding}, execution);
+    }>;
+    format.losses = losses_of<[](const auto& mesh) { return not_in_msh(mesh, version); }>;
     format.holds_fields = true;
     format.always_in_space = true;
     return format;
 }
 
+MeshFormat vtu() {
+    MeshFormat format{{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu}};
+    format.decode = decode_vtu;
+    format.encode =
+        encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions options, const Execution& execution) {
+            return encode_vtu(mesh, fields, {options.cells}, execution);
+        }>;
+    format.losses = losses_of<[](const auto& mesh) { return not_in_vtu(mesh); }>;
+    format.holds_fields = true;
+    format.chooses_cells = true;
+    format.for_viewers = true;
+    format.always_in_space = true;
+    return format;
+}
+
+MeshFormat mfem() {
+    MeshFormat format{{"mfem", "MFEM mesh v1.0", {".mfem"}, is_mfem}};
+    format.decode = decode_mfem;
+    format.encode = encoded<[](const auto& mesh, const MeshFields&, EncodeOptions, const Execution& execution) {
+        return encode_mfem(mesh, execution);
+    }>;
+    format.losses = losses_of<[](const auto& mesh) { return not_in_mfem(mesh); }>;
+    return format;
+}
+
+MeshFormat su2() {
+    MeshFormat format{{"su2", "SU2 mesh", {".su2"}, is_su2}};
+    format.decode = decode_su2;
+    return format;
+}
+
+MeshFormat cgns() {
+    MeshFormat format{{"cgns", "CGNS", {".cgns"}, is_cgns}};
+    format.decode = decode_cgns;
+    format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
+        return encode_cgns(mesh, fields, execution);
+    }>;
+    format.losses = losses_of<[](const auto& mesh) { return not_in_cgns(mesh); }>;
+    format.holds_fields = true;
+    format.holds = is_in_cgns;
+    return format;
+}
+
+template <GmfEncoding encoding>
+Outcome<Chunks> encode_gmf_fields(const Solution& solution, const Execution& execution) {
+    return encode_gmf_solution(solution, {encoding}, execution);
+}
+
 }  // namespace
 
 std::span<const MeshFormat> mesh_formats() {
+    using enum MshVersion;
     static const std::vector<MeshFormat> formats{
-        {{"gmf-ascii", "GMF as text", {".mesh"}, is_gmf_ascii},
-         decode_gmf_mesh,
-         encode_gmf<GmfEncoding::ascii>,
-         gmf_losses},
-        {{"gmf-binary", "GMF in binary", {".meshb"}, is_gmf_binary},
-         decode_gmf_mesh,
-         encode_gmf<GmfEncoding::binary>,
-         gmf_losses},
-        msh_format<MshVersion::v4, MshEncoding::binary>("msh", "Gmsh MSH 4.1 in binary", {".msh"}),
-        msh_format<MshVersion::v4, MshEncoding::ascii>("msh-ascii", "Gmsh MSH 4.1 as text", {}),
-        msh_format<MshVersion::v2, MshEncoding::binary>("msh2", "Gmsh MSH 2.2 in binary", {}),
-        msh_format<MshVersion::v2, MshEncoding::ascii>("msh2-ascii", "Gmsh MSH 2.2 as text", {}),
-        {{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu},
-         decode_vtu,
-         encode_vtu_mesh,
-         vtu_losses,
-         true,
-         nullptr,
-         true,
-         true},
-        {{"cgns", "CGNS", {".cgns"}, is_cgns}, decode_cgns, encode_cgns_mesh, cgns_losses, true, is_in_cgns},
+        gmf<GmfEncoding::ascii>({"gmf-ascii", "GMF as text", {".mesh"}, is_gmf_ascii}),
+        gmf<GmfEncoding::binary>({"gmf-binary", "GMF in binary", {".meshb"}, is_gmf_binary}),
+        msh<v4, MshEncoding::binary>("msh", "Gmsh MSH 4.1 in binary", {".msh"}),
+        msh<v4, MshEncoding::ascii>("msh-ascii", "Gmsh MSH 4.1 as text", {}),
+        msh<v2, MshEncoding::binary>("msh2", "Gmsh MSH 2.2 in binary", {}),
+        msh<v2, MshEncoding::ascii>("msh2-ascii", "Gmsh MSH 2.2 as text", {}),
+        vtu(),
+        mfem(),
+        su2(),
+        cgns(),
     };
     return formats;
 }

@@ -10,6 +10,8 @@ export import :mesh_fields;
 export import :flat;
 export import :vtu;
 export import :cgns;
+export import :mfem;
+export import :su2;
 export import :formats;
 // The partitions below export no names: they are the parts that readers and writers are made of.
 import :first_fault;
@@ -41,3 +43,4 @@ import :msh_layout;
 import :msh_sink;
 import :vtu_file;
 import :vtu_cells;
+import :mfem_order;

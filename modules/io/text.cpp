@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <charconv>
 #include <string>
 #include <string_view>
@@ -6,6 +7,10 @@ module;
 module camber.io;
 
 namespace camber {
+
+std::string line_place(std::string_view name, std::string_view text, const char* at) {
+    return std::string(name) + ": line " + std::to_string(std::count(text.data(), at, '\n') + 1);
+}
 
 bool read_unusual_real(std::string_view word, double& value) {
     std::string text(word.starts_with('+') ? word.substr(1) : word);

@@ -2,6 +2,7 @@ module;
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <system_error>
 export module camber.io:text;
@@ -45,6 +46,9 @@ struct Words {
     }
     [[nodiscard]] inline bool at_word_end() const { return at == end || ends_word(*at); }
 };
+
+/// `name: line N` of a place in a text.
+[[nodiscard]] std::string line_place(std::string_view name, std::string_view text, const char* at);
 
 /// Reads a number that the plain way cannot: a leading +, Fortran's exponent D, magnitudes beyond those of double.
 [[nodiscard]] bool read_unusual_real(std::string_view word, double& value);

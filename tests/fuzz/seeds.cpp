@@ -41,6 +41,45 @@ void add_mesh(std::vector<Seed>& seeds, const std::string& name, const Mesh& mes
         seeds.push_back({"mesh", name + "-" + ending, text_of(*encode_msh(mesh, {}, options, {.threads = 1}))});
 }
 
+template <class Mesh>
+void add_mesh_of_others(std::vector<Seed>& seeds, const std::string& name, const Mesh& mesh) {
+    seeds.push_back({"mesh", name + ".vtu", text_of(*encode_vtu(mesh, {}, {}, {.threads = 1}))});
+    seeds.push_back({"mesh", name + ".mfem", text_of(*encode_mfem(mesh, {.threads = 1}))});
+}
+
+/// Files in forms that Camber does not write.
+void add_meshes_of_others(std::vector<Seed>& seeds) {
+    const std::string grid = R"(<VTKFile type="UnstructuredGrid" byte_order="BigEndian" header_type="UInt32">
+<UnstructuredGrid><Piece NumberOfPoints="4" NumberOfCells="2"><PointData>
+<DataArray type="Float32" Name="t" format="ascii">0 1 2 3</DataArray></PointData><CellData>
+<DataArray type="Int64" Name="entity" format="ascii">7 0</DataArray></CellData><Points>
+<DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points><Cells>
+<DataArray type="Int64" Name="connectivity" format="ascii">0 1 2 3 0 1 2</DataArray>
+<DataArray type="Int64" Name="offsets" format="ascii">4 7</DataArray>
+)";
+    const std::string end = "</Cells></Piece></UnstructuredGrid>";
+    seeds.push_back(
+        {"mesh", "ascii.vtu",
+         grid + R"(<DataArray type="UInt8" Name="types" format="ascii">10 5</DataArray>)" + end + "</VTKFile>\n"});
+    seeds.push_back(
+        {"mesh", "base64.vtu",
+         grid + R"(<DataArray type="UInt8" Name="types" format="binary">AAAAAgoF</DataArray>)" + end + "</VTKFile>\n"});
+    seeds.push_back({"mesh", "appended.vtu",
+                     grid + R"(<DataArray type="UInt8" Name="types" format="appended" offset="0"/>)" + end +
+                         "<AppendedData encoding=\"base64\">_AAAAAgoF</AppendedData></VTKFile>\n"});
+    seeds.push_back({"mesh", "2d.su2",
+                     "% a square\nNDIME= 2\nNELEM= 2\n5 0 1 2 0\n5 0 2 3 1\nNPOIN= 4\n0 0 0\n1 0 1\n1 1 2\n0 1 3\n"
+                     "NMARK= 2\nMARKER_TAG= wall\nMARKER_ELEMS= 1\n3 0 1\nMARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 1\n"
+                     "SEND_TO= 1\n1 0 0\n"});
+    seeds.push_back({"mesh", "3d.su2",
+                     "NDIME= 3\nNELEM= 1\n10 0 1 2 3\nNPOIN= 4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\nNMARK= 1\n"
+                     "MARKER_TAG= far\nMARKER_ELEMS= 1\n5 0 2 1\n"});
+    seeds.push_back({"mesh", "by-nodes.mfem",
+                     "MFEM mesh v1.0\n# H1\ndimension\n2\nelements\n1\n1 2 0 1 2\nboundary\n1\n1 1 0 1\nvertices\n3\n"
+                     "nodes\nFiniteElementSpace\nFiniteElementCollection: Quadratic\nVDim: 2\nOrdering: 0\n"
+                     "0 1 0 .5 .5 0\n0 0 1 -.1 .5 .5\n"});
+}
+
 template <int D>
 void add_meshes(std::vector<Seed>& seeds) {
     const std::string dimension = std::to_string(D) + "d";
@@ -52,6 +91,8 @@ void add_meshes(std::vector<Seed>& seeds) {
     const LinearMesh<D> grid = *generate(box);
     add_mesh(seeds, dimension + "-grid", grid);
     add_mesh(seeds, dimension + "-curved", *elevate(grid, {.threads = 1}));
+    add_mesh_of_others(seeds, dimension + "-grid", grid);
+    add_mesh_of_others(seeds, dimension + "-curved", *elevate(grid, {.threads = 1}));
     if constexpr (D == 2) {
         add_mesh(seeds, "flat-grid", *raised(grid, {}, {.threads = 1}));
         add_mesh(seeds, "flat-curved", *raised(*elevate(grid, {.threads = 1}), {.z = 1}, {.threads = 1}));
@@ -115,6 +156,7 @@ std::vector<Seed> seeds() {
     std::vector<Seed> all;
     add_meshes<2>(all);
     add_meshes<3>(all);
+    add_meshes_of_others(all);
     add_solutions(all);
     add_configs(all);
     add_reports(all);

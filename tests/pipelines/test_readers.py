@@ -1,9 +1,11 @@
-"""Files that others wrote, read by the program: VTK's and meshio's .vtu in every encoding.
+"""Files of others' formats: VTK's and meshio's .vtu in every encoding, Gmsh's and meshio's .su2, and MFEM's meshes as an independent
+reader of them understands what the program writes.
 
     /usr/bin/python3 tests/pipelines/test_readers.py build/bin/camber [unittest arguments]
 """
 import itertools
 import json
+import subprocess
 import sys
 import unittest
 
@@ -13,6 +15,8 @@ from program import Folder
 from readers import needs
 
 import gmf
+import mfem_reader
+import sample_meshes
 
 SHAPES = {2: {"annulus": {"inner_layer": {"count": 3, "first_height": 0.05, "growth": 1.3}}},
           3: {"shell": {"inner_size": 0.8, "outer_size": 2.5}}}
@@ -186,6 +190,95 @@ class Readers(unittest.TestCase):
                                  header_type=header)
                 with self.subTest(dimension=dimension, degree=degree, binary=binary, compression=compression):
                     self.same(mesh, "meshio.vtu", 1e-9 if not binary else 0)
+
+    def same_simplices(self, found, cells, k, mesh):
+        """Attributes apart: simplices of an MFEM file are the cells of a GMF file of the same mesh, node by node, to the bit."""
+        self.assertEqual(len(found), len(cells.nodes))
+        for simplex, row in zip(found, cells.nodes):
+            np.testing.assert_array_equal(simplex.corners, mesh.points[row[:k + 1]])
+            if len(row) == k + 1:
+                self.assertEqual(simplex.mid_nodes, {})
+                continue
+            mids = {frozenset(ends): place for ends, place in simplex.mid_nodes.items()}
+            self.assertEqual(len(mids), len(row) - k - 1)
+            for a, b, mid in gmf.LOCAL_EDGES[k]:
+                np.testing.assert_array_equal(mids[frozenset((a, b))], mesh.points[row[mid]])
+
+    def same_references(self, found, cells):
+        """Positive references stay; each of the others becomes one of its own."""
+        became = {}
+        for simplex, reference in zip(found, cells.refs):
+            self.assertGreater(simplex.attribute, 0)
+            self.assertEqual(became.setdefault(int(reference), simplex.attribute), simplex.attribute)
+        self.assertEqual(len(set(became.values())), len(became))
+        self.assertTrue(all(reference == attribute for reference, attribute in became.items() if reference > 0), became)
+
+    def test_mfem_as_another_reads_it(self):
+        for dimension, degree in itertools.product(SHAPES, STAGES):
+            mesh = self.made(dimension, degree)
+            for surface in (False, True) if dimension == 3 else (False,):
+                if surface:
+                    mesh.cells = {name: c for name, c in mesh.cells.items() if gmf.CELLS[name][0] < 3}
+                for cells in mesh.cells.values():
+                    cells.refs[::3] = -5
+                    cells.refs[1::3] = 0
+                self.path("given.mesh").write_bytes(sample_meshes.ascii_file(mesh))
+                told = self.run_camber("convert", "given.mesh", "-o", "written.mfem").stderr
+                self.assertIn("MFEM's attributes are positive: of the elements reference 0 becomes", told)
+                self.run_camber("convert", "given.mesh", "-o", "same.mesh")  # without vertices that are none
+                given, found = gmf.read(self.path("same.mesh")), mfem_reader.read(self.path("written.mfem"))
+                top = dimension - 1 if surface else dimension
+                self.assertEqual(found.dimension, top)
+                self.assertEqual(found.nodes.shape[1], dimension)
+                by_dimension = self.by_dimension(given)
+                for rows, k in ((found.elements, top), (found.boundary, top - 1)):
+                    if k in by_dimension:
+                        self.same_simplices(rows, by_dimension[k], k, given)
+                        self.same_references(rows, by_dimension[k])
+                    else:
+                        self.assertEqual(rows, [])
+                # And back again.
+                self.run_camber("convert", "written.mfem", "-o", "back.mesh")
+                self.run_camber("convert", "back.mesh", "-o", "again.mfem")
+                self.assertEqual(self.path("again.mfem").read_bytes(), self.path("written.mfem").read_bytes())
+                back = gmf.read(self.path("back.mesh"))
+                np.testing.assert_array_equal(back.points[self.by_dimension(back)[top].nodes],
+                                              given.points[by_dimension[top].nodes])
+                info = json.loads(self.run_camber("info", "written.mfem", "--json").stdout)
+                self.assertEqual((info["dimension"], info["degree"]), (dimension, degree))
+
+    @needs("gmsh")
+    @needs("meshio")
+    def test_su2_of_gmsh(self):
+        """Gmsh's .su2 against its .msh of the same mesh: places of simplices, and facets by the names of their markers."""
+        import meshio
+        groups = {2: 'Rectangle(1) = {0, 0, 0, 1, 2}; Physical Curve("wall") = {1, 3}; Physical Curve("far") = {2, 4}; '
+                     'Physical Surface("air") = {1};',
+                  3: 'Box(1) = {0, 0, 0, 1, 2, 1}; Physical Surface("wall") = {1, 3, 5}; Physical Surface("far") = {2, 4, 6}; '
+                     'Physical Volume("air") = {1};'}
+        names = {2: ("Edges", "line", "Triangles", "triangle"), 3: ("Triangles", "triangle", "Tetrahedra", "tetra")}
+
+        def places(points, rows):
+            return {tuple(sorted(map(tuple, np.round(points[row], 9) + 0.0))) for row in rows}
+        for dimension, geometry in groups.items():
+            self.path("in.geo").write_text('SetFactory("OpenCASCADE");\nMesh.CharacteristicLengthMax = 0.4;\n' + geometry + "\n")
+            for ending in ("su2", "msh"):
+                subprocess.run(["gmsh", "-" + str(dimension), "in.geo", "-o", "out." + ending], cwd=self.folder.path, check=True,
+                               capture_output=True)
+            self.run_camber("convert", "out.su2", "-o", "read.mesh")
+            found, wanted = gmf.read(self.path("read.mesh")), meshio.read(self.path("out.msh"))
+            self.assertEqual(found.dim, dimension)
+            facets, facet_type, elements, element_type = names[dimension]
+            points = wanted.points[:, :dimension]
+            self.assertEqual(places(found.points, found.cells[elements].nodes),
+                             places(points, wanted.cells_dict[element_type]))
+            for reference, name in ((1, "wall"), (2, "far")):
+                rows = wanted.cells_dict[facet_type]
+                rows = rows[wanted.cell_data_dict["gmsh:physical"][facet_type] == wanted.field_data[name][0]]
+                chosen = found.cells[facets].nodes[found.cells[facets].refs == reference]
+                self.assertGreater(len(chosen), 0)
+                self.assertEqual(places(found.points, chosen), places(points, rows))
+            self.assertEqual(self.run_camber("info", "out.su2").stderr, "")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,210 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+module camber.io;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace mfem {
+
+namespace {
+
+/// A surface is triangles in space without tetrahedra: MFEM's mesh of dimension 2 then.
+template <int D>
+bool is_surface(const LinearMesh<D>& mesh) {
+    return D == 3 && mesh.elements.size() == 0 && mesh.facets.size() + mesh.edges.size() > 0;
+}
+
+/// A reference that is not positive, and what it becomes.
+struct Renamed {
+    Reference from, to;
+    std::size_t count;
+};
+
+/// In falling order: 0, −1 …
+std::vector<Renamed> renamed(const Column<Reference>& references) {
+    std::map<Reference, std::size_t, std::greater<>> counts;
+    for (const Reference r : references)
+        if (r <= 0) ++counts[r];
+    std::vector<Reference> used;
+    for (const Reference r : references)
+        if (r > 0 && !counts.empty()) used.push_back(r);
+    std::sort(used.begin(), used.end());
+    std::vector<Renamed> made;
+    Reference next = 1;
+    auto at = used.begin();
+    for (const auto& [from, count] : counts) {
+        for (; at != used.end() && *at <= next; ++at)
+            if (*at == next) ++next;
+        made.push_back({from, next++, count});
+    }
+    return made;
+}
+
+/// The attribute of each reference.
+class Attributes {
+  public:
+    explicit Attributes(const Column<Reference>& references) : renamed_(renamed(references)) {}
+    [[nodiscard]] Reference of(Reference reference) const {
+        if (reference > 0) return reference;
+        return std::lower_bound(renamed_.begin(), renamed_.end(), reference,
+                                [](const Renamed& r, Reference wanted) { return r.from > wanted; })
+            ->to;
+    }
+
+  private:
+    std::vector<Renamed> renamed_;
+};
+
+void note_renamed(const Column<Reference>& references, const std::string& what, std::vector<Notice>& notices) {
+    const std::vector<Renamed> changes = renamed(references);
+    if (changes.empty()) return;
+    std::string text = "MFEM's attributes are positive: of the " + what + " reference ";
+    constexpr std::size_t most = 5;
+    for (std::size_t i = 0; i < changes.size() && i < most; ++i)
+        text += (i == 0 ? "" : ", ") + std::to_string(changes[i].from) + " becomes " + std::to_string(changes[i].to) +
+                " (" + std::to_string(changes[i].count) + ")";
+    if (changes.size() > most) text += ", and " + std::to_string(changes.size() - most) + " others";
+    notices.push_back({text});
+}
+
+/// The edges in the order in which the elements name them: MFEM's numbers of the nodes behind the vertices.
+template <int K, class Mesh>
+Buffer<std::uint32_t> edges_in_order(const Grid<Mesh>& grid, const Simplices<K>& elements) {
+    const std::size_t vertices = grid.vertices();
+    Buffer<std::uint32_t> order;
+    Buffer<std::uint8_t> seen(grid.nodes() - vertices, 0);
+    for (std::size_t i = 0; i < elements.size(); ++i)
+        for (const int k : edge_order<K>) {
+            const std::size_t edge = grid.template node<K>(elements, i, K + 1 + static_cast<std::size_t>(k)) - vertices;
+            if (seen[edge] != 0) continue;
+            seen[edge] = 1;
+            order.push_back(static_cast<std::uint32_t>(edge));
+        }
+    return order;
+}
+
+/// Makes one file.
+template <class Mesh>
+class Writer {
+  public:
+    static constexpr int D = Mesh::dimension;
+
+    Writer(const Mesh& mesh, const Execution& execution) : grid_{mesh}, linear_(grid_.linear()), text_(execution) {}
+
+    Outcome<Chunks> write() && {
+        if (!columns_fit(linear_) || !grid_.is_sound())
+            return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
+        if constexpr (D == 3)
+            if (is_surface(linear_)) return std::move(*this).write(linear_.facets, linear_.edges);
+        return std::move(*this).write(linear_.elements, linear_.facets);
+    }
+
+  private:
+    template <int K>
+    Outcome<Chunks> write(const Simplices<K>& elements, const Simplices<K - 1>& boundary) && {
+        text_.put(std::string(first_line) + "\n\ndimension\n" + std::to_string(K) + "\n");
+        return simplices("elements", elements)
+            .and_then([&](Done) { return simplices("boundary", boundary); })
+            .and_then([&](Done) { return points(elements, boundary); })
+            .map([&](Done) { return std::move(text_).finish(); });
+    }
+
+    template <int K>
+    Outcome<Done> simplices(const std::string& title, const Simplices<K>& rows) {
+        const Attributes attributes(rows.references);
+        text_.put("\n" + title + "\n" + std::to_string(rows.size()) + "\n");
+        return text_.lines(rows.size(), K + 3, [&](std::size_t i, char* to) {
+            to = write_word(to, attributes.of(rows.references[i]), ' ');
+            to = write_word(to, geometry<K>, ' ');
+            for (const VertexId v : rows.vertices[i]) to = write_word(to, v.index(), ' ');
+            to[-1] = '\n';
+            return to;
+        });
+    }
+
+    template <int K>
+    Outcome<Done> points(const Simplices<K>& elements, const Simplices<K - 1>& boundary) {
+        text_.put("\nvertices\n" + std::to_string(linear_.points.size()) + "\n");
+        if constexpr (Grid<Mesh>::degree == 1) {
+            text_.put(std::to_string(D) + "\n");
+            return text_.lines(linear_.points.size(), D, [&](std::size_t v, char* to) { return coordinates(v, to); });
+        } else {
+            const Buffer<std::uint32_t> edges = edges_in_order(grid_, elements);
+            if (auto known = all_known(edges, boundary); !known) return known;
+            text_.put("\nnodes\nFiniteElementSpace\nFiniteElementCollection: H1_" + std::to_string(K) +
+                      "D_P2\nVDim: " + std::to_string(D) + "\nOrdering: 1\n\n");
+            const std::size_t vertices = grid_.vertices();
+            return text_.lines(vertices + edges.size(), D, [&](std::size_t n, char* to) {
+                return coordinates(n < vertices ? n : vertices + edges[n - vertices], to);
+            });
+        }
+    }
+
+    char* coordinates(std::size_t node, char* to) const {
+        for (int c = 0; c < D; ++c) to = write_word(to, grid_.point(node)[c], c + 1 == D ? '\n' : ' ');
+        return to;
+    }
+
+    /// Whether all edges of the boundary are edges of elements.
+    template <int K>
+    Outcome<Done> all_known(const Buffer<std::uint32_t>& edges, const Simplices<K>& boundary) const {
+        Buffer<std::uint8_t> known(grid_.nodes() - grid_.vertices(), 0);
+        for (const std::uint32_t edge : edges) known[edge] = 1;
+        for (std::size_t i = 0; i < boundary.size(); ++i)
+            for (std::size_t n = K + 1; n < quadratic_nodes<K>; ++n)
+                if (known[grid_.template node<K>(boundary, i, n) - grid_.vertices()] == 0)
+                    return fail(ErrorKind::unsupported,
+                                "has an edge that is none of an element's: MFEM has no node for it", {},
+                                Entity{simplex_name<K>, i + 1}, "remove it, or write another format");
+        return Done{};
+    }
+
+    Grid<Mesh> grid_;
+    const LinearMesh<D>& linear_;
+    TextWriter text_;
+};
+
+}  // namespace
+
+}  // namespace mfem
+
+template <int D>
+Outcome<Chunks> encode_mfem(const LinearMesh<D>& mesh, const Execution& execution) {
+    return guarded([&] { return mfem::Writer(mesh, execution).write(); });
+}
+
+template <int D>
+Outcome<Chunks> encode_mfem(const QuadraticMesh<D>& mesh, const Execution& execution) {
+    return guarded([&] { return mfem::Writer(mesh, execution).write(); });
+}
+
+template <int D>
+std::vector<Notice> not_in_mfem(const LinearMesh<D>& mesh) {
+    const bool surface = mfem::is_surface(mesh);
+    auto notices = not_held(mesh, {.feature_edges = surface, .point_references = false}, "MFEM");
+    if (!surface) mfem::note_renamed(mesh.elements.references, "elements", notices);
+    mfem::note_renamed(mesh.facets.references, surface ? "elements" : "boundary", notices);
+    if (surface) mfem::note_renamed(mesh.edges.references, "boundary", notices);
+    return notices;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                           \
+    template Outcome<Chunks> encode_mfem<D>(const LinearMesh<D>&, const Execution&);    \
+    template Outcome<Chunks> encode_mfem<D>(const QuadraticMesh<D>&, const Execution&); \
+    template std::vector<Notice> not_in_mfem<D>(const LinearMesh<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

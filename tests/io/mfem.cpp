@@ -1,0 +1,277 @@
+// MFEM's meshes: what is written comes back, nodes as MFEM numbers them, and what is refused. An independent reader is
+// in tests/pipelines/mfem_reader.py.
+#include "generated.hpp"
+#include "property.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+using namespace camber;
+
+namespace {
+
+Outcome<DecodedMesh> read(const std::string& text) { return decode_mfem(generated::bytes_of(text), "in.mfem", {}); }
+
+std::string message(const std::string& text) {
+    const auto decoded = read(text);
+    return decoded ? "no error" : describe(decoded.error());
+}
+
+template <class Mesh>
+std::string written(const Mesh& mesh) {
+    const auto chunks = encode_mfem(mesh, {});
+    return chunks ? generated::text_of(generated::joined(*chunks)) : describe(chunks.error());
+}
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+    const std::size_t at = text.find(what);
+    REQUIRE(at < text.size());
+    return text.replace(at, what.size(), by);
+}
+
+/// The mesh with no more than MFEM holds, all its references positive.
+template <int D>
+LinearMesh<D> held(LinearMesh<D> mesh) {
+    const auto simplices = [](auto kind) {
+        auto references = take(std::move(kind.references));
+        for (Reference& r : references) r = r < 0 ? ~r + 1 - (r == -2147483647 - 1 ? 1 : 0) : r == 0 ? 1 : r;
+        kind.references = std::move(references);
+        kind.required = {};
+        return kind;
+    };
+    LinearMesh<D> made;
+    made.points = mesh.points;
+    made.point_references = Buffer<Reference>(mesh.points.size(), 0);
+    made.elements = simplices(mesh.elements);
+    made.facets = simplices(mesh.facets);
+    if (mesh.elements.size() == 0) made.edges = simplices(mesh.edges);
+    return made;
+}
+
+/// Of degree 2 with nodes anywhere.
+template <int D>
+QuadraticMesh<D> curved(const LinearMesh<D>& mesh, std::uint64_t seed) {
+    auto made = *elevate(mesh, {});
+    generated::Random random(seed);
+    Buffer<LagrangeNode<D>> nodes;
+    for (std::size_t e = 0; e < made.edges.size(); ++e) nodes.push_back({random.vector<D>()});
+    made.mid_nodes = std::move(nodes);
+    return made;
+}
+
+template <class Mesh>
+void comes_back(const Mesh& mesh) {
+    RC_ASSERT(not_in_mfem(mesh).empty());
+    const auto chunks = encode_mfem(mesh, {.threads = 1});
+    if (!chunks) {
+        RC_ASSERT(chunks.error().kind == ErrorKind::unsupported);
+        RC_DISCARD("a facet of no element");
+    }
+    const auto bytes = generated::joined(*chunks);
+    RC_ASSERT(bytes == generated::joined(*encode_mfem(mesh, {.threads = 3})));
+    const auto back = decode_mfem(bytes, "in.mfem", {});
+    if (!back) RC_FAIL(describe(back.error()));
+    RC_ASSERT(std::holds_alternative<Mesh>(back->mesh));
+    RC_ASSERT(std::get<Mesh>(back->mesh) == mesh);
+    RC_ASSERT(back->notices.empty());
+}
+
+template <int D>
+void laws() {
+    testing::property("straight", [](std::uint64_t seed) {
+        const auto mesh = held(generated::mesh<D>(seed, seed % 9));
+        RC_PRE(generated::holds_simplices(mesh));
+        comes_back(mesh);
+    });
+    testing::property("curved", [](std::uint64_t seed) {
+        const auto mesh = held(generated::mesh<D>(seed, 1 + seed % 9));
+        RC_PRE(generated::holds_simplices(mesh));
+        comes_back(curved(mesh, seed));
+    });
+}
+
+/// Two triangles of a square with all their edges, and where their mid nodes are.
+const std::string square =
+    "MFEM mesh v1.0\n\n# a comment\ndimension\n2\n\nelements\n2\n1 2 0 1 2\n2 2 0 2 3\n\nboundary\n1\n7 1 2 3\n\n"
+    "vertices\n4\n\nnodes\nFiniteElementSpace\nFiniteElementCollection: H1_2D_P2\nVDim: 2\nOrdering: 1\n\n"
+    "0 0\n1 0\n1 1\n0 1\n.5 -.1\n1.1 .5\n.4 .6\n.5 1.1\n-.1 .5\n";
+
+}  // namespace
+
+TEST_CASE("what is written for MFEM comes back, in 2D") { laws<2>(); }
+TEST_CASE("what is written for MFEM comes back, in 3D") { laws<3>(); }
+
+TEST_CASE("nodes behind the vertices are those of edges as the elements name them") {
+    const auto decoded = read(square);
+    REQUIRE_MESSAGE(decoded.has_value(), message(square));
+    const auto& mesh = std::get<QuadraticMesh<2>>(decoded->mesh);
+    CHECK(mesh.linear.elements.references == Column<Reference>(Buffer<Reference>{1, 2}));
+    CHECK(mesh.linear.facets.references == Column<Reference>(Buffer<Reference>{7}));
+    // Of triangle 0 2 3: 02 is the third edge of the first triangle, 23 and 30 are new.
+    const auto node = [&](std::size_t element, int edge) {
+        return mesh.mid_nodes[mesh.edges.of_elements[element][edge]].point;
+    };
+    CHECK(node(0, 0) == Vec<2>{{.5, -.1}});
+    CHECK(node(0, 1) == Vec<2>{{1.1, .5}});
+    CHECK(node(0, 2) == Vec<2>{{.4, .6}});
+    CHECK(node(1, 0) == Vec<2>{{.4, .6}});
+    CHECK(node(1, 1) == Vec<2>{{.5, 1.1}});
+    CHECK(node(1, 2) == Vec<2>{{-.1, .5}});
+
+    std::string by_nodes =
+        replaced(square, "Ordering: 1\n\n0 0\n1 0\n1 1\n0 1\n.5 -.1\n1.1 .5\n.4 .6\n.5 1.1\n-.1 .5\n",
+                 "Ordering: 0\n0 1 1 0 .5 1.1 .4 .5 -.1\n0 0 1 1 -.1 .5 .6 1.1 .5\n");
+    CHECK(read(by_nodes)->mesh == decoded->mesh);
+    CHECK(read(replaced(square, "H1_2D_P2", "Quadratic"))->mesh == decoded->mesh);
+
+    // A tetrahedron: 01 02 03 12 13 23.
+    const auto solid = read(
+        "MFEM mesh v1.0\ndimension\n3\nelements\n1\n1 4 0 1 2 3\nboundary\n0\nvertices\n4\nnodes\nFiniteElementSpace\n"
+        "FiniteElementCollection: H1_3D_P2\nVDim: 3\nOrdering: 1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 1 9\n0 2 9\n0 3 9\n"
+        "1 2 9\n1 3 9\n2 3 9\n");
+    REQUIRE(solid.has_value());
+    const auto& tetrahedron = std::get<QuadraticMesh<3>>(solid->mesh);
+    for (int k = 0; k < 6; ++k) {
+        const auto& [a, b] = local_edges<3>[static_cast<std::size_t>(k)];
+        const auto& p = tetrahedron.mid_nodes[tetrahedron.edges.of_elements[0][static_cast<std::size_t>(k)]].point;
+        CHECK(p == Vec<3>{{static_cast<double>(a < b ? a : b), static_cast<double>(a < b ? b : a), 9}});
+    }
+}
+
+TEST_CASE("nodes of order 1, surfaces, vertices of their own") {
+    const std::string triangle =
+        "MFEM mesh v1.0\ndimension\n2\nelements\n1\n3 2 0 1 2\nboundary\n1\n4 1 0 1\nvertices\n3\n";
+    const auto flat = read(triangle + "2\n0 0\n1 0\n0 1\n");
+    REQUIRE(flat.has_value());
+    CHECK(std::get<LinearMesh<2>>(flat->mesh).elements.references[0] == 3);
+    for (const std::string name : {"H1_2D_P1", "Linear"})
+        CHECK(read(triangle + "nodes\nFiniteElementSpace\nFiniteElementCollection: " + name +
+                   "\nVDim: 2\nOrdering: 0\n0 1 0\n0 0 1\n")
+                  ->mesh == flat->mesh);
+    const auto surface = read(triangle + "3\n0 0 0\n1 0 0\n0 1 5\nmore\n");
+    REQUIRE(surface.has_value());
+    const auto& mesh = std::get<LinearMesh<3>>(surface->mesh);
+    CHECK(mesh.elements.size() == 0);
+    CHECK(mesh.facets.size() == 1);
+    CHECK(mesh.edges.size() == 1);
+    REQUIRE(surface->notices.size() == 1);
+    CHECK(surface->notices[0].what == "what follows the vertices was left out");
+}
+
+TEST_CASE("references that are not positive become the next free ones, and that is told") {
+    LinearMesh<2> mesh = held(generated::mesh<2>(4, 5));
+    REQUIRE(mesh.elements.size() == 5);
+    mesh.elements.references = Buffer<Reference>{1, 0, -4, 3, 0};
+    const auto losses = not_in_mfem(mesh);
+    REQUIRE(losses.size() == 1);
+    CHECK(losses[0].what ==
+          "MFEM's attributes are positive: of the elements reference 0 becomes 2 (2), -4 becomes 4 (1)");
+    const auto back = read(written(mesh));
+    REQUIRE(back.has_value());
+    CHECK(std::get<LinearMesh<2>>(back->mesh).elements.references ==
+          Column<Reference>(Buffer<Reference>{1, 2, 4, 3, 2}));
+    mesh.elements.references = Buffer<Reference>{0, -1, -2, -3, -2147483647 - 1};
+    CHECK(not_in_mfem(mesh)[0].what.ends_with("-3 becomes 4 (1), -2147483648 becomes 5 (1)"));
+}
+
+TEST_CASE("what MFEM has no place for") {
+    std::uint64_t seed = 1;
+    while (generated::mesh<3>(seed, 4).elements.size() == 0) ++seed;  // some are surfaces alone
+    auto mesh = held(generated::mesh<3>(seed, 4));
+    mesh.edges.vertices = Buffer<SimplexVertices<1>>{{VertexId(0), VertexId(1)}};
+    mesh.edges.references = Buffer<Reference>{0};
+    mesh.groups = Buffer<Group>{{3, 1, "iron"}};
+    const auto losses = not_in_mfem(mesh);
+    REQUIRE(losses.size() == 2);
+    CHECK(losses[0].what == "MFEM has no place for 1 names of references");
+    CHECK(losses[1].what == "MFEM has no place for 1 edges");
+    const auto back = read(written(mesh));
+    REQUIRE(back.has_value());
+    CHECK(std::get<LinearMesh<3>>(back->mesh).elements == mesh.elements);
+    CHECK(std::get<LinearMesh<3>>(back->mesh).edges.size() == 0);
+}
+
+TEST_CASE("a facet of degree 2 that is none of an element has no node in MFEM") {
+    LinearMesh<2> mesh;
+    mesh.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{0, 1}}, {{2, 2}}};
+    mesh.point_references = Buffer<Reference>(4, 0);
+    mesh.elements.vertices = Buffer<SimplexVertices<2>>{{VertexId(0), VertexId(1), VertexId(2)}};
+    mesh.elements.references = Buffer<Reference>{1};
+    mesh.facets.vertices = Buffer<SimplexVertices<1>>{{VertexId(0), VertexId(3)}};
+    mesh.facets.references = Buffer<Reference>{1};
+    CHECK(encode_mfem(mesh, {}).has_value());
+    CHECK(written(*elevate(mesh, {})) ==
+          "edge 1: has an edge that is none of an element's: MFEM has no node for it (remove it, or write another "
+          "format)");
+    CHECK(message(replaced(square, "7 1 2 3", "7 1 1 3")) ==
+          "in.mfem: line 14: boundary element 1: one of its edges is none of an element's (MFEM has no node for it: "
+          "remove it)");
+}
+
+TEST_CASE("what is no mesh of MFEM that Camber can hold") {
+    const auto kind = [](const std::string& text) {
+        const auto decoded = read(text);
+        return decoded ? ErrorKind::internal : decoded.error().kind;
+    };
+    for (const std::string first : {"MFEM mesh v1.1", "MFEM mesh v1.2", "MFEM mesh v1.3", "MFEM NC mesh v1.0",
+                                    "MFEM NURBS mesh v1.0", "MFEM INLINE mesh v1.0"}) {
+        const std::string text = replaced(square, "MFEM mesh v1.0", first);
+        CHECK(message(text) ==
+              "in.mfem: line 1: is of another version or kind than \"MFEM mesh v1.0\" (write the conforming mesh by "
+              "Mesh::Print)");
+        CHECK(kind(text) == ErrorKind::unsupported);
+        CHECK(is_mfem(generated::bytes_of(text)));
+    }
+    for (const std::string space : {"L2_2D_P2", "H1_2D_P3", "L2_T1_2D_P1", "H1Pos_2D_P2", "Cubic"})
+        CHECK(message(replaced(square, "H1_2D_P2", space)).ends_with("(project them with Mesh::SetCurvature(2))"));
+    const std::string mixed =
+        "MFEM mesh v1.0\ndimension\n2\nelements\n3\n1 3 0 1 2 3\n1 2 0 1 2\n1 3 0 1 2 3\nboundary\n1\n1 0 2\n"
+        "vertices\n4\n2\n0 0 1 0 1 1 0 1\n";
+    CHECK(message(mixed).find("holds 2 quadrilaterals, 1 points, which Camber cannot hold") < 30);
+    CHECK(kind(mixed) == ErrorKind::unsupported);
+    CHECK(kind(replaced(square, "dimension\n2", "dimension\n1")) == ErrorKind::unsupported);
+    CHECK(message(replaced(square, "1 2 0 1 2", "1 9 0 1 2")).find("element 1: its geometry 9 is none of MFEM's") < 30);
+    CHECK(message(replaced(square, "2 2 0 2 3", "2 2 0 2 4")) ==
+          "in.mfem: line 10: element 2: a node is not one of those that the file lists (the file is damaged, or joined "
+          "of two)");
+    CHECK(message(replaced(square, "2 2 0 2 3", "2 2 0 2 2")).find("line 10: element 2: a node occurs twice") < 30);
+    CHECK(message(replaced(square, "2 2 0 2 3", "3000000000 2 0 2 3")).find("does not fit 32 bits") < 60);
+    CHECK(message(replaced(square, "-.1 .5\n", "nan .5\n")).find("a coordinate is infinite or not a number") < 60);
+    CHECK(message(replaced(square, "VDim: 2", "VDim: 4")).find("VDim is not 2 or 3") < 30);
+    CHECK(message("").find("the file is empty") < 30);
+}
+
+TEST_CASE("every prefix of an MFEM file is an error") {
+    const std::string straight = written(held(generated::mesh<3>(2, 2)));
+    REQUIRE(message(straight) == "no error");
+    for (const std::string& text : {square, straight})
+        for (std::size_t n = 0; n < text.size(); ++n) {
+            CAPTURE(n);
+            const auto decoded = read(text.substr(0, n));
+            REQUIRE(!decoded.has_value());
+            REQUIRE(!decoded.error().what.empty());
+            REQUIRE(decoded.error().where.starts_with("in.mfem: line "));
+        }
+}
+
+TEST_CASE("absurd counts and noise") {
+    for (const std::string count : {"4000000000", "9000000000000000000", "99999999999999999999", "-1", "x"}) {
+        CHECK(message(replaced(square, "elements\n2", "elements\n" + count)) != "no error");
+        CHECK(message(replaced(square, "boundary\n1", "boundary\n" + count)) != "no error");
+        CHECK(message(replaced(square, "vertices\n4", "vertices\n" + count)) != "no error");
+    }
+    testing::property("some bytes changed",
+                      [](std::uint64_t seed) {
+                          generated::Random random(seed);
+                          std::string text = square;
+                          for (std::size_t i = 0, n = 1 + random.below(4); i < n; ++i)
+                              text[random.below(text.size())] = "0123456789 \n-.x#"[random.below(16)];
+                          const auto decoded = read(text);
+                          RC_ASSERT(decoded.has_value() || !decoded.error().what.empty());
+                      },
+                      {.count = 2000});
+}

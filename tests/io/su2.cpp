@@ -1,0 +1,192 @@
+// SU2's meshes: blocks in any order, markers, what is left out and what is refused.
+#include "generated.hpp"
+#include "property.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <variant>
+#include <vector>
+
+using namespace camber;
+
+namespace {
+
+Outcome<DecodedMesh> read(const std::string& text) { return decode_su2(generated::bytes_of(text), "in.su2", {}); }
+
+std::string message(const std::string& text) {
+    const auto decoded = read(text);
+    return decoded ? "no error" : describe(decoded.error());
+}
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+    const std::size_t at = text.find(what);
+    REQUIRE(at < text.size());
+    return text.replace(at, what.size(), by);
+}
+
+const std::string elements = "NELEM= 2\n5 0 1 2 0\n5\t0 2 3 1 % the last\n";
+const std::string points = "% places\nNPOIN= 4 4\n0 0 0\n1 0 1\n1 1 2\n0 1 3\n";
+const std::string markers =
+    "NMARK= 2\nMARKER_TAG= lower\nMARKER_ELEMS= 1\n3 0 1\n\nMARKER_TAG= upper\nMARKER_ELEMS= 2\n"
+    "3 2 3\n3 3 0 7\n";
+const std::string square = "% a square\nNDIME= 2\n" + elements + points + markers;
+
+/// The mesh as an SU2 file, groups as markers: the tests' own writer.
+template <int D>
+std::string su2_of(const LinearMesh<D>& mesh) {
+    std::string text = "NDIME= " + std::to_string(D) + "\nNELEM= " + std::to_string(mesh.elements.size()) + "\n";
+    const auto row = [](const auto& simplex) {
+        std::string words;
+        for (const VertexId v : simplex) words += " " + std::to_string(v.index());
+        return words;
+    };
+    for (std::size_t i = 0; i < mesh.elements.size(); ++i)
+        text += (D == 2 ? "5" : "10") + row(mesh.elements.vertices[i]) + " " + std::to_string(i) + "\n";
+    text += "NPOIN= " + std::to_string(mesh.points.size()) + "\n";
+    std::array<char, 40> word{};
+    for (const auto& p : mesh.points) {
+        for (int c = 0; c < D; ++c) {
+            std::snprintf(word.data(), word.size(), "%.17g ", p[c]);
+            text += word.data();
+        }
+        text += "\n";
+    }
+    text += "NMARK= " + std::to_string(mesh.groups.size()) + "\n";
+    for (const Group& group : mesh.groups) {
+        const auto n = std::count(mesh.facets.references.begin(), mesh.facets.references.end(), group.reference);
+        text += "MARKER_TAG= " + group.name + "\nMARKER_ELEMS= " + std::to_string(n) + "\n";
+        for (std::size_t i = 0; i < mesh.facets.size(); ++i)
+            if (mesh.facets.references[i] == group.reference)
+                text += (D == 2 ? "3" : "5") + row(mesh.facets.vertices[i]) + "\n";
+    }
+    return text;
+}
+
+template <int D>
+void comes_back() {
+    testing::property("a mesh in another's words", [](std::uint64_t seed) {
+        const auto given = generated::mesh<D>(seed, 1 + seed % 9);
+        LinearMesh<D> mesh;
+        mesh.points = given.points;
+        mesh.point_references = Buffer<Reference>(given.points.size(), 0);
+        mesh.elements.vertices = given.elements.vertices;
+        mesh.elements.references = Buffer<Reference>(given.elements.size(), 0);
+        mesh.facets.vertices = given.facets.vertices;
+        Buffer<Reference> references;
+        const std::size_t half = given.facets.size() / 2;
+        for (std::size_t i = 0; i < given.facets.size(); ++i) references.push_back(i < half ? 1 : 2);
+        mesh.facets.references = std::move(references);
+        mesh.groups = Buffer<Group>{{D - 1, 1, "wall"}, {D - 1, 2, "far"}};
+        const auto back = read(su2_of(mesh));
+        if (!back) RC_FAIL(describe(back.error()));
+        RC_ASSERT(std::get<LinearMesh<D>>(back->mesh) == mesh);
+        RC_ASSERT(back->notices.empty());
+    });
+}
+
+}  // namespace
+
+TEST_CASE("meshes of SU2 in 2D") { comes_back<2>(); }
+TEST_CASE("meshes of SU2 in 3D") { comes_back<3>(); }
+
+TEST_CASE("blocks in any order, markers as groups") {
+    const auto decoded = read(square);
+    REQUIRE_MESSAGE(decoded.has_value(), message(square));
+    const auto& mesh = std::get<LinearMesh<2>>(decoded->mesh);
+    CHECK(mesh.points[2] == Vec<2>{{1, 1}});
+    CHECK(mesh.elements.vertices[1] == SimplexVertices<2>{VertexId(0), VertexId(2), VertexId(3)});
+    CHECK(mesh.facets.references == Column<Reference>(Buffer<Reference>{1, 2, 2}));
+    CHECK(mesh.groups == Column<Group>(Buffer<Group>{{1, 1, "lower"}, {1, 2, "upper"}}));
+    std::array<std::string, 4> blocks{"NDIME=2\n", elements, markers, points};
+    std::sort(blocks.begin(), blocks.end());
+    do {
+        const std::string text = blocks[0] + blocks[1] + blocks[2] + blocks[3];
+        CHECK(is_su2(generated::bytes_of(text)));
+        REQUIRE_MESSAGE(read(text).has_value(), message(text));
+        CHECK(read(text)->mesh == decoded->mesh);
+    } while (std::next_permutation(blocks.begin(), blocks.end()));
+    // One name, one reference.
+    const auto same = read(replaced(square, "upper", "lower"));
+    CHECK(std::get<LinearMesh<2>>(same->mesh).facets.references == Column<Reference>(Buffer<Reference>{1, 1, 1}));
+    CHECK(std::get<LinearMesh<2>>(same->mesh).groups.size() == 1);
+    std::string carriage;
+    for (const char c : square) carriage += c == '\n' ? std::string("\r\n") : std::string(1, c);
+    CHECK(read(carriage)->mesh == decoded->mesh);
+}
+
+TEST_CASE("what is left out is told") {
+    const auto decoded =
+        read(replaced(square, "NMARK= 2\n",
+                      "NMARK= 3\nMARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 2\nSEND_TO= 1\n1 0 0\n1 1 0\n") +
+             "FFD_NBOX= 1\nFFD_NLEVEL= 1\n0 0 0\n");
+    REQUIRE(decoded.has_value());
+    REQUIRE(decoded->notices.size() == 2);
+    CHECK(decoded->notices[0].what == "1 markers SEND_RECEIVE were left out");
+    CHECK(decoded->notices[1].what == "2 other keywords were left out, the first of them FFD_NBOX");
+    CHECK(std::get<LinearMesh<2>>(decoded->mesh).facets.size() == 3);
+}
+
+TEST_CASE("what cannot be held is refused with its counts") {
+    const std::string text = replaced(replaced(square, "5 0 1 2 0", "9 0 1 2 3 0"), "3 2 3\n", "5 0 1 2\n");
+    CHECK(message(text) ==
+          "in.su2: holds 1 quadrilaterals, 1 triangles, which Camber cannot hold (give a mesh of edges, triangles and "
+          "tetrahedra of degree 1 or 2)");
+    CHECK(read(text).error().kind == ErrorKind::unsupported);
+    CHECK(message("NZONE= 2\n" + square).find("holds several zones") < 30);
+    CHECK(read("NZONE= 2\n" + square).error().kind == ErrorKind::unsupported);
+    CHECK(message("NZONE= 1\n" + square) == "no error");
+    CHECK(message(replaced(square, "NDIME= 2", "NDIME= 4")) ==
+          "in.su2: NDIME is 4, not 2 or 3 (the file is cut off or damaged)");
+}
+
+TEST_CASE("errors of SU2's files are told with their lines") {
+    CHECK(message(replaced(square, "5 0 1 2 0", "5 0 1 9 0")) ==
+          "in.su2: line 4: triangle 1: a node is not one of those that the file lists (the file is damaged, or joined "
+          "of two)");
+    CHECK(message(replaced(square, "3 3 0 7", "3 3 3 7")).starts_with("in.su2: line 20: edge 3: a node occurs twice"));
+    CHECK(message(replaced(square, "5 0 1 2 0", "5 0 1")).starts_with("in.su2: line 4: triangle 1: its row has not"));
+    CHECK(message(replaced(square, "1 0 1\n", "1 x 1\n")).starts_with("in.su2: line 9: vertex 2: its row is not 2"));
+    CHECK(message(replaced(square, "1 0 1\n", "1 nan 1\n")).find("a coordinate is infinite") < 40);
+    CHECK(message(square + "1 2 3\n").find("is no keyword with =") < 40);
+    CHECK(message(square + elements).find("comes a second time") < 40);
+    CHECK(message(replaced(square, "NMARK= 2", "NMARK= 3")).find("NMARK announces 3 markers, but 2 follow") < 40);
+    CHECK(message(replaced(square, "MARKER_ELEMS= 1", "MARKER_LINES= 1")).find("is not followed by MARKER_ELEMS") < 50);
+}
+
+TEST_CASE("every prefix of an SU2 file is an error, or told to have no markers") {
+    for (std::size_t n = 0; n < square.size(); ++n) {
+        CAPTURE(n);
+        const auto decoded = read(square.substr(0, n));
+        if (decoded && square.substr(n).starts_with("NMARK")) {
+            REQUIRE(decoded->notices.size() == 1);
+            CHECK(decoded->notices[0].what == "the file has no NMARK, and so no markers of the boundary");
+            continue;
+        }
+        REQUIRE(!decoded.has_value());
+        REQUIRE(!decoded.error().what.empty());
+        REQUIRE(decoded.error().where.starts_with("in.su2"));
+    }
+}
+
+TEST_CASE("absurd counts in an SU2 file, and noise") {
+    for (const std::string count : {"4000000000", "9000000000000000000", "99999999999999999999", "-1", "x", "3"}) {
+        CHECK(message(replaced(square, "NELEM= 2", "NELEM= " + count)) != "no error");
+        CHECK(message(replaced(square, "NPOIN= 4", "NPOIN= " + count)) != "no error");
+        CHECK(message(replaced(square, "NMARK= 2", "NMARK= " + count)) != "no error");
+        CHECK(message(replaced(square, "MARKER_ELEMS= 1", "MARKER_ELEMS= " + count)) != "no error");
+    }
+    testing::property("some bytes changed",
+                      [](std::uint64_t seed) {
+                          generated::Random random(seed);
+                          std::string text = square;
+                          for (std::size_t i = 0, n = 1 + random.below(4); i < n; ++i)
+                              text[random.below(text.size())] = "0123456789 \n-.x%="[random.below(17)];
+                          const auto decoded = read(text);
+                          RC_ASSERT(decoded.has_value() || !decoded.error().what.empty());
+                      },
+                      {.count = 2000});
+}
