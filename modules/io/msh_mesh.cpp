@@ -74,11 +74,19 @@ bool is_again(const Elements<K, N>& elements, std::size_t a, std::size_t b) {
            elements.physicals[a] != elements.physicals[b];
 }
 
+template <int K, int N>
+bool lists_again(const Elements<K, N>& elements) {
+    for (std::size_t i = 1; i < elements.tags.size(); ++i)
+        if (is_again(elements, i - 1, i)) return true;
+    return false;
+}
+
 /// The rows that the mesh has, in the order of their tags; none: all, as they stand.
 template <int K, int N>
 std::optional<Buffer<std::uint32_t>> kept_rows(const File& file, const Elements<K, N>& elements,
                                                const Buffer<std::uint8_t>& dropped, Counts& counts) {
     const Buffer<std::uint32_t> order = rows_by_tag(elements.tags);
+    if (order.empty() && dropped.empty() && !(file.by_row && lists_again(elements))) return std::nullopt;
     Buffer<std::uint32_t> kept;
     for (std::size_t i = 0; i < elements.tags.size(); ++i) {
         const std::uint32_t row = order.empty() ? static_cast<std::uint32_t>(i) : order[i];
@@ -89,7 +97,6 @@ std::optional<Buffer<std::uint32_t>> kept_rows(const File& file, const Elements<
         }
         kept.push_back(row);
     }
-    if (order.empty() && kept.size() == elements.tags.size()) return std::nullopt;
     return kept;
 }
 
@@ -117,7 +124,7 @@ void settle(const File& file, Elements<K, N>& elements, Counts& counts) {
 
 template <int K, int N>
 listing::Rows<N> rows_of(Elements<K, N>& elements, bool has_groups) {
-    auto tags = std::make_shared<const Buffer<std::uint64_t>>(elements.tags);
+    auto tags = std::make_shared<const Buffer<std::uint64_t>>(std::move(elements.tags));
     return {std::move(elements.nodes),
             has_groups ? std::move(elements.physicals) : elements.entities,
             std::move(elements.entities),
