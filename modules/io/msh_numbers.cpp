@@ -72,6 +72,7 @@ void number_references(std::span<const Reference> named, Classes& classes) {
 /// physical tag where that is no other's; all else gets free ones.
 void number_entities(std::span<const Reference> places, Classes& classes) {
     std::vector<Class*> order;
+    order.reserve(classes.list.size());
     for (Class& one : classes.list) order.push_back(&one);
     const auto rank = [](const Class* one) {  // known ones first, then unknown, then negative ones
         return std::tuple(one->entity > 0 ? 0 : 1, one->entity > 0 ? one->entity : -(one->entity + 1), one->physical);

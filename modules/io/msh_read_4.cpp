@@ -109,7 +109,7 @@ Outcome<Done> read_rows(Source& source, std::size_t n, const Nodes& nodes, Eleme
     return source.rows(n, {N + 1, 8, 0}, execution, [&](std::size_t i, const auto& row) {
         elements.tags[before + i] = static_cast<std::uint64_t>(row.integer(0));
         for (int k = 0; k < N; ++k) {
-            const auto tag = static_cast<std::uint64_t>(row.integer(static_cast<std::size_t>(1 + place_in_row<N>(k))));
+            const auto tag = static_cast<std::uint64_t>(row.integer(1 + static_cast<std::size_t>(place_in_row<N>(k))));
             elements.nodes[before + i][static_cast<std::size_t>(k)] = VertexId(std::size_t{nodes.index.find(tag)});
         }
     });
