@@ -8,6 +8,7 @@ module;
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <ios>
 #include <map>
 #include <mutex>
 #include <optional>

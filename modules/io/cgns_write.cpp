@@ -7,6 +7,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
+#include <ios>
 #include <map>
 #include <mutex>
 #include <set>

@@ -26,7 +26,7 @@ std::vector<Notice> losses_of(const AnyMesh& mesh) {
 }
 
 template <GmfEncoding encoding>
-MeshFormat gmf(FormatName name) {
+MeshFormat gmf_row(FormatName name) {
     MeshFormat format{std::move(name)};
     format.decode = decode_gmf_mesh;
     format.encode = encoded<[](const auto& mesh, const MeshFields&, EncodeOptions, const Execution& execution) {
@@ -37,10 +37,9 @@ MeshFormat gmf(FormatName name) {
 }
 
 template <MshVersion version, MshEncoding encoding>
-MeshFormat msh(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
-    MeshFormat format{{name, what, std::move(endings), [](std::span<const std::byte> bytes) {
-                           return is_msh(bytes, {version, encoding});
-                       }}};
+MeshFormat msh_row(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
+    MeshFormat format{{name, what, std::move(endings),
+                       [](std::span<const std::byte> bytes) { return is_msh(bytes, {version, encoding}); }}};
     format.decode = decode_msh;
     format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
         return encode_msh(mesh, fields, {version, encoding}, execution);
@@ -51,7 +50,7 @@ MeshFormat msh(std::string_view name, std::string_view what, std::vector<std::st
     return format;
 }
 
-MeshFormat vtu() {
+MeshFormat vtu_row() {
     MeshFormat format{{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu}};
     format.decode = decode_vtu;
     format.encode =
@@ -66,7 +65,7 @@ MeshFormat vtu() {
     return format;
 }
 
-MeshFormat mfem() {
+MeshFormat mfem_row() {
     MeshFormat format{{"mfem", "MFEM mesh v1.0", {".mfem"}, is_mfem}};
     format.decode = decode_mfem;
     format.encode = encoded<[](const auto& mesh, const MeshFields&, EncodeOptions, const Execution& execution) {
@@ -76,13 +75,13 @@ MeshFormat mfem() {
     return format;
 }
 
-MeshFormat su2() {
+MeshFormat su2_row() {
     MeshFormat format{{"su2", "SU2 mesh", {".su2"}, is_su2}};
     format.decode = decode_su2;
     return format;
 }
 
-MeshFormat cgns() {
+MeshFormat cgns_row() {
     MeshFormat format{{"cgns", "CGNS", {".cgns"}, is_cgns}};
     format.decode = decode_cgns;
     format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
@@ -104,16 +103,16 @@ Outcome<Chunks> encode_gmf_fields(const Solution& solution, const Execution& exe
 std::span<const MeshFormat> mesh_formats() {
     using enum MshVersion;
     static const std::vector<MeshFormat> formats{
-        gmf<GmfEncoding::ascii>({"gmf-ascii", "GMF as text", {".mesh"}, is_gmf_ascii}),
-        gmf<GmfEncoding::binary>({"gmf-binary", "GMF in binary", {".meshb"}, is_gmf_binary}),
-        msh<v4, MshEncoding::binary>("msh", "Gmsh MSH 4.1 in binary", {".msh"}),
-        msh<v4, MshEncoding::ascii>("msh-ascii", "Gmsh MSH 4.1 as text", {}),
-        msh<v2, MshEncoding::binary>("msh2", "Gmsh MSH 2.2 in binary", {}),
-        msh<v2, MshEncoding::ascii>("msh2-ascii", "Gmsh MSH 2.2 as text", {}),
-        vtu(),
-        mfem(),
-        su2(),
-        cgns(),
+        gmf_row<GmfEncoding::ascii>({"gmf-ascii", "GMF as text", {".mesh"}, is_gmf_ascii}),
+        gmf_row<GmfEncoding::binary>({"gmf-binary", "GMF in binary", {".meshb"}, is_gmf_binary}),
+        msh_row<v4, MshEncoding::binary>("msh", "Gmsh MSH 4.1 in binary", {".msh"}),
+        msh_row<v4, MshEncoding::ascii>("msh-ascii", "Gmsh MSH 4.1 as text", {}),
+        msh_row<v2, MshEncoding::binary>("msh2", "Gmsh MSH 2.2 in binary", {}),
+        msh_row<v2, MshEncoding::ascii>("msh2-ascii", "Gmsh MSH 2.2 as text", {}),
+        vtu_row(),
+        mfem_row(),
+        su2_row(),
+        cgns_row(),
     };
     return formats;
 }
