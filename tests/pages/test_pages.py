@@ -125,7 +125,8 @@ LIBRARIES = {"tl::expected": "tl-expected", "TBB::tbb": "TBB", "range-v3::range-
 def manifest(module):
     """{keyword: words} of modules/NAME/CMakeLists.txt."""
     text = text_of(ROOT / "modules" / module / "CMakeLists.txt")
-    words = text[text.index("(") + 1:text.rindex(")")].split()
+    begin = text.index("camber_module(") + len("camber_module(")
+    words = text[begin:text.index(")\n", begin)].split()
     found, keyword = {}, "NAME"
     for word in words:
         if word in ("INTERFACE", "IMPL", "USES", "LINK_PUBLIC", "LINK_PRIVATE"):
