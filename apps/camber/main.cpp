@@ -219,7 +219,9 @@ void add_convert(CLI::App& app, Verb& verb) {
         "  camber convert wing.meshb -o wing.mesh                      binary to ASCII, and back\n"
         "  camber convert wing-p2.meshb -o wing.vtu --cells lagrange   for ParaView, Lagrange cells\n"
         "  camber convert wing.meshb -o wing.vtu --metric wing.solb    with a solution's fields\n"
-        "  camber convert wing.solb -o wing.sol                        solutions alone\n\n"
+        "  camber convert part.msh -o part.mfem                        from Gmsh to MFEM\n"
+        "  camber convert wing.solb -o wing.sol                        solutions alone\n"
+        "  camber convert flow.vtu -o flow.sol                         the fields at a mesh's nodes\n\n"
         "What the format cannot hold is told on standard error. More: docs/formats.md");
     ConvertArguments& a = verb.convert;
     convert->add_option("input", a.input, mesh_or_solution())->required();
@@ -231,7 +233,8 @@ void add_convert(CLI::App& app, Verb& verb) {
     convert->add_option("--format", a.format, "The format, by its name, whatever the ending of the output")
         ->option_text(camber::listed(camber::names_written(camber::mesh_formats()), "|", "|"));
     add_words(convert, "--cells", a.cells, "Cells of degree 2 in a .vtu: quadratic (the default) or lagrange");
-    convert->add_option("--metric", a.metric, "A solution on the mesh's vertices, whose fields go into the .vtu");
+    convert->add_option("--metric", a.metric,
+                        "A solution on the mesh's vertices, whose fields go along (.vtu, .msh, .cgns)");
     convert->add_flag("--elevate", a.elevate, "Degree 1 to 2 first: each edge gets a node at its middle");
     convert->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
 }

@@ -81,7 +81,7 @@ class Writer {
         int base = 0, zone = 0;
         if (lib_.base_write_(file_, "Base", surface ? 2 : D, D, &base) != CG_OK ||
             lib_.goto_(file_, 1, "end") != CG_OK ||
-            lib_.dataclass_write_(CGNS_ENUMV(DataClassUserDefined)) != CG_OK ||  // in units of the model, as ever
+            lib_.dataclass_write_(CGNS_ENUMV(NormalizedByUnknownDimensional)) != CG_OK ||  // in units of the model
             lib_.zone_write_(file_, 1, "Zone", size.data(), CGNS_ENUMV(Unstructured), &zone) != CG_OK)
             return broken("the zone cannot be written");
         auto done = coordinates();

@@ -273,9 +273,9 @@ Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const
     decoded = with_flat_in_2d(std::move(*decoded), execution);
     if (decoded && decoded->lift)
         decoded->notices.push_back(
-            {fmt::format("the mesh is flat (z = {}): taken as 2D, and written with its z again (a surface in "
-                         "space: --flat surface, or input/flat=surface of a config)",
-                         decoded->lift->z)});
+            {fmt::format("the mesh is flat (z = {}): taken as 2D{} (a surface in space: --flat surface, or "
+                         "input/flat=surface of a config)",
+                         decoded->lift->z, decoded->always_in_space ? "" : ", and written with its z again")});
     return decoded;
 }
 

@@ -1,0 +1,161 @@
+"""CGNS files: ours before cgnscheck and read again, and files that the library itself makes, as other programs have them.
+
+    python3 tests/pipelines/test_cgns.py build/bin/camber [unittest arguments]
+"""
+import ctypes
+import ctypes.util
+import json
+import subprocess
+import sys
+import unittest
+
+import numpy as np
+
+from program import Folder
+from readers import needs
+
+import gmf
+
+WRITE, UNSTRUCTURED, REAL_DOUBLE, POINT_LIST, POINT_RANGE = 1, 3, 4, 2, 4
+TRI_3, QUAD_4, TETRA_4, MIXED = 5, 7, 10, 20
+VERTEX, FACE_CENTER = 2, 4
+USER_DEFINED = 1
+POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1.]])
+TETRAHEDRA = [[1, 2, 3, 4], [2, 5, 3, 4]]
+TRIANGLES = [[1, 3, 2], [1, 2, 4], [1, 4, 3], [2, 3, 5], [3, 4, 5], [2, 5, 4]]
+
+
+class File:
+    """A CGNS file by the library, for tests: each call must succeed."""
+
+    def __init__(self, path, points, cells):
+        name = ctypes.util.find_library("cgns")
+        self.library = ctypes.CDLL(name)
+        self.number = ctypes.c_int()
+        self.call("open", str(path).encode(), WRITE, ctypes.byref(self.number))
+        one = ctypes.c_int()
+        self.call("base_write", self.number, b"Base", 3, 3, ctypes.byref(one))
+        self.call("zone_write", self.number, 1, b"Zone", self.sizes(len(points), cells, 0), UNSTRUCTURED, ctypes.byref(one))
+        for c, axis in enumerate(b"XYZ"):
+            column = np.ascontiguousarray(points[:, c], dtype=np.float64)
+            self.call("coord_write", self.number, 1, 1, REAL_DOUBLE, b"Coordinate" + bytes([axis]),
+                      column.ctypes.data_as(ctypes.c_void_p), ctypes.byref(one))
+
+    def call(self, name, *arguments):
+        done = getattr(self.library, "cg_" + name)(*arguments)
+        assert done == 0, (name, ctypes.c_char_p(self.library.cg_get_error()).value)
+
+    @staticmethod
+    def sizes(*numbers):
+        return (ctypes.c_long * len(numbers))(*numbers)
+
+    def section(self, name, kind, first, last, numbers):
+        s = ctypes.c_int()
+        self.call("section_write", self.number, 1, 1, name, kind, ctypes.c_long(first), ctypes.c_long(last), 0,
+                  self.sizes(*numbers), ctypes.byref(s))
+
+    def condition(self, name, kind, location, numbers):
+        bc = ctypes.c_int()
+        self.call("boco_write", self.number, 1, 1, name, USER_DEFINED, kind, ctypes.c_long(len(numbers)),
+                  self.sizes(*numbers), ctypes.byref(bc))
+        self.call("boco_gridlocation_write", self.number, 1, 1, bc, location)
+
+    def close(self):
+        self.call("close", self.number)
+
+
+@unittest.skipIf(ctypes.util.find_library("cgns") is None, "no CGNS here")
+class Cgns(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, name):
+        return self.folder.path / name
+
+    def run_camber(self, *arguments):
+        done = self.folder.camber(*arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done
+
+    def info(self, name):
+        return json.loads(self.run_camber("info", "--json", name).stdout)
+
+    @needs("cgnscheck")
+    def test_ours_pass_cgnscheck_and_come_back(self):
+        shapes = {"box": {"box": {"cells": [2, 2, 2]}}, "annulus": {"annulus": {"inner_layer": {"count": 3, "first_height": 0.05, "growth": 1.3}}},
+                  "shell": {"shell": {"inner_size": 0.8, "outer_size": 2.5}}}
+        for shape, options in shapes.items():
+            for stages in ([], ["elevate", "curve", "validate", "relax", "commit"]):
+                config = {"input": {"generate": options}, "stages": stages, "output": {"mesh": "a.cgns"}}
+                self.path("run.json").write_text(json.dumps(config))
+                self.run_camber("run", "run.json")
+                config["output"] = {"mesh": "a.meshb"}
+                self.path("run.json").write_text(json.dumps(config))
+                self.run_camber("run", "run.json")
+                told = subprocess.run(["cgnscheck", str(self.path("a.cgns"))], capture_output=True, text=True)
+                self.assertNotIn("ERROR", told.stdout + told.stderr)
+                self.assertNotIn("WARNING", told.stdout + told.stderr)
+                self.run_camber("convert", "a.cgns", "-o", "b.meshb")
+                a, b = gmf.read(self.path("a.meshb")), gmf.read(self.path("b.meshb"))
+                np.testing.assert_array_equal(a.points, b.points)
+                self.assertEqual(sorted(a.cells), sorted(b.cells))
+                for kind, cells in a.cells.items():
+                    rows = [sorted(map(tuple, np.column_stack([m.cells[kind].nodes, m.cells[kind].refs]))) for m in (a, b)]
+                    self.assertEqual(*rows)
+
+    def test_fields_go_along(self):
+        self.path("run.json").write_text(json.dumps({"input": {"generate": {"box": {"cells": [2, 2, 2]}}}, "stages": [],
+                                                     "output": {"mesh": "a.mesh"}}))
+        self.run_camber("run", "run.json")
+        n = len(gmf.read(self.path("a.mesh")).points)
+        rows = "\n".join(f"{i} {i / 8} {-i} {i * i}" for i in range(n))
+        self.path("a.sol").write_text(f"MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n{n}\n2 1 2\n{rows}\nEnd\n")
+        self.run_camber("convert", "a.mesh", "-o", "a.cgns", "--metric", "a.sol")
+        self.assertEqual([(f["name"], f["kind"]) for f in self.info("a.cgns")["fields"]],
+                         [("field_1", "scalar"), ("field_2", "vector")])
+        self.run_camber("convert", "a.cgns", "-o", "b.sol")
+        self.run_camber("convert", "a.sol", "-o", "c.sol")
+        self.assertEqual(self.path("b.sol").read_bytes(), self.path("c.sol").read_bytes())
+
+    def test_mixed_sections_and_conditions_of_every_kind(self):
+        file = File(self.path("mixed.cgns"), POINTS, 2)
+        mixed = [number for cell in TETRAHEDRA for number in [TETRA_4, *cell]]
+        mixed += [number for cell in TRIANGLES[:3] for number in [TRI_3, *cell]]
+        file.section(b"fluid", MIXED, 1, 5, mixed)
+        file.section(b"far", TRI_3, 6, 8, [n for cell in TRIANGLES[3:] for n in cell])
+        file.condition(b"floor", POINT_LIST, VERTEX, [1, 2, 3])
+        file.condition(b"sides", POINT_LIST, FACE_CENTER, [4, 5])
+        file.condition(b"nowhere", POINT_RANGE, FACE_CENTER, [90, 95])
+        file.close()
+        info = self.info("mixed.cgns")
+        self.assertEqual((info["tetrahedra"], info["triangles_by_reference"]), (2, {"1": 1, "2": 2, "4": 3}))
+        self.assertEqual({(g["dimension"], g["reference"]): g["name"] for g in info["groups"]},
+                         {(2, 1): "floor", (2, 2): "sides", (2, 4): "far", (3, 1): "fluid"})
+        self.assertIn('the boundary condition "nowhere" has no face of the mesh', info["notices"])
+        self.run_camber("check", "mixed.cgns")
+
+    def test_what_cannot_be_held_is_refused_with_counts(self):
+        file = File(self.path("quads.cgns"), POINTS, 2)
+        file.section(b"fluid", TETRA_4, 1, 2, [n for cell in TETRAHEDRA for n in cell])
+        file.section(b"quads", QUAD_4, 3, 5, [1, 2, 3, 4] * 3)
+        file.close()
+        done = self.folder.camber("info", "quads.cgns")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("quads.cgns: holds 3 QUAD_4, which Camber cannot hold", done.stderr)
+        file = File(self.path("far.cgns"), POINTS, 1)
+        file.section(b"fluid", TETRA_4, 1, 1, [1, 2, 3, 99])
+        file.close()
+        done = self.folder.camber("info", "far.cgns")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("far.cgns: tetrahedron 1: a node is not one of those that the file lists", done.stderr)
+
+    def test_damaged_files_are_errors(self):
+        self.path("cut.cgns").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(200))
+        done = self.folder.camber("info", "cut.cgns")
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn("cut.cgns: the file cannot be opened as CGNS", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
