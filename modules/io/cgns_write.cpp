@@ -8,6 +8,7 @@ module;
 #include <cstdint>
 #include <fstream>
 #include <ios>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <set>
@@ -80,8 +81,6 @@ class Writer {
         const std::array<cgsize_t, 3> size{static_cast<cgsize_t>(grid_.nodes()), cells, 0};
         int base = 0, zone = 0;
         if (lib_.base_write_(file_, "Base", surface ? 2 : D, D, &base) != CG_OK ||
-            lib_.goto_(file_, 1, "end") != CG_OK ||
-            lib_.dataclass_write_(CGNS_ENUMV(NormalizedByUnknownDimensional)) != CG_OK ||  // in units of the model
             lib_.zone_write_(file_, 1, "Zone", size.data(), CGNS_ENUMV(Unstructured), &zone) != CG_OK)
             return broken("the zone cannot be written");
         auto done = coordinates();
@@ -136,6 +135,9 @@ class Writer {
     Outcome<Done> section(const Simplices<K>& simplices, const std::vector<std::uint32_t>& rows, Reference reference,
                           bool with_condition) {
         constexpr std::size_t width = Grid<Mesh>::template width<K>;
+        if (rows.size() * width > static_cast<std::size_t>(std::numeric_limits<cgsize_t>::max()))
+            return fail(ErrorKind::unsupported, "the CGNS library at hand counts with too few bits for this mesh", {},
+                        {}, "take another format, or a CGNS of 64 bits");
         Buffer<cgsize_t> numbers(rows.size() * width);
         auto filled = each(execution_, rows.size(), [&](std::size_t r) {
             for (std::size_t n = 0; n < width; ++n)
