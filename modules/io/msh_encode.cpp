@@ -285,13 +285,14 @@ class Writer {
 
     // ---------------------------------------------------------------- fields
 
-    /// The tag of cell c: elements come first among cells and last among the file's elements.
-    [[nodiscard]] std::int32_t cell_tag(std::size_t c) const {
+    /// The i-th cell in the order of tags, in which readers expect values: elements are first among cells and last in the
+    /// file.
+    [[nodiscard]] std::size_t cell_in_file(std::size_t i) const {
         const std::size_t elements = linear_.elements.size(), facets = linear_.facets.size();
-        if (c < elements) return static_cast<std::int32_t>(before_[D] + c + 1);
-        c -= elements;
-        if (c < facets) return static_cast<std::int32_t>(before_[D - 1] + c + 1);
-        return static_cast<std::int32_t>(before_[1] + c - facets + 1);
+        const std::size_t edges = linear_.edges.size();
+        if (i < edges) return elements + facets + i;
+        if (i < edges + facets) return elements + i - edges;
+        return i - edges - facets;
     }
 
     Outcome<Done> write_field(const MeshField& field) {
@@ -317,15 +318,17 @@ class Writer {
         sink_.section(section);
         sink_.text("1\n" + quoted(field.name) + "\n1\n0\n3\n0\n" + std::to_string(Components) + "\n" +
                    std::to_string(n) + "\n");
+        const std::size_t before = of_nodes ? 0 : before_[1];  // point elements have no values
         using Line = Row<std::int32_t, 1, Components>;
         auto written = std::visit(
             [&](const auto& values) {
                 return sink_.template rows<Line>(n, [&](std::size_t i) {
-                    Line line{{of_nodes ? static_cast<std::int32_t>(i + 1) : cell_tag(i)}, {}};
+                    const std::size_t row = of_nodes ? i : cell_in_file(i);
+                    Line line{{static_cast<std::int32_t>(before + i + 1)}, {}};
                     for (std::size_t c = 0; c < Components; ++c)
                         if (sources[c] >= 0)
                             line.reals[c] =
-                                static_cast<double>(values[i * width + static_cast<std::size_t>(sources[c])]);
+                                static_cast<double>(values[row * width + static_cast<std::size_t>(sources[c])]);
                     return line;
                 });
             },

@@ -213,6 +213,26 @@ class Msh(unittest.TestCase):
             (values,) = [values for key, values in read.point_data.items() if not key.startswith("gmsh:")]
             np.testing.assert_array_equal(values[:, 1], np.array(mesh.points)[:, 0] + 1)
 
+    @needs("meshio")
+    def test_fields_at_cells(self):
+        import meshio
+        self.path("run.json").write_text(json.dumps({"input": {"generate": {"shell": {"inner_size": 0.8, "outer_size": 2.5}}},
+                                                     "output": {"mesh": "m.vtu"}}))
+        self.camber("run", "run.json")
+        wanted = {field["name"] for field in json.loads(self.camber("info", "--json", "m.vtu").stdout)["fields"] if field["at"] == "cells"}
+        self.assertIn("verdict", wanted)
+        for name in FORMATS:
+            self.camber("convert", "m.vtu", "--format", name, "-o", "out.msh")
+            read = meshio.read(self.path("out.msh"), file_format="gmsh")
+            for field in wanted:
+                for cells, values in zip(read.cells, read.cell_data[field]):
+                    self.assertEqual(len(cells.data), len(values))
+                    if field == "verdict":
+                        self.assertEqual(set(values), {0 if cells.type == "tetra10" else -1})
+            self.camber("convert", "out.msh", "-o", "back.vtu")
+            again = json.loads(self.camber("info", "--json", "back.vtu").stdout)
+            self.assertEqual({field["name"] for field in again["fields"] if field["at"] == "cells"}, wanted)
+
     def test_a_2d_mesh_there_and_back(self):
         self.made_here({"annulus": {"inner_layer": {"count": 3, "first_height": 0.05, "growth": 1.3}}},
                        stages=("elevate", "curve", "validate", "relax", "commit"))
