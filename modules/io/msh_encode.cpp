@@ -285,8 +285,8 @@ class Writer {
 
     // ---------------------------------------------------------------- fields
 
-    /// The i-th cell in the order of tags, in which readers expect values: elements are first among cells and last in the
-    /// file.
+    /// The i-th cell in the order of tags, in which readers expect values: elements are first among cells and last in
+    /// the file.
     [[nodiscard]] std::size_t cell_in_file(std::size_t i) const {
         const std::size_t elements = linear_.elements.size(), facets = linear_.facets.size();
         const std::size_t edges = linear_.edges.size();
