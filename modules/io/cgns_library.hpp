@@ -11,22 +11,15 @@
 namespace camber::cgns {
 
 /// The functions of it that are called, by their names without `cg_`.
-#define CAMBER_CGNS_FUNCTIONS(X)                                                                                       \
-    X(open)                                                                                                            \
-    X(close)                                                                                                           \
-    X(get_error)                                                                                                       \
-    X(free)                                                                                                            \
-    X(nbases)                                                                                                          \
-    X(base_read)                                                                                                       \
-    X(base_write)                                                                                                      \
-    X(nzones)                                                                                                          \
-    X(zone_type)                                                                                                       \
-    X(zone_read)                                                                                                       \
-    X(zone_write) X(ncoords) X(coord_read) X(coord_write) X(nsections) X(section_read) X(section_write)                \
-        X(elements_read) X(poly_elements_read) X(ElementDataSize) X(npe) X(ElementTypeName) X(nbocos) X(boco_info)     \
-            X(boco_read) X(boco_write) X(boco_gridlocation_read) X(boco_gridlocation_write) X(nsols) X(sol_info)       \
-                X(sol_write) X(sol_size) X(nfields) X(field_info) X(field_read) X(field_write) X(goto) X(ndescriptors) \
-                    X(descriptor_read) X(descriptor_write)
+// clang-format off
+#define CAMBER_CGNS_FUNCTIONS(X) \
+    X(open) X(close) X(get_error) X(free) X(nbases) X(base_read) X(base_write) X(nzones) X(zone_type) X(zone_read) \
+    X(zone_write) X(ncoords) X(coord_read) X(coord_write) X(nsections) X(section_read) X(section_write) \
+    X(elements_read) X(poly_elements_read) X(ElementDataSize) X(npe) X(ElementTypeName) X(nbocos) X(boco_info) \
+    X(boco_read) X(boco_write) X(boco_gridlocation_read) X(boco_gridlocation_write) X(nsols) X(sol_info) \
+    X(sol_write) X(sol_size) X(nfields) X(field_info) X(field_read) X(field_write) X(goto) X(ndescriptors) \
+    X(descriptor_read) X(descriptor_write)
+// clang-format on
 
 struct Library {
 #define CAMBER_CGNS_MEMBER(name) decltype(&::cg_##name) name##_ = nullptr;
