@@ -100,7 +100,8 @@ auto both_roles(const Mesh<D>& raw, VertexId vertex) {
         return false;
     });
     return fail(ErrorKind::input, "is a mid node of " + as_mid.text() + " and a corner of " + as_corner.text(),
-                as_mid.where(raw.name), Entity{"vertex", raw.number_of(vertex)});
+                as_mid.where(raw.name), Entity{"vertex", raw.number_of(vertex)},
+                "the file is damaged, or joined of two");
 }
 
 /// Vertices in the file's order without the mid nodes.
@@ -290,7 +291,7 @@ auto disagreement(const Mesh<D>& raw, const Simplices<K>& kind, const EdgeSet<D>
                          other.text()
                    : "mid node " + number(v.index()) + " of " + edge + " is that of another edge in " + other.text();
     }
-    return fail(ErrorKind::input, text, here.where(raw.name), entity);
+    return fail(ErrorKind::input, text, here.where(raw.name), entity, "the file is damaged, or joined of two");
 }
 
 template <int D>

@@ -1,5 +1,6 @@
 module;
 #include <optional>
+#include <vector>
 export module camber.io:flat;
 import camber.core;
 import :any_mesh;
@@ -37,6 +38,9 @@ struct Flattened {
 
 /// Fields of a flat mesh in space for the same mesh in 2D: what vectors and tensors say of z is left out.
 [[nodiscard]] Outcome<MeshFields> flattened(const MeshFields& fields, const Execution& execution);
+
+/// Which values of a field's row in space speak of z.
+[[nodiscard]] std::vector<bool> involves_z(FieldKind kind);
 
 /// What a file holds with a flat mesh in 2D and its lift; any other as it is, with a notice where z differs by
 /// rounding.

@@ -71,6 +71,12 @@ Outcome<MeshFields> raised(const MeshFields& fields, const Execution& execution)
     return guarded([&] { return with_values_at(fields, 2, in_space, execution); });
 }
 
+std::vector<bool> involves_z(FieldKind kind) {
+    std::vector<bool> involved(static_cast<std::size_t>(values_per_vertex(kind, 3)), true);
+    for (const int place : in_plane(kind)) involved[static_cast<std::size_t>(place)] = false;
+    return involved;
+}
+
 Outcome<MeshFields> flattened(const MeshFields& fields, const Execution& execution) {
     return guarded([&] { return with_values_at(fields, 3, in_plane, execution); });
 }

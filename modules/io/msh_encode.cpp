@@ -71,6 +71,10 @@ class Writer {
         return Done{};
     }
     [[nodiscard]] Outcome<Done> check_fields() const {
+        const std::size_t most = std::numeric_limits<std::int32_t>::max();
+        if (!fields_.empty() && (grid_.nodes() > most || cells_of(linear_) + grid_.nodes() > most))
+            return fail(ErrorKind::unsupported, "MSH cannot number the values of fields of so many nodes or elements",
+                        {}, {}, "write a .vtu");
         for (const MeshField& field : fields_) {
             const bool of_nodes = field.centring == Centring::node;
             const std::size_t rows = of_nodes ? grid_.nodes() : cells_of(linear_);
@@ -188,8 +192,9 @@ class Writer {
         sink_.line(counts[0], counts[1], counts[2], counts[3]);
         for (const FileEntity& entity : layout.entities) {
             const auto& [low, high] = entity.box;
-            sink_.words(entity.tag, low[0], low[1], low[2]);
-            if (entity.dimension > 0) sink_.words(high[0], high[1], high[2]);
+            // Whether a box has −0 or 0 depends on who joined it first: + 0.0 makes it 0.
+            sink_.words(entity.tag, low[0] + 0.0, low[1] + 0.0, low[2] + 0.0);
+            if (entity.dimension > 0) sink_.words(high[0] + 0.0, high[1] + 0.0, high[2] + 0.0);
             sink_.words(Tag{entity.physical != 0 ? 1U : 0U});
             if (entity.physical != 0) sink_.words(entity.physical);
             if (entity.dimension > 0) sink_.words(Tag{0});

@@ -67,11 +67,15 @@ void spread(const File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dr
     }
 }
 
-/// Whether row b is row a again for another group, as version 2 lists simplices that are in several.
+/// Whether row b is row a again for another group, as version 2 lists simplices that are in several: turned round where
+/// a group has the entity reversed.
 template <int K, int N>
 bool is_again(const Elements<K, N>& elements, std::size_t a, std::size_t b) {
-    return elements.nodes[a] == elements.nodes[b] && elements.entities[a] == elements.entities[b] &&
-           elements.physicals[a] != elements.physicals[b];
+    if (elements.entities[a] != elements.entities[b] || elements.physicals[a] == elements.physicals[b]) return false;
+    auto first = elements.nodes[a], second = elements.nodes[b];
+    std::sort(first.begin(), first.end());
+    std::sort(second.begin(), second.end());
+    return first == second;
 }
 
 template <int K, int N>
@@ -233,7 +237,7 @@ void give_to_mid_nodes(const listing::Mesh<3>& mesh, Buffer<Reference>& referenc
 
 std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_groups) {
     std::vector<Notice> notices;
-    if (!has_groups) notices.push_back({"the file has no physical groups: references are the tags of entities"});
+    if (!has_groups) notices.push_back({"no simplex is in a physical group: references are the tags of entities"});
     if (counts.in_several_groups > 0)
         notices.push_back({std::to_string(counts.in_several_groups) +
                            " elements are in several physical groups: the first of each was taken"});
@@ -247,6 +251,13 @@ std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_
         notices.push_back(
             {"the section $" + name + " was skipped" + (count > 1 ? " (" + std::to_string(count) + " of them)" : "")});
     return notices;
+}
+
+/// Names of physical tags, where references are tags of entities: they would stick to whatever has that number.
+void drop_names(Buffer<Group>& groups, std::vector<Notice>& notices) {
+    const auto dropped = std::erase_if(groups, [](const Group& group) { return group.dimension > 0; });
+    if (dropped > 0)
+        notices.push_back({std::to_string(dropped) + " names of physical groups were left out: no simplex is in them"});
 }
 
 }  // namespace
@@ -282,6 +293,7 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
     std::move(places).put_into(mesh.geometry);
     mesh.groups = Buffer<Group>(file.groups.begin(), file.groups.end());
     std::vector<Notice> notices = notices_of(file, counts, has_groups);
+    if (!has_groups) drop_names(mesh.groups, notices);
     mesh.fields = fields_of(file, cell_tags, notices);
     return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
 }

@@ -1,4 +1,5 @@
 module;
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -85,16 +86,21 @@ Outcome<Done> read_rows(Source& source, const Head& head, File& file, const Exec
     const auto n = static_cast<std::size_t>(head.elements), tags = static_cast<std::size_t>(head.tags);
     const RowShape shape{1 + tags + type->nodes, 4, 0};
     if (tags > source.left() || !source.has_room(n, shape)) return too_many(source, "$Elements", n);
-    if (tags > 2) file.partitioned += n;
     if (!is_held(*type)) {
         file.refused[type->number] += n;
         return source.rows(n, shape, execution, [](std::size_t, const auto&) {});
     }
     return with_elements(file, type->number, [&](auto& elements) {
         const std::size_t before = elements.tags.size();
+        if (before + n > max_entities) return too_many(source, "$Elements", before + n);
         grow(elements, n);
-        return source.rows(n, shape, execution,
-                           [&](std::size_t i, const auto& row) { enter(row, tags, file.nodes, before + i, elements); });
+        std::atomic<bool> partitioned = false;
+        auto read = source.rows(n, shape, execution, [&](std::size_t i, const auto& row) {
+            enter(row, tags, file.nodes, before + i, elements);
+            if (tags > 2 && row.integer(3) > 0) partitioned.store(true, std::memory_order_relaxed);
+        });
+        if (partitioned.load()) file.partitioned += n;
+        return read;
     });
 }
 
@@ -113,7 +119,7 @@ Outcome<Done> read_line(Source& source, File& file, TextRow& row) {
     for (std::size_t i = 1; i < row.integers.size(); ++i)
         if (!(i <= tags ? source.integer(row.integers[i]) : source.text_number(row.integers[i])))
             return cut_off(source, "$Elements");
-    if (tags > 2) ++file.partitioned;
+    if (tags > 2 && row.integers[3] > 0) ++file.partitioned;
     if (!is_held(*type)) {
         ++file.refused[type->number];
         return Done{};

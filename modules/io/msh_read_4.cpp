@@ -104,6 +104,8 @@ template <int K, int N>
 Outcome<Done> read_rows(Source& source, std::size_t n, const Nodes& nodes, Elements<K, N>& elements,
                         const Execution& execution) {
     const std::size_t before = elements.tags.size();
+    if (before + n > max_entities)
+        return source.error("$Elements has more of one kind than 32 bits can number", "give a smaller mesh");
     elements.tags.resize(before + n);
     elements.nodes.resize(before + n);
     return source.rows(n, {N + 1, 8, 0}, execution, [&](std::size_t i, const auto& row) {

@@ -271,7 +271,7 @@ TEST_CASE("2.2: places of nodes from $ParametricNodes") {
 TEST_CASE("without any physical group references are the tags of entities") {
     const auto mesh = decoded(triangle_2("$Elements\n1\n3 2 2 0 17 7 100000 9000000000000000000\n$EndElements\n"));
     CHECK(std::get<LinearMesh<3>>(mesh.mesh).facets.references == Column<Reference>(Buffer<Reference>{17}));
-    CHECK(tells(mesh, "the file has no physical groups: references are the tags of entities"));
+    CHECK(tells(mesh, "no simplex is in a physical group: references are the tags of entities"));
 }
 
 TEST_CASE("tetrahedra of degree 2: Gmsh's last two nodes change places") {

@@ -213,6 +213,28 @@ class Msh(unittest.TestCase):
             (values,) = [values for key, values in read.point_data.items() if not key.startswith("gmsh:")]
             np.testing.assert_array_equal(values[:, 1], np.array(mesh.points)[:, 0] + 1)
 
+    @needs("gmsh")
+    def test_groups_that_have_an_entity_reversed(self):
+        geometry = ("Point(1) = {0,0,0,0.5}; Point(2) = {1,0,0,0.5}; Point(3) = {1,1,0,0.5}; Point(4) = {0,1,0,0.5};"
+                    "Line(1) = {1,2}; Line(2) = {2,3}; Line(3) = {3,4}; Line(4) = {4,1}; Curve Loop(1) = {1,2,3,4};"
+                    "Plane Surface(1) = {1}; Physical Surface(\"plate\", 2) = {1};"
+                    "Physical Curve(\"rim\", 4) = {1,2,3,4}; Physical Curve(5) = {-1};")
+        self.path("r.geo").write_text(geometry)
+        for version in ("msh22", "msh41"):
+            self.gmsh("r.geo", "-2", "-format", version, "-o", "r.msh")
+            info = json.loads(self.camber("info", "--json", "r.msh").stdout)
+            self.assertEqual(info["edges_by_reference"], {"4": 8}, version)
+            self.camber("curve", "r.msh", "-o", "c.msh")
+        # Without a simplex in any group references are entities, and names of groups are not theirs.
+        self.path("s.geo").write_text(geometry.replace("Physical Surface(\"plate\", 2) = {1};", "").replace(
+            "Physical Curve(\"rim\", 4) = {1,2,3,4}; Physical Curve(5) = {-1};", "Mesh.SaveAll = 1;"))
+        self.gmsh("s.geo", "-2", "-format", "msh41", "-o", "s.msh")
+        text = self.path("s.msh").read_text().replace("$EndMeshFormat\n", "$EndMeshFormat\n$PhysicalNames\n1\n1 4 \"rim\"\n$EndPhysicalNames\n")
+        self.path("s.msh").write_text(text)
+        info = json.loads(self.camber("info", "--json", "s.msh").stdout)
+        self.assertNotIn("groups", info)
+        self.assertIn("1 names of physical groups were left out: no simplex is in them", info["notices"])
+
     @needs("meshio")
     def test_fields_at_cells(self):
         import meshio

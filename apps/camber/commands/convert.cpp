@@ -34,14 +34,41 @@ Outcome<Done> check_names(const ConvertArguments& a, bool solution) {
     return check_named_files(files);
 }
 
+/// Fields with values that are not 0 along z.
+std::size_t fields_with_z(const MeshFields& fields) {
+    std::size_t count = 0;
+    for (const MeshField& field : fields) {
+        const std::vector<bool> has_z = involves_z(field.kind);
+        const bool any = std::visit(
+            [&](const auto& values) {
+                for (std::size_t i = 0; i < values.size(); ++i)
+                    if (has_z[i % has_z.size()] && values[i] != 0) return true;
+                return false;
+            },
+            field.values);
+        count += any ? 1 : 0;
+    }
+    return count;
+}
+
+/// A file's mesh, a flat one of a format that has three coordinates always in 2D; what that leaves out is among the
+/// notices.
+Outcome<DecodedMesh> read_in_own_dimension(const std::string& path, const Execution& execution) {
+    auto decoded = read_mesh(path, config::Flat::surface, execution);
+    if (!decoded || !decoded->always_in_space) return decoded;
+    const MeshFields in_space = decoded->fields;
+    decoded = with_flat_in_2d(std::move(*decoded), execution);
+    if (!decoded || !decoded->lift) return decoded;
+    if (!decoded->lift->heights.empty()) decoded->notices.push_back({"z of vertices that nothing uses was left out"});
+    if (const std::size_t lost = fields_with_z(in_space); lost > 0)
+        decoded->notices.push_back({fmt::format("what {} fields have along z was left out: the mesh is flat", lost)});
+    return decoded;
+}
+
 /// The fields of a mesh's file as a solution at its vertices.
 Outcome<DecodedSolution> solution_of_mesh(const std::string& path, const Execution& execution) {
-    auto decoded = read_mesh(path, config::Flat::surface, execution);
+    auto decoded = read_in_own_dimension(path, execution);
     if (!decoded) return fail(std::move(decoded.error()));
-    if (decoded->always_in_space) {
-        decoded = with_flat_in_2d(std::move(*decoded), execution);
-        if (!decoded) return fail(std::move(decoded.error()));
-    }
     const run::PlanSize size = run::plan_size(decoded->mesh);
     auto solution = solution_of(decoded->fields, size.dimension, size.vertices, execution);
     if (!solution) {
@@ -53,6 +80,11 @@ Outcome<DecodedSolution> solution_of_mesh(const std::string& path, const Executi
     if (at_cells > 0)
         decoded->notices.push_back({fmt::format("a solution has no place for {} fields at cells", at_cells)});
     if (size.degree == 2) decoded->notices.push_back({"a solution has no place for the values at the nodes of edges"});
+    std::vector<std::string_view> names;
+    for (const MeshField& field : decoded->fields)
+        if (field.centring == Centring::node) names.push_back(field.name);
+    decoded->notices.push_back(
+        {"a solution has no place for names, its fields are, in this order: " + listed(names, ", ")});
     return DecodedSolution{std::move(*solution), std::move(decoded->notices)};
 }
 
@@ -117,9 +149,8 @@ void say_lost_fields(const MeshFields& fields, const MeshFormat& format) {
 
 /// The mesh of the arguments' input as the output's format wants it, elevated if asked for, with the metric's fields.
 Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat& format, const Execution& execution) {
-    auto decoded = read_mesh(a.input, config::Flat::surface, execution);
-    if (decoded && decoded->always_in_space && !format.always_in_space)
-        decoded = with_flat_in_2d(std::move(*decoded), execution);
+    auto decoded = format.always_in_space ? read_mesh(a.input, config::Flat::surface, execution)
+                                          : read_in_own_dimension(a.input, execution);
     if (!decoded) return decoded;
     if (decoded->lift && decoded->lift->z != 0)
         decoded->notices.push_back(
@@ -134,7 +165,7 @@ Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat
         decoded->fields = {};
     }
     if (a.metric.empty()) return decoded;
-    auto solution = read_solution(a.metric, execution);
+    auto solution = read_solution_for(*decoded, a.metric, execution);
     if (!solution) return fail(std::move(solution.error()));
     decoded->notices.insert(decoded->notices.end(), solution->notices.begin(), solution->notices.end());
     auto made = fields_of(solution->solution, a.metric, decoded->mesh, execution);

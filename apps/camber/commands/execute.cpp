@@ -204,11 +204,16 @@ struct OutputWriter {
         }
         const auto format = format_to_write(mesh_formats(), path);
         if (!format) return fail(format.error());
-        const Execution execution;
-        auto fields = run::solution_fields(metric, path, run.mesh, execution);
-        if (fields && goes_to_space(**format)) fields = camber::raised(*fields, execution);
-        if (!fields) return fail(fields.error());
-        return write_with(**format, path, *fields);
+        MeshFields fields;
+        auto made = around("fields", [&](const Execution& execution) -> Outcome<Done> {
+            auto of_metric = run::solution_fields(metric, path, run.mesh, execution);
+            if (of_metric && goes_to_space(**format)) of_metric = camber::raised(*of_metric, execution);
+            if (!of_metric) return fail(of_metric.error());
+            fields = std::move(*of_metric);
+            return Done{};
+        });
+        if (!made) return made;
+        return write_with(**format, path, fields);
     }
 };
 
