@@ -42,6 +42,11 @@ std::vector<Notice> not_in_cgns(const LinearMesh<D>& mesh) {
     if (out_of_run(mesh.elements.references) + out_of_run(mesh.facets.references) + out_of_run(mesh.edges.references) >
         0)
         losses.push_back({"CGNS has a section for each reference: simplices are brought into their order"});
+    const auto changed = std::count_if(mesh.groups.begin(), mesh.groups.end(), [](const Group& group) {
+        return group.name.size() > 32 || group.name.find('/') != std::string::npos;
+    });
+    if (changed > 0)
+        losses.push_back({"CGNS has names of 32 letters without /: " + std::to_string(changed) + " names are changed"});
     return losses;
 }
 
@@ -64,7 +69,9 @@ Error no_folder(std::string_view root) {
 }
 
 Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::string_view name) {
-    const std::string reason = said != nullptr && *said != '\0' ? ": " + std::string(said) : std::string();
+    const std::string_view words = said != nullptr ? said : "";
+    const bool says_something = !words.empty() && !words.starts_with("no CGNS error");
+    const std::string reason = says_something ? ": " + std::string(words) : std::string();
     const char* const remedy =
         kind == ErrorKind::input ? "the file is damaged, or no CGNS file: try cgnscheck on it" : "";
     return {kind, std::string(doing) + reason, std::string(name), {}, remedy};

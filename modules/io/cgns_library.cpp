@@ -28,6 +28,11 @@ Library loaded() {
     if (lib.name##_ == nullptr) lib.missing = "the library has no cg_" #name;
     CAMBER_CGNS_FUNCTIONS(CAMBER_CGNS_LOAD)
 #undef CAMBER_CGNS_LOAD
+    lib.node_id = reinterpret_cast<decltype(lib.node_id)>(dlsym(handle, "cgio_get_node_id"));
+    lib.node_dimensions = reinterpret_cast<decltype(lib.node_dimensions)>(dlsym(handle, "cgio_get_dimensions"));
+    if (lib.node_id == nullptr || lib.node_dimensions == nullptr) lib.missing = "the library has no cgio_get_node_id";
+    // What HDF5 does at the end of a program crashes where a file could not be written to its end.
+    if (const auto stay = reinterpret_cast<int (*)()>(dlsym(handle, "H5dont_atexit"))) stay();
     return lib;
 }
 

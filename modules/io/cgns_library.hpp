@@ -3,6 +3,7 @@
 // import them.
 #pragma once
 
+#include <cgns_io.h>
 #include <cgnslib.h>
 
 #include <mutex>
@@ -18,13 +19,15 @@ namespace camber::cgns {
     X(elements_read) X(poly_elements_read) X(ElementDataSize) X(npe) X(ElementTypeName) X(nbocos) X(boco_info) \
     X(boco_read) X(boco_write) X(boco_gridlocation_read) X(boco_gridlocation_write) X(nsols) X(sol_info) \
     X(sol_write) X(sol_size) X(nfields) X(field_info) X(field_read) X(field_write) X(goto) X(ndescriptors) \
-    X(descriptor_read) X(descriptor_write)
+    X(descriptor_read) X(descriptor_write) X(boco_id) X(get_cgio)
 // clang-format on
 
 struct Library {
 #define CAMBER_CGNS_MEMBER(name) decltype(&::cg_##name) name##_ = nullptr;
     CAMBER_CGNS_FUNCTIONS(CAMBER_CGNS_MEMBER)
 #undef CAMBER_CGNS_MEMBER
+    decltype(&::cgio_get_node_id) node_id = nullptr;
+    decltype(&::cgio_get_dimensions) node_dimensions = nullptr;
     std::string missing;  ///< why it cannot be used; empty: it can
 };
 

@@ -9,6 +9,7 @@ module;
 #include <filesystem>
 #include <fstream>
 #include <ios>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -64,7 +65,7 @@ struct Reader {
     std::vector<Notice> notices = {};
     std::vector<Section> sections = {};
     std::map<std::string, std::size_t> foreign = {};
-    std::size_t points_listed = 0;
+    std::size_t points_listed = 0, listed_again = 0;
 
     [[nodiscard]] auto broken(std::string_view doing) const {
         return fail(error_of(lib.get_error_(), ErrorKind::input, doing, mesh.name));
@@ -102,7 +103,9 @@ struct Reader {
     static std::array<VertexId, N> nodes_of(const cgsize_t* nodes) {
         std::array<VertexId, N> simplex;
         for (int n = 0; n < N; ++n)
-            simplex[n] = nodes[n] > 0 ? VertexId(static_cast<std::size_t>(nodes[n] - 1)) : VertexId();
+            simplex[n] = nodes[n] > 0 && std::cmp_less_equal(nodes[n], max_entities)
+                             ? VertexId(static_cast<std::size_t>(nodes[n] - 1))
+                             : VertexId();
         return simplex;
     }
 
@@ -174,7 +177,8 @@ struct Reader {
         cgsize_t first = 0, last = 0, size = 0;
         int boundary = 0, parents = 0;
         if (lib.section_read_(file, 1, 1, s, name.data(), &type, &first, &last, &boundary, &parents) != CG_OK ||
-            lib.ElementDataSize_(file, 1, 1, s, &size) != CG_OK || last < first || size < 0)
+            lib.ElementDataSize_(file, 1, 1, s, &size) != CG_OK || first < 1 || last < first ||
+            last == std::numeric_limits<cgsize_t>::max() || size < 0)
             return broken("section " + std::to_string(s) + " cannot be read");
         const auto n = static_cast<std::size_t>(last - first) + 1;
         Section section{name.data(), {}, first};
@@ -189,9 +193,13 @@ struct Reader {
             (lib.npe_(type, &width) != CG_OK || static_cast<std::size_t>(size) != n * static_cast<std::size_t>(width)))
             return broken("section " + std::to_string(s) + " has " + std::to_string(size) + " numbers for " +
                           std::to_string(n) + " elements");
-        std::vector<cgsize_t> numbers(static_cast<std::size_t>(size)), offsets(fixed ? 0 : n + 1);
+        if (!fixed && n > static_cast<std::size_t>(size) / 2)
+            return broken("section " + std::to_string(s) + " has " + std::to_string(size) + " numbers for " +
+                          std::to_string(n) + " elements");
+        // Offsets are not asked for: their number in a damaged file is anything.
+        std::vector<cgsize_t> numbers(static_cast<std::size_t>(size));
         const int read = fixed ? lib.elements_read_(file, 1, 1, s, numbers.data(), nullptr)
-                               : lib.poly_elements_read_(file, 1, 1, s, numbers.data(), offsets.data(), nullptr);
+                               : lib.poly_elements_read_(file, 1, 1, s, numbers.data(), nullptr, nullptr);
         if (read != CG_OK) return broken("the elements of section " + std::to_string(s) + " cannot be read");
         section.places.reserve(n);
         if (auto done = fixed ? add_fixed(type, static_cast<std::size_t>(width), numbers, section)
@@ -213,40 +221,49 @@ struct Reader {
             int width = 0;
             const auto type =
                 at < numbers.size() ? static_cast<CGNS_ENUMT(ElementType_t)>(numbers[at]) : CGNS_ENUMV(ElementTypeNull);
-            if (type <= CGNS_ENUMV(ElementTypeUserDefined) || type >= CGNS_ENUMV(NGON_n) ||
-                lib.npe_(type, &width) != CG_OK || width < 1 ||
+            const bool is_cell = type > CGNS_ENUMV(ElementTypeUserDefined) && type != CGNS_ENUMV(MIXED) &&
+                                 type != CGNS_ENUMV(NGON_n) && type != CGNS_ENUMV(NFACE_n);
+            if (!is_cell || lib.npe_(type, &width) != CG_OK || width < 1 ||
                 at + 1 + static_cast<std::size_t>(width) > numbers.size())
-                return fail(ErrorKind::input, "the mixed section \"" + section.name + "\" is damaged", mesh.name,
-                            Entity{"element", i + 1}, "try cgnscheck on it");
+                return damaged(section, i + 1);
             if (!add_element(type, numbers.data() + at + 1, section)) skip(type, section);
             at += 1 + static_cast<std::size_t>(width);
         }
-        return Done{};
+        return at == numbers.size() ? Outcome<Done>(Done{}) : damaged(section, n);
+    }
+    [[nodiscard]] Outcome<Done> damaged(const Section& section, std::size_t element) const {
+        return fail(ErrorKind::input, "the mixed section \"" + section.name + "\" is damaged", mesh.name,
+                    Entity{"element", element}, "try cgnscheck on it");
     }
 
-    /// Gives K-simplices that no condition lists the reference of their section: its own, or the next of those that are
-    /// free from `next` on.
-    template <int K>
-    void number_sections(Reference next) {
-        std::set<Reference> taken;
+    /// Gives simplices of this dimension that no condition lists the reference of their section: its own, or the next
+    /// of those that are not taken.
+    void number_sections(int dimension, std::set<Reference> taken) {
         for (const Section& section : sections)
             if (section.reference) taken.insert(*section.reference);
         for (Section& section : sections) {
-            const auto mine = [](const Place& p) { return p.dimension == K && !p.listed; };
+            const auto mine = [&](const Place& p) { return p.dimension == dimension && !p.listed; };
             if (std::none_of(section.places.begin(), section.places.end(), mine)) continue;
-            if (!section.reference)
-                while (taken.contains(next)) ++next;
-            const Reference reference = section.reference.value_or(next);
-            taken.insert(reference);
+            const Reference reference = section.reference ? *section.reference : next_free(taken);
             for (const Place& place : section.places)
-                if (mine(place)) reference_at<K>(place) = reference;
-            name_group(K, reference, section.name);
+                if (mine(place)) reference_at(place) = reference;
+            name_group(dimension, reference, section.name);
         }
     }
-    template <int K>
+    static Reference next_free(std::set<Reference>& taken) {
+        Reference next = 1;
+        while (!taken.insert(next).second) ++next;
+        return next;
+    }
+    /// f(the rows that the place is in).
+    auto at_place(const Place& place, auto&& f) {
+        const auto of_kind = [&](auto& kind) { return place.degree == 1 ? f(kind.straight) : f(kind.curved); };
+        if constexpr (D == 3)
+            if (place.dimension == 1) return of_kind(mesh.edges);
+        return place.dimension == D ? of_kind(mesh.elements) : of_kind(mesh.facets);
+    }
     Reference& reference_at(const Place& place) {
-        listing::Simplices<K>& kind = *simplices<K>();
-        return place.degree == 1 ? kind.straight.references[place.row] : kind.curved.references[place.row];
+        return *at_place(place, [&](auto& rows) { return &rows.references[place.row]; });
     }
     /// The first name of a reference stands; names that `encode_cgns` made up are none.
     void name_group(int dimension, Reference reference, const std::string& name) {
@@ -256,7 +273,15 @@ struct Reader {
         mesh.groups.push_back({dimension, reference, name});
     }
 
-    [[nodiscard]] Outcome<Done> read_condition(int bc, Reference number) {
+    /// A boundary condition as the file has it.
+    struct Condition {
+        std::string name;
+        std::optional<Reference> reference;
+        std::vector<cgsize_t> items;
+        bool is_range = false, of_elements = false;
+    };
+
+    [[nodiscard]] Outcome<Condition> read_condition(int bc) {
         Name name{};
         CGNS_ENUMT(BCType_t) type{};
         CGNS_ENUMT(PointSetType_t) set{};
@@ -266,86 +291,117 @@ struct Reader {
         int normal_index[3]{}, datasets = 0;
         if (lib.boco_info_(file, 1, 1, bc, name.data(), &type, &set, &n, normal_index, &normals, &normal_type,
                            &datasets) != CG_OK ||
-            n < 0)
+            n < 0 || !has_one_index_a_point(bc, n))
             return broken("boundary condition " + std::to_string(bc) + " cannot be read");
         static_cast<void>(lib.boco_gridlocation_read_(file, 1, 1, bc, &location));
-        std::vector<cgsize_t> items(static_cast<std::size_t>(n));
-        if (n > 0 && lib.boco_read_(file, 1, 1, bc, items.data(), nullptr) != CG_OK)
-            return broken("the points of boundary condition \"" + std::string(name.data()) + "\" cannot be read");
-        Reference reference = number;
+        Condition condition{name.data(), {}, std::vector<cgsize_t>(static_cast<std::size_t>(n))};
+        if (n > 0 && lib.boco_read_(file, 1, 1, bc, condition.items.data(), nullptr) != CG_OK)
+            return broken("the points of boundary condition \"" + condition.name + "\" cannot be read");
         if (lib.goto_(file, 1, "Zone_t", 1, "ZoneBC_t", 1, "BC_t", bc, "end") == CG_OK)
-            reference = described_reference().value_or(number);
-        const bool range = set == CGNS_ENUMV(PointRange) || set == CGNS_ENUMV(ElementRange);
-        const bool of_elements =
+            condition.reference = described_reference();
+        condition.is_range = set == CGNS_ENUMV(PointRange) || set == CGNS_ENUMV(ElementRange);
+        condition.of_elements =
             set == CGNS_ENUMV(ElementRange) || set == CGNS_ENUMV(ElementList) || location != CGNS_ENUMV(Vertex);
-        if (range && (items.size() != 2 || items[1] < items[0])) items.clear();
-        const bool used =
-            of_elements ? mark_elements(items, range, reference) : mark_by_vertices(items, range, reference);
-        if (used)
-            name_group(D - 1, reference, name.data());
-        else
-            notices.push_back({"the boundary condition \"" + std::string(name.data()) + "\" has no face of the mesh"});
-        return Done{};
+        if (condition.is_range && (n != 2 || condition.items[1] < condition.items[0])) condition.items.clear();
+        return condition;
+    }
+    /// The library writes as many numbers as the node has, whatever it says of the points.
+    [[nodiscard]] bool has_one_index_a_point(int bc, cgsize_t n) const {
+        double node = 0, points = 0;
+        int cgio = 0;
+        if (lib.boco_id_(file, 1, 1, bc, &node) != CG_OK || lib.get_cgio_(file, &cgio) != CG_OK) return false;
+        for (const char* const child : {"PointList", "PointRange", "ElementList", "ElementRange"}) {
+            if (lib.node_id(cgio, node, child, &points) != 0) continue;
+            int dimensions = 0;
+            std::array<cgsize_t, 12> sizes{};
+            if (lib.node_dimensions(cgio, points, &dimensions, sizes.data()) != 0) return false;
+            cgsize_t product = 1;
+            for (int d = 0; d < dimensions; ++d) product *= sizes[static_cast<std::size_t>(d)];
+            if (product != n || (dimensions > 1 && sizes[0] != 1)) return false;
+        }
+        return true;
     }
 
-    bool mark_elements(const std::vector<cgsize_t>& items, bool range, Reference reference) {
-        bool any = false;
-        const auto mark = [&](Place& place) {
-            if (place.dimension != D - 1) return;
-            reference_at<D - 1>(place) = reference;
-            any = place.listed = true;
+    /// What the condition lists gets its reference. False: it lists no simplex of the boundary's dimension.
+    bool mark(const Condition& condition, Reference reference) {
+        std::size_t listed = 0;
+        const auto enter = [&](Place& place) {
+            if (place.dimension != cell_dimension - 1) return;
+            listed_again += place.listed ? 1 : 0;
+            reference_at(place) = reference;
+            place.listed = true;
+            ++listed;
         };
+        if (condition.of_elements)
+            each_element(condition, enter);
+        else
+            each_between_vertices(condition, enter);
+        return listed > 0;
+    }
+    void each_element(const Condition& condition, const auto& enter) {
         for (Section& section : sections) {
             const cgsize_t last = section.first + static_cast<cgsize_t>(section.places.size()) - 1;
-            if (range && items.size() == 2) {
-                for (cgsize_t e = std::max(items[0], section.first); e <= std::min(items[1], last); ++e)
-                    mark(section.places[static_cast<std::size_t>(e - section.first)]);
+            const auto at = [&](cgsize_t e) -> Place& {
+                return section.places[static_cast<std::size_t>(e - section.first)];
+            };
+            if (condition.is_range && condition.items.size() == 2) {
+                const cgsize_t end = std::min(condition.items[1], last);
+                for (cgsize_t e = std::max(condition.items[0], section.first); e <= end; ++e) enter(at(e));
                 continue;
             }
-            for (const cgsize_t e : items)
-                if (e >= section.first && e <= last) mark(section.places[static_cast<std::size_t>(e - section.first)]);
+            for (const cgsize_t e : condition.items)
+                if (e >= section.first && e <= last) enter(at(e));
         }
-        return any;
     }
-    /// Facets all of whose vertices are listed.
-    bool mark_by_vertices(const std::vector<cgsize_t>& items, bool range, Reference reference) {
+    /// Simplices of the boundary all of whose vertices are listed.
+    void each_between_vertices(const Condition& condition, const auto& enter) {
         std::vector<std::uint8_t> listed(mesh.points.size(), 0);
         const auto list = [&](cgsize_t v) {
-            if (v >= 1 && static_cast<std::size_t>(v) <= listed.size()) listed[static_cast<std::size_t>(v - 1)] = 1;
+            if (v >= 1 && std::cmp_less_equal(v, listed.size())) listed[static_cast<std::size_t>(v - 1)] = 1;
         };
-        if (range && items.size() == 2)
-            for (cgsize_t v = std::max<cgsize_t>(1, items[0]);
-                 v <= std::min(items[1], static_cast<cgsize_t>(listed.size())); ++v)
+        if (condition.is_range && condition.items.size() == 2)
+            for (cgsize_t v = std::max<cgsize_t>(1, condition.items[0]);
+                 v <= condition.items[1] && std::cmp_less_equal(v, listed.size()); ++v)
                 list(v);
         else
-            std::for_each(items.begin(), items.end(), list);
-        bool any = false;
-        const auto has_all = [&](const auto& nodes) {
-            return std::all_of(nodes.begin(), nodes.begin() + D, [&](VertexId v) {
-                return v.valid() && v.index() < listed.size() && listed[v.index()] != 0;
-            });
-        };
+            std::for_each(condition.items.begin(), condition.items.end(), list);
         for (Section& section : sections)
             for (Place& place : section.places) {
-                if (place.dimension != D - 1) continue;
-                const bool all = place.degree == 1 ? has_all(mesh.facets.straight.nodes[place.row])
-                                                   : has_all(mesh.facets.curved.nodes[place.row]);
-                if (!all) continue;
-                reference_at<D - 1>(place) = reference;
-                any = place.listed = true;
+                if (place.dimension != cell_dimension - 1) continue;
+                const bool all = at_place(place, [&](auto& rows) {
+                    const auto& nodes = rows.nodes[place.row];
+                    return std::all_of(nodes.begin(), nodes.begin() + cell_dimension, [&](VertexId v) {
+                        return v.valid() && v.index() < listed.size() && listed[v.index()] != 0;
+                    });
+                });
+                if (all) enter(place);
             }
-        return any;
     }
 
     [[nodiscard]] Outcome<Done> read_conditions() {
         int n = 0;
         if (lib.nbocos_(file, 1, 1, &n) != CG_OK) return broken("the boundary conditions cannot be read");
-        for (int bc = 1; bc <= n; ++bc)
-            if (auto done = read_condition(bc, bc); !done) return done;
-        // What no condition lists is numbered after the conditions.
-        number_sections<D - 1>(n + 1);
-        number_sections<D>(1);
-        if constexpr (D == 3) number_sections<1>(1);
+        std::vector<Condition> conditions;
+        std::set<Reference> taken;
+        for (int bc = 1; bc <= n; ++bc) {
+            auto condition = read_condition(bc);
+            if (!condition) return fail(condition.error());
+            if (condition->reference) taken.insert(*condition->reference);
+            conditions.push_back(std::move(*condition));
+        }
+        for (const Section& section : sections)
+            if (section.reference) taken.insert(*section.reference);
+        for (const Condition& condition : conditions) {
+            const Reference reference = condition.reference ? *condition.reference : next_free(taken);
+            if (mark(condition, reference))
+                name_group(cell_dimension - 1, reference, condition.name);
+            else
+                notices.push_back({"the boundary condition \"" + condition.name + "\" has no face of the mesh"});
+        }
+        if (listed_again > 0)
+            notices.push_back({std::to_string(listed_again) +
+                               " faces are in several boundary conditions: the last of each was taken"});
+        for (int k = D; k >= 1; --k) number_sections(k, k == cell_dimension - 1 ? taken : std::set<Reference>{});
         return Done{};
     }
 
@@ -390,7 +446,17 @@ struct Reader {
                     lib.field_read_(file, 1, 1, s, field.data(), CGNS_ENUMV(RealDouble), &first, &last,
                                     values.data()) != CG_OK)
                     return broken("field " + std::to_string(f) + " cannot be read");
-                if (!scalars.contains(field.data())) order.emplace_back(field.data());
+                if (type != CGNS_ENUMV(RealDouble) && type != CGNS_ENUMV(RealSingle) && type != CGNS_ENUMV(Integer) &&
+                    type != CGNS_ENUMV(LongInteger)) {
+                    notices.push_back(
+                        {"the field \"" + std::string(field.data()) + "\" is not of real numbers: left out"});
+                    continue;
+                }
+                if (scalars.contains(field.data()))
+                    notices.push_back({"the field \"" + std::string(field.data()) +
+                                       "\" is in several solutions: the last was taken"});
+                else
+                    order.emplace_back(field.data());
                 scalars.insert_or_assign(field.data(), Column<double>(std::move(values)));
             }
         }
@@ -448,17 +514,19 @@ struct Reader {
     }
 };
 
-/// A file of these bytes: the one of that name, or a new one.
-Outcome<std::string> path_of(std::span<const std::byte> bytes, const std::string& name, const TemporaryFolder& folder) {
+/// A file of these bytes: the one of that name, or a new one in a folder that is made for it.
+Outcome<std::string> path_of(std::span<const std::byte> bytes, const std::string& name,
+                             std::optional<TemporaryFolder>& folder) {
     std::error_code error;
     if (std::filesystem::is_regular_file(name, error) && std::filesystem::file_size(name, error) == bytes.size())
         return name;
-    if (folder.file().empty()) return fail(no_folder(folder.root()));
-    std::ofstream stream(folder.file(), std::ios::binary);
+    folder.emplace();
+    if (folder->file().empty()) return fail(no_folder(folder->root()));
+    std::ofstream stream(folder->file(), std::ios::binary);
     stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     stream.close();
-    if (!stream) return fail(ErrorKind::write, "the temporary file cannot be written", folder.file());
-    return folder.file();
+    if (!stream) return fail(ErrorKind::write, "the temporary file cannot be written", folder->file());
+    return folder->file();
 }
 
 struct Zone {
@@ -511,7 +579,7 @@ Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_v
         const cgns::Library& lib = cgns::library();
         if (!lib.missing.empty()) return fail(cgns::no_library(lib.missing));
         const std::scoped_lock alone(cgns::library_lock());
-        const cgns::TemporaryFolder folder;
+        std::optional<cgns::TemporaryFolder> folder;
         const std::string title(name);
         const auto path = cgns::path_of(bytes, title, folder);
         if (!path) return fail(path.error());

@@ -51,7 +51,9 @@ constexpr CGNS_ENUMT(ElementType_t) element_type = [] {
 /// Names of one node's children: cut to what CGNS allows, none twice.
 class Names {
   public:
+    explicit Names(std::set<std::string> taken = {}) : taken_(std::move(taken)) {}
     std::string unique(std::string_view wanted) {
+        if (wanted.empty() || wanted == "." || wanted == "..") wanted = "unnamed";
         std::string name(wanted.substr(0, longest_name));
         std::replace(name.begin(), name.end(), '/', '_');
         for (int n = 2; !taken_.insert(name).second; ++n) {
@@ -213,7 +215,8 @@ class Writer {
     const MeshFields& fields_;
     const Execution& execution_;
     cgsize_t next_ = 1;
-    Names section_names_, condition_names_;
+    /// Sections are beside these below their zone.
+    Names section_names_{{"GridCoordinates", "ZoneBC", "ZoneType", "FlowSolution"}}, condition_names_;
 };
 
 template <class Mesh>
@@ -227,7 +230,7 @@ Outcome<Chunks> encode(const Mesh& mesh, const MeshFields& fields, const Executi
     int file = 0;
     if (lib.open_(path.c_str(), CG_MODE_WRITE, &file) != CG_OK)
         return fail(error_of(lib.get_error_(), ErrorKind::write, "the temporary file cannot be made", path));
-    auto written = Writer<Mesh>(lib, file, mesh, fields, execution).write();
+    auto written = guarded([&] { return Writer<Mesh>(lib, file, mesh, fields, execution).write(); });
     const bool closed = lib.close_(file) == CG_OK;
     if (!written) return fail(std::move(written.error()));
     if (!closed)

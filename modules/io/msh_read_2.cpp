@@ -90,7 +90,7 @@ Outcome<Done> read_rows(Source& source, const Head& head, File& file, const Exec
         file.refused[type->number] += n;
         return source.rows(n, shape, execution, [](std::size_t, const auto&) {});
     }
-    return with_elements(file, type->number, [&](auto& elements) {
+    return with_elements(file, type->number, [&](auto& elements) -> Outcome<Done> {
         const std::size_t before = elements.tags.size();
         if (before + n > max_entities) return too_many(source, "$Elements", before + n);
         grow(elements, n);

@@ -18,7 +18,10 @@ class Refused {
                 counted += number;
                 return;
             }
-        kinds_.emplace_back(kind, number);
+        if (kinds_.size() < most_kinds)
+            kinds_.emplace_back(kind, number);
+        else
+            others_ += number;
     }
 
     /// An error of kind unsupported that names them all, if there are any.
@@ -28,12 +31,15 @@ class Refused {
         constexpr std::size_t most = 12;
         for (std::size_t i = 0; i < kinds_.size() && i < most; ++i)
             text += (text.empty() ? "" : ", ") + std::to_string(kinds_[i].second) + " " + kinds_[i].first;
-        if (kinds_.size() > most) text += " and more";
+        if (kinds_.size() > most || others_ > 0) text += " and more";
         return fail(ErrorKind::unsupported, "holds " + text + ", which Camber cannot hold", std::move(where), {},
                     "give a mesh of edges, triangles and tetrahedra of degree 1 or 2");
     }
 
   private:
+    /// A damaged file may have any number of kinds.
+    static constexpr std::size_t most_kinds = 64;
+    std::size_t others_ = 0;
     std::vector<std::pair<std::string, std::size_t>> kinds_;
 };
 

@@ -2,6 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -59,7 +60,12 @@ Entry entry_of(std::string_view line) {
     const std::size_t equals = line.find('=');
     if (equals == std::string_view::npos) return {};
     Words key{line.data(), line.data() + equals}, value{line.data() + equals + 1, line.data() + line.size()};
-    return {key.next(), value.next()};
+    const std::string_view name = key.next();
+    if (name != "MARKER_TAG") return {name, value.next()};
+    // A name is the rest of the line, whatever is in it.
+    std::string_view rest = line.substr(equals + 1);
+    while (!rest.empty() && is_blank(rest.front())) rest.remove_prefix(1);
+    return {name, rest};
 }
 
 /// Rows that follow a keyword. Nothing of them has been looked at.
@@ -285,15 +291,19 @@ Outcome<Buffer<Vec<D>>> read_points(const File& file, const Block& block) {
     return points;
 }
 
-/// The reference of a marker: that of one of the same name before, or the next.
+/// References of markers: of the same name the same, else the next.
 template <int D>
-Reference reference_of(const std::string& tag, Buffer<Group>& groups) {
-    for (const Group& group : groups)
-        if (group.name == tag) return group.reference;
-    const auto reference = static_cast<Reference>(groups.size() + 1);
-    groups.push_back({D - 1, reference, tag});
-    return reference;
-}
+struct MarkerReferences {
+    Buffer<Group>& groups;
+    std::map<std::string, Reference> known = {};
+
+    Reference of(const std::string& tag) {
+        const auto next = static_cast<Reference>(groups.size() + 1);
+        const auto [place, is_new] = known.try_emplace(tag, next);
+        if (is_new) groups.push_back({D - 1, next, tag});
+        return place->second;
+    }
+};
 
 /// Facets are those of all markers behind one another: the place of each.
 auto place_of_facets(const File& file) {
@@ -314,11 +324,10 @@ Outcome<DecodedMesh> read_mesh(const File& file, std::vector<Notice> notices, co
         simplex_name<D>, {}, [&file](std::size_t row) { return row_place(file, file.elements->rows, row); }};
     mesh.facets.straight.origin = {simplex_name<D - 1>, {}, place_of_facets(file)};
     Refused refused;
+    MarkerReferences<D> references{mesh.groups};
     auto done = read_simplices<D>(file, *file.elements, 0, mesh.elements.straight, refused);
     for (const Block& marker : file.markers)
-        if (done)
-            done = read_simplices<D - 1>(file, marker, reference_of<D>(marker.tag, mesh.groups), mesh.facets.straight,
-                                         refused);
+        if (done) done = read_simplices<D - 1>(file, marker, references.of(marker.tag), mesh.facets.straight, refused);
     if (!done) return fail(std::move(done.error()));
     if (auto held = refused.verdict(file.name); !held) return fail(std::move(held.error()));
     auto points = read_points<D>(file, *file.points);

@@ -6,6 +6,7 @@ import ctypes
 import ctypes.util
 import json
 import re
+import resource
 import subprocess
 import sys
 import unittest
@@ -19,7 +20,7 @@ from readers import needs
 import gmf
 
 WRITE, UNSTRUCTURED, REAL_DOUBLE, POINT_LIST, POINT_RANGE = 1, 3, 4, 2, 4
-TRI_3, QUAD_4, TETRA_4, MIXED = 5, 7, 10, 20
+BAR_2, TRI_3, QUAD_4, TETRA_4, MIXED = 3, 5, 7, 10, 20
 VERTEX, FACE_CENTER = 2, 4
 USER_DEFINED = 1
 TYPES = Path("/usr/include/cgnstypes.h")
@@ -34,14 +35,14 @@ TRIANGLES = [[1, 3, 2], [1, 2, 4], [1, 4, 3], [2, 3, 5], [3, 4, 5], [2, 5, 4]]
 class File:
     """A CGNS file by the library, for tests: each call must succeed."""
 
-    def __init__(self, path, points, cells):
+    def __init__(self, path, points, cells, dimension=3):
         name = ctypes.util.find_library("cgns")
         self.library = ctypes.CDLL(name)
         self.library.cg_get_error.restype = ctypes.c_char_p
         self.number = ctypes.c_int()
         self.call("open", str(path).encode(), WRITE, ctypes.byref(self.number))
         one = ctypes.c_int()
-        self.call("base_write", self.number, b"Base", 3, 3, ctypes.byref(one))
+        self.call("base_write", self.number, b"Base", dimension, 3, ctypes.byref(one))
         self.call("zone_write", self.number, 1, b"Zone", self.sizes(len(points), cells, 0), UNSTRUCTURED, ctypes.byref(one))
         for c, axis in enumerate(b"XYZ"):
             column = np.ascontiguousarray(points[:, c], dtype=np.float64)
@@ -149,6 +150,40 @@ class Cgns(unittest.TestCase):
                          {(2, 1): "floor", (2, 2): "sides", (2, 4): "far", (3, 1): "fluid"})
         self.assertIn('the boundary condition "nowhere" has no face of the mesh', info["notices"])
         self.run_camber("check", "mixed.cgns")
+
+    def test_references_that_are_given_are_nobody_else_s(self):
+        file = File(self.path("given.cgns"), POINTS, 2)
+        file.section(b"fluid", TETRA_4, 1, 2, [n for cell in TETRAHEDRA for n in cell])
+        file.section(b"loose", TRI_3, 3, 5, [n for cell in TRIANGLES[:3] for n in cell])
+        file.section(b"listed", TRI_3, 6, 8, [n for cell in TRIANGLES[3:] for n in cell])
+        file.condition(b"wall", POINT_RANGE, FACE_CENTER, [6, 8])
+        file.call("goto", file.number, 1, b"Zone_t", 1, b"ZoneBC_t", 1, b"BC_t", 1, b"end")
+        file.call("descriptor_write", b"reference", b"1")
+        file.close()
+        info = self.info("given.cgns")
+        self.assertEqual(info["triangles_by_reference"], {"1": 3, "2": 3})
+        self.assertEqual({(g["dimension"], g["reference"]): g["name"] for g in info["groups"]},
+                         {(2, 1): "wall", (2, 2): "loose", (3, 1): "fluid"})
+
+    def test_conditions_of_a_surface_list_its_edges(self):
+        square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 1.]])
+        file = File(self.path("surface.cgns"), square, 2, dimension=2)
+        file.section(b"skin", TRI_3, 1, 2, [1, 2, 3, 1, 3, 4])
+        file.section(b"rim", BAR_2, 3, 6, [1, 2, 2, 3, 3, 4, 4, 1])
+        file.condition(b"edge", POINT_LIST, VERTEX, [1, 2, 3])
+        file.close()
+        info = self.info("surface.cgns")
+        self.assertEqual((info["triangles_by_reference"], info["edges_by_reference"]), ({"1": 2}, {"1": 2, "2": 2}))
+
+    def test_no_room_for_temporary_files(self):
+        self.path("run.json").write_text(json.dumps({"input": {"generate": {"box": {"cells": [8, 8, 8]}}}, "stages": [],
+                                                     "output": {"mesh": "a.meshb"}}))
+        self.run_camber("run", "run.json")
+        few = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))  # noqa: E731
+        done = self.folder.camber("convert", "a.meshb", "-o", "a.cgns", preexec_fn=few)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn("cannot be", done.stderr)
+        self.assertNotIn("a.cgns", self.folder.files())
 
     def test_what_cannot_be_held_is_refused_with_counts(self):
         file = File(self.path("quads.cgns"), POINTS, 2)
