@@ -133,7 +133,7 @@ def part(camber, folder):
               f"{opinion(path, kind, folder)} |", flush=True)
 
 
-def large(camber, folder, millions):
+def large(camber, folder, millions, kinds):
     cells = round((millions * 1e6 / 6) ** (1 / 3))
     config = {"input": {"generate": {"box": {"cells": [cells] * 3}}}, "stages": [], "output": {"mesh": str(folder / "1.meshb")}}
     (folder / "box.json").write_text(json.dumps(config))
@@ -143,6 +143,8 @@ def large(camber, folder, millions):
     print("| degree | format | MB | cp, s | read and written as .meshb, s | MB/s | written from .meshb, s | MB/s |\n" + "|---" * 8 + "|")
     for degree in (1, 2):
         for kind, ending in FORMATS:
+            if kinds and kind not in kinds:
+                continue
             path = folder / f"box{ending}"
             wrote, _ = timed(camber, "convert", folder / f"{degree}.meshb", "-o", path, "--format", kind)
             size = path.stat().st_size / 1e6
@@ -158,13 +160,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber")
     parser.add_argument("--large", type=float, metavar="MILLIONS")
+    parser.add_argument("--formats", default="", help="of --large, only these: msh,vtu,…")
     parser.add_argument("--folder", type=Path, help="keep the files there")
     arguments = parser.parse_args()
     camber = str(Path(shutil.which(arguments.camber) or arguments.camber).resolve())
     with tempfile.TemporaryDirectory() as temporary:
         folder = arguments.folder or Path(temporary)
         folder.mkdir(exist_ok=True)
-        large(camber, folder, arguments.large) if arguments.large else part(camber, folder)
+        large(camber, folder, arguments.large, arguments.formats.split(",") if arguments.formats else []) if arguments.large else part(camber, folder)
 
 
 if __name__ == "__main__":
