@@ -49,18 +49,26 @@ struct Section {
 };
 
 /// Closes the file whatever happens.
-struct OpenFile {
-    const Library& lib;
-    int number;
-    ~OpenFile() { lib.close_(number); }
+class OpenFile {
+  public:
+    OpenFile(const Library& lib, int number) : lib_(lib), number_(number) {}
+    OpenFile(const OpenFile&) = delete;
+    OpenFile& operator=(const OpenFile&) = delete;
+    OpenFile(OpenFile&&) = delete;
+    OpenFile& operator=(OpenFile&&) = delete;
+    ~OpenFile() { lib_.close_(number_); }
+
+  private:
+    const Library& lib_;
+    int number_;
 };
 
 /// Reads one file of D physical dimensions, part by part.
 template <int D>
 struct Reader {
     const Library& lib;
-    int file;
-    int cell_dimension;
+    int file = 0;
+    int cell_dimension = 0;
     listing::Mesh<D> mesh = {};
     std::vector<Notice> notices = {};
     std::vector<Section> sections = {};
@@ -586,7 +594,7 @@ Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_v
         int file = 0;
         if (lib.open_(path->c_str(), CG_MODE_READ, &file) != CG_OK)
             return fail(cgns::error_of(lib.get_error_(), ErrorKind::input, "the file cannot be opened as CGNS", title));
-        const cgns::OpenFile open{lib, file};
+        const cgns::OpenFile open(lib, file);
         const auto zone = cgns::zone_of(lib, file, title);
         if (!zone) return fail(zone.error());
         const auto read = [&]<int D>() {
