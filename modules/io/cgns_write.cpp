@@ -78,6 +78,8 @@ class Writer {
         : lib_(lib), file_(file), grid_{mesh}, linear_(grid_.linear()), fields_(fields), execution_(execution) {}
 
     Outcome<Done> write() {
+        if (grid_.nodes() == 0)
+            return fail(ErrorKind::unsupported, "CGNS has no zones without vertices", {}, {}, "take another format");
         const bool surface = linear_.elements.size() == 0 && D == 3;
         const auto cells = static_cast<cgsize_t>(surface ? linear_.facets.size() : linear_.elements.size());
         const std::array<cgsize_t, 3> size{static_cast<cgsize_t>(grid_.nodes()), cells, 0};

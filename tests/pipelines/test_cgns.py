@@ -200,6 +200,12 @@ class Cgns(unittest.TestCase):
         self.assertEqual(done.returncode, 3)
         self.assertIn("far.cgns: tetrahedron 1: a node is not one of those that the file lists", done.stderr)
 
+    def test_an_empty_mesh_has_no_place(self):
+        self.path("empty.mesh").write_text("MeshVersionFormatted 2\nDimension 3\nVertices\n0\nEnd\n")
+        done = self.folder.camber("convert", "empty.mesh", "-o", "empty.cgns")
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn("CGNS has no zones without vertices", done.stderr)
+
     def test_damaged_files_are_errors(self):
         self.path("cut.cgns").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(200))
         done = self.folder.camber("info", "cut.cgns")

@@ -297,6 +297,7 @@ class CommandLine(unittest.TestCase):
                 ("run.json: /output/report is the same file as the config", (*run, "output/report=run.json")),
                 ("m.sol: /output/report is the same file as /metric/file", (*run, "output/report=m.sol")),
                 ("o.mesh: /output/report is the same file as /output/mesh", (*run, "output/report=o.mesh")),
+                ("m.sol: /output/metric is the same file as /metric/file", (*run, "output/metric=m.sol")),
                 ("link.vtu: -o is the same file as --metric m.sol",
                  ("convert", "two.mesh", "-o", "link.vtu", "--metric", "m.sol")),
                 ("m.sol: -o is the same file as the input", ("convert", "m.sol", "-o", "m.sol")),

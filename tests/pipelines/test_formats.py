@@ -43,6 +43,9 @@ class Formats(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         return done
 
+    def info(self, name):
+        return json.loads(self.run_camber("info", "--json", name).stdout)
+
     def curved(self, shape, output, stages=("elevate", "curve", "validate", "relax", "commit"), **more):
         config = {"input": {"generate": SHAPES[shape]}, "stages": list(stages), "output": output, **more}
         self.path("run.json").write_text(json.dumps(config))
@@ -205,6 +208,24 @@ class Formats(unittest.TestCase):
         self.path("s.sol").write_text("MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n1\n2 3 1\n1 0 1 0.5\nEnd\n")
         told = json.loads(self.run_camber("info", "s.sol", "--json").stdout)
         self.assertEqual(told, {"dimension": 2, "vertices": 1, "fields": ["symmetric tensor", "scalar"], "notices": []})
+
+    def test_the_metric_after_its_operations(self):
+        for shape, dimension in (("box", 3), ("annulus", 2)):
+            done = self.curved(shape, {"mesh": "m.meshb", "metric": "m.sol"}, metric={"constant": {"sizes": [0.5]}},
+                               metric_operations=[{"bound": {"min_size": 2}}])
+            self.assertIn("wrote m.sol", done.stdout)
+            words = self.path("m.sol").read_text().split()
+            at = words.index("SolAtVertices")
+            self.assertEqual(int(words[at + 1]), self.info("m.meshb")["vertices"])
+            width = dimension * (dimension + 1) // 2
+            rows = np.array(words[at + 4:-1], dtype=float).reshape(-1, width)
+            diagonal = [0, 2, 5][:dimension]
+            np.testing.assert_allclose(rows[:, diagonal], 0.25, rtol=1e-12)
+            np.testing.assert_allclose(np.delete(rows, diagonal, axis=1), 0, atol=1e-15)
+            self.curved(shape, {"mesh": "m.meshb", "metric": "m.vtu"}, metric={"constant": {"sizes": [0.5]}},
+                        metric_operations=[{"bound": {"min_size": 2}}])
+            values = vtu.read(self.path("m.vtu")).point_data["metric"]
+            np.testing.assert_allclose(values[:, :dimension], 0.25, rtol=1e-12)
 
     def test_wrong_conversions(self):
         self.curved("annulus", {"mesh": "a.mesh"}, stages=())

@@ -91,6 +91,7 @@ std::vector<NamedFile> files_of(const config::Pipeline& pipeline, const Pipeline
     const config::Output& output = pipeline.output;
     add(output.mesh, words.mesh, Role::output_mesh);
     add(output.vtu, words.vtu, Role::output);
+    add(output.metric, "/output/metric", Role::output);
     if (!output.plots.empty())
         for (const std::string& path : plot_files(output.plots)) add(path, words.plots, Role::output);
     add(output.report, words.report, Role::output);

@@ -37,7 +37,8 @@ std::string text_of(const run::Run& run, const config::Output& output, bool hist
     if (histogram)
         for (const run::Histogram& h : run.report.histograms) text += run::bars(h);
     text += "\n";
-    for (const std::string& path : {output.mesh, output.vtu, output.report, output.plots})
+    const std::string metric = run.metric ? output.metric : std::string();
+    for (const std::string& path : {output.mesh, output.vtu, metric, output.report, output.plots})
         if (!path.empty()) text += "  wrote " + path + "\n";
     return text;
 }
