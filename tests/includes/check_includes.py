@@ -86,7 +86,7 @@ type_traits: bool_constant common_type_t conditional_t decay_t enable_if_t false
 typeinfo: bad_cast type_info
 unordered_map: unordered_map unordered_multimap
 unordered_set: unordered_multiset unordered_set
-utility: as_const cmp_equal cmp_greater cmp_less declval exchange forward get in_place in_place_index in_place_type in_range
+utility: as_const cmp_equal cmp_greater cmp_less cmp_less_equal declval exchange forward get in_place in_place_index in_place_type in_range
     index_sequence integer_sequence make_index_sequence make_integer_sequence make_pair move move_if_noexcept pair swap to_underlying
     unreachable
 array: get swap
