@@ -90,27 +90,44 @@ struct Around {
     Incidence<EdgeId> edges;
 };
 
-/// Refuses simplices that name a vertex twice: they have no edge there.
-template <int K>
-Outcome<Done> check_distinct(const Simplices<K>& simplices) {
-    for (std::size_t i = 0; i < simplices.size(); ++i) {
-        const auto& v = simplices.vertices[i];
-        for (int a = 0; a <= K; ++a)
-            for (int b = 0; b < a; ++b)
-                if (v[a] == v[b])
-                    return fail(ErrorKind::input, "names vertex " + std::to_string(v[a].index() + 1) + " twice", {},
-                                Entity{simplex_name<K>, i + 1}, "remove it");
-    }
-    return Done{};
+/// A vertex that a simplex names twice, or an invalid id.
+template <std::size_t N>
+VertexId named_twice(const std::array<VertexId, N>& v) {
+    for (std::size_t a = 0; a < N; ++a)
+        for (std::size_t b = 0; b < a; ++b)
+            if (v[a] == v[b]) return v[a];
+    return {};
 }
 
-/// Appends the vertices above v that share a simplex with it.
+/// Refuses simplices that name a vertex twice: they have no edge there.
+template <int K>
+Outcome<Done> check_distinct(const Simplices<K>& simplices, const Execution& execution) {
+    const std::size_t n = simplices.size();
+    const auto first = reduce_each(
+        execution, n, n,
+        [&](std::size_t& found, std::size_t i) {
+            if (found == n && named_twice(simplices.vertices[i]).valid()) found = i;
+        },
+        [](std::size_t a, std::size_t b) { return std::min(a, b); });
+    if (!first) return fail(first.error());
+    if (*first == n) return Done{};
+    return fail(ErrorKind::input,
+                "names vertex " + std::to_string(named_twice(simplices.vertices[*first]).index() + 1) + " twice", {},
+                Entity{simplex_name<K>, *first + 1}, "remove it");
+}
+
+/// Up to this many neighbours a look at all that are there is the cheapest way to leave out who is named again.
+constexpr std::size_t few = 64;
+
+/// Appends the vertices above v of a simplex; of the first few each once.
 template <std::size_t N>
 void append_higher(const std::array<VertexId, N>& simplex, VertexId v, std::vector<VertexId>& higher) {
     for (const VertexId w : simplex)
-        if (w > v) higher.push_back(w);
+        if (w > v && (higher.size() > few || std::find(higher.begin(), higher.end(), w) == higher.end()))
+            higher.push_back(w);
 }
 
+/// The vertices above v that share a simplex with it, rising and each once.
 template <int D>
 void higher_neighbours(const LinearMesh<D>& mesh, const Around<D>& around, VertexId v, std::vector<VertexId>& higher) {
     higher.clear();
@@ -119,6 +136,26 @@ void higher_neighbours(const LinearMesh<D>& mesh, const Around<D>& around, Verte
     for (const EdgeId f : around.edges[v]) append_higher(mesh.edges.vertices[f], v, higher);
     std::sort(higher.begin(), higher.end());
     higher.erase(std::unique(higher.begin(), higher.end()), higher.end());
+}
+
+/// The edges of each element.
+template <int D>
+using ElementEdges = Buffer<std::array<EdgeId, edges_per_simplex<D>>>;
+
+/// Writes into the elements around v, for their edges up from v, which of `higher` these lead to.
+template <int D>
+void rank_edges(const LinearMesh<D>& mesh, const Around<D>& around, VertexId v, const std::vector<VertexId>& higher,
+                ElementEdges<D>& ranks) {
+    for (const ElementId e : around.elements[v]) {
+        const auto& vertices = mesh.elements.vertices[e];
+        for (int k = 0; k < edges_per_simplex<D>; ++k) {
+            const auto [a, b] = local_edges<D>[k];
+            const auto [low, high] = std::minmax(vertices[a], vertices[b]);
+            if (low != v) continue;
+            const auto it = std::lower_bound(higher.begin(), higher.end(), high);
+            ranks[e.index()][k] = EdgeId(static_cast<std::size_t>(it - higher.begin()));
+        }
+    }
 }
 
 EdgeId find_in(const Buffer<std::uint32_t>& first, const Buffer<std::array<VertexId, 2>>& edges, VertexId a,
@@ -192,9 +229,9 @@ namespace {
 
 template <int D>
 Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& execution) {
-    if (auto sound = check_distinct(mesh.elements); !sound) return fail(sound.error());
-    if (auto sound = check_distinct(mesh.facets); !sound) return fail(sound.error());
-    if (auto sound = check_distinct(mesh.edges); !sound) return fail(sound.error());
+    if (auto sound = check_distinct(mesh.elements, execution); !sound) return fail(sound.error());
+    if (auto sound = check_distinct(mesh.facets, execution); !sound) return fail(sound.error());
+    if (auto sound = check_distinct(mesh.edges, execution); !sound) return fail(sound.error());
     auto elements = balls(mesh, execution);
     if (!elements) return fail(elements.error());
     auto facets = facet_balls(mesh, execution);
@@ -203,38 +240,56 @@ Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& ex
     if (!features) return fail(features.error());
     const Around<D> around{std::move(*elements), std::move(*facets), std::move(*features)};
 
+    // One walk: each vertex's higher neighbours, kept chunk by chunk, and the edges of elements by their rank there.
+    constexpr std::size_t grain = 4096;
     const std::size_t n = mesh.points.size();
     Buffer<std::uint32_t> first(n + 1);
     first[0] = 0;
-    auto counted = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
-        std::vector<VertexId> higher;
-        for (std::size_t v = begin; v < end; ++v) {
-            higher_neighbours(mesh, around, VertexId(v), higher);
-            first[v + 1] = static_cast<std::uint32_t>(higher.size());
-        }
-    });
-    if (!counted) return fail(counted.error());
+    std::vector<std::vector<VertexId>> kept((n + grain - 1) / grain);
+    ElementEdges<D> of_elements(mesh.elements.size());
+    auto found = each_chunk(
+        execution, n,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<VertexId> higher;
+            auto& all = kept[begin / grain];
+            for (std::size_t v = begin; v < end; ++v) {
+                higher_neighbours(mesh, around, VertexId(v), higher);
+                rank_edges(mesh, around, VertexId(v), higher, of_elements);
+                first[v + 1] = static_cast<std::uint32_t>(higher.size());
+                all.insert(all.end(), higher.begin(), higher.end());
+            }
+        },
+        grain);
+    if (!found) return fail(found.error());
     for (std::size_t v = 0; v < n; ++v) first[v + 1] += first[v];
 
     Buffer<std::array<VertexId, 2>> edges(first[n]);
-    auto listed = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
-        std::vector<VertexId> higher;
-        for (std::size_t v = begin; v < end; ++v) {
-            higher_neighbours(mesh, around, VertexId(v), higher);
-            for (std::size_t i = 0; i < higher.size(); ++i) edges[first[v] + i] = {VertexId(v), higher[i]};
+    auto listed = each_chunk(
+        execution, n,
+        [&](std::size_t begin, std::size_t end) {
+            auto other = kept[begin / grain].begin();
+            for (std::size_t v = begin; v < end; ++v)
+                for (std::uint32_t i = first[v]; i < first[v + 1]; ++i) edges[i] = {VertexId(v), *other++};
+        },
+        grain);
+    if (!listed) return fail(listed.error());
+    kept.clear();
+
+    auto numbered = each(execution, mesh.elements.size(), [&](std::size_t e) {
+        const auto& vertices = mesh.elements.vertices[e];
+        for (int k = 0; k < edges_per_simplex<D>; ++k) {
+            const auto [a, b] = local_edges<D>[k];
+            of_elements[e][k].value += first[std::min(vertices[a], vertices[b]).index()];
         }
     });
-    if (!listed) return fail(listed.error());
-
-    auto of_elements = edges_of<D>(mesh.elements, first, edges, execution);
-    if (!of_elements) return fail(of_elements.error());
+    if (!numbered) return fail(numbered.error());
     auto of_facets = edges_of<D - 1>(mesh.facets, first, edges, execution);
     if (!of_facets) return fail(of_facets.error());
     auto of_edges = map_each(execution, mesh.edges.size(), [&](std::size_t i) {
         return find_in(first, edges, mesh.edges.vertices[i][0], mesh.edges.vertices[i][1]);
     });
     if (!of_edges) return fail(of_edges.error());
-    return EdgeSet<D>{std::move(edges), std::move(*of_elements), std::move(*of_facets), std::move(*of_edges)};
+    return EdgeSet<D>{std::move(edges), std::move(of_elements), std::move(*of_facets), std::move(*of_edges)};
 }
 
 }  // namespace
