@@ -78,13 +78,14 @@ Patch<D> patch_of(const Operation<D>& op, const std::vector<ElementId>& removed,
 /// What the star's edges cost off their wanted places; those that stay have no say.
 template <int D>
 Column<QuadraticModel<D>> models_of(const Operation<D>& op, const Proposal<D>& wanted,
-                                    const CavityTopology<D>& topology, const BackMesh<D>& back) {
+                                    const CavityTopology<D>& topology, const BackMesh<D>& back,
+                                    ModelFit fit) {
     Buffer<QuadraticModel<D>> models(op.small.edges.size());
     for (std::size_t e = 0; e < models.size(); ++e) models[e] = {wanted.mid_nodes[e].point, Sym<D>::identity(), 0};
     for (const EdgeId e : op.edges.inner) {
         const EdgeId of_mesh = op.edges.of_mesh[e.index()];
         models[e.index()] =
-            edge_model(op.curving.mesh, of_mesh, wanted.mid_nodes[e], topology.shells[of_mesh], back, ModelFit::length);
+            edge_model(op.curving.mesh, of_mesh, wanted.mid_nodes[e], topology.shells[of_mesh], back, fit);
     }
     return models;
 }
@@ -133,7 +134,8 @@ Outcome<Reinsertion<D>> reinsert(const Curving<D>& curving, const CavityTopology
     const Proposal<D> present =
         op.proposal([&](EdgeId e) { return std::pair(curving.mesh.mid_nodes[e], curving.changes[e]); });
 
-    const StarModels<D> models = [&] { return models_of(op, wanted, topology, back); };
+    const ModelFit fit = options.edge.aim == CurvingAim::accuracy ? ModelFit::accuracy : ModelFit::length;
+    const StarModels<D> models = [&] { return models_of(op, wanted, topology, back, fit); };
     Attempt<D> best;
     const double bound = options.relax.min_scaled_jacobian;
     for (const double asked : {std::max(bound, options.relax.target), bound}) {

@@ -15,7 +15,7 @@ export namespace camber {
 
 /// How a cavity curves its edges and what it asks of its elements.
 struct ReinsertOptions {
-    EdgeMinimiserOptions edge = {};
+    CurveOptions edge = {};
     RepairOptions relax = {};
 };
 

@@ -4,6 +4,7 @@ module;
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 module camber.curving;
 import camber.core;
 import camber.bezier;
@@ -61,19 +62,52 @@ Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> t
 template <int D>
 Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                          const Column<LagrangeNode<D>>& boundary_nodes, const Incidence<ElementId>& shells,
-                         const BackMesh<D>& back, const EdgeMinimiserOptions& options, const Execution& execution) {
+                         const BackMesh<D>& back, const CurveOptions& options, const Execution& execution) {
     if (auto fits = check_columns(mesh, kinds.size(), boundary_nodes.size()); !fits) return fail(fits.error());
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     const EdgeRules rules = edge_rules(options);
+    Buffer<Vec<D>> offsets;
+    if (options.aim == CurvingAim::accuracy) {
+        auto found = accurate_offsets(mesh, kinds, EdgeKind::volume, shells, back, options, execution);
+        if (!found) return fail(found.error());
+        offsets = std::move(*found);
+        const double least = options.least_jacobian;
+        auto lessened = lessen_by_element<D>(mesh, kinds, boundary_nodes, shells, least, offsets, execution);
+        if (!lessened) return fail(lessened.error());
+    }
     auto targets = map_each(
         execution, mesh.edges.size(),
         [&](std::size_t e) {
             if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), boundary_nodes[e]);
-            return volume_target(mesh, EdgeId(e), mesh.mid_nodes[e], shells[e], back, rules, options);
+            if (offsets.empty() || shells[e].empty())
+                return volume_target(mesh, EdgeId(e), mesh.mid_nodes[e], shells[e], back, rules, options);
+            return offset_target(mesh, {EdgeId(e), shells[e].front()}, offsets[e], back, rules.report);
         },
         64);
     if (!targets) return fail(targets.error());
     return in_columns<D>(mesh.linear, *targets, kinds);
+}
+
+template <int D>
+Outcome<Buffer<Vec<D>>> accurate_offsets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, EdgeKind kind,
+                                         const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                         const EdgeAccuracyOptions& options, const Execution& execution) {
+    return guarded([&]() -> Outcome<Buffer<Vec<D>>> {
+        Buffer<Vec<D>> offsets(mesh.edges.size(), Vec<D>{});
+        auto found = each_chunk(
+            execution, offsets.size(),
+            [&](std::size_t begin, std::size_t end) {
+                std::vector<HeldEdge> edges;
+                for (std::size_t e = begin; e < end; ++e)
+                    if (kinds[e] == kind && !shells[e].empty()) edges.push_back({EdgeId(e), shells[e].front()});
+                std::vector<Vec<D>> of_edges(edges.size());
+                accurate_offsets<D>(mesh, edges, back, options, of_edges);
+                for (std::size_t i = 0; i < edges.size(); ++i) offsets[edges[i].edge.index()] = of_edges[i];
+            },
+            64);
+        if (!found) return fail(found.error());
+        return offsets;
+    });
 }
 
 template <int D>
@@ -126,7 +160,10 @@ Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& c
     template Curved<D> in_columns<D>(const LinearMesh<D>&, std::span<const EdgeTarget<D>>, const Column<EdgeKind>&); \
     template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                           \
                                          const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,                \
-                                         const BackMesh<D>&, const EdgeMinimiserOptions&, const Execution&);         \
+                                         const BackMesh<D>&, const CurveOptions&,         const Execution&);         \
+    template Outcome<Buffer<Vec<D>>> accurate_offsets<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&, EdgeKind, \
+                                                         const Incidence<ElementId>&, const BackMesh<D>&,            \
+                                                         const EdgeAccuracyOptions&, const Execution&);              \
     template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                  \
                                                   const Column<LagrangeNode<D>>&, const Execution&);                 \
     template Outcome<EdgeLengths> updated_lengths<D>(const EdgeSet<D>&, const Curved<D>&, const Proposal<D>&,        \

@@ -34,15 +34,22 @@ template <int D>
 [[nodiscard]] Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> targets,
                                    const Column<EdgeKind>& kinds);
 
-/// The second verb on a whole mesh: volume edges become as short as their one node allows in the field `back`, whose
-/// mesh must be the straight form of `mesh`; boundary edges take `boundary_nodes` (see camber.surface), which has one
+/// The second verb on a whole mesh: volume edges take the nodes that the options' aim asks for in the field `back`,
+/// whose mesh must be the straight form of `mesh`; boundary edges take `boundary_nodes` (see camber.surface), which has one
 /// row an edge. Edges do not see one another, so the cost is linear and the order does not matter. Errors: columns that
 /// do not fit the mesh; options out of range (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                        const Column<LagrangeNode<D>>& boundary_nodes,
                                        const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                       const EdgeMinimiserOptions& options, const Execution& execution);
+                                       const CurveOptions& options, const Execution& execution);
+
+/// Offsets for accuracy of the edges of one kind; 0 of all others, and of those that no element holds. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Buffer<Vec<D>>> accurate_offsets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                                       EdgeKind kind, const Incidence<ElementId>& shells,
+                                                       const BackMesh<D>& back, const EdgeAccuracyOptions& options,
+                                                       const Execution& execution);
 
 /// The same without a field: volume edges stay straight.
 template <int D>

@@ -81,17 +81,27 @@ Sym<D> fitted(const Sym<D>& h, const Vec<D>& tangent, Loss&& loss) {
     return weighted<D>(h, basis, weights);
 }
 
+/// weight · M.
+template <int D>
+Sym<D> scaled(const SpectralMetric<D>& metric, double weight) {
+    Sym<D> out;
+    for (int k = 0; k < D; ++k)
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j <= i; ++j)
+                out(i, j) += weight * metric.values[k] * metric.vectors(i, k) * metric.vectors(j, k);
+    return out;
+}
+
+template <int D>
+QuadraticModel<D> accuracy_model(const LogMetric<D>& log_metric, const Vec<D>& centre) {
+    return {centre, scaled(SpectralMetric<D>(log_metric), stretch), 0};
+}
+
 /// The model in a metric that is constant along the edge.
 template <int D>
 QuadraticModel<D> model_in(const LogMetric<D>& log_metric, const Vec<D>& chord, const Vec<D>& centre) {
     const SpectralMetric<D> metric(log_metric);
-    Sym<D> hessian;
-    const double energy = metric.length_squared(chord);
-    for (int k = 0; k < D; ++k) {
-        const double weight = stretch * metric.values[k] / energy;
-        for (int i = 0; i < D; ++i)
-            for (int j = 0; j <= i; ++j) hessian(i, j) += weight * metric.vectors(i, k) * metric.vectors(j, k);
-    }
+    const Sym<D> hessian = scaled(metric, stretch / metric.length_squared(chord));
     return {centre, with_cheap_slides(hessian, chord), 0};
 }
 
@@ -135,6 +145,10 @@ QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const La
     const Vec<D>& p02 = mesh.linear.points[b];
     const Vec<D> centre = wanted.point;
     if (shell.empty()) return isotropic_model(p02 - p20, centre);
+    if (fit == ModelFit::accuracy) {
+        const auto model = accuracy_model(sample_value(back, midpoint(p20, p02), shell.front()).log_metric, centre);
+        return is_finite(model.hessian) ? model : isotropic_model(p02 - p20, centre);
+    }
     const Quadrature rule = gauss_legendre(4);
     const auto objective = [&](EdgeObjectiveKind kind) {
         return edge_objective(back, rule, kind, EdgeFieldKind::back, p20, p02, shell.front());
@@ -154,9 +168,14 @@ QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const La
 }
 
 template <int D>
-Outcome<Buffer<QuadraticModel<D>>> edge_models(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& wanted,
+Outcome<Buffer<QuadraticModel<D>>> edge_models(CurvingAim aim, const QuadraticMesh<D>& mesh,
+                                               const Column<LagrangeNode<D>>& wanted,
                                                const Validation<D>& validation, const Incidence<ElementId>& shells,
                                                const BackMesh<D>& back, const Execution& execution) {
+    if (aim == CurvingAim::accuracy)
+        return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
+            return edge_model(mesh, EdgeId(e), wanted[e], shells[e], back, ModelFit::accuracy);
+        });
     const auto is_near = edges_near_invalid(mesh, validation);
     return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
         return edge_model(mesh, EdgeId(e), wanted[e], shells[e], back,
@@ -192,7 +211,7 @@ Outcome<Buffer<QuadraticModel<D>>> implied_edge_models(const QuadraticMesh<D>& m
     template QuadraticModel<D> edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,               \
                                              std::span<const ElementId>, const BackMesh<D>&, ModelFit);             \
     template Outcome<Buffer<QuadraticModel<D>>> edge_models<D>(                                                     \
-        const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Validation<D>&, const Incidence<ElementId>&, \
+        CurvingAim, const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Validation<D>&, const Incidence<ElementId>&, \
         const BackMesh<D>&, const Execution&);                                                                      \
     template Outcome<Buffer<QuadraticModel<D>>> implied_edge_models<D>(                                             \
         const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, const Execution&);

@@ -1,8 +1,12 @@
 module;
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <span>
+#include <vector>
 module camber.curving;
 import camber.core;
+import camber.bezier;
 import camber.metric;
 import camber.validity;
 
@@ -27,10 +31,18 @@ EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const L
 template <int D>
 EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& present,
                             std::span<const ElementId> shell, const BackMesh<D>& back, const EdgeRules& rules,
-                            const EdgeMinimiserOptions& options) {
+                            const CurveOptions& options) {
     if (shell.empty()) return boundary_target(mesh, edge, mesh.mid_nodes[edge]);
+    if (options.aim == CurvingAim::accuracy) {
+        const HeldEdge held{edge, shell.front()};
+        Vec<D> offset;
+        accurate_offsets<D>(mesh, {&held, 1}, back, options, {&offset, 1});
+        return offset_target(mesh, held, offset, back, rules.report);
+    }
+    EdgeMinimiserOptions search = options;
+    search.objective = options.aim == CurvingAim::length ? EdgeObjectiveKind::length : EdgeObjectiveKind::energy;
     const auto& [a, b] = mesh.edges.vertices[edge];
-    const EdgeMinimum<D> m = minimise_back_edge(back, a, b, present, shell, rules, options);
+    const EdgeMinimum<D> m = minimise_back_edge(back, a, b, present, shell, rules, search);
     const bool moved = m.node.point != chord_middle(mesh, edge);
     return {.node = m.node,
             .change = moved ? EdgeChange::optimised : EdgeChange::straight,
@@ -45,11 +57,54 @@ EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const Lag
             .length = m.length};
 }
 
+template <int D>
+void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const HeldEdge> edges, const BackMesh<D>& back,
+                      const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets) {
+    if (edges.empty()) return;
+    std::vector<Vec<D>> chords;
+    std::vector<Vec<D>> middles;
+    chords.reserve(edges.size());
+    middles.reserve(edges.size());
+    for (const HeldEdge& held : edges) {
+        const auto& [a, b] = mesh.edges.vertices[held.edge];
+        chords.push_back(mesh.linear.points[b] - mesh.linear.points[a]);
+        middles.push_back(chord_middle(mesh, held.edge));
+    }
+    std::vector<FieldSample<D>> samples(edges.size());
+    back->sample_with_recovered_gradients(middles, edges.front().holder, samples);
+    accurate_offsets<D>(chords, samples, options, offsets);
+}
+
+template <int D>
+EdgeTarget<D> offset_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, const Vec<D>& offset,
+                            const BackMesh<D>& back, const Quadrature& report) {
+    const auto& [a, b] = mesh.edges.vertices[held.edge];
+    const Vec<D>& p = mesh.linear.points[a];
+    const Vec<D>& q = mesh.linear.points[b];
+    const Vec<D> middle = midpoint(p, q);
+    const LagrangeNode<D> node{middle + offset};
+    const EdgeLength straight = riemannian_length(back, QuadraticEdge<D>{p, {middle}, q}, report, held.holder);
+    const EdgeLength curved = riemannian_length(back, QuadraticEdge<D>{p, node, q}, report, held.holder);
+    const bool moved = node.point != middle;
+    return {.node = node,
+            .change = moved ? EdgeChange::optimised : EdgeChange::straight,
+            .flags = {.volume = 1,
+                      .curved = moved,
+                      .outside = straight.outside + curved.outside > 0,
+                      .lost = straight.lost + curved.lost > 0},
+            .straight_length = straight.length,
+            .length = curved.length};
+}
+
 #define CAMBER_INSTANTIATE(D)                                                                                 \
     template EdgeTarget<D> boundary_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);       \
     template EdgeTarget<D> volume_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,          \
                                             std::span<const ElementId>, const BackMesh<D>&, const EdgeRules&, \
-                                            const EdgeMinimiserOptions&);
+                                            const CurveOptions&);                                             \
+    template void accurate_offsets<D>(const QuadraticMesh<D>&, std::span<const HeldEdge>, const BackMesh<D>&, \
+                                      const EdgeAccuracyOptions&, std::span<Vec<D>>);                         \
+    template EdgeTarget<D> offset_target<D>(const QuadraticMesh<D>&, const HeldEdge&, const Vec<D>&,          \
+                                            const BackMesh<D>&, const Quadrature&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -1,6 +1,7 @@
 module;
 #include <cstdint>
 #include <span>
+#include <tuple>
 export module camber.curving:edge_target;
 import camber.core;
 import camber.metric;
@@ -8,6 +9,32 @@ import camber.validity;
 import camber.programmes;
 
 export namespace camber {
+
+/// What the node of a volume edge is for.
+enum class CurvingAim : std::uint8_t {
+    accuracy,  ///< that functions which the metric belongs to are interpolated well: accurate_offsets, a closed form
+    energy,    ///< ∫ l'ᵀ M l' dt least
+    length,    ///< the Riemannian length least (paper §2.2)
+};
+
+/// How nodes of volume edges are found. `objective` of the minimiser is that of the aim.
+struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
+    CurvingAim aim = CurvingAim::accuracy;
+    double least_jacobian = 0.1;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = CurveOptions;
+        return std::tuple_cat(
+            EdgeAccuracyOptions::options(),
+            std::tuple(option("least_jacobian", &S::least_jacobian,
+                              "accuracy only: where nodes would bring an element's scaled Jacobian below this, those "
+                              "of its volume edges go only a part of their way")
+                           .at_least(0)
+                           .below(1)),
+            EdgeMinimiserOptions::options());
+    }
+    friend bool operator==(const CurveOptions&, const CurveOptions&) = default;
+};
 
 /// What the search for one edge's node met.
 struct SearchFlags {
@@ -29,12 +56,29 @@ struct EdgeTarget {
 template <int D>
 [[nodiscard]] EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node);
 
-/// Of an edge in the volume: the node that makes it shortest in the field `back`, whose mesh is the straight form of
-/// `mesh`; `present` is one of the starts of the search, unless it is the middle of the chord. An edge that no element
+/// Of an edge in the volume, by the field `back`, whose mesh is the straight form of `mesh`: the node that the aim asks
+/// for. A search takes `present` as one of its starts, unless it is the middle of the chord. An edge that no element
 /// holds has no field to follow and stays straight.
 template <int D>
 [[nodiscard]] EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& present,
                                           std::span<const ElementId> shell, const BackMesh<D>& back,
-                                          const EdgeRules& rules, const EdgeMinimiserOptions& options);
+                                          const EdgeRules& rules, const CurveOptions& options);
+
+/// An edge in a pack: it, and an element that holds it.
+struct HeldEdge {
+    EdgeId edge;
+    ElementId holder;
+};
+
+/// Offsets for accuracy, of volume edges or of others: offsets[i] is that of edges[i]. The field is asked for all
+/// middles at once.
+template <int D>
+void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const HeldEdge> edges, const BackMesh<D>& back,
+                      const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets);
+
+/// A volume edge with this offset from the middle of its chord; `report` is the rule by which lengths are told.
+template <int D>
+[[nodiscard]] EdgeTarget<D> offset_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, const Vec<D>& offset,
+                                          const BackMesh<D>& back, const Quadrature& report);
 
 }  // namespace camber

@@ -19,6 +19,7 @@ import :edge_sectors;
 export import :edge_minimiser;
 import :edge_search;
 export import :edge_barycentric;
+export import :edge_accuracy;
 export import :intersection;
 export import :operations;
 export import :gradation;

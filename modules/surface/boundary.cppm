@@ -22,6 +22,16 @@ template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);
 
+/// The same nodes with those of edges on smooth surfaces moved along their surface by the tangential part of `shifts`
+/// (one row an edge): onto the geometry again, and within a plane to the last bit. Ridges, required edges and, in 2D,
+/// all edges keep theirs: a curve leaves only slides along itself, which are no shape. Errors: as boundary_nodes; rows
+/// that do not fit the mesh (ErrorKind::internal).
+template <int D>
+[[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh,
+                                                          const Column<LagrangeNode<D>>& nodes,
+                                                          std::span<const Vec<D>> shifts, const Features<D>& features,
+                                                          const Geometry<D>& geometry, const Execution& execution);
+
 /// How far the curved boundary is from the geometry, in model units. `mean` is weighted by the straight facets' areas.
 struct BoundaryDistance {
     double largest = 0, mean = 0;

@@ -248,26 +248,27 @@ struct Features {
 // ---------------------------------------------------------------- the stages
 
 /// What places volume nodes: `curve` of camber.cavity by either objective, or its `shape`.
-enum class Objective : std::uint8_t { energy, length, shape };
+enum class Objective : std::uint8_t { accuracy, energy, length, shape };
 [[nodiscard]] constexpr auto words(Objective) {
-    return words_of(Word{Objective::energy, word_of(EdgeObjectiveKind::energy)},
+    return words_of(Word{Objective::accuracy, "accuracy"},
+                    Word{Objective::energy, word_of(EdgeObjectiveKind::energy)},
                     Word{Objective::length, word_of(EdgeObjectiveKind::length)}, Word{Objective::shape, "shape"});
 }
 struct Elevate {
     friend bool operator==(const Elevate&, const Elevate&) = default;
 };
-/// The options of the minimiser, and what chooses between it and `shape`; its own objective, which is hidden here, is
-/// set by edge_options().
-struct Curve : EdgeMinimiserOptions {
-    Objective objective = Objective::energy;
+/// The options of `curve`, and what chooses between its aims and `shape`; the aim is set by edge_options().
+struct Curve : CurveOptions {
+    Objective objective = Objective::accuracy;
 
     [[nodiscard]] static constexpr auto options() {
         return std::tuple_cat(
             std::tuple(option(
                 "objective", &Curve::objective,
-                "what volume edges minimise in the metric: their energy (smooth, evenly spaced) or their length; "
-                "shape: no metric, the Jacobians of their elements are made as even as may be")),
-            EdgeMinimiserOptions::options());
+                "what edges are curved for: accuracy, that what the metric belongs to is interpolated well; energy or "
+                "length, that this is least in the metric (energy: smooth, evenly spaced); shape: no metric, the "
+                "Jacobians of elements are made as even as may be")),
+            CurveOptions::options());
     }
     friend bool operator==(const Curve&, const Curve&) = default;
 };

@@ -64,8 +64,15 @@ template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> curve_input(const Quadratic<D>& at, const Boundary<D>& boundary,
                                                  const Execution& execution);
 
+/// The same with nodes of smooth surfaces slid along them to where the options want them in the field; those that the
+/// mesh was read with stay.
+template <int D>
+[[nodiscard]] Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& boundary,
+                                                CurveInput<D> input, const BackMesh<D>& field,
+                                                const CurveOptions& options, const Execution& execution);
+
 /// The options of a curving for one edge.
-[[nodiscard]] EdgeMinimiserOptions edge_options(const config::Curve& options);
+[[nodiscard]] CurveOptions edge_options(const config::Curve& options);
 
 /// Of targets that were found; how fast is for the runner to say.
 template <int D>

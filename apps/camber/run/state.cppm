@@ -39,6 +39,7 @@ struct Wanted {
     Boundary<D> boundary;
     Incidence<ElementId> shells;
     Curved<D> curved;  ///< before any correction
+    CurvingAim aim = CurvingAim::energy;
 };
 
 /// Places that are the mesh's by now, and the verdicts that they became so with.

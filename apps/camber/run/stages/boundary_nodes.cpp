@@ -8,6 +8,8 @@ module camber.run;
 import camber.core;
 import camber.bezier;
 import camber.surface;
+import camber.metric;
+import camber.curving;
 import :parts;
 import :stages;
 import :state;
@@ -72,8 +74,23 @@ Outcome<CurveInput<D>> curve_input(const Quadratic<D>& at, const Boundary<D>& bo
                                      : input_of_elevated(at.mesh, boundary, execution);
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<CurveInput<D>> curve_input<D>(const Quadratic<D>&, const Boundary<D>&, const Execution&);
+template <int D>
+Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& boundary, CurveInput<D> input,
+                                  const BackMesh<D>& field, const CurveOptions& options, const Execution& execution) {
+    if (options.aim != CurvingAim::accuracy || at.nodes == NodesOf::file) return input;
+    const auto shifts =
+        accurate_offsets(at.mesh, input.kinds, EdgeKind::surface, input.shells, field, options, execution);
+    if (!shifts) return fail(shifts.error());
+    auto nodes = slid_nodes<D>(at.mesh, input.boundary_nodes, *shifts, boundary.features, boundary.geometry, execution);
+    if (!nodes) return fail(nodes.error());
+    input.boundary_nodes = std::move(*nodes);
+    return input;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<CurveInput<D>> curve_input<D>(const Quadratic<D>&, const Boundary<D>&, const Execution&);       \
+    template Outcome<CurveInput<D>> slid_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,            \
+                                                  const BackMesh<D>&, const CurveOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

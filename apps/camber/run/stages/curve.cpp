@@ -48,10 +48,11 @@ Curved<D> without_lengths(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& 
 
 }  // namespace
 
-EdgeMinimiserOptions edge_options(const config::Curve& options) {
-    auto edge = static_cast<const EdgeMinimiserOptions&>(options);
-    edge.objective =
-        options.objective == config::Objective::energy ? EdgeObjectiveKind::energy : EdgeObjectiveKind::length;
+CurveOptions edge_options(const config::Curve& options) {
+    auto edge = static_cast<const CurveOptions&>(options);
+    edge.aim = options.objective == config::Objective::energy   ? CurvingAim::energy
+               : options.objective == config::Objective::length ? CurvingAim::length
+                                                                : CurvingAim::accuracy;
     return edge;
 }
 
@@ -82,8 +83,8 @@ namespace {
 /// Those of the volume by the field.
 template <int D>
 Outcome<Found<D>> by_field(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const BackMesh<D>& field,
-                           const config::Curve& options, const Execution& execution) {
-    auto curved = curve(mesh, input.kinds, input.boundary_nodes, input.shells, field, edge_options(options), execution);
+                           const CurveOptions& options, const Execution& execution) {
+    auto curved = curve(mesh, input.kinds, input.boundary_nodes, input.shells, field, options, execution);
     if (!curved) return fail(curved.error());
     return with_report(mesh, std::move(*curved));
 }
@@ -101,7 +102,8 @@ constexpr const char* starts_from_file =
 
 /// The stage, however it finds where nodes are wanted: `find(input, execution)`.
 template <int D>
-Outcome<Done> curve_within(Runner<D>& run, Boundary<D> boundary, const auto& find, const Execution& execution) {
+Outcome<Done> curve_within(Runner<D>& run, Boundary<D> boundary, CurvingAim aim, const auto& find,
+                           const Execution& execution) {
     Quadratic<D>& at = run.quadratic();
     auto input = curve_input(at, boundary, execution);
     if (!input) return fail(input.error());
@@ -110,7 +112,7 @@ Outcome<Done> curve_within(Runner<D>& run, Boundary<D> boundary, const auto& fin
     if (!found.value) return fail(found.value.error());
     tell_curve(run, std::move(found.value->report), found.seconds);
     Proposal<D> proposal = found.value->curved.proposal;
-    at.plan = Plan<D>{Wanted<D>{std::move(boundary), std::move(input->shells), std::move(found.value->curved)},
+    at.plan = Plan<D>{Wanted<D>{std::move(boundary), std::move(input->shells), std::move(found.value->curved), aim},
                       std::move(proposal)};
     return Done{};
 }
@@ -125,14 +127,18 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
     if (options.objective == config::Objective::shape)
         return run.step_of(options, [&](const Execution& execution) {
             const auto find = [&](const CurveInput<D>& input, const Execution& e) { return by_shape(mesh, input, e); };
-            return curve_within(run, std::move(*boundary), find, execution);
+            return curve_within(run, std::move(*boundary), CurvingAim::energy, find, execution);
         });
     if (auto made = make_field(run, *boundary); !made) return made;
     return run.step_of(options, [&](const Execution& execution) {
-        const auto find = [&](const CurveInput<D>& input, const Execution& e) {
-            return by_field(mesh, input, *run.field(), options, e);
+        const CurveOptions edges = edge_options(options);
+        const Boundary<D> around = *boundary;
+        const auto find = [&](const CurveInput<D>& input, const Execution& e) -> Outcome<Found<D>> {
+            auto slid = slid_input(run.quadratic(), around, input, *run.field(), edges, e);
+            if (!slid) return fail(slid.error());
+            return by_field(mesh, *slid, *run.field(), edges, e);
         };
-        auto done = curve_within(run, std::move(*boundary), find, execution);
+        auto done = curve_within(run, std::move(*boundary), edges.aim, find, execution);
         if (done && run.quadratic().nodes == NodesOf::file) run.tell(Notices{starts_from_file});
         return done;
     });

@@ -65,6 +65,8 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
         Quadratic<D>& at = run.quadratic();
         auto input = curve_input(at, *boundary, e);
         if (!input) return fail(input.error());
+        input = slid_input(at, *boundary, std::move(*input), *run.field(), edge_options(options.curve), e);
+        if (!input) return fail(input.error());
         run.tell(input->notices);
         auto timed = run.timed([&] { return walk_cavities(at.mesh, *input, *run.field(), options, e); });
         if (!timed.value) return fail(timed.value.error());
@@ -74,7 +76,8 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
         tell_curve(run, made.curve, timed.seconds);
         run.state.history = Corrected<D>{std::move(made.wanted)};
         at.mesh = std::move(made.done.mesh);
-        at.plan = Plan<D>{Wanted<D>{std::move(*boundary), std::move(input->shells), std::move(made.done.wanted)},
+        at.plan = Plan<D>{Wanted<D>{std::move(*boundary), std::move(input->shells), std::move(made.done.wanted),
+                                    edge_options(options.curve).aim},
                           Settled<D>{std::move(made.done.proposal), std::move(made.validation)}};
         enter(run, *at.validation());
         run.tell(CommitReport{});

@@ -23,11 +23,12 @@ namespace camber::run {
 namespace {
 
 template <int D>
-Outcome<Column<QuadraticModel<D>>> models_for(const Column<LagrangeNode<D>>& wanted, const Incidence<ElementId>& shells,
-                                              const JudgedProposal<D>& judged, const BackMesh<D>* field,
-                                              const Execution& execution) {
-    auto models = field ? edge_models(judged.mesh(), wanted, judged.validation(), shells, *field, execution)
-                        : implied_edge_models(judged.mesh(), wanted, shells, execution);
+Outcome<Column<QuadraticModel<D>>> models_for(const Wanted<D>& wanted, const JudgedProposal<D>& judged,
+                                              const BackMesh<D>* field, const Execution& execution) {
+    const Column<LagrangeNode<D>>& nodes = wanted.curved.proposal.mid_nodes;
+    auto models =
+        field ? edge_models(wanted.aim, judged.mesh(), nodes, judged.validation(), wanted.shells, *field, execution)
+              : implied_edge_models(judged.mesh(), nodes, wanted.shells, execution);
     if (!models) return fail(models.error());
     return Column<QuadraticModel<D>>(std::move(*models));
 }
@@ -39,8 +40,7 @@ Outcome<Column<QuadraticModel<D>>> models_of(const Plan<D>& plan, const JudgedPr
                                              const BackMesh<D>* field, RepairMethod method,
                                              const Execution& execution) {
     if (!needs_models(method)) return Column<QuadraticModel<D>>();
-    if (const Wanted<D>* wanted = plan.wanted())
-        return models_for(wanted->curved.proposal.mid_nodes, wanted->shells, judged, field, execution);
+    if (const Wanted<D>* wanted = plan.wanted()) return models_for(*wanted, judged, field, execution);
     const auto around = shells(judged.mesh().edges, execution);
     if (!around) return fail(around.error());
     return own_models(judged, *around, execution);

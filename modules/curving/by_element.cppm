@@ -1,0 +1,20 @@
+module;
+#include <span>
+export module camber.curving:by_element;
+import camber.core;
+import camber.validity;
+
+namespace camber {
+
+/// Nodes of volume edges as their elements bear them: where `offsets` (one row an edge, from the middle of the chord)
+/// would bring an element's scaled Jacobian below `least`, those of its volume edges go only a part of their way, the
+/// largest of 3/4, 1/2, 1/4 and 0 that holds it, or the best where none does; an edge takes the least share that its
+/// elements ask for. What an edge alone does not see: error in the gradient grows as 1/det J, so that a few elements
+/// that are nearly flat cost more than all others gain. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Done> lessen_by_element(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                              const Column<LagrangeNode<D>>& boundary_nodes,
+                                              const Incidence<ElementId>& shells, double least,
+                                              std::span<Vec<D>> offsets, const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,44 @@
+module;
+#include <span>
+#include <tuple>
+export module camber.metric:edge_accuracy;
+import camber.core;
+import :back_mesh;
+
+/// The node of an edge by which functions that the metric belongs to are interpolated best: a closed form, nothing is
+/// minimised. Derivation, bounds and figures: docs/algorithms/edge-accuracy.md.
+export namespace camber {
+
+struct EdgeAccuracyOptions {
+    /// How far sizes that change draw a node into the finer side, as a share of what the geodesic asks for. The best is
+    /// 2/3 where M = |H| of what is interpolated (its Hessian), 1 where M ~ |∇³u|^{2/3}, 0 where sizes tell nothing.
+    double size_share = 2.0 / 3;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = EdgeAccuracyOptions;
+        return std::tuple(option("size_share", &S::size_share,
+                                 "accuracy only: how far sizes that change draw nodes into the finer side, as a share "
+                                 "of what a geodesic asks for: 2/3 where the metric is the Hessian of what is to be "
+                                 "interpolated, 1 where it is made of third derivatives, 0 for axes alone")
+                              .at_least(0)
+                              .at_most(1));
+    }
+    friend bool operator==(const EdgeAccuracyOptions&, const EdgeAccuracyOptions&) = default;
+};
+
+/// Offsets of mid nodes from the middles of their chords, for a pack of edges: chords[i] = P_02 − P_20, middles[i] the
+/// field at the chord's middle with its recovered gradient. With L = R diag(λ) Rᵀ, c = Rᵀ e, D_k = Rᵀ(∂_k L)R (∂_k along
+/// axis k), A = Σ c_k D_k and x_ij = λ_i − λ_j, in the frame of the axes
+///
+///   8 d_j = Σ_{i≠j} w(x_ij) A_ij c_i  +  σ [ Σ_i K_ij A_ij c_i − ½ Σ_{ab} K_ab sqrt(K_ja K_jb) (D_j)_ab c_a c_b ],
+///   w(x) = (1 − e^{−|x|})²/|x| · min(1, e^{−x}),  K_ij = e^{−|x_ij|}, σ = size_share:
+///
+/// axes that turn, and sizes that change among axes that are alike. Where axes turn by more than they are resolved to
+/// (about a radian within the edge) the first part fades, and the second is at most a fifth of the edge's metric length
+/// along any axis; neither shifts the node along its edge by more than 1/5 of the chord.
+/// All three spans are of one size.
+template <int D>
+void accurate_offsets(std::span<const Vec<D>> chords, std::span<const FieldSample<D>> middles,
+                      const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets);
+
+}  // namespace camber
