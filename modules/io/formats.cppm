@@ -100,12 +100,18 @@ template <class Format>
         if (format.decode) endings.insert(endings.end(), format.endings.begin(), format.endings.end());
     return endings;
 }
+/// Of those that are written only the ones that `accepts(row)`.
 template <class Format>
-[[nodiscard]] std::vector<std::string_view> endings_written(std::span<const Format> formats) {
+[[nodiscard]] std::vector<std::string_view> endings_written(std::span<const Format> formats, auto&& accepts) {
     std::vector<std::string_view> endings;
     for (const Format& format : formats)
-        if (format.encode) endings.insert(endings.end(), format.endings.begin(), format.endings.end());
+        if (format.encode && accepts(format))
+            endings.insert(endings.end(), format.endings.begin(), format.endings.end());
     return endings;
+}
+template <class Format>
+[[nodiscard]] std::vector<std::string_view> endings_written(std::span<const Format> formats) {
+    return endings_written(formats, [](const Format&) { return true; });
 }
 /// The names of formats that are written.
 template <class Format>

@@ -129,13 +129,7 @@ Outcome<MeshFields> fields_of(const Solution& solution, const std::string& name,
     return run::solution_fields(solution, name, mesh, execution);
 }
 
-std::vector<std::string_view> endings_with_fields() {
-    std::vector<std::string_view> endings;
-    for (const MeshFormat& format : mesh_formats())
-        if (format.encode && format.holds_fields)
-            endings.insert(endings.end(), format.endings.begin(), format.endings.end());
-    return endings;
-}
+bool holds_fields(const MeshFormat& format) { return format.holds_fields; }
 
 /// What of the fields the format does not hold.
 void say_lost_fields(const MeshFields& fields, const MeshFormat& format) {
@@ -180,8 +174,9 @@ Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution
     const MeshFormat& format = **found;
     if ((!format.holds_fields && !a.metric.empty()) || (!format.chooses_cells && a.cells))
         return fail(ErrorKind::usage,
-                    a.cells && !format.chooses_cells ? "--cells is for .vtu"
-                                                     : "--metric is for " + listed(endings_with_fields()),
+                    a.cells && !format.chooses_cells
+                        ? "--cells is for .vtu"
+                        : "--metric is for " + listed(endings_written(mesh_formats(), holds_fields)),
                     a.output, {},
                     a.cells && !format.chooses_cells
                         ? "leave --cells out"

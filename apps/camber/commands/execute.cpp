@@ -89,14 +89,6 @@ std::vector<std::string> named_outputs(const config::Output& output) {
     return files;
 }
 
-/// The endings of formats of meshes that are written and of which `accepts(format)`.
-std::vector<std::string_view> endings_of(bool (*accepts)(const MeshFormat&)) {
-    std::vector<std::string_view> endings;
-    for (const MeshFormat& format : mesh_formats())
-        if (format.encode && accepts(format))
-            endings.insert(endings.end(), format.endings.begin(), format.endings.end());
-    return endings;
-}
 bool is_for_viewers(const MeshFormat& format) { return format.for_viewers; }
 bool holds_metrics(const MeshFormat& format) {
     return format.holds_fields &&
@@ -113,10 +105,11 @@ Outcome<Done> check_endings(const config::Output& output) {
                                  const std::string& path) {
         return fail(ErrorKind::usage, std::string("the file of \"") + what + "\" must end in " + listed(endings), path);
     };
-    if (const auto viewers = endings_of(is_for_viewers); !output.vtu.empty() && !ends_in(output.vtu, viewers))
+    if (const auto viewers = endings_written(mesh_formats(), is_for_viewers);
+        !output.vtu.empty() && !ends_in(output.vtu, viewers))
         return wrong_ending("vtu", viewers, output.vtu);
     auto endings = endings_written(solution_formats());
-    for (const std::string_view ending : endings_of(holds_metrics)) endings.push_back(ending);
+    for (const std::string_view ending : endings_written(mesh_formats(), holds_metrics)) endings.push_back(ending);
     if (!output.metric.empty() && !ends_in(output.metric, endings))
         return wrong_ending("metric", endings, output.metric);
     return Done{};
