@@ -383,7 +383,7 @@ Column<T> at_nodes(const Column<T>& rows, std::size_t width, const Renumbering& 
 template <int D>
 MeshFields fields_at_nodes(const Mesh<D>& raw, const Renumbering& numbers, const MidNodes& mid,
                            const EdgeSet<D>& edges) {
-    MeshFields fields;
+    std::vector<MeshField> fields;
     for (const MeshField& field : raw.fields) {
         MeshField moved = field;
         const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, D));
@@ -391,9 +391,9 @@ MeshFields fields_at_nodes(const Mesh<D>& raw, const Renumbering& numbers, const
             moved.values = std::visit(
                 [&](const auto& rows) -> FieldValues { return at_nodes(rows, width, numbers, mid, edges.vertices); },
                 field.values);
-        fields = std::move(fields).with(std::move(moved));
+        fields.push_back(std::move(moved));
     }
-    return fields;
+    return MeshFields(std::move(fields));
 }
 
 template <int D>

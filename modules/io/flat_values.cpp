@@ -49,7 +49,7 @@ std::vector<int> in_space(FieldKind kind) {
 /// Fields of a mesh in so many dimensions with other values a row: see `chosen`.
 Outcome<MeshFields> with_values_at(const MeshFields& fields, int dimension, std::vector<int> (*sources)(FieldKind),
                                    const Execution& execution) {
-    MeshFields made;
+    std::vector<MeshField> made;
     for (const MeshField& field : fields) {
         const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, dimension));
         auto values = std::visit(
@@ -60,9 +60,9 @@ Outcome<MeshFields> with_values_at(const MeshFields& fields, int dimension, std:
             },
             field.values);
         if (!values) return fail(std::move(values.error()));
-        made = std::move(made).with({field.name, field.centring, field.kind, std::move(*values)});
+        made.push_back({field.name, field.centring, field.kind, std::move(*values)});
     }
-    return made;
+    return MeshFields(std::move(made));
 }
 
 }  // namespace

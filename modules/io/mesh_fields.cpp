@@ -1,5 +1,7 @@
 module;
 #include <cstddef>
+#include <map>
+#include <string>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -7,6 +9,18 @@ module camber.io;
 import camber.core;
 
 namespace camber {
+
+MeshFields::MeshFields(std::vector<MeshField> fields) {
+    // Keys are copies: the names move with their fields.
+    std::map<std::pair<std::string, Centring>, std::size_t> rows;
+    for (MeshField& field : fields) {
+        const auto [at, is_new] = rows.try_emplace({field.name, field.centring}, fields_.size());
+        if (is_new)
+            fields_.push_back(std::move(field));
+        else
+            fields_[at->second] = std::move(field);
+    }
+}
 
 Outcome<Solution> solution_of(const MeshFields& fields, int dimension, std::size_t vertices,
                               const Execution& execution) {

@@ -39,8 +39,8 @@ std::optional<Buffer<double>> by_row(const Field& field, const TagIndex& index, 
 }  // namespace
 
 MeshFields fields_of(const File& file, std::span<const std::uint64_t> cell_tags, std::vector<Notice>& notices) {
-    MeshFields fields;
-    if (file.fields.empty()) return fields;
+    if (file.fields.empty()) return {};
+    std::vector<MeshField> fields;
     const Buffer<std::uint32_t> rows = rows_by_tag(cell_tags);
     Buffer<std::uint64_t> ascending(cell_tags.begin(), cell_tags.end());
     for (std::size_t i = 0; i < rows.size(); ++i) ascending[i] = cell_tags[rows[i]];
@@ -58,13 +58,13 @@ MeshFields fields_of(const File& file, std::span<const std::uint64_t> cell_tags,
             notices.push_back({"the field \"" + field.name + "\" does not have a value for each " +
                                (field.of_nodes ? "node" : "simplex") + ": left out"});
         else
-            fields = std::move(fields).with({field.name, field.of_nodes ? Centring::node : Centring::cell, *kind,
-                                             Column<double>(std::move(*values))});
+            fields.push_back({field.name, field.of_nodes ? Centring::node : Centring::cell, *kind,
+                              Column<double>(std::move(*values))});
     }
     if (file.steps_left_out > 0)
         notices.push_back({"fields have several time steps: the last of each was taken, " +
                            std::to_string(file.steps_left_out) + " were left out"});
-    return fields;
+    return MeshFields(std::move(fields));
 }
 
 }  // namespace camber::msh

@@ -88,9 +88,10 @@ struct File {
     bool elements_listed = false;
     std::vector<Group> groups;
     std::vector<Field> fields;
-    std::map<std::string, std::size_t> skipped;     ///< sections by name
-    std::map<std::int32_t, std::uint64_t> refused;  ///< elements by their type
-    std::size_t partitioned = 0;                    ///< elements (2) or entities (4) that know partitions
+    std::map<std::pair<bool, std::string>, std::size_t> field_rows;  ///< in `fields`, by `of_nodes` and the name
+    std::map<std::string, std::size_t> skipped;                      ///< sections by name
+    std::map<std::int32_t, std::uint64_t> refused;                   ///< elements by their type
+    std::size_t partitioned = 0;  ///< elements (2) or entities (4) that know partitions
     std::size_t steps_left_out = 0;
     bool by_row = false;  ///< physicals and entities are there, by row
 };

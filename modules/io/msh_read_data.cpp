@@ -1,5 +1,4 @@
 module;
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <set>
@@ -95,13 +94,11 @@ Outcome<Done> read_data(Source& source, bool of_nodes, File& file, const Executi
         for (std::size_t c = 0; c < head.components; ++c) field.values[i * head.components + c] = row.real(c);
     });
     if (!read) return read;
-    const auto step = std::find_if(file.fields.begin(), file.fields.end(), [&](const Field& other) {
-        return other.of_nodes == of_nodes && other.name == field.name;
-    });
-    if (step == file.fields.end()) {
+    const auto [known, is_new] = file.field_rows.try_emplace({of_nodes, field.name}, file.fields.size());
+    if (is_new) {
         file.fields.push_back(std::move(field));
     } else {
-        *step = std::move(field);
+        file.fields[known->second] = std::move(field);
         ++file.steps_left_out;
     }
     return Done{};
