@@ -128,6 +128,11 @@ inline constexpr const char* simplices_remedy = "give a mesh of edges, triangles
     return static_cast<Reference>(tag < 0 ? -tag : tag);
 }
 
+/// That tags of nodes are positive, as the format has it: those of a table that begins at `begin`, one a row. Errors:
+/// input, at the first that is not.
+[[nodiscard]] Outcome<Done> check_positive(const Source& source, std::size_t begin, RowShape shape,
+                                           std::span<const std::uint64_t> tags);
+
 /// Enters the nodes' order and their index once all are there. Errors: input (a tag twice).
 [[nodiscard]] Outcome<Done> order_nodes(const Source& source, Nodes& nodes);
 

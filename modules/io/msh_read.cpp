@@ -95,6 +95,16 @@ Outcome<Done> check_types(const Source& source, const File& file) {
 
 }  // namespace
 
+Outcome<Done> check_positive(const Source& source, std::size_t begin, RowShape shape,
+                             std::span<const std::uint64_t> tags) {
+    for (std::size_t i = 0; i < tags.size(); ++i)
+        if (const auto tag = static_cast<std::int64_t>(tags[i]); tag < 1)
+            return source.at_row(begin, i, shape)
+                .error("$Nodes: " + std::to_string(tag) + " is the tag of a node, which is to be positive",
+                       "number the nodes from 1");
+    return Done{};
+}
+
 Outcome<Done> order_nodes(const Source& source, Nodes& nodes) {
     const Buffer<std::uint32_t> rows = rows_by_tag(nodes.tags);
     if (!rows.empty()) {

@@ -36,7 +36,7 @@ bool read_tag(Source& source, std::uint64_t& tag) {
 
 /// Rows are as long as their entity has parameters.
 bool read_parametric_node(Source& source, std::size_t i, Nodes& nodes) {
-    if (!read_tag(source, nodes.tags[i])) return false;
+    if (!read_tag(source, nodes.tags[i]) || static_cast<std::int64_t>(nodes.tags[i]) < 1) return false;
     for (int c = 0; c < 3; ++c)
         if (!source.real(nodes.points[i][c])) return false;
     std::int64_t dimension = 0, tag = 0;
@@ -140,11 +140,16 @@ Outcome<Done> read_nodes_2(Source& source, bool parametric, Nodes& nodes, const 
     if (!source.has_room(n, shape)) return too_many(source, "$Nodes", n);
     nodes.tags.resize(n);
     nodes.points.resize(n);
-    if (!parametric)
-        return source.rows(n, shape, execution, [&](std::size_t i, const auto& row) {
-            nodes.tags[i] = static_cast<std::uint64_t>(row.integer(0));
-            for (int c = 0; c < 3; ++c) nodes.points[i][c] = row.real(static_cast<std::size_t>(c));
-        });
+    if (!parametric) {
+        const std::size_t begin = source.at();
+        return source
+            .rows(n, shape, execution,
+                  [&](std::size_t i, const auto& row) {
+                      nodes.tags[i] = static_cast<std::uint64_t>(row.integer(0));
+                      for (int c = 0; c < 3; ++c) nodes.points[i][c] = row.real(static_cast<std::size_t>(c));
+                  })
+            .and_then([&](Done) { return check_positive(source, begin, shape, nodes.tags); });
+    }
     for (std::size_t i = 0; i < n; ++i)
         if (!read_parametric_node(source, i, nodes)) return cut_off(source, "$ParametricNodes");
     return Done{};

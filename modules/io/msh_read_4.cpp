@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 module camber.io;
@@ -84,13 +85,16 @@ Outcome<Done> read_node_block(Source& source, const BlockHead& head, Nodes& node
     nodes.blocks.push_back({head.entity, before, before + n, static_cast<int>(parameters), nodes.parameters.size()});
     nodes.tags.resize(before + n);
     nodes.points.resize(before + n);
-    const std::size_t first = nodes.parameters.size();
+    const std::size_t first = nodes.parameters.size(), begin = source.at();
     nodes.parameters.resize(first + n * parameters);
     return source
         .rows(n, tag, execution,
               [&](std::size_t i, const auto& row) {
                   nodes.tags[before + i] = static_cast<std::uint64_t>(row.integer(0));
               })
+        .and_then([&](Done) {
+            return check_positive(source, begin, tag, std::span<const std::uint64_t>(nodes.tags).subspan(before));
+        })
         .and_then([&](Done) {
             return source.rows(n, place, execution, [&](std::size_t i, const auto& row) {
                 for (int c = 0; c < 3; ++c) nodes.points[before + i][c] = row.real(static_cast<std::size_t>(c));

@@ -70,6 +70,19 @@ class Source {
         return fail(ErrorKind::input, std::move(what), place(), {}, std::move(remedy));
     }
 
+    /// This source at row i of a table that begins at `begin`.
+    [[nodiscard]] Source at_row(std::size_t begin, std::size_t i, RowShape shape) const {
+        Source row = *this;
+        row.at_ = begin + (binary ? i * shape.bytes() : 0);
+        if (binary) return row;
+        const std::string_view text = row.rest();
+        Words words{text.data(), text.data() + text.size()};
+        words.skip(i * shape.words());
+        static_cast<void>(words.find());
+        row.at_ = bytes_.size() - static_cast<std::size_t>(words.end - words.at);
+        return row;
+    }
+
     void skip_blanks() {
         const std::string_view text = rest();
         std::size_t n = 0;

@@ -341,9 +341,34 @@ TEST_CASE("what is wrong with a file is told with its place") {
           "file: line 13: $Elements: here should be a number that it can have (the file is cut off or damaged)");
     CHECK(message(of_version("2.2") + "$Nodes\n2\n1 0 0 0\n1 1 1 1\n$EndNodes\n") ==
           "file: line 7: node 1: is listed twice (the file is damaged, or joined of two)");
+    for (const std::string_view tag : {"0", "-7"}) {
+        CHECK(message(of_version("2.2") + "$Nodes\n2\n1 0 0 0\n" + std::string(tag) + " 1 1 1\n$EndNodes\n") ==
+              "file: line 7: $Nodes: " + std::string(tag) +
+                  " is the tag of a node, which is to be positive (number the nodes from 1)");
+        CHECK(message(of_version("4.1") + "$Nodes\n1 2 1 2\n0 5 0 2\n1\n" + std::string(tag) +
+                      "\n0 0 0\n1 1 1\n$EndNodes\n") ==
+              "file: line 8: $Nodes: " + std::string(tag) +
+                  " is the tag of a node, which is to be positive (number the nodes from 1)");
+        CHECK(message(of_version("2.2") + "$ParametricNodes\n1\n" + std::string(tag) +
+                      " 0 0 0 0 1\n$EndParametricNodes\n")
+                  .find("$ParametricNodes: here should be a number that it can have") < 40);
+    }
     CHECK(message(of_version("2.2") + "$Nodes\n1\n1 0 nan 0\n$EndNodes\n$Elements\n0\n$EndElements\n") ==
           "file: vertex 1: a coordinate is infinite or not a number (what wrote the file failed there: write it anew)");
     CHECK(message(triangle_2("")) == "file: line 10: the file has no $Elements (it seems to be cut off)");
+}
+
+TEST_CASE("a node's tag that is not positive in a binary file is told with its byte") {
+    auto mesh = held(generated::mesh<3>(3, 4), 3, MshVersion::v2);
+    auto bytes = generated::joined(*encode_msh(mesh, {}, {MshVersion::v2, MshEncoding::binary}, {}));
+    const std::string head = "$Nodes\n" + std::to_string(mesh.points.size()) + "\n";
+    const std::size_t row = generated::text_of(bytes).find(head) + head.size() + 2 * (4 + 3 * 8);  // the third
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(row), 4, std::byte{0xff});
+    const auto decoded = decode_msh(bytes, "file", {});
+    REQUIRE(!decoded.has_value());
+    CHECK(describe(decoded.error()) == "file: byte " + std::to_string(row) +
+                                           ": $Nodes: -1 is the tag of a node, which is to be positive (number the "
+                                           "nodes from 1)");
 }
 
 TEST_CASE("references and entities that Gmsh's files cannot have get others, and that is told") {
