@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -145,6 +146,19 @@ struct LeftOut {
     }
 };
 
+/// Without those whose name a later one has too: it takes their place, as in VTK.
+std::vector<const DataArray*> last_of_names(std::span<const DataArray> arrays, LeftOut& repeated) {
+    std::map<std::string_view, const DataArray*> last;
+    for (const DataArray& array : arrays) last.insert_or_assign(array.name, &array);
+    std::vector<const DataArray*> kept;
+    for (const DataArray& array : arrays)
+        if (array.name.empty() || last.at(array.name) == &array)
+            kept.push_back(&array);
+        else
+            repeated.add(array.name);
+    return kept;
+}
+
 /// Makes the mesh of one file, part by part.
 class MeshReader {
   public:
@@ -163,6 +177,7 @@ class MeshReader {
             auto done = (this->*part)();
             if (!done) return fail(std::move(done.error()));
         }
+        mesh_.fields = MeshFields(std::move(fields_));
         auto sound = listing::check(mesh_, execution_);
         if (!sound) return fail(std::move(sound.error()));
         tell();
@@ -174,8 +189,8 @@ class MeshReader {
 
     Outcome<Done> point_data() {
         mesh_.point_references = Buffer<Reference>(mesh_.points.size(), 0);
-        for (const DataArray& array : file_.point_data) {
-            auto done = array.name == "reference" ? references_of_points(array) : field(array, Centring::node);
+        for (const DataArray* const array : last_of_names(file_.point_data, repeated_)) {
+            auto done = array->name == "reference" ? references_of_points(*array) : field(*array, Centring::node);
             if (!done) return done;
         }
         return Done{};
@@ -189,15 +204,16 @@ class MeshReader {
     }
 
     Outcome<Done> cell_data() {
-        auto references = references_of_cells();
+        const auto arrays = last_of_names(file_.cell_data, repeated_);
+        auto references = references_of_cells(arrays);
         if (!references) return fail(std::move(references.error()));
         Buffer<Reference> entities;
-        for (const DataArray& array : file_.cell_data) {
-            if (name_of_references_ && array.name == *name_of_references_) continue;
-            auto done = array.name == "entity"      ? entities_of_cells(array, entities)
-                        : array.name == "dimension" ? dimensions(array)
-                        : array.name == "reference" ? Outcome<Done>(Done{})
-                                                    : field(array, Centring::cell);
+        for (const DataArray* const array : arrays) {
+            if (name_of_references_ && array->name == *name_of_references_) continue;
+            auto done = array->name == "entity"      ? entities_of_cells(*array, entities)
+                        : array->name == "dimension" ? dimensions(*array)
+                        : array->name == "reference" ? Outcome<Done>(Done{})
+                                                     : field(*array, Centring::cell);
             if (!done) return done;
         }
         std::size_t kind = 0;
@@ -221,11 +237,11 @@ class MeshReader {
     }
 
     /// By the file's cells; zeros where no array is one of references.
-    Outcome<Buffer<Reference>> references_of_cells() {
+    Outcome<Buffer<Reference>> references_of_cells(std::span<const DataArray* const> arrays) {
         for (const std::string_view name : names_of_references)
-            for (const DataArray& array : file_.cell_data) {
-                if (array.name != name) continue;
-                auto references = whole_scalars(array, file_.cells);
+            for (const DataArray* const array : arrays) {
+                if (array->name != name) continue;
+                auto references = whole_scalars(*array, file_.cells);
                 if (!references) return fail(std::move(references.error()));
                 if (!*references) continue;
                 name_of_references_ = name;
@@ -281,7 +297,7 @@ class MeshReader {
             },
             *numbers);
         if (!values) return fail(std::move(values.error()));
-        mesh_.fields = std::move(mesh_.fields).with({array.name, centring, *kind, std::move(*values)});
+        fields_.push_back({array.name, centring, *kind, std::move(*values)});
         return Done{};
     }
 
@@ -300,7 +316,8 @@ class MeshReader {
     }
 
     void tell() {
-        for (const LeftOut* list : {&no_numbers_, &nameless_, &other_components_, &taken_names_}) list->tell(notices_);
+        for (const LeftOut* list : {&repeated_, &no_numbers_, &nameless_, &other_components_, &taken_names_})
+            list->tell(notices_);
         if (file_.arrays_of_the_whole > 0)
             notices_.push_back({std::to_string(file_.arrays_of_the_whole) + " arrays of FieldData were left out"});
     }
@@ -309,10 +326,11 @@ class MeshReader {
     const Execution& execution_;
     listing::Mesh<3> mesh_;
     Cells cells_;
+    std::vector<MeshField> fields_;
     std::vector<Notice> notices_;
     std::optional<std::string_view> name_of_references_;
-    LeftOut no_numbers_{"they are of no type of numbers"}, nameless_{"they have no name"},
-        other_components_{"they have neither 1, 3, 6 nor 9 components"},
+    LeftOut repeated_{"a later one has their name"}, no_numbers_{"they are of no type of numbers"},
+        nameless_{"they have no name"}, other_components_{"they have neither 1, 3, 6 nor 9 components"},
         taken_names_{"their values are not what Camber has under these names"};
 };
 
@@ -326,6 +344,7 @@ Outcome<DecodedMesh> decode_vtu(std::span<const std::byte> bytes, std::string_vi
     return guarded([&]() -> Outcome<DecodedMesh> {
         const auto file = vtu::open_file(bytes, name);
         if (!file) return fail(file.error());
+        if (auto sound = vtu::check_sizes(*file); !sound) return fail(std::move(sound.error()));
         return vtu::MeshReader(*file, execution).read();
     });
 }

@@ -63,6 +63,10 @@ using Numbers = std::variant<Buffer<double>, Buffer<float>, Buffer<std::int8_t>,
 /// VTK's), memory, stopped.
 [[nodiscard]] Outcome<Numbers> read_array(const File& file, const DataArray& array, const Execution& execution);
 
+/// Whether the arrays of points and cells are no more bytes together than the file has: they may point to the same
+/// place, and each alone is then as large as what stands there. Errors: input (they are more, a header is damaged).
+[[nodiscard]] Outcome<Done> check_sizes(const File& file);
+
 /// The value as a whole number of another type; none: it is not whole, or too large or small for it.
 template <class To, class From>
 [[nodiscard]] std::optional<To> whole_number(From value) {

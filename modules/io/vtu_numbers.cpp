@@ -185,6 +185,25 @@ Outcome<Buffer<std::byte>> binary(const File& file, const DataArray& array, Byte
     return file.compressed ? unpacked(file, array, bytes, execution) : plain(file, array, bytes);
 }
 
+/// Where the data of an array begin that is not text; none: nowhere.
+std::optional<Bytes> bytes_of(const File& file, const DataArray& array) {
+    if (array.format == "binary") return Bytes(array.text, Encoding::base64);
+    if (array.format != "appended" || array.offset > file.appended.size()) return std::nullopt;
+    return Bytes(file.appended.substr(array.offset), file.encoding);
+}
+
+/// The bytes that an array takes in the file, its header among them; none: its header is damaged.
+std::optional<std::uint64_t> stored_size(const File& file, Bytes bytes) {
+    if (!file.compressed) {
+        const auto size = next_word(file, bytes);
+        return size && *size <= bytes.most() ? std::optional(file.word + *size) : std::nullopt;
+    }
+    const auto blocks = read_blocks(file, bytes);
+    if (!blocks) return std::nullopt;
+    if (blocks->empty()) return file.word;
+    return file.word * (3 + blocks->size()) + blocks->back().begin + blocks->back().packed;
+}
+
 // ---------------------------------------------------------------- numbers
 
 template <class T>
@@ -230,14 +249,12 @@ Outcome<Numbers> text_of(const File& file, const DataArray& array) {
 template <class T>
 Outcome<Numbers> read_as(const File& file, const DataArray& array, const Execution& execution) {
     if (array.format == "ascii") return text_of<T>(file, array);
-    if (array.format == "binary")
-        return numbers_of<T>(file, array, binary(file, array, Bytes(array.text, Encoding::base64), execution));
+    if (const auto bytes = bytes_of(file, array))
+        return numbers_of<T>(file, array, binary(file, array, *bytes, execution));
     if (array.format != "appended")
         return fail(ErrorKind::unsupported, "the array " + array.name + " is neither ascii, binary nor appended",
                     place(file, array.at));
-    if (array.offset > file.appended.size()) return damaged(file, array, "its offset is not within the AppendedData");
-    return numbers_of<T>(file, array,
-                         binary(file, array, Bytes(file.appended.substr(array.offset), file.encoding), execution));
+    return damaged(file, array, "its offset is not within the AppendedData");
 }
 
 using Reader = Outcome<Numbers> (*)(const File&, const DataArray&, const Execution&);
@@ -259,6 +276,20 @@ Reader reader_of(std::string_view type) {
 }
 
 }  // namespace
+
+Outcome<Done> check_sizes(const File& file) {
+    std::uint64_t left = file.bytes.size();
+    for (const auto* const section : {&file.point_data, &file.cell_data, &file.point_arrays, &file.cell_arrays})
+        for (const DataArray& array : *section) {
+            const auto bytes = is_number(array) ? bytes_of(file, array) : std::nullopt;
+            if (!bytes || bytes->most() == 0) continue;
+            const auto size = stored_size(file, *bytes);
+            if (!size) return damaged(file, array, "its header is wrong, or its data end too soon");
+            if (*size > left) return damaged(file, array, "it and those before it have more bytes than the file");
+            left -= *size;
+        }
+    return Done{};
+}
 
 bool is_number(const DataArray& array) { return reader_of(array.type) != nullptr; }
 

@@ -1,0 +1,173 @@
+// VTU files that are damaged, or hold what cannot be held: errors with their places, and no memory on a count's word.
+#include "generated.hpp"
+#include "property.hpp"
+#include "vtu_files.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <variant>
+#include <vector>
+
+using namespace camber;
+using namespace vtu_files;
+
+namespace {
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+    const std::size_t at = text.find(what);
+    REQUIRE(at < text.size());
+    return text.replace(at, what.size(), by);
+}
+
+/// A triangle among so many points with a field of any numbers, all arrays behind the XML.
+std::string with_field(std::size_t points, bool compressed) {
+    generated::Random random(points);
+    std::vector<double> values, places(3 * points, 0.0);
+    for (std::size_t i = 0; i < points; ++i) values.push_back(random.real());
+    places[3] = places[7] = 1;
+    if (compressed) {
+        LinearMesh<3> mesh;
+        mesh.points = Buffer<Vec<3>>(points, Vec<3>{});
+        mesh.point_references = Buffer<Reference>(points, 0);
+        const auto fields = MeshFields{}.with(
+            {"u", Centring::node, FieldKind::scalar, Column<double>(Buffer<double>(values.begin(), values.end()))});
+        return generated::text_of(generated::joined(*encode_vtu(mesh, fields, {}, {})));
+    }
+    File file(Form::appended_raw, false, true);
+    std::string piece = "<Piece NumberOfPoints=\"" + std::to_string(points) + "\" NumberOfCells=\"1\">\n<PointData>\n";
+    piece += file.array<double>("Float64", "u", values) + "</PointData>\n<Points>\n";
+    piece += file.array<double>("Float64", "Points", places, 3) + "</Points>\n<Cells>\n";
+    piece += file.array<std::int64_t>("Int64", "connectivity", {0, 1, 2});
+    piece += file.array<std::int64_t>("Int64", "offsets", {3});
+    piece += file.array<std::uint8_t>("UInt8", "types", {5}) + "</Cells>\n</Piece>\n";
+    return file.whole(piece);
+}
+
+}  // namespace
+
+TEST_CASE("every prefix of a file is an error, or the whole") {
+    std::vector<std::string> files{
+        generated::text_of(generated::joined(*encode_vtu(generated::quadratic<3>(3, 1), {}, {}, {})))};
+    for (const Form form : {Form::ascii, Form::binary, Form::appended_raw, Form::appended_base64})
+        files.push_back(four_cells<std::int32_t, float>(File(form, true, true), "Int32", "Float32"));
+    for (const std::string& text : files) {
+        const auto whole = read(text);
+        REQUIRE(whole.has_value());
+        for (std::size_t n = 0; n < text.size(); ++n) {
+            CAPTURE(n);
+            const auto decoded = read(text.substr(0, n));
+            if (decoded) {
+                REQUIRE(text.size() - n < 3);  // blanks at the end
+                REQUIRE(decoded->mesh == whole->mesh);
+            } else {
+                REQUIRE(!decoded.error().what.empty());
+                REQUIRE(decoded.error().where.starts_with("in.vtu"));
+            }
+        }
+    }
+}
+
+TEST_CASE("noise in a VTU file") {
+    testing::property(
+        "some bytes changed",
+        [](std::uint64_t seed) {
+            generated::Random random(seed);
+            const std::array forms{Form::ascii, Form::binary, Form::appended_raw, Form::appended_base64};
+            auto text = four_cells<std::int32_t, float>(File(forms[seed % 4], false, true), "Int32", "Float32");
+            if (random.below(3) == 0)
+                text = generated::text_of(generated::joined(*encode_vtu(generated::quadratic<3>(seed, 2), {}, {}, {})));
+            for (std::size_t i = 0, n = 1 + random.below(6); i < n; ++i)
+                text[random.below(text.size())] = static_cast<char>(random.below(4) == 0 ? 0xff : random.below(256));
+            const auto decoded = read(text);
+            if (!decoded) return;
+            std::visit(
+                [](const auto& mesh) {
+                    if constexpr (!requires { mesh.linear; })
+                        for (const auto& simplex : mesh.elements.vertices)
+                            for (const VertexId v : simplex) RC_ASSERT(v.index() < mesh.points.size());
+                },
+                decoded->mesh);
+        },
+        {.count = 2000});
+}
+
+TEST_CASE("absurd counts are refused before anything is allocated") {
+    const std::string whole = plain("10", "0 1 2 3", "4");
+    CHECK(message(whole) == "no error");
+    for (const std::string count : {"4000000000", "18446744073709551615", "99999999999999999999999", "-1", "x", "2"}) {
+        CHECK(message(replaced(whole, "NumberOfPoints=\"5\"", "NumberOfPoints=\"" + count + "\"")) != "no error");
+        CHECK(message(replaced(whole, "NumberOfCells=\"1\"", "NumberOfCells=\"" + count + "\"")) != "no error");
+    }
+    CHECK(message(replaced(whole, "NumberOfComponents=\"3\"", "NumberOfComponents=\"6148914691236517205\"")) !=
+          "no error");
+    // Headers: bytes of an array, its blocks, the bytes of a block.
+    for (const bool compressed : {false, true})
+        for (const std::uint64_t word : {std::uint64_t{1} << 40U, ~std::uint64_t{0}, std::uint64_t{1} << 63U})
+            for (int at = 0; at < 4; ++at) {
+                std::array<std::uint64_t, 4> header{1, 8, 0, 8};
+                header[static_cast<std::size_t>(compressed ? at : 0)] = word;
+                std::string bytes(sizeof header, '\0');
+                std::memcpy(bytes.data(), header.data(), sizeof header);
+                std::string text = replaced(whole, "format=\"ascii\">0 0 0  1 0 0  0 1 0  0 0 1  1 1 1",
+                                            "format=\"binary\">" + base64(bytes + "12345678"));
+                text = replaced(text, "type=\"UnstructuredGrid\"", "type=\"UnstructuredGrid\" header_type=\"UInt64\"");
+                if (compressed)
+                    text = replaced(text, "type=\"UnstructuredGrid\"",
+                                    "type=\"UnstructuredGrid\" compressor=\"vtkZLibDataCompressor\"");
+                CHECK(message(text).find("the array ") < 40);
+            }
+}
+
+TEST_CASE("arrays that point to one place are no more together than the file") {
+    for (const bool compressed : {false, true}) {
+        CAPTURE(compressed);
+        const std::string text = with_field(1000, compressed);
+        CHECK(message(text) == "no error");
+        const std::size_t name = text.find("Name=\"u\""), begin = text.rfind("<DataArray", name),
+                          end = text.find("/>", name) + 2;
+        const std::string element = text.substr(begin, end - begin);
+        std::string many = text.substr(0, begin);
+        for (int i = 0; i < 100; ++i) many += replaced(element, "Name=\"u\"", "Name=\"u" + std::to_string(i) + "\"");
+        many += text.substr(end);
+        CHECK(message(many).find("it and those before it have more bytes than the file") < 60);
+    }
+}
+
+TEST_CASE("cells that cannot be held are refused by name and count") {
+    CHECK(message(plain("9 9 5 12", "0 1 2 3 0 1 2 4 0 1 2 0 1 2 3 4 0 1 2", "4 8 11 19")) ==
+          "in.vtu: line 8: holds 2 quadrilaterals, 1 hexahedra, which Camber cannot hold (give a mesh of edges, "
+          "triangles and tetrahedra of degree 1 or 2)");
+    CHECK(message(plain("69", "0 1 2 3 4 0 1 2 3 4", "10")).find("1 Lagrange cells of degree 3 and higher") < 40);
+    CHECK(message(plain("200", "0", "1")).find("1 cells of VTK's type 200") < 40);
+    CHECK(message(plain("5", "0 1 2 3", "4")) ==
+          "in.vtu: line 8: cell 1 is of VTK's type 5, but has 4 nodes (the file is damaged, or joined of two)");
+    const auto piece = plain("5", "0 1 2", "3");
+    const auto kind = [](const std::string& text) {
+        const auto decoded = read(text);
+        return decoded ? ErrorKind::internal : decoded.error().kind;
+    };
+    CHECK(kind(replaced(piece, "</Piece>", "</Piece><Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"/>")) ==
+          ErrorKind::unsupported);
+    CHECK(kind(replaced(piece, "type=\"UnstructuredGrid\"", "type=\"PUnstructuredGrid\"")) == ErrorKind::unsupported);
+    CHECK(kind(replaced(piece, "type=\"UnstructuredGrid\"",
+                        "type=\"UnstructuredGrid\" compressor=\"vtkLZ4DataCompressor\"")) == ErrorKind::unsupported);
+    CHECK(message(replaced(piece, "type=\"UnstructuredGrid\"",
+                           "type=\"UnstructuredGrid\" compressor=\"vtkLZ4DataCompressor\""))
+              .ends_with("(write it with that one or with none: ParaView asks for the Compressor Type)"));
+}
+
+TEST_CASE("indices and offsets") {
+    CHECK(message(plain("10 10", "0 1 2 3 0 1 2 5", "4 8")) ==
+          "in.vtu: line 8: tetrahedron 2: a node is not one of those that the file lists (the file is damaged, or "
+          "joined of two)");
+    CHECK(message(plain("5", "0 1 1", "3")) ==
+          "in.vtu: line 8: triangle 1: a node occurs twice (remove it: it has no volume)");
+    CHECK(message(plain("5 5", "0 1 2 0 1 3", "6 3")).find("the offset of cell 2 is wrong") < 30);
+    CHECK(message(plain("5", "0 1 2 3", "3")).find("connectivity has 4 entries, but the offsets end at 3") < 30);
+    CHECK(message(plain("5", "0 -1 2", "3")).find("a node is not one of those") < 60);
+    CHECK(message(plain("5 5", "0 1 2", "3")).find("2 types and 1 offsets") < 80);
+    CHECK(message(replaced(plain("5", "0 1 2", "3"), "0 0 0  1", "nan 0 0  1")).find("not a number") < 60);
+}
