@@ -22,17 +22,18 @@ export namespace camber {
 [[nodiscard]] bool is_mfem(std::span<const std::byte> bytes);
 
 /// The mesh as "MFEM mesh v1.0". Elements are the tetrahedra, in 2D and of a surface the triangles; the boundary is the
-/// facets, of a surface the edges. Of degree 2, `nodes` are an H1 field of order 2: first those of the vertices, then
-/// those of the edges, as the elements name these, in MFEM's order of local edges. References that are not positive
-/// become the least positive numbers that are free. The same bytes for any number of threads. Errors: unsupported (a
-/// facet of degree 2 that is none of an element: MFEM has no node for its edges), internal (columns of the mesh that do
-/// not fit each other), memory, stopped.
+/// facets, of a surface the edges, that are faces of elements: MFEM knows no others. Of degree 2, `nodes` are an H1
+/// field of order 2: first those of the vertices, then those of the edges, as the elements name these, in MFEM's order
+/// of local edges. References that are not positive become the least positive numbers that are free. The same bytes for
+/// any number of threads. Errors: unsupported (facets or edges without any element), internal (columns of the mesh that
+/// do not fit each other), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_mfem(const LinearMesh<D>& mesh, const Execution& execution);
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_mfem(const QuadraticMesh<D>& mesh, const Execution& execution);
 
-/// What of the mesh an MFEM file has no place for, and which references become others.
+/// What of the mesh an MFEM file has no place for, facets that are no element's face among it, and which references
+/// become others.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_mfem(const LinearMesh<D>& mesh);
 template <int D>

@@ -11,6 +11,7 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
+import :mfem_boundary;
 
 namespace camber {
 
@@ -21,7 +22,7 @@ namespace {
 /// A surface is triangles in space without tetrahedra: MFEM's mesh of dimension 2 then.
 template <int D>
 bool is_surface(const LinearMesh<D>& mesh) {
-    return D == 3 && mesh.elements.size() == 0 && mesh.facets.size() + mesh.edges.size() > 0;
+    return D == 3 && mesh.elements.size() == 0 && mesh.facets.size() > 0;
 }
 
 /// A reference that is not positive, and what it becomes.
@@ -93,29 +94,46 @@ Buffer<std::uint32_t> edges_in_order(const Grid<Mesh>& grid, const Simplices<K>&
     return order;
 }
 
+/// What is said of the boundary: simplices of it that are left out, references that become others.
+template <int K>
+void note_boundary(const Simplices<K>& elements, const Simplices<K - 1>& listed, std::vector<Notice>& notices) {
+    if (listed.references.size() != listed.size()) return;  // refused when it is written
+    const auto boundary = faces_of(elements, listed, {.threads = 1});
+    if (!boundary) return;
+    if (const std::size_t lost = listed.size() - boundary->size(); lost > 0)
+        notices.push_back({"MFEM has no place for " + std::to_string(lost) + " facets that are no element's face"});
+    note_renamed(boundary->references, "boundary", notices);
+}
+
 /// Makes one file.
 template <class Mesh>
 class Writer {
   public:
     static constexpr int D = Mesh::dimension;
 
-    Writer(const Mesh& mesh, const Execution& execution) : grid_{mesh}, linear_(grid_.linear()), text_(execution) {}
+    Writer(const Mesh& mesh, const Execution& execution)
+        : grid_{mesh}, linear_(grid_.linear()), execution_(execution), text_(execution) {}
 
     Outcome<Chunks> write() && {
         if (!columns_fit(linear_) || !grid_.is_sound())
             return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
         if constexpr (D == 3)
             if (is_surface(linear_)) return std::move(*this).write(linear_.facets, linear_.edges);
+        if (linear_.elements.size() == 0 && cells_of(linear_) > 0)
+            return fail(ErrorKind::unsupported, "has no elements, and MFEM no boundary without them", {}, {},
+                        "write another format");
         return std::move(*this).write(linear_.elements, linear_.facets);
     }
 
   private:
     template <int K>
-    Outcome<Chunks> write(const Simplices<K>& elements, const Simplices<K - 1>& boundary) && {
+    Outcome<Chunks> write(const Simplices<K>& elements, const Simplices<K - 1>& listed) && {
+        const auto boundary = faces_of(elements, listed, execution_);
+        if (!boundary) return fail(boundary.error());
         text_.put(std::string(first_line) + "\n\ndimension\n" + std::to_string(K) + "\n");
         return simplices("elements", elements)
-            .and_then([&](Done) { return simplices("boundary", boundary); })
-            .and_then([&](Done) { return points(elements, boundary); })
+            .and_then([&](Done) { return simplices("boundary", *boundary); })
+            .and_then([&](Done) { return points(elements); })
             .map([&](Done) { return std::move(text_).finish(); });
     }
 
@@ -133,14 +151,13 @@ class Writer {
     }
 
     template <int K>
-    Outcome<Done> points(const Simplices<K>& elements, const Simplices<K - 1>& boundary) {
+    Outcome<Done> points(const Simplices<K>& elements) {
         text_.put("\nvertices\n" + std::to_string(linear_.points.size()) + "\n");
         if constexpr (Grid<Mesh>::degree == 1) {
             text_.put(std::to_string(D) + "\n");
             return text_.lines(linear_.points.size(), D, [&](std::size_t v, char* to) { return coordinates(v, to); });
         } else {
             const Buffer<std::uint32_t> edges = edges_in_order(grid_, elements);
-            if (auto known = all_known(edges, boundary); !known) return known;
             text_.put("\nnodes\nFiniteElementSpace\nFiniteElementCollection: H1_" + std::to_string(K) +
                       "D_P2\nVDim: " + std::to_string(D) + "\nOrdering: 1\n\n");
             const std::size_t vertices = grid_.vertices();
@@ -155,22 +172,9 @@ class Writer {
         return to;
     }
 
-    /// Whether all edges of the boundary are edges of elements.
-    template <int K>
-    Outcome<Done> all_known(const Buffer<std::uint32_t>& edges, const Simplices<K>& boundary) const {
-        Buffer<std::uint8_t> known(grid_.nodes() - grid_.vertices(), 0);
-        for (const std::uint32_t edge : edges) known[edge] = 1;
-        for (std::size_t i = 0; i < boundary.size(); ++i)
-            for (std::size_t n = K + 1; n < quadratic_nodes<K>; ++n)
-                if (known[grid_.template node<K>(boundary, i, n) - grid_.vertices()] == 0)
-                    return fail(ErrorKind::unsupported,
-                                "has an edge that is none of an element's: MFEM has no node for it", {},
-                                Entity{simplex_name<K>, i + 1}, "remove it, or write another format");
-        return Done{};
-    }
-
     Grid<Mesh> grid_;
     const LinearMesh<D>& linear_;
+    const Execution& execution_;
     TextWriter text_;
 };
 
@@ -192,9 +196,13 @@ template <int D>
 std::vector<Notice> not_in_mfem(const LinearMesh<D>& mesh) {
     const bool surface = mfem::is_surface(mesh);
     auto notices = not_held(mesh, {.feature_edges = surface, .point_references = false}, "MFEM");
-    if (!surface) mfem::note_renamed(mesh.elements.references, "elements", notices);
-    mfem::note_renamed(mesh.facets.references, surface ? "elements" : "boundary", notices);
-    if (surface) mfem::note_renamed(mesh.edges.references, "boundary", notices);
+    mfem::note_renamed(surface ? mesh.facets.references : mesh.elements.references, "elements", notices);
+    if constexpr (D == 3)
+        if (surface) {
+            mfem::note_boundary(mesh.facets, mesh.edges, notices);
+            return notices;
+        }
+    mfem::note_boundary(mesh.elements, mesh.facets, notices);
     return notices;
 }
 

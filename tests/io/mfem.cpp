@@ -3,6 +3,7 @@
 #include "generated.hpp"
 #include "property.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -33,9 +34,39 @@ std::string replaced(std::string text, const std::string& what, const std::strin
     return text.replace(at, what.size(), by);
 }
 
-/// The mesh with no more than MFEM holds, all its references positive.
+template <int K>
+bool is_face(const SimplexVertices<K - 1>& face, const Simplices<K>& elements) {
+    return std::any_of(elements.vertices.begin(), elements.vertices.end(), [&](const SimplexVertices<K>& element) {
+        return std::all_of(face.begin(), face.end(),
+                           [&](VertexId v) { return std::find(element.begin(), element.end(), v) != element.end(); });
+    });
+}
+
+/// The boundary without what is no face of the elements.
+template <int K>
+Simplices<K - 1> faces_among(const Simplices<K - 1>& boundary, const Simplices<K>& elements) {
+    Buffer<SimplexVertices<K - 1>> vertices;
+    Buffer<Reference> references;
+    for (std::size_t i = 0; i < boundary.size(); ++i)
+        if (is_face<K>(boundary.vertices[i], elements)) {
+            vertices.push_back(boundary.vertices[i]);
+            references.push_back(boundary.references[i]);
+        }
+    return {std::move(vertices), std::move(references), {}};
+}
+
 template <int D>
-LinearMesh<D> held(LinearMesh<D> mesh) {
+LinearMesh<D> with_faces_alone(LinearMesh<D> mesh) {
+    if constexpr (D == 3)
+        if (mesh.elements.size() == 0) mesh.edges = faces_among<2>(mesh.edges, mesh.facets);
+    if (D == 2 || mesh.elements.size() > 0) mesh.facets = faces_among<D>(mesh.facets, mesh.elements);
+    return mesh;
+}
+
+/// The mesh with no more than MFEM holds, but for simplices of the boundary that are none of an element, all its
+/// references positive.
+template <int D>
+LinearMesh<D> with_any_boundary(LinearMesh<D> mesh) {
     const auto simplices = [](auto kind) {
         auto references = take(std::move(kind.references));
         for (Reference& r : references) r = r < 0 ? ~r + 1 - (r == -2147483647 - 1 ? 1 : 0) : r == 0 ? 1 : r;
@@ -52,6 +83,35 @@ LinearMesh<D> held(LinearMesh<D> mesh) {
     return made;
 }
 
+template <int D>
+LinearMesh<D> held(const LinearMesh<D>& mesh) {
+    return with_faces_alone(with_any_boundary(mesh));
+}
+
+/// Some simplices of the boundary with other vertices than they had.
+template <int D>
+LinearMesh<D> with_noise_in_boundary(LinearMesh<D> mesh, std::uint64_t seed) {
+    generated::Random random(seed);
+    const auto noise = [&]<int K>(const Simplices<K>& simplices) {
+        auto vertices = take(simplices.vertices);
+        for (auto& simplex : vertices)
+            if (random.below(2) == 0) {
+                const std::size_t first = random.below(mesh.points.size() - K);
+                for (std::size_t i = 0; i <= K; ++i) simplex[i] = VertexId(first + i);
+                std::swap(simplex[0], simplex[random.below(K + 1)]);
+                if (random.below(2) == 0)
+                    simplex[0] = VertexId(first + K == mesh.points.size() - 1 ? 0 : first + K + 1);
+                if (simplex[0] == simplex[1] || (K == 2 && simplex[0] == simplex[K])) simplex = simplices.vertices[0];
+            }
+        return Simplices<K>{std::move(vertices), simplices.references, {}};
+    };
+    if (mesh.elements.size() > 0)
+        mesh.facets = noise(mesh.facets);
+    else if (D == 3)
+        mesh.edges = noise(mesh.edges);
+    return mesh;
+}
+
 /// Of degree 2 with nodes anywhere.
 template <int D>
 QuadraticMesh<D> curved(const LinearMesh<D>& mesh, std::uint64_t seed) {
@@ -66,12 +126,7 @@ QuadraticMesh<D> curved(const LinearMesh<D>& mesh, std::uint64_t seed) {
 template <class Mesh>
 void comes_back(const Mesh& mesh) {
     RC_ASSERT(not_in_mfem(mesh).empty());
-    const auto chunks = encode_mfem(mesh, {.threads = 1});
-    if (!chunks) {
-        RC_ASSERT(chunks.error().kind == ErrorKind::unsupported);
-        RC_DISCARD("a facet of no element");
-    }
-    const auto bytes = generated::joined(*chunks);
+    const auto bytes = generated::joined(*encode_mfem(mesh, {.threads = 1}));
     RC_ASSERT(bytes == generated::joined(*encode_mfem(mesh, {.threads = 3})));
     const auto back = decode_mfem(bytes, "in.mfem", {});
     if (!back) RC_FAIL(describe(back.error()));
@@ -91,6 +146,23 @@ void laws() {
         const auto mesh = held(generated::mesh<D>(seed, 1 + seed % 9));
         RC_PRE(generated::holds_simplices(mesh));
         comes_back(curved(mesh, seed));
+    });
+    testing::property("a boundary that is no element's is left out and counted", [](std::uint64_t seed) {
+        const auto mesh = with_noise_in_boundary(with_any_boundary(generated::mesh<D>(seed, 1 + seed % 9)), seed);
+        RC_PRE(mesh.elements.size() > 0 || (D == 3 && mesh.facets.size() > 0));
+        const auto left = with_faces_alone(mesh);
+        const std::size_t lost = mesh.facets.size() - left.facets.size() + mesh.edges.size() - left.edges.size();
+        const auto losses = not_in_mfem(mesh);
+        RC_ASSERT(losses.size() == (lost > 0 ? 1 : 0));
+        if (lost > 0)
+            RC_ASSERT(losses[0].what ==
+                      "MFEM has no place for " + std::to_string(lost) + " facets that are no element's face");
+        RC_ASSERT(written(mesh) == written(left));
+        const auto nodes = curved(mesh, seed);
+        const auto back = decode_mfem(generated::joined(*encode_mfem(nodes, {})), "in.mfem", {});
+        if (!back) RC_FAIL(describe(back.error()));
+        if (!std::holds_alternative<QuadraticMesh<D>>(back->mesh)) return;  // nothing was left
+        RC_ASSERT(std::get<QuadraticMesh<D>>(back->mesh).linear == left);
     });
 }
 
@@ -195,7 +267,7 @@ TEST_CASE("what MFEM has no place for") {
     CHECK(std::get<LinearMesh<3>>(back->mesh).edges.size() == 0);
 }
 
-TEST_CASE("a facet of degree 2 that is none of an element has no node in MFEM") {
+TEST_CASE("a facet that is none of an element has no place in MFEM") {
     LinearMesh<2> mesh;
     mesh.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{0, 1}}, {{2, 2}}};
     mesh.point_references = Buffer<Reference>(4, 0);
@@ -203,10 +275,16 @@ TEST_CASE("a facet of degree 2 that is none of an element has no node in MFEM") 
     mesh.elements.references = Buffer<Reference>{1};
     mesh.facets.vertices = Buffer<SimplexVertices<1>>{{VertexId(0), VertexId(3)}};
     mesh.facets.references = Buffer<Reference>{1};
-    CHECK(encode_mfem(mesh, {}).has_value());
-    CHECK(written(*elevate(mesh, {})) ==
-          "edge 1: has an edge that is none of an element's: MFEM has no node for it (remove it, or write another "
-          "format)");
+    CHECK(written(mesh).find("boundary\n0\n") < written(mesh).size());
+    CHECK(written(*elevate(mesh, {})).find("boundary\n0\n") < written(*elevate(mesh, {})).size());
+    REQUIRE(not_in_mfem(mesh).size() == 1);
+    CHECK(not_in_mfem(mesh)[0].what == "MFEM has no place for 1 facets that are no element's face");
+    LinearMesh<2> boundary = mesh;
+    boundary.elements = {};
+    CHECK(written(boundary) == "has no elements, and MFEM no boundary without them (write another format)");
+    // Nor is its reference spoken of.
+    mesh.facets.references = Buffer<Reference>{-5};
+    CHECK(not_in_mfem(mesh).size() == 1);
     CHECK(message(replaced(square, "7 1 2 3", "7 1 1 3")) ==
           "in.mfem: line 14: boundary element 1: one of its edges is none of an element's (MFEM has no node for it: "
           "remove it)");
