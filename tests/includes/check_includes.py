@@ -58,7 +58,7 @@ map: map multimap
 memory: addressof allocator allocator_traits construct_at destroy_at make_shared make_unique shared_ptr to_address unique_ptr
     weak_ptr
 mutex: call_once lock_guard mutex once_flag scoped_lock try_to_lock unique_lock
-new: align_val_t bad_alloc hardware_destructive_interference_size launder nothrow set_new_handler
+new: align_val_t bad_alloc bad_array_new_length hardware_destructive_interference_size launder nothrow set_new_handler
 numbers: numbers
 numeric: accumulate exclusive_scan gcd inclusive_scan inner_product iota lcm midpoint partial_sum reduce
 optional: make_optional nullopt nullopt_t optional
