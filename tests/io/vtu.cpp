@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "generated.hpp"
 #include "property.hpp"
@@ -81,6 +82,21 @@ TEST_CASE("fields are values: one more is another, the same name is replaced") {
     CHECK(*first.find("x", Centring::node) == one);
     CHECK(*second.find("x", Centring::node) == two);
     CHECK(second.find("x", Centring::cell) == nullptr);
+}
+
+TEST_CASE("fields all at once are as one after the other") {
+    testing::property("few names", [](std::uint64_t seed) {
+        generated::Random random(seed);
+        std::vector<MeshField> given;
+        MeshFields one_by_one;
+        for (std::size_t i = 0, n = random.below(12); i < n; ++i) {
+            given.push_back({std::string(1, "abcd"[random.below(4)]),
+                             random.below(2) == 0 ? Centring::node : Centring::cell, FieldKind::scalar,
+                             Column<std::int32_t>(Buffer<std::int32_t>{static_cast<std::int32_t>(i)})});
+            one_by_one = std::move(one_by_one).with(given.back());
+        }
+        RC_ASSERT(MeshFields(std::move(given)) == one_by_one);
+    });
 }
 
 TEST_CASE("what VTU has no place for") {
