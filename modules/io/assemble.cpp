@@ -1,9 +1,7 @@
 module;
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -12,300 +10,11 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
+import :assembly;
 
 namespace camber::listing {
 
 namespace {
-
-constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-constexpr std::size_t row_grain = 4096;
-
-/// What elements make of a vertex of the file.
-constexpr std::uint8_t is_corner = 1, is_mid_node = 2;
-
-template <class T>
-void atomic_min(T& target, T value) {
-    const std::atomic_ref<T> shared(target);
-    T seen = shared.load(std::memory_order_relaxed);
-    while (value < seen && !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
-    }
-}
-
-template <int D>
-Outcome<Buffer<std::uint8_t>> roles(const Mesh<D>& raw, const Execution& execution) {
-    Buffer<std::uint8_t> role(raw.points.size());
-    for (std::uint8_t& r : role) r = 0;
-    const auto mark = [&](VertexId v, std::uint8_t bit) {
-        const std::atomic_ref shared(role[v.index()]);
-        if ((shared.load(std::memory_order_relaxed) & bit) == 0) shared.fetch_or(bit, std::memory_order_relaxed);
-    };
-    auto marked = for_each_dimension(raw, [&]<int K>(const Simplices<K>& kind) {
-        return each(
-                   execution, kind.straight.size(),
-                   [&](std::size_t i) {
-                       for (const VertexId v : kind.straight.nodes[i]) mark(v, is_corner);
-                   },
-                   row_grain)
-            .and_then([&](Done) {
-                return each(
-                    execution, kind.curved.size(),
-                    [&](std::size_t i) {
-                        for (int n = 0; n < quadratic_nodes<K>; ++n)
-                            mark(kind.curved.nodes[i][n], n <= K ? is_corner : is_mid_node);
-                    },
-                    row_grain);
-            });
-    });
-    if (!marked) return fail(std::move(marked.error()));
-    return role;
-}
-
-/// A simplex of the file, for messages.
-struct Simplex {
-    const Origin* origin = nullptr;
-    std::size_t row = 0;
-    [[nodiscard]] std::string text() const {
-        return origin ? origin->noun + " " + std::to_string(origin->number_of(row)) : "another simplex";
-    }
-    [[nodiscard]] std::string where(const std::string& name) const {
-        return origin && origin->place ? origin->place(row) : name;
-    }
-};
-
-/// The first simplex for which `accepts(simplex's vertices, its nodes or fewer)` holds.
-template <int D, class Accepts>
-Simplex find_simplex(const Mesh<D>& raw, Accepts&& accepts) {
-    Simplex found;
-    const auto look = [&]<int K>(const Simplices<K>& kind) -> Outcome<Done> {
-        for (std::size_t i = 0; i < kind.curved.size() && !found.origin; ++i)
-            if (accepts.template operator()<K>(kind.curved.nodes[i])) found = {&kind.curved.origin, i};
-        for (std::size_t i = 0; i < kind.straight.size() && !found.origin; ++i)
-            if (accepts.template operator()<K>(kind.straight.nodes[i])) found = {&kind.straight.origin, i};
-        return Done{};
-    };
-    static_cast<void>(for_each_dimension(raw, look));
-    return found;
-}
-
-template <int D>
-auto both_roles(const Mesh<D>& raw, VertexId vertex) {
-    const Simplex as_mid = find_simplex(raw, [&]<int K>(const auto& nodes) {
-        for (std::size_t n = K + 1; n < nodes.size(); ++n)
-            if (nodes[n] == vertex) return true;
-        return false;
-    });
-    const Simplex as_corner = find_simplex(raw, [&]<int K>(const auto& nodes) {
-        for (std::size_t n = 0; n <= K; ++n)
-            if (nodes[n] == vertex) return true;
-        return false;
-    });
-    return fail(ErrorKind::input, "is a mid node of " + as_mid.text() + " and a corner of " + as_corner.text(),
-                as_mid.where(raw.name), Entity{"vertex", raw.number_of(vertex)},
-                "the file is damaged, or joined of two");
-}
-
-/// Vertices in the file's order without the mid nodes.
-struct Renumbering {
-    Buffer<std::uint32_t> to_mesh;  ///< of each vertex of the file; none: a mid node
-    Buffer<std::uint32_t> to_file;  ///< of each vertex of the mesh
-};
-
-Renumbering renumber(const Buffer<std::uint8_t>& role) {
-    Renumbering numbers{Buffer<std::uint32_t>(role.size()), {}};
-    std::uint32_t next = 0;
-    for (std::size_t v = 0; v < role.size(); ++v) numbers.to_mesh[v] = (role[v] & is_mid_node) != 0 ? none : next++;
-    numbers.to_file.resize(next);
-    for (std::size_t v = 0; v < role.size(); ++v)
-        if (numbers.to_mesh[v] != none) numbers.to_file[numbers.to_mesh[v]] = static_cast<std::uint32_t>(v);
-    return numbers;
-}
-
-/// Those of degree 2 first, as indices of required simplices and ridges have it.
-template <int K>
-Outcome<camber::Simplices<K>> corners_of(const Simplices<K>& kind, const Renumbering& numbers,
-                                         const Execution& execution) {
-    const std::size_t curved = kind.curved.size(), all = curved + kind.straight.size();
-    const bool known = kind.curved.entities.size() + kind.straight.entities.size() > 0;
-    Buffer<Reference> references(all), entities(known ? all : 0);
-    const auto from = [&](std::size_t i, const Buffer<Reference>& of_curved, const Buffer<Reference>& of_straight) {
-        const Buffer<Reference>& column = i < curved ? of_curved : of_straight;
-        return column.empty() ? 0 : column[i < curved ? i : i - curved];
-    };
-    auto vertices = map_each(
-        execution, all,
-        [&](std::size_t i) {
-            references[i] = from(i, kind.curved.references, kind.straight.references);
-            if (known) entities[i] = from(i, kind.curved.entities, kind.straight.entities);
-            SimplexVertices<K> simplex;
-            for (int n = 0; n <= K; ++n) {
-                const VertexId v = i < curved ? kind.curved.nodes[i][n] : kind.straight.nodes[i - curved][n];
-                simplex[n] = VertexId(std::size_t{numbers.to_mesh[v.index()]});
-            }
-            return simplex;
-        },
-        row_grain);
-    if (!vertices) return fail(std::move(vertices.error()));
-    return camber::Simplices<K>{std::move(*vertices), std::move(references), kind.required, std::move(entities)};
-}
-
-/// Renumbers the vertices of a list; mid nodes fall out and are counted.
-template <class Item, class VertexOf>
-Column<Item> renumbered(const Buffer<Item>& items, const Renumbering& numbers, std::size_t& dropped,
-                        VertexOf&& vertex_of) {
-    Buffer<Item> kept;
-    for (Item item : items) {
-        VertexId& vertex = vertex_of(item);
-        vertex = VertexId(std::size_t{numbers.to_mesh[vertex.index()]});
-        if (vertex.valid())
-            kept.push_back(item);
-        else
-            ++dropped;
-    }
-    return kept;
-}
-
-template <int D>
-Outcome<LinearMesh<D>> corner_mesh(Mesh<D>& raw, const Renumbering& numbers, const Execution& execution,
-                                   std::vector<Notice>& notices) {
-    const std::size_t n = numbers.to_file.size();
-    Buffer<Reference> references(n);
-    auto points = map_each(
-        execution, n,
-        [&](std::size_t v) {
-            references[v] = raw.point_references[numbers.to_file[v]];
-            return raw.points[numbers.to_file[v]];
-        },
-        row_grain);
-    if (!points) return fail(std::move(points.error()));
-    auto elements = corners_of(raw.elements, numbers, execution);
-    if (!elements) return fail(std::move(elements.error()));
-    auto facets = corners_of(raw.facets, numbers, execution);
-    if (!facets) return fail(std::move(facets.error()));
-    auto edges = corners_of(raw.edges, numbers, execution);
-    if (!edges) return fail(std::move(edges.error()));
-
-    std::size_t dropped = 0;
-    const auto own = [](VertexId& v) -> VertexId& { return v; };
-    const auto vertex = [](DirectionRow& at) -> VertexId& { return at.vertex; };
-    const auto item = [](auto& on) -> VertexId& { return on.item; };
-    const auto renumber_column = [&](auto& column, const auto& vertex_of) {
-        column = renumbered(take(std::move(column)), numbers, dropped, vertex_of);
-    };
-    LinearMesh<D> mesh{std::move(*points),
-                       std::move(references),
-                       renumbered(raw.corners, numbers, dropped, own),
-                       renumbered(raw.required_vertices, numbers, dropped, own),
-                       std::move(*elements),
-                       std::move(*facets),
-                       std::move(*edges),
-                       std::move(raw.ridges),
-                       std::move(raw.geometry),
-                       std::move(raw.groups)};
-    renumber_column(mesh.geometry.normals.at, vertex);
-    renumber_column(mesh.geometry.tangents.at, vertex);
-    renumber_column(mesh.geometry.on_points, item);
-    renumber_column(mesh.geometry.on_curves, item);
-    renumber_column(mesh.geometry.on_surfaces, item);
-    if (dropped > 0)
-        notices.push_back({std::to_string(dropped) +
-                           " entries of corners, required vertices, normals, tangents or places on geometry are of mid "
-                           "nodes and were left out"});
-    return mesh;
-}
-
-/// The edge of the set on local edge k of simplex i.
-template <int K, int D>
-EdgeId edge_at(const EdgeSet<D>& edges, std::size_t i, int k) {
-    if constexpr (K == D)
-        return edges.of_elements[i][k];
-    else if constexpr (K == D - 1)
-        return edges.of_facets[i][k];
-    else
-        return edges.of_edges[i];
-}
-
-/// The mid node of each edge and the edge of each mid node: the lowest candidate, or none.
-struct MidNodes {
-    Buffer<std::uint32_t> of_edge;  ///< vertices of the file
-    Buffer<std::uint32_t> edge_of;  ///< by vertices of the file
-};
-
-/// f(edge, mid node, simplex number) → Done for each local edge of each simplex of degree 2.
-template <int K, int D, class F>
-Outcome<Done> for_each_mid_node(const Simplices<K>& kind, const EdgeSet<D>& edges, const Execution& execution, F&& f) {
-    return each(
-        execution, kind.curved.size(),
-        [&](std::size_t i) {
-            for (int k = 0; k < edges_per_simplex<K>; ++k)
-                f(edge_at<K, D>(edges, i, k), kind.curved.nodes[i][K + 1 + k], i);
-        },
-        row_grain);
-}
-
-template <int D>
-Outcome<MidNodes> lowest_mid_nodes(const Mesh<D>& raw, const EdgeSet<D>& edges, const Execution& execution) {
-    MidNodes mid{Buffer<std::uint32_t>(edges.size()), Buffer<std::uint32_t>(raw.points.size())};
-    for (std::uint32_t& v : mid.of_edge) v = none;
-    for (std::uint32_t& e : mid.edge_of) e = none;
-    auto listed = for_each_dimension(raw, [&]<int K>(const Simplices<K>& kind) {
-        return for_each_mid_node<K, D>(kind, edges, execution, [&](EdgeId e, VertexId v, std::size_t) {
-            atomic_min(mid.of_edge[e.index()], v.value);
-            atomic_min(mid.edge_of[v.index()], e.value);
-        });
-    });
-    if (!listed) return fail(std::move(listed.error()));
-    return mid;
-}
-
-/// The error of the first simplex that disagrees with the lowest candidates.
-template <int K, int D>
-auto disagreement(const Mesh<D>& raw, const Simplices<K>& kind, const EdgeSet<D>& edges, const MidNodes& mid,
-                  const Renumbering& numbers, std::size_t i) {
-    const Simplex here{&kind.curved.origin, i};
-    const Entity entity{simplex_name<K>, here.origin->number_of(i)};
-    const auto number = [&](std::size_t index) { return std::to_string(raw.number_of(VertexId(index))); };
-    std::string text;
-    for (int k = 0; k < edges_per_simplex<K> && text.empty(); ++k) {
-        const EdgeId e = edge_at<K, D>(edges, i, k);
-        const VertexId v = kind.curved.nodes[i][K + 1 + k];
-        const VertexId first(std::size_t{mid.of_edge[e.index()]});
-        const bool two_nodes = first != v;
-        if (!two_nodes && mid.edge_of[v.index()] == e.value) continue;
-        const EdgeId shown = two_nodes ? e : EdgeId(std::size_t{mid.edge_of[v.index()]});
-        const VertexId other_node = two_nodes ? first : v;
-        const Simplex other = find_simplex(raw, [&]<int L>(const auto& nodes) {
-            for (std::size_t n = L + 1; n < nodes.size(); ++n) {
-                const auto& [a, b] = local_edges<L>[n - L - 1];
-                if (nodes[n] != other_node) continue;
-                const std::uint32_t p = numbers.to_mesh[nodes[a].index()], q = numbers.to_mesh[nodes[b].index()];
-                const auto& [low, high] = edges.vertices[shown];
-                if ((p == low.value && q == high.value) || (q == low.value && p == high.value)) return true;
-            }
-            return false;
-        });
-        const auto& [low, high] = edges.vertices[e];
-        const std::string edge = "the edge between vertices " + number(numbers.to_file[low.index()]) + " and " +
-                                 number(numbers.to_file[high.index()]);
-        text = two_nodes
-                   ? edge + " has mid node " + number(v.index()) + " here and " + number(first.index()) + " in " +
-                         other.text()
-                   : "mid node " + number(v.index()) + " of " + edge + " is that of another edge in " + other.text();
-    }
-    return fail(ErrorKind::input, text, here.where(raw.name), entity, "the file is damaged, or joined of two");
-}
-
-template <int D>
-Outcome<Done> check_agreement(const Mesh<D>& raw, const EdgeSet<D>& edges, const MidNodes& mid,
-                              const Renumbering& numbers, const Execution& execution) {
-    return for_each_dimension(raw, [&]<int K>(const Simplices<K>& kind) -> Outcome<Done> {
-        FirstFault first;
-        auto seen = for_each_mid_node<K, D>(kind, edges, execution, [&](EdgeId e, VertexId v, std::size_t i) {
-            if (mid.of_edge[e.index()] != v.value || mid.edge_of[v.index()] != e.value) first.note(i);
-        });
-        if (!seen || !first.any()) return seen;
-        return disagreement<K, D>(raw, kind, edges, mid, numbers, first.row());
-    });
-}
 
 template <int D>
 Outcome<Buffer<LagrangeNode<D>>> nodes_on_edges(const Mesh<D>& raw, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
@@ -412,24 +121,19 @@ LinearMesh<D> straight_mesh(Mesh<D> raw) {
 template <int D>
 Outcome<DecodedMesh> quadratic_mesh(Mesh<D> raw, MidNodeKind kind, std::vector<Notice> notices,
                                     const Execution& execution) {
-    const auto role = roles(raw, execution);
-    if (!role) return fail(role.error());
-    for (std::size_t v = 0; v < role->size(); ++v)
-        if ((*role)[v] == (is_corner | is_mid_node)) return both_roles(raw, VertexId(v));
-    const Renumbering numbers = renumber(*role);
-    auto mesh = corner_mesh(raw, numbers, execution, notices);
+    const auto numbers = without_mid_nodes(raw, execution);
+    if (!numbers) return fail(numbers.error());
+    auto mesh = corner_mesh(raw, *numbers, execution, notices);
     if (!mesh) return fail(std::move(mesh.error()));
     auto edges = unique_edges(*mesh, execution);
     if (!edges) return fail(std::move(edges.error()));
-    const auto mid = lowest_mid_nodes(raw, *edges, execution);
+    const auto mid = mid_nodes_of(raw, *edges, *numbers, execution);
     if (!mid) return fail(mid.error());
-    auto agreed = check_agreement(raw, *edges, *mid, numbers, execution);
-    if (!agreed) return fail(std::move(agreed.error()));
     auto nodes = nodes_on_edges(raw, *mesh, *edges, *mid, kind, execution);
     if (!nodes) return fail(std::move(nodes.error()));
     note_mid_nodes(raw.point_references, *mesh, *edges, *mid, notices);
-    MeshFields fields = fields_at_nodes(raw, numbers, *mid, *edges);
-    Column<std::uint32_t> file_numbers = node_numbers(raw, numbers, *mid);
+    MeshFields fields = fields_at_nodes(raw, *numbers, *mid, *edges);
+    Column<std::uint32_t> file_numbers = node_numbers(raw, *numbers, *mid);
     return DecodedMesh{.mesh = QuadraticMesh<D>{std::move(*mesh), std::move(*edges), std::move(*nodes)},
                        .notices = std::move(notices),
                        .node_numbers = std::move(file_numbers),

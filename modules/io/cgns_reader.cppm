@@ -1,0 +1,86 @@
+module;
+#include "cgns_library.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+module camber.io:cgns_reader;
+import camber.core;
+import camber.bezier;
+import :cgns;
+import :gmf_file;
+import :listing;
+import :notice;
+import :text;
+
+namespace camber::cgns {
+
+/// CGNS has names of at most 32 letters.
+using Name = std::array<char, 33>;
+
+/// Where a simplex of the file went.
+struct Place {
+    std::int8_t dimension = -1, degree = 0;
+    bool listed = false;  ///< by a boundary condition
+    std::uint32_t row = 0;
+};
+
+/// Elements with numbers that follow each other.
+struct Section {
+    std::string name;
+    std::optional<Reference> reference = {};  ///< as the file gives it
+    cgsize_t first = 0;
+    std::vector<Place> places = {};
+};
+
+/// A file of D physical dimensions while it is read, and what was found in it.
+template <int D>
+struct Reader {
+    const Library& lib;
+    int file = 0;
+    int cell_dimension = 0;
+    listing::Mesh<D> mesh = {};
+    std::vector<Notice> notices = {};
+    std::vector<Section> sections = {};
+    std::size_t points_listed = 0;  ///< elements that are vertices
+
+    [[nodiscard]] auto broken(std::string_view doing) const {
+        return fail(error_of(lib.get_error_(), ErrorKind::input, doing, mesh.name));
+    }
+
+    /// The number that a descriptor below the current node gives.
+    [[nodiscard]] std::optional<Reference> described_reference() const {
+        int n = 0;
+        if (lib.ndescriptors_(&n) != CG_OK) return std::nullopt;
+        for (int d = 1; d <= n; ++d) {
+            Name name{};
+            char* text = nullptr;
+            if (lib.descriptor_read_(d, name.data(), &text) != CG_OK) continue;
+            const std::string value(text != nullptr ? text : "");
+            if (text != nullptr) lib.free_(text);
+            if (std::string_view(name.data()) != "reference") continue;
+            Words words{value.data(), value.data() + value.size()};
+            std::int64_t number = 0;
+            if (read_number(words, number) && gmf::is_reference(number)) return static_cast<Reference>(number);
+        }
+        return std::nullopt;
+    }
+};
+
+/// Simplices of all sections, with references 0. Errors: input, unsupported (cells that are no simplices).
+template <int D>
+[[nodiscard]] Outcome<Done> read_sections(Reader<D>& of);
+
+/// The references of simplices: those of boundary conditions, then those of sections. Errors: input.
+template <int D>
+[[nodiscard]] Outcome<Done> read_conditions(Reader<D>& of);
+
+/// Scalars at vertices; those named …X …Y (…Z) become a vector. Errors: input.
+template <int D>
+[[nodiscard]] Outcome<Done> read_fields(Reader<D>& of);
+
+}  // namespace camber::cgns

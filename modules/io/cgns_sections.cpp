@@ -1,0 +1,181 @@
+module;
+#include "cgns_library.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+module camber.io;
+import camber.core;
+import camber.bezier;
+import :cgns_reader;
+
+/// Elements, section by section.
+namespace camber::cgns {
+
+namespace {
+
+template <int D>
+struct SectionReader {
+    Reader<D>& of;
+    std::map<std::string, std::size_t> foreign = {};
+
+    template <int K>
+    [[nodiscard]] listing::Simplices<K>* simplices() {
+        if constexpr (K == D) return &of.mesh.elements;
+        if constexpr (K == D - 1) return &of.mesh.facets;
+        if constexpr (K == 1 && D == 3) return &of.mesh.edges;
+        return nullptr;
+    }
+
+    template <int N>
+    static std::array<VertexId, N> nodes_of(const cgsize_t* nodes) {
+        std::array<VertexId, N> simplex;
+        for (int n = 0; n < N; ++n)
+            simplex[n] = nodes[n] > 0 && std::cmp_less_equal(nodes[n], max_entities)
+                             ? VertexId(static_cast<std::size_t>(nodes[n] - 1))
+                             : VertexId();
+        return simplex;
+    }
+
+    template <int K>
+    void add(listing::Simplices<K>& kind, int degree, const cgsize_t* nodes, Section& section) {
+        std::size_t row = 0;
+        const auto put = [&](auto& rows, auto simplex) {
+            row = rows.size();
+            rows.nodes.push_back(simplex);
+            rows.references.push_back(0);
+        };
+        if (degree == 1)
+            put(kind.straight, nodes_of<K + 1>(nodes));
+        else
+            put(kind.curved, nodes_of<quadratic_nodes<K>>(nodes));
+        section.places.push_back({K, static_cast<std::int8_t>(degree), false, static_cast<std::uint32_t>(row)});
+    }
+
+    /// One element; false: none that we can hold.
+    bool add_element(CGNS_ENUMT(ElementType_t) type, const cgsize_t* nodes, Section& section) {
+        switch (type) {
+            case CGNS_ENUMV(BAR_2): return add_simplex<1>(1, nodes, section);
+            case CGNS_ENUMV(BAR_3): return add_simplex<1>(2, nodes, section);
+            case CGNS_ENUMV(TRI_3): return add_simplex<2>(1, nodes, section);
+            case CGNS_ENUMV(TRI_6): return add_simplex<2>(2, nodes, section);
+            case CGNS_ENUMV(TETRA_4): return add_simplex<3>(1, nodes, section);
+            case CGNS_ENUMV(TETRA_10): return add_simplex<3>(2, nodes, section);
+            default: return false;
+        }
+    }
+    template <int K>
+    bool add_simplex(int degree, const cgsize_t* nodes, Section& section) {
+        if constexpr (K > D) {
+            return false;
+        } else {
+            add(*simplices<K>(), degree, nodes, section);
+            return true;
+        }
+    }
+    void skip(CGNS_ENUMT(ElementType_t) type, Section& section) {
+        section.places.emplace_back();
+        if (type == CGNS_ENUMV(NODE))
+            ++of.points_listed;
+        else
+            ++foreign[of.lib.ElementTypeName_(type)];
+    }
+
+    [[nodiscard]] Outcome<Done> read_section(int s) {
+        Name name{};
+        CGNS_ENUMT(ElementType_t) type{};
+        cgsize_t first = 0, last = 0, size = 0;
+        int boundary = 0, parents = 0;
+        if (of.lib.section_read_(of.file, 1, 1, s, name.data(), &type, &first, &last, &boundary, &parents) != CG_OK ||
+            of.lib.ElementDataSize_(of.file, 1, 1, s, &size) != CG_OK || first < 1 || last < first ||
+            last == std::numeric_limits<cgsize_t>::max() || size < 0)
+            return of.broken("section " + std::to_string(s) + " cannot be read");
+        const auto n = static_cast<std::size_t>(last - first) + 1;
+        Section section{name.data(), {}, first};
+        if (of.lib.goto_(of.file, 1, "Zone_t", 1, "Elements_t", s, "end") == CG_OK)
+            section.reference = of.described_reference();
+        const bool fixed = type != CGNS_ENUMV(MIXED) && type < CGNS_ENUMV(NGON_n);
+        if (!fixed && type != CGNS_ENUMV(MIXED)) {
+            foreign[of.lib.ElementTypeName_(type)] += n;
+            return Done{};
+        }
+        int width = 0;
+        if (fixed && (of.lib.npe_(type, &width) != CG_OK ||
+                      static_cast<std::size_t>(size) != n * static_cast<std::size_t>(width)))
+            return of.broken("section " + std::to_string(s) + " has " + std::to_string(size) + " numbers for " +
+                             std::to_string(n) + " elements");
+        if (!fixed && n > static_cast<std::size_t>(size) / 2)
+            return of.broken("section " + std::to_string(s) + " has " + std::to_string(size) + " numbers for " +
+                             std::to_string(n) + " elements");
+        // Offsets are not asked for: their number in a damaged file is anything.
+        std::vector<cgsize_t> numbers(static_cast<std::size_t>(size));
+        const int read = fixed ? of.lib.elements_read_(of.file, 1, 1, s, numbers.data(), nullptr)
+                               : of.lib.poly_elements_read_(of.file, 1, 1, s, numbers.data(), nullptr, nullptr);
+        if (read != CG_OK) return of.broken("the elements of section " + std::to_string(s) + " cannot be read");
+        section.places.reserve(n);
+        if (auto done = fixed ? add_fixed(type, static_cast<std::size_t>(width), numbers, section)
+                              : add_mixed(numbers, n, section);
+            !done)
+            return done;
+        of.sections.push_back(std::move(section));
+        return Done{};
+    }
+    Outcome<Done> add_fixed(CGNS_ENUMT(ElementType_t) type, std::size_t width, std::span<const cgsize_t> numbers,
+                            Section& section) {
+        for (std::size_t at = 0; at + width <= numbers.size(); at += width)
+            if (!add_element(type, numbers.data() + at, section)) skip(type, section);
+        return Done{};
+    }
+    Outcome<Done> add_mixed(std::span<const cgsize_t> numbers, std::size_t n, Section& section) {
+        std::size_t at = 0;
+        for (std::size_t i = 0; i < n; ++i) {
+            int width = 0;
+            const auto type =
+                at < numbers.size() ? static_cast<CGNS_ENUMT(ElementType_t)>(numbers[at]) : CGNS_ENUMV(ElementTypeNull);
+            const bool is_cell = type > CGNS_ENUMV(ElementTypeUserDefined) && type != CGNS_ENUMV(MIXED) &&
+                                 type != CGNS_ENUMV(NGON_n) && type != CGNS_ENUMV(NFACE_n);
+            if (!is_cell || of.lib.npe_(type, &width) != CG_OK || width < 1 ||
+                at + 1 + static_cast<std::size_t>(width) > numbers.size())
+                return damaged(section, i + 1);
+            if (!add_element(type, numbers.data() + at + 1, section)) skip(type, section);
+            at += 1 + static_cast<std::size_t>(width);
+        }
+        return at == numbers.size() ? Outcome<Done>(Done{}) : damaged(section, n);
+    }
+    [[nodiscard]] Outcome<Done> damaged(const Section& section, std::size_t element) const {
+        return fail(ErrorKind::input, "the mixed section \"" + section.name + "\" is damaged", of.mesh.name,
+                    Entity{"element", element}, "try cgnscheck on it");
+    }
+
+    [[nodiscard]] Outcome<Done> refuse_foreign() const {
+        if (foreign.empty()) return Done{};
+        std::string text = "holds ";
+        for (const auto& [name, count] : foreign)
+            text += (text.size() > 6 ? ", " : "") + std::to_string(count) + " " + name;
+        return fail(ErrorKind::unsupported, text + ", which Camber cannot hold", of.mesh.name, {},
+                    "give a mesh of edges, triangles and tetrahedra of degree 1 or 2");
+    }
+};
+
+}  // namespace
+
+template <int D>
+Outcome<Done> read_sections(Reader<D>& of) {
+    SectionReader<D> sections{of};
+    int n = 0;
+    if (of.lib.nsections_(of.file, 1, 1, &n) != CG_OK) return of.broken("the sections cannot be read");
+    for (int s = 1; s <= n; ++s)
+        if (auto done = sections.read_section(s); !done) return done;
+    return sections.refuse_foreign();
+}
+
+template Outcome<Done> read_sections<2>(Reader<2>&);
+template Outcome<Done> read_sections<3>(Reader<3>&);
+
+}  // namespace camber::cgns
