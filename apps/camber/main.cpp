@@ -191,12 +191,16 @@ void add_check(CLI::App& app, Verb& verb) {
         "  camber check wing-p2.meshb                       the report\n"
         "  camber check wing-p2.meshb --worst 50            with more of the worst elements\n"
         "  camber check wing-p2.meshb --json > check.json   all of it for scripts\n"
-        "  camber check wing-p2.meshb --elements            each element's verdict, as CSV\n\n"
+        "  camber check wing-p2.meshb --elements            each element's verdict, as CSV\n"
+        "  camber check wing-p2.meshb --field 'tanh((sqrt(x^2+y^2+z^2) - 0.5)/0.01)'\n"
+        "                                                   does curvature pay for a front on this sphere?\n\n"
         "An element of degree 2 is valid where det J is positive everywhere; its scaled Jacobian is the smallest "
         "det J as a share of that of the straight element with the same vertices (other programs mean Knupp's measure "
         "by the name). Of a straight mesh the quality is told: the mean ratio. Beyond its elements the mesh is "
-        "examined: conformity, orientation, nodes, boundary. What each "
-        "line means: docs/algorithms/check.md");
+        "examined: conformity, orientation, nodes, boundary. Of a field (x, y, z, pi, + - * / ^, c ? a : b, sqrt, exp, "
+        "tanh ...) the errors of its interpolants are told, in L2 and H1: of degree 1 and 2 with straight edges, and of "
+        "the mesh as it is; a ratio straight / as it is above 1 says that curvature pays at equal unknowns "
+        "(docs/algorithms/interpolation-error.md). What each line means: docs/algorithms/check.md");
     CheckArguments& a = verb.check;
     using Options = camber::run::CheckOptions;
     check->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
@@ -204,6 +208,11 @@ void add_check(CLI::App& app, Verb& verb) {
     add_described<double>(check, a.options, camber::option_of(&Options::ridge_angle));
     add_flat(check, a.flat);
     add_described<int>(check, a.options, camber::option_of(&Options::worst));
+    check
+        ->add_option("--field", a.options.fields,
+                     "An expression of x, y (and z) whose interpolants' errors are told; again for more fields")
+        ->allow_extra_args(false)
+        ->type_name("EXPRESSION");
     check->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
     check->add_flag("--histogram,!--no-histogram", a.histogram,
                     "How the scaled Jacobians (of a straight mesh: the quality) are spread; shown by default");

@@ -1,19 +1,12 @@
 module;
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <exception>
-#include <limits>
-#include <new>
-#include <numbers>
 #include <span>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
-
-#include <muParser.h>
 module camber.fields;
 import camber.core;
 import camber.metric;
@@ -22,89 +15,25 @@ namespace camber {
 
 namespace {
 
-constexpr const char* remedy =
-    "it may use x, y, z (3D), pi, numbers, + - * / ^, comparisons, c ? a : b and functions as sqrt, exp, log, sin, "
-    "tanh, atan2, abs, min, max";
-
-/// As much of a text as a message has place for.
-std::string shortened(const std::string& text) {
-    std::size_t most = 80;
-    if (text.size() <= most) return text;
-    const auto continues = [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; };
-    while (most > 0 && continues(text[most])) --most;  // whole letters of UTF-8
-    return text.substr(0, most) + "…";
-}
-std::string quoted(const std::string& expression) { return "the expression \"" + shortened(expression) + "\""; }
-
-/// An expression bound to a place of its own; neither copied nor moved, since the parser holds addresses.
-template <int D>
-class Evaluator {
-  public:
-    explicit Evaluator(const std::string& expression) {
-        constexpr std::array names{"x", "y", "z"};
-        for (std::size_t i = 0; i < D; ++i) parser_.DefineVar(names[i], &place_[i]);
-        parser_.DefineConst("pi", std::numbers::pi);
-        parser_.SetExpr(expression);
-    }
-    [[nodiscard]] double operator()(const Vec<D>& x) {
-        place_ = x.c;
-        return parser_.Eval();
-    }
-    [[nodiscard]] int results() const { return parser_.GetNumResults(); }
-
-  private:
-    mu::Parser parser_;
-    std::array<double, D> place_{};
-};
-
-/// Whether the expression can be read: evaluates it once.
-template <int D>
-Outcome<Done> check(const std::string& expression) {
-    try {
-        Evaluator<D> evaluator(expression);
-        static_cast<void>(evaluator(Vec<D>{}));
-        if (evaluator.results() != 1)
-            return fail(ErrorKind::usage,
-                        quoted(expression) + " gives " + std::to_string(evaluator.results()) + " values, one is wanted",
-                        {}, {}, remedy);
-        return Done{};
-    } catch (const mu::Parser::exception_type& error) {
-        const auto position = static_cast<long>(error.GetPos());
-        std::string what = quoted(expression) + " cannot be read";
-        if (position >= 0) what += " at position " + std::to_string(position + 1);
-        if (!error.GetToken().empty()) what += ", at \"" + shortened(error.GetToken()) + "\"";
-        return fail(ErrorKind::usage, std::move(what), {}, {}, remedy);
-    } catch (const std::bad_alloc&) {
-        throw;  // no fault of the expression: guarded names it
-    } catch (const std::exception&) {
-        return fail(ErrorKind::usage, quoted(expression) + " cannot be read", {}, {}, remedy);
-    }
-}
-
 /// The values of expressions at points, row after row; what an evaluation cannot give is NaN.
 template <int D>
 Outcome<Buffer<double>> values_of(const std::vector<std::string>& expressions, std::span<const Vec<D>> points,
                                   const Execution& execution) {
-    for (const std::string& expression : expressions)
-        if (auto sound = check<D>(expression); !sound) return fail(sound.error());
+    std::vector<ScalarExpression<D>> parsed;
+    for (const std::string& expression : expressions) {
+        auto one = ScalarExpression<D>::parsed(expression);
+        if (!one) return fail(one.error());
+        parsed.push_back(std::move(*one));
+    }
     const std::size_t columns = expressions.size();
     Buffer<double> values(columns * points.size());
     auto done = each_chunk(
         execution, points.size(),
         [&](std::size_t begin, std::size_t end) {
+            std::vector<double> column(end - begin);
             for (std::size_t c = 0; c < columns; ++c) {
-                try {
-                    Evaluator<D> evaluator(expressions[c]);
-                    for (std::size_t v = begin; v < end; ++v) values[v * columns + c] = evaluator(points[v]);
-                } catch (const std::bad_alloc&) {
-                    throw;
-                } catch (const std::exception&) {
-                    for (std::size_t v = begin; v < end; ++v)
-                        values[v * columns + c] = std::numeric_limits<double>::quiet_NaN();
-                } catch (const mu::Parser::exception_type&) {
-                    for (std::size_t v = begin; v < end; ++v)
-                        values[v * columns + c] = std::numeric_limits<double>::quiet_NaN();
-                }
+                parsed[c].evaluator()(points.subspan(begin, end - begin), column);
+                for (std::size_t v = begin; v < end; ++v) values[v * columns + c] = column[v - begin];
             }
         },
         4096);
@@ -129,7 +58,7 @@ Outcome<Done> check_values(const std::vector<std::string>& expressions, const Bu
         if (allowed(values[k])) continue;
         const std::size_t v = k / expressions.size();
         std::ostringstream what;
-        what << quoted(expressions[k % expressions.size()]) << " is " << values[k] << " at " << coordinates(points[v]);
+        what << quoted_expression(expressions[k % expressions.size()]) << " is " << values[k] << " at " << coordinates(points[v]);
         return fail(ErrorKind::usage, what.str(), {}, Entity{"vertex", v + 1}, wanted);
     }
     return Done{};

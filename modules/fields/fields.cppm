@@ -1,4 +1,5 @@
-/// Metric fields as functions of position: analytic ones by name, and expressions of the coordinates.
+/// Fields as functions of position: metrics by name and by expressions of the coordinates, and scalar expressions.
 export module camber.fields;
 export import :analytic;
 export import :expression;
+export import :scalar;

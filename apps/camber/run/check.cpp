@@ -13,11 +13,13 @@ module;
 module camber.run;
 import camber.core;
 import camber.bezier;
+import camber.fields;
 import camber.io;
 import camber.validity;
 import camber.soundness;
 import :check;
 import :check_parts;
+import :field_errors;
 import :histogram;
 import :pipeline;
 import :report;
@@ -66,13 +68,16 @@ class Checker {
           degree_(mesh_ ? 2 : 1) {}
 
     Outcome<CheckReport> check() {
+        for (const std::string& field : options_.fields)
+            if (const auto parsed = ScalarExpression<D>::parsed(field); !parsed) return fail(parsed.error());
         count();
         auto done =
             step("examine", [&](const Execution& e) {
                 return examine_mesh(e);
             }).and_then([&](Done) {
                   return step("validate", [&](const Execution& e) { return judge(e); });
-              }).and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); }); });
+              }).and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); });
+              }).and_then([&](Done) { return interpolate(); });
         if (!done) return fail(done.error());
         return std::move(report_);
     }
@@ -161,6 +166,28 @@ class Checker {
         if (!worst) return fail(worst.error());
         report_.worst = std::move(*worst);
         return Done{};
+    }
+
+    /// The errors of the interpolants of fields, one after the other.
+    Outcome<Done> interpolate() {
+        if (options_.fields.empty()) return Done{};
+        ElementKinds kinds;
+        auto done = step("classify", [&](const Execution& e) -> Outcome<Done> {
+            auto found = element_kinds(*mesh_, validation_.min_scaled_jacobian, e);
+            if (!found) return fail(found.error());
+            kinds = std::move(*found);
+            return Done{};
+        });
+        for (const std::string& field : options_.fields)
+            done = done.and_then([&](Done) {
+                return step("interpolate", [&](const Execution& e) -> Outcome<Done> {
+                    auto errors = field_errors(*mesh_, field, kinds, e);
+                    if (!errors) return fail(errors.error());
+                    report_.fields.push_back(std::move(*errors));
+                    return Done{};
+                });
+            });
+        return done;
     }
 
     void add_histogram(Quantity quantity, std::span<const float> values) {

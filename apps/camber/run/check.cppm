@@ -12,6 +12,7 @@ import camber.core;
 import camber.io;
 import camber.validity;
 import camber.soundness;
+import :field_errors;
 import :histogram;
 import :pipeline;
 import :report;
@@ -24,6 +25,7 @@ struct CheckOptions {
     double min_scaled_jacobian = 0;
     double ridge_angle = ExamineOptions{}.ridge_angle_degrees;
     std::size_t worst = 10;
+    std::vector<std::string> fields = {};  ///< expressions whose interpolants' errors are asked for
 
     [[nodiscard]] static constexpr auto options() {
         using S = CheckOptions;
@@ -109,6 +111,7 @@ struct CheckReport {
     std::vector<ElementReport> worst;   ///< the worst first
     std::vector<Histogram> histograms;  ///< of the elements; none without elements
     ElementColumns elements;
+    std::vector<FieldErrors> fields;    ///< of the fields that were asked for
     std::vector<std::string> notices;
 
     [[nodiscard]] bool all_good() const { return soundness.sound && validity.invalid == 0 && validity.undecided == 0; }

@@ -12,6 +12,7 @@ import camber.validity;
 import camber.soundness;
 import :check;
 import :check_parts;
+import :field_errors;
 import :histogram;
 import :report;
 
@@ -95,6 +96,10 @@ std::string check_json_head(const CheckReport& report, std::string_view name, st
     j["straight_inverted_elements"] = report.straight_inverted_elements;
     j["wall_elements"] = report.wall_elements;
     j["soundness"] = json(report.soundness);
+    if (!report.fields.empty()) {
+        j["interpolation"] = Json::array();
+        for (const FieldErrors& field : report.fields) j["interpolation"].push_back(Json::parse(field_json(field)));
+    }
     j["notices"] = report.notices;
     std::string text = j.dump(2, ' ', false, Json::error_handler_t::replace);
     text.resize(text.size() - 2);  // "\n}"

@@ -13,6 +13,7 @@ import camber.validity;
 import camber.soundness;
 import :check;
 import :check_parts;
+import :field_errors;
 import :histogram;
 import :report;
 import :rows;
@@ -123,10 +124,16 @@ std::string worst_rows(const CheckReport& report) {
     return text;
 }
 
+std::string field_rows(const CheckReport& report) {
+    std::string text;
+    for (const FieldErrors& field : report.fields) text += field_table(field, report.mesh.degree);
+    return text;
+}
+
 }  // namespace
 
 std::string check_table(const CheckReport& report) {
-    return mesh_rows(report) + validity_rows(report) + soundness_rows(report.soundness) + worst_rows(report);
+    return mesh_rows(report) + validity_rows(report) + soundness_rows(report.soundness) + worst_rows(report) + field_rows(report);
 }
 
 }  // namespace camber::run

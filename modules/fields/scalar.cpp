@@ -1,0 +1,112 @@
+module;
+#include <array>
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <new>
+#include <numbers>
+#include <span>
+#include <string>
+#include <utility>
+
+#include <muParser.h>
+module camber.fields;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+constexpr const char* remedy =
+    "it may use x, y, z (3D), pi, numbers, + - * / ^, comparisons, c ? a : b and functions as sqrt, exp, log, sin, "
+    "tanh, atan2, abs, min, max";
+
+/// As much of a text as a message has place for.
+std::string shortened(const std::string& text) {
+    std::size_t most = 80;
+    if (text.size() <= most) return text;
+    const auto continues = [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; };
+    while (most > 0 && continues(text[most])) --most;  // whole letters of UTF-8
+    return text.substr(0, most) + "…";
+}
+
+/// An expression bound to a place of its own; neither copied nor moved, since the parser holds addresses.
+template <int D>
+class Evaluator {
+  public:
+    explicit Evaluator(const std::string& expression) {
+        constexpr std::array names{"x", "y", "z"};
+        for (std::size_t i = 0; i < D; ++i) parser_.DefineVar(names[i], &place_[i]);
+        parser_.DefineConst("pi", std::numbers::pi);
+        parser_.SetExpr(expression);
+    }
+    [[nodiscard]] double operator()(const Vec<D>& x) {
+        place_ = x.c;
+        return parser_.Eval();
+    }
+    [[nodiscard]] int results() const { return parser_.GetNumResults(); }
+
+  private:
+    mu::Parser parser_;
+    std::array<double, D> place_{};
+};
+
+template <int D>
+void evaluate(Evaluator<D>& evaluator, std::span<const Vec<D>> points, std::span<double> values) {
+    const auto none = [&] {
+        for (double& value : values) value = std::numeric_limits<double>::quiet_NaN();
+    };
+    try {
+        for (std::size_t i = 0; i < points.size(); ++i) values[i] = evaluator(points[i]);
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception&) {
+        none();
+    } catch (const mu::Parser::exception_type&) {
+        none();
+    }
+}
+
+}  // namespace
+
+std::string quoted_expression(const std::string& text) { return "the expression \"" + shortened(text) + "\""; }
+
+template <int D>
+ScalarExpression<D>::ScalarExpression(std::string text) : text_(std::move(text)) {}
+
+template <int D>
+Outcome<ScalarExpression<D>> ScalarExpression<D>::parsed(std::string text) {
+    try {
+        Evaluator<D> evaluator(text);
+        static_cast<void>(evaluator(Vec<D>{}));
+        if (evaluator.results() != 1)
+            return fail(ErrorKind::usage,
+                        quoted_expression(text) + " gives " + std::to_string(evaluator.results()) +
+                            " values, one is wanted",
+                        {}, {}, remedy);
+        return ScalarExpression(std::move(text));
+    } catch (const mu::Parser::exception_type& error) {
+        const auto position = static_cast<long>(error.GetPos());
+        std::string what = quoted_expression(text) + " cannot be read";
+        if (position >= 0) what += " at position " + std::to_string(position + 1);
+        if (!error.GetToken().empty()) what += ", at \"" + shortened(error.GetToken()) + "\"";
+        return fail(ErrorKind::usage, std::move(what), {}, {}, remedy);
+    } catch (const std::bad_alloc&) {
+        throw;  // no fault of the expression: guarded names it
+    } catch (const std::exception&) {
+        return fail(ErrorKind::usage, quoted_expression(text) + " cannot be read", {}, {}, remedy);
+    }
+}
+
+template <int D>
+std::function<void(std::span<const Vec<D>>, std::span<double>)> ScalarExpression<D>::evaluator() const {
+    auto own = std::make_shared<Evaluator<D>>(text_);
+    return [own](std::span<const Vec<D>> points, std::span<double> values) { evaluate<D>(*own, points, values); };
+}
+
+template class ScalarExpression<2>;
+template class ScalarExpression<3>;
+
+}  // namespace camber

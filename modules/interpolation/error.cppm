@@ -1,0 +1,66 @@
+module;
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <tuple>
+export module camber.interpolation:error;
+import camber.core;
+
+export namespace camber {
+
+/// Values of a scalar function u at points, written into a span of the same size.
+template <int D>
+using PointFunction = std::function<void(std::span<const Vec<D>>, std::span<double>)>;
+
+/// A scalar field by what makes its evaluators: each thread works with its own, so that an evaluator may have a state.
+/// What it gives for a point must not depend on the points before.
+template <int D>
+using ScalarField = std::function<PointFunction<D>()>;
+
+struct InterpolationOptions {
+    double tolerance = 1e-3;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = InterpolationOptions;
+        return std::tuple(option("tolerance", &S::tolerance, "relative error of the norms that is asked for")
+                              .at_least(1e-8)
+                              .at_most(0.1));
+    }
+};
+
+/// One norm of an error over the mesh.
+struct ErrorNorm {
+    double value = 0;
+    /// How far it may be from the integral's value, relative: half of the sum over the elements of what the last
+    /// refinement of their quadrature changed, by the sum of the squares.
+    double uncertainty = 0;
+    double rounding = 0;     ///< what the rounding of u's values alone may give: an error about as small is 0 for all one knows
+    Column<double> squares;  ///< of the elements: value² is their sum
+};
+
+/// The error e = u − u_h of an interpolant: (∫ e²)^½ and (∫ |∇e|²)^½.
+struct InterpolantError {
+    ErrorNorm l2, h1;
+};
+
+/// Errors of a field's interpolants on a mesh of degree 2, all with the mesh's vertices.
+struct InterpolationError {
+    InterpolantError linear;    ///< of degree 1, straight edges
+    InterpolantError straight;  ///< of degree 2, straight edges
+    InterpolantError curved;    ///< of degree 2, the mesh as it is
+    /// Elements in which det J is not positive somewhere at a point of the quadrature: their integrals are taken with
+    /// |det J|, their part of the H1 error leaves out points where J is singular and decides about no refinement.
+    std::size_t straight_turned = 0, curved_turned = 0;
+    std::size_t unresolved = 0;   ///< elements whose quadrature found no end: at its finest, and still needed
+    std::size_t evaluations = 0;  ///< of u in all
+};
+
+/// The error of the Lagrange interpolants of a field, by quadrature that is refined element by element until the norms
+/// are as exact as asked for. Docs: docs/algorithms/interpolation-error.md. Errors (usage): u is not finite somewhere,
+/// with the point; a limit of the options; memory; stopped.
+template <int D>
+[[nodiscard]] Outcome<InterpolationError> interpolation_error(const QuadraticMesh<D>& mesh, const ScalarField<D>& field,
+                                                              const InterpolationOptions& options,
+                                                              const Execution& execution);
+
+}  // namespace camber

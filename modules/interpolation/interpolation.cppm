@@ -1,0 +1,6 @@
+/// What a mesh is good for: the error of a function's interpolant on it, of degree 1 and 2, straight and curved.
+export module camber.interpolation;
+export import :gauss_jacobi;
+export import :error;
+import :collapsed_rule;
+import :piece;

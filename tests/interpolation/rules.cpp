@@ -1,0 +1,38 @@
+// Gauss–Jacobi rules against the beta function.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstddef>
+
+import camber.interpolation;
+
+using namespace camber;
+
+TEST_CASE("a rule of n points is exact for polynomials of degree 2n - 1") {
+    for (int power = 0; power <= 2; ++power)
+        for (int n = 1; n <= 20; ++n) {
+            const GaussJacobi rule = gauss_jacobi(n, power);
+            REQUIRE(rule.nodes.size() == static_cast<std::size_t>(n));
+            for (int degree = 0; degree <= 2 * n - 1; ++degree) {
+                double sum = 0;
+                for (std::size_t i = 0; i < rule.nodes.size(); ++i)
+                    sum += rule.weights[i] * std::pow(rule.nodes[i], degree);
+                const double exact =
+                    std::tgamma(degree + 1.0) * std::tgamma(power + 1.0) / std::tgamma(degree + power + 2.0);
+                CHECK(std::abs(sum - exact) < 1e-13 * exact * n);
+            }
+        }
+}
+
+TEST_CASE("nodes rise inside the interval, weights are positive") {
+    for (int power = 0; power <= 2; ++power) {
+        const GaussJacobi rule = gauss_jacobi(20, power);
+        double before = 0;
+        for (std::size_t i = 0; i < rule.nodes.size(); ++i) {
+            CHECK(rule.nodes[i] > before);
+            CHECK(rule.weights[i] > 0);
+            before = rule.nodes[i];
+        }
+        CHECK(before < 1);
+    }
+}
