@@ -191,10 +191,12 @@ class Quadrature {
             state.evaluations += static_cast<std::uint32_t>(rule.count + quadratic_nodes<D>);
             return;
         }
-        const Integrated parts = integrate_parts(piece, before, enough, depth, rules_[divided_rule], integrator);
+        const CollapsedRule<D>& rule = rules_[divided_rule];
+        const Integrals whole = integrator.integrate(piece, rule);
+        const Integrated parts = integrate_parts(piece, whole, enough, depth, rule, integrator);
         state.integrals = parts.integrals;
         state.change = parts.change;
-        state.evaluations += static_cast<std::uint32_t>(parts.evaluations + quadratic_nodes<D>);
+        state.evaluations += static_cast<std::uint32_t>(parts.evaluations + rule.count + quadratic_nodes<D>);
     }
 
     [[nodiscard]] Squares total() const {

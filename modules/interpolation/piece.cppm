@@ -2,6 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 export module camber.interpolation:piece;
 import camber.core;

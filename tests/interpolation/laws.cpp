@@ -292,6 +292,7 @@ TEST_CASE("a kink is found out, at a bounded cost") {
         square += (1 - x) / strips * std::pow(std::abs(x - 0.3) - interpolant, 2);
     }
     CHECK(agree(error.straight.l2.value, std::sqrt(square), 1e-3));
+    CHECK(std::abs(error.straight.l2.value - std::sqrt(square)) <= error.straight.l2.uncertainty * error.straight.l2.value);
     CHECK(error.evaluations < 3000000);
 }
 

@@ -90,6 +90,7 @@ class Report(unittest.TestCase):
         self.write("broken.mesh", ascii_file(broken))
         for name in ("straight.mesh", "curved.mesh", "broken.mesh", "out.meshb"):
             yield json.loads(self.run_camber("check", name, "--json", "--elements", codes=(0, 1)).stdout)
+        yield json.loads(self.run_camber("check", "curved.mesh", "--json", "--field", "exp(x)").stdout)
 
     def compare(self, section, objects):
         keys, seen = documented(section), set()
