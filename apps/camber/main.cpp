@@ -198,7 +198,8 @@ void add_check(CLI::App& app, Verb& verb) {
         "det J as a share of that of the straight element with the same vertices (other programs mean Knupp's measure "
         "by the name). Of a straight mesh the quality is told: the mean ratio. Beyond its elements the mesh is "
         "examined: conformity, orientation, nodes, boundary. Of a field (x, y, z, pi, + - * / ^, c ? a : b, sqrt, exp, "
-        "tanh ...) the errors of its interpolants are told, in L2 and H1: of degree 1 and 2 with straight edges, and of "
+        "tanh ...) the errors of its interpolants are told, in L2 and H1: of degree 1 and 2 with straight edges, and "
+        "of "
         "the mesh as it is; a ratio straight / as it is above 1 says that curvature pays at equal unknowns "
         "(docs/algorithms/interpolation-error.md). What each line means: docs/algorithms/check.md");
     CheckArguments& a = verb.check;

@@ -58,7 +58,8 @@ Outcome<Done> check_values(const std::vector<std::string>& expressions, const Bu
         if (allowed(values[k])) continue;
         const std::size_t v = k / expressions.size();
         std::ostringstream what;
-        what << quoted_expression(expressions[k % expressions.size()]) << " is " << values[k] << " at " << coordinates(points[v]);
+        what << quoted_expression(expressions[k % expressions.size()]) << " is " << values[k] << " at "
+             << coordinates(points[v]);
         return fail(ErrorKind::usage, what.str(), {}, Entity{"vertex", v + 1}, wanted);
     }
     return Done{};

@@ -82,10 +82,10 @@ Outcome<ScalarExpression<D>> ScalarExpression<D>::parsed(std::string text) {
         Evaluator<D> evaluator(text);
         static_cast<void>(evaluator(Vec<D>{}));
         if (evaluator.results() != 1)
-            return fail(ErrorKind::usage,
-                        quoted_expression(text) + " gives " + std::to_string(evaluator.results()) +
-                            " values, one is wanted",
-                        {}, {}, remedy);
+            return fail(
+                ErrorKind::usage,
+                quoted_expression(text) + " gives " + std::to_string(evaluator.results()) + " values, one is wanted",
+                {}, {}, remedy);
         return ScalarExpression(std::move(text));
     } catch (const mu::Parser::exception_type& error) {
         const auto position = static_cast<long>(error.GetPos());

@@ -63,10 +63,11 @@ CollapsedRule<D>::CollapsedRule(int points_a_direction) : n(points_a_direction),
         for (int e = 0; e < edges_per_simplex<D>; ++e) {
             const auto [i, j] = local_edges<D>[e];
             bubbles[e][p] = 4 * barycentric[i][p] * barycentric[j][p];
-            const auto slope = [&](int vertex, int axis) { return vertex == 0 ? -1.0 : vertex == axis + 1 ? 1.0 : 0.0; };
+            const auto slope = [&](int vertex, int axis) {
+                return vertex == 0 ? -1.0 : vertex == axis + 1 ? 1.0 : 0.0;
+            };
             for (int a = 0; a < D; ++a)
-                bubble_slopes[e][a][p] =
-                    4 * (slope(i, a) * barycentric[j][p] + barycentric[i][p] * slope(j, a));
+                bubble_slopes[e][a][p] = 4 * (slope(i, a) * barycentric[j][p] + barycentric[i][p] * slope(j, a));
         }
         // Of ∂/∂ξ_d = (∂/∂t_d)/(rest of the directions above) + multiples below 1 of those of lower directions.
         double below = 0;

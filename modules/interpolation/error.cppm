@@ -34,7 +34,8 @@ struct ErrorNorm {
     /// How far it may be from the integral's value, relative: half of the sum over the elements of what the last
     /// refinement of their quadrature changed, by the sum of the squares.
     double uncertainty = 0;
-    double rounding = 0;     ///< what the rounding of u's values alone may give: an error about as small is 0 for all one knows
+    double rounding =
+        0;  ///< what the rounding of u's values alone may give: an error about as small is 0 for all one knows
     Column<double> squares;  ///< of the elements: value² is their sum
 };
 

@@ -4,3 +4,4 @@ export import :gauss_jacobi;
 export import :error;
 import :collapsed_rule;
 import :piece;
+import :quadrature;

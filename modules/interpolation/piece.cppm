@@ -1,6 +1,7 @@
 module;
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -44,8 +45,8 @@ struct Piece {
 
 /// Integrals over a piece. Of each interpolant: ∫ e², ∫ |∇e|², each with the share that rounding may have.
 struct Integrals {
-    static constexpr int quantities = 4;                         ///< L2 and H1 of two interpolants
-    std::array<double, quantities> squares{};                    ///< L2, H1, L2, H1
+    static constexpr int quantities = 4;       ///< L2 and H1 of two interpolants
+    std::array<double, quantities> squares{};  ///< L2, H1, L2, H1
     double l2_rounding = 0, h1_rounding = 0;
     bool turned = false;  ///< det J <= 0 at a point
 
@@ -76,6 +77,17 @@ class Integrator {
     std::vector<double> values_, error_, other_error_;
     std::array<std::vector<double>, D> slopes_;  ///< of the first interpolant's error, by ξ
 };
+
+/// Which nodes: the middles of the chords, or those of the mesh.
+enum class Sides : std::uint8_t { straight, curved };
+
+template <int D>
+[[nodiscard]] std::array<Vec<D>, quadratic_nodes<D>> nodes_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides);
+
+/// An element's places and values: of straight elements with the interpolants of degree 2 and 1, of curved ones with
+/// that of degree 2.
+template <int D>
+[[nodiscard]] Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, Integrator<D>& integrator);
 
 /// 2^D pieces that together are the piece.
 template <int D>

@@ -94,32 +94,31 @@ double wave(const Vec<D>& x) {
 
 template <int D>
 void check_exact_spaces() {
-    property(
-        "polynomials of degree 2 on straight meshes",
-        [](std::uint64_t seed, std::array<int, 6> c) {
-            const auto mesh = mesh_of_cells<D>(2, 0.1, seed);
-            const auto quadratic = field_of<D>([=](const Vec<D>& x) {
-                return c[0] + c[1] * x[0] + c[2] * x[1] * x[1] + c[3] * x[0] * x[D - 1] + c[4] * x[D - 1] * x[D - 1];
-            });
-            const auto error = error_of<D>(mesh, quadratic);
-            RC_ASSERT(is_rounding(error.straight.l2));
-            RC_ASSERT(is_rounding(error.straight.h1));
-            RC_ASSERT(is_rounding(error.curved.l2));
-        },
-        {.count = 20});
-    property(
-        "linear fields on curved meshes",
-        [](std::uint64_t seed, std::array<int, 4> c) {
-            const auto mesh = bent<D>(mesh_of_cells<D>(2, 0.1, seed), 0.08, seed);
-            const auto linear =
-                field_of<D>([=](const Vec<D>& x) { return c[0] + c[1] * x[0] + c[2] * x[1] + c[3] * x[D - 1]; });
-            const auto error = error_of<D>(mesh, linear);
-            RC_ASSERT(is_rounding(error.curved.l2));
-            RC_ASSERT(is_rounding(error.curved.h1));
-            RC_ASSERT(is_rounding(error.linear.h1));
-            RC_ASSERT(error.unresolved == 0U);
-        },
-        {.count = 20});
+    property("polynomials of degree 2 on straight meshes",
+             [](std::uint64_t seed, std::array<int, 6> c) {
+                 const auto mesh = mesh_of_cells<D>(2, 0.1, seed);
+                 const auto quadratic = field_of<D>([=](const Vec<D>& x) {
+                     return c[0] + c[1] * x[0] + c[2] * x[1] * x[1] + c[3] * x[0] * x[D - 1] +
+                            c[4] * x[D - 1] * x[D - 1];
+                 });
+                 const auto error = error_of<D>(mesh, quadratic);
+                 RC_ASSERT(is_rounding(error.straight.l2));
+                 RC_ASSERT(is_rounding(error.straight.h1));
+                 RC_ASSERT(is_rounding(error.curved.l2));
+             },
+             {.count = 20});
+    property("linear fields on curved meshes",
+             [](std::uint64_t seed, std::array<int, 4> c) {
+                 const auto mesh = bent<D>(mesh_of_cells<D>(2, 0.1, seed), 0.08, seed);
+                 const auto linear =
+                     field_of<D>([=](const Vec<D>& x) { return c[0] + c[1] * x[0] + c[2] * x[1] + c[3] * x[D - 1]; });
+                 const auto error = error_of<D>(mesh, linear);
+                 RC_ASSERT(is_rounding(error.curved.l2));
+                 RC_ASSERT(is_rounding(error.curved.h1));
+                 RC_ASSERT(is_rounding(error.linear.h1));
+                 RC_ASSERT(error.unresolved == 0U);
+             },
+             {.count = 20});
 }
 
 template <int D>
@@ -157,7 +156,8 @@ void check_affine() {
     };
     const auto after = error_of<D>(moved, field_of<D>(back), 1e-4);
     const double volume = std::pow(3.0, D);
-    for (const auto member : {&InterpolationError::linear, &InterpolationError::straight, &InterpolationError::curved}) {
+    for (const auto member :
+         {&InterpolationError::linear, &InterpolationError::straight, &InterpolationError::curved}) {
         CHECK(agree((after.*member).l2.value, std::sqrt(volume) * (before.*member).l2.value, 1e-4));
         CHECK(agree((after.*member).h1.value, std::sqrt(volume) / 3 * (before.*member).h1.value, 1e-4));
     }
@@ -169,7 +169,8 @@ void check_threads() {
     const auto layer = field_of<D>([](const Vec<D>& x) { return std::tanh((norm(x) - 2) / 0.2); });
     const auto one = error_of<D>(mesh, layer, 1e-3, Execution{.threads = 1});
     const auto two = error_of<D>(mesh, layer, 1e-3, Execution{.threads = 2});
-    for (const auto member : {&InterpolationError::linear, &InterpolationError::straight, &InterpolationError::curved}) {
+    for (const auto member :
+         {&InterpolationError::linear, &InterpolationError::straight, &InterpolationError::curved}) {
         CHECK((one.*member).l2.squares == (two.*member).l2.squares);
         CHECK((one.*member).h1.squares == (two.*member).h1.squares);
         CHECK((one.*member).h1.value == (two.*member).h1.value);
@@ -177,8 +178,8 @@ void check_threads() {
     CHECK(one.evaluations == two.evaluations);
 }
 
-/// The H1 error of the interpolant on one curved element, by the gradient in closed form and a plain rule of 60 points a
-/// direction in a square's coordinates.
+/// The H1 error of the interpolant on one curved element, by the gradient in closed form and a plain rule of 60 points
+/// a direction in a square's coordinates.
 double h1_by_gradient(const QuadraticSimplex<2, 2>& element, const std::function<double(const Vec<2>&)>& u,
                       const std::function<Vec<2>(const Vec<2>&)>& gradient, bool linear) {
     const GaussJacobi line = gauss_jacobi(60, 0);
@@ -215,8 +216,8 @@ QuadraticMesh<2> one_triangle(double size) {
     LinearMesh<2> mesh;
     mesh.points = Buffer<Vec<2>>{{{0.49, 0}}, {{0.49 + size, 0.1 * size}}, {{0.49, size}}};
     mesh.point_references = Buffer<Reference>(3, 0);
-    mesh.elements.vertices = Buffer<SimplexVertices<2>>{
-        {VertexId(std::size_t{0}), VertexId(std::size_t{1}), VertexId(std::size_t{2})}};
+    mesh.elements.vertices =
+        Buffer<SimplexVertices<2>>{{VertexId(std::size_t{0}), VertexId(std::size_t{1}), VertexId(std::size_t{2})}};
     mesh.elements.references = Buffer<Reference>(1, 0);
     auto curved = elevate(std::move(mesh), alone);
     REQUIRE(curved.has_value());
@@ -256,14 +257,16 @@ TEST_CASE("H1 errors are those of the gradient in closed form, to 1e-4 of themse
 
 TEST_CASE("details of 1e-6 at 1e6 have their errors to the digits that their places have") {
     const double far = 1e6, detail = 1e-6;
-    const auto distant = mapped<3>(bent<3>(mesh_of_cells<3>(2, 0.1, 1), 0.08, 2),
-                                   [=](const Vec<3>& x) { return Vec<3>{{far + detail * x[0], -far + detail * x[1], detail * x[2]}}; });
+    const auto distant = mapped<3>(bent<3>(mesh_of_cells<3>(2, 0.1, 1), 0.08, 2), [=](const Vec<3>& x) {
+        return Vec<3>{{far + detail * x[0], -far + detail * x[1], detail * x[2]}};
+    });
     const auto near = mapped<3>(distant, [=](const Vec<3>& x) { return Vec<3>{{x[0] - far, x[1] + far, x[2]}}; });
     const auto u = [=](const Vec<3>& x) { return wave<3>(x / detail); };
-    const auto there = error_of<3>(
-        distant, field_of<3>([=](const Vec<3>& x) { return u({{x[0] - far, x[1] + far, x[2]}}); }));
+    const auto there =
+        error_of<3>(distant, field_of<3>([=](const Vec<3>& x) { return u({{x[0] - far, x[1] + far, x[2]}}); }));
     const auto here = error_of<3>(near, field_of<3>(u));
-    for (const auto member : {&InterpolationError::linear, &InterpolationError::straight, &InterpolationError::curved}) {
+    for (const auto member :
+         {&InterpolationError::linear, &InterpolationError::straight, &InterpolationError::curved}) {
         const InterpolantError &a = there.*member, &b = here.*member;
         CHECK(std::abs(a.l2.value - b.l2.value) <= 1e-3 * b.l2.value + a.l2.rounding);
         CHECK(std::abs(a.h1.value - b.h1.value) <= 1e-3 * b.h1.value + a.h1.rounding);
@@ -277,8 +280,8 @@ TEST_CASE("a kink is found out, at a bounded cost") {
     LinearMesh<2> mesh;
     mesh.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{0, 1}}};
     mesh.point_references = Buffer<Reference>(3, 0);
-    mesh.elements.vertices = Buffer<SimplexVertices<2>>{
-        {VertexId(std::size_t{0}), VertexId(std::size_t{1}), VertexId(std::size_t{2})}};
+    mesh.elements.vertices =
+        Buffer<SimplexVertices<2>>{{VertexId(std::size_t{0}), VertexId(std::size_t{1}), VertexId(std::size_t{2})}};
     mesh.elements.references = Buffer<Reference>(1, 0);
     auto elevated = elevate(mesh, alone);
     REQUIRE(elevated.has_value());
@@ -292,7 +295,8 @@ TEST_CASE("a kink is found out, at a bounded cost") {
         square += (1 - x) / strips * std::pow(std::abs(x - 0.3) - interpolant, 2);
     }
     CHECK(agree(error.straight.l2.value, std::sqrt(square), 1e-3));
-    CHECK(std::abs(error.straight.l2.value - std::sqrt(square)) <= error.straight.l2.uncertainty * error.straight.l2.value);
+    CHECK(std::abs(error.straight.l2.value - std::sqrt(square)) <=
+          error.straight.l2.uncertainty * error.straight.l2.value);
     CHECK(error.evaluations < 3000000);
 }
 
@@ -301,12 +305,14 @@ TEST_CASE("a field that is nothing has no error; a field that is not finite is a
     const auto nothing = error_of<2>(mesh, field_of<2>([](const Vec<2>&) { return 0.0; }));
     CHECK(nothing.curved.l2.value == 0);
     CHECK(nothing.curved.h1.value == 0);
-    const auto pole = field_of<2>([](const Vec<2>& x) { return x[0] > 1.5 ? std::numeric_limits<double>::infinity() : x[1]; });
+    const auto pole =
+        field_of<2>([](const Vec<2>& x) { return x[0] > 1.5 ? std::numeric_limits<double>::infinity() : x[1]; });
     const auto failed = interpolation_error<2>(mesh, pole, {}, alone);
     REQUIRE_FALSE(failed.has_value());
     CHECK(failed.error().kind == ErrorKind::usage);
     CHECK(failed.error().what.find("the field is inf at (") == 0);
-    const auto huge = interpolation_error<2>(mesh, field_of<2>([](const Vec<2>& x) { return 1e200 * x[0] * x[0]; }), {}, alone);
+    const auto huge =
+        interpolation_error<2>(mesh, field_of<2>([](const Vec<2>& x) { return 1e200 * x[0] * x[0]; }), {}, alone);
     REQUIRE_FALSE(huge.has_value());
     CHECK(huge.error().what.find("range of numbers") != std::string::npos);
     CHECK_FALSE(interpolation_error<2>(mesh, pole, {.tolerance = 1}, alone).has_value());

@@ -71,13 +71,10 @@ class Checker {
         for (const std::string& field : options_.fields)
             if (const auto parsed = ScalarExpression<D>::parsed(field); !parsed) return fail(parsed.error());
         count();
-        auto done =
-            step("examine", [&](const Execution& e) {
-                return examine_mesh(e);
-            }).and_then([&](Done) {
-                  return step("validate", [&](const Execution& e) { return judge(e); });
-              }).and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); });
-              }).and_then([&](Done) { return interpolate(); });
+        auto done = step("examine", [&](const Execution& e) { return examine_mesh(e); })
+                        .and_then([&](Done) { return step("validate", [&](const Execution& e) { return judge(e); }); })
+                        .and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); }); })
+                        .and_then([&](Done) { return interpolate(); });
         if (!done) return fail(done.error());
         return std::move(report_);
     }

@@ -111,7 +111,7 @@ struct CheckReport {
     std::vector<ElementReport> worst;   ///< the worst first
     std::vector<Histogram> histograms;  ///< of the elements; none without elements
     ElementColumns elements;
-    std::vector<FieldErrors> fields;    ///< of the fields that were asked for
+    std::vector<FieldErrors> fields;  ///< of the fields that were asked for
     std::vector<std::string> notices;
 
     [[nodiscard]] bool all_good() const { return soundness.sound && validity.invalid == 0 && validity.undecided == 0; }

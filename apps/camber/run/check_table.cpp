@@ -133,7 +133,8 @@ std::string field_rows(const CheckReport& report) {
 }  // namespace
 
 std::string check_table(const CheckReport& report) {
-    return mesh_rows(report) + validity_rows(report) + soundness_rows(report.soundness) + worst_rows(report) + field_rows(report);
+    return mesh_rows(report) + validity_rows(report) + soundness_rows(report.soundness) + worst_rows(report) +
+           field_rows(report);
 }
 
 }  // namespace camber::run

@@ -106,10 +106,8 @@ std::string field_json(const FieldErrors& field) {
     for (const ErrorPlace& place : field.places) {
         Json bins = Json::array();
         for (const ErrorBin& bin : place.bins)
-            bins.push_back({{"range", bin.range},
-                            {"elements", bin.elements},
-                            {"straight", bin.straight},
-                            {"curved", bin.curved}});
+            bins.push_back(
+                {{"range", bin.range}, {"elements", bin.elements}, {"straight", bin.straight}, {"curved", bin.curved}});
         j["by_" + std::string(place.key)] = std::move(bins);
     }
     return j.dump(-1, ' ', false, Json::error_handler_t::replace);

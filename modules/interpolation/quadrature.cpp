@@ -1,0 +1,149 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+module camber.interpolation;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace {
+
+/// Points a direction, from level to level; then the last but one again on parts, divided up to `deepest` times.
+constexpr std::array<int, 4> points_a_direction{4, 6, 8, 12};
+constexpr int divided_rule = 2;
+constexpr int deepest = 4;
+constexpr int highest_level = static_cast<int>(points_a_direction.size()) - 1 + deepest;
+/// Elements after which a new evaluator of the field is made.
+constexpr std::size_t elements_at_once = 64;
+
+}  // namespace
+
+template <int D>
+Rules<D> quadrature_rules() {
+    Rules<D> rules;
+    for (const int n : points_a_direction) rules.emplace_back(n);
+    return rules;
+}
+
+template <int D>
+Outcome<Done> Quadrature<D>::integrate(std::vector<std::uint32_t> active) {
+    while (!active.empty()) {
+        if (auto done = refine(active); !done) return done;
+        active = unsettled();
+    }
+    return Done{};
+}
+
+template <int D>
+Outcome<Done> Quadrature<D>::refine(const std::vector<std::uint32_t>& active) {
+    const Squares enough = enough_of_parts();
+    auto done = each_chunk(
+        execution_, active.size(),
+        [&](std::size_t begin, std::size_t end) {
+            Integrator<D> integrator(field_());
+            for (std::size_t i = begin; i < end; ++i) refine(active[i], enough, integrator);
+        },
+        elements_at_once);
+    if (!done) return done;
+    for (const std::uint32_t e : active)
+        for (const double s : states_[e].integrals.squares)
+            if (!std::isfinite(s)) return fail(not_finite(e));
+    return Done{};
+}
+
+template <int D>
+void Quadrature<D>::refine(std::uint32_t e, const Squares& enough, Integrator<D>& integrator) {
+    State& state = states_[e];
+    const Piece<D> piece = piece_of(mesh_, e, sides_, integrator);
+    const Integrals before = state.integrals;
+    const int depth = ++state.level - static_cast<int>(points_a_direction.size()) + 1;
+    if (depth <= 0) {
+        const CollapsedRule<D>& rule = rules_[static_cast<std::size_t>(state.level)];
+        state.integrals = integrator.integrate(piece, rule);
+        state.change = state.level == 0 ? state.integrals.squares : effective_change(state.integrals, before);
+        state.evaluations += static_cast<std::uint32_t>(rule.count + quadratic_nodes<D>);
+        return;
+    }
+    const CollapsedRule<D>& rule = rules_[divided_rule];
+    const Integrals whole = integrator.integrate(piece, rule);
+    const Integrated parts = integrate_parts(piece, whole, enough, depth, rule, integrator);
+    state.integrals = parts.integrals;
+    state.change = parts.change;
+    state.evaluations += static_cast<std::uint32_t>(parts.evaluations + rule.count + quadratic_nodes<D>);
+}
+
+template <int D>
+Squares Quadrature<D>::total() const {
+    Squares sum{};
+    for (const State& s : states_)
+        for (std::size_t q = 0; q < sum.size(); ++q) sum[q] += s.integrals.squares[q];
+    return sum;
+}
+
+/// What parts of an element may differ by: a share of that which an element has on average.
+template <int D>
+Squares Quadrature<D>::enough_of_parts() const {
+    Squares share = total();
+    for (double& s : share) s *= tolerance_ / 4 / static_cast<double>(std::max<std::size_t>(1, states_.size()));
+    return share;
+}
+
+/// The elements to be refined: for each quantity those with the largest changes, as many as leave the others'
+/// changes small in sum. Nothing is left to do where all changes are.
+template <int D>
+std::vector<std::uint32_t> Quadrature<D>::unsettled() {
+    const Squares all = total();
+    Squares threshold{};
+    for (std::size_t q = 0; q < threshold.size(); ++q) threshold[q] = threshold_of(q, 2 * tolerance_ * all[q]);
+    std::vector<std::uint32_t> chosen;
+    unresolved_ = 0;
+    for (std::size_t e = 0; e < states_.size(); ++e) {
+        bool wanted = false;
+        for (std::size_t q = 0; q < threshold.size(); ++q) wanted = wanted || states_[e].change[q] > threshold[q];
+        if (!wanted) continue;
+        if (states_[e].level < highest_level)
+            chosen.push_back(static_cast<std::uint32_t>(e));
+        else
+            ++unresolved_;
+    }
+    return chosen;
+}
+
+/// The change beyond which elements are refined, so that the others' come to half of what is allowed; none when
+/// all of them are allowed already.
+template <int D>
+double Quadrature<D>::threshold_of(std::size_t q, double allowed) const {
+    std::vector<double> changes;
+    double sum = 0;
+    for (const State& s : states_) {
+        sum += s.change[q];
+        if (s.change[q] > 0) changes.push_back(s.change[q]);
+    }
+    if (sum <= allowed) return std::numeric_limits<double>::infinity();
+    std::sort(changes.begin(), changes.end());
+    double small = 0;
+    for (const double change : changes) {
+        small += change;
+        if (small > allowed / 2) return std::nextafter(change, 0.0);
+    }
+    return 0;
+}
+
+template <int D>
+Error Quadrature<D>::not_finite(std::uint32_t e) const {
+    Integrator<D> integrator(field_());
+    return find_not_finite(mesh_, e, sides_, rules_, integrator);
+}
+
+template Rules<2> quadrature_rules<2>();
+template Rules<3> quadrature_rules<3>();
+template class Quadrature<2>;
+template class Quadrature<3>;
+
+}  // namespace camber

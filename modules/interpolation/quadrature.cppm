@@ -1,0 +1,94 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+export module camber.interpolation:quadrature;
+import camber.core;
+import camber.bezier;
+import :collapsed_rule;
+import :error;
+import :piece;
+
+namespace camber {
+
+using Squares = std::array<double, Integrals::quantities>;
+
+/// The rules by rising number of points.
+template <int D>
+using Rules = std::vector<CollapsedRule<D>>;
+template <int D>
+[[nodiscard]] Rules<D> quadrature_rules();
+
+/// What is known of one element.
+struct State {
+    Integrals integrals;
+    Squares change{};  ///< by the last refinement
+    std::uint32_t evaluations = 0;
+    std::int8_t level = -1;
+};
+
+/// Where the integrals over all elements are refined: level after level, first with more points, then on parts of an
+/// element, until what the last refinements changed is small in all.
+template <int D>
+class Quadrature {
+  public:
+    Quadrature(const QuadraticMesh<D>& mesh, const ScalarField<D>& field, const Rules<D>& rules, Sides sides,
+               double tolerance, const Execution& execution)
+        : mesh_(mesh),
+          field_(field),
+          rules_(rules),
+          sides_(sides),
+          tolerance_(tolerance),
+          execution_(execution),
+          states_(mesh.linear.elements.size(), State{}) {}
+
+    /// Of the elements `active` alone.
+    [[nodiscard]] Outcome<Done> integrate(std::vector<std::uint32_t> active);
+
+    [[nodiscard]] const std::vector<State>& states() const { return states_; }
+    /// Elements that are at the highest level and not settled.
+    [[nodiscard]] std::size_t unresolved() const { return unresolved_; }
+    void take_over(std::size_t e, const State& state) { states_[e] = state; }
+
+  private:
+    [[nodiscard]] Outcome<Done> refine(const std::vector<std::uint32_t>& active);
+    void refine(std::uint32_t e, const Squares& enough, Integrator<D>& integrator);
+    [[nodiscard]] Squares total() const;
+    [[nodiscard]] Squares enough_of_parts() const;
+    [[nodiscard]] std::vector<std::uint32_t> unsettled();
+    [[nodiscard]] double threshold_of(std::size_t q, double allowed) const;
+    [[nodiscard]] Error not_finite(std::uint32_t e) const;
+
+    const QuadraticMesh<D>& mesh_;
+    const ScalarField<D>& field_;
+    const Rules<D>& rules_;
+    Sides sides_;
+    double tolerance_;
+    const Execution& execution_;
+    std::vector<State> states_;
+    std::size_t unresolved_ = 0;
+};
+
+/// The integrals over a piece and by how much they changed at last.
+struct Integrated {
+    Integrals integrals;
+    Squares change{};
+    std::size_t evaluations = 0;
+};
+
+/// What the squares changed by, rounding left out; of H1 nothing where det J is not positive.
+[[nodiscard]] Squares effective_change(const Integrals& now, const Integrals& before);
+
+/// Parts of parts, as deep as told (at least 1), wherever the parts together differ from the whole by more than
+/// `enough`.
+template <int D>
+[[nodiscard]] Integrated integrate_parts(const Piece<D>& whole, const Integrals& of_whole, const Squares& enough,
+                                         int depth, const CollapsedRule<D>& rule, Integrator<D>& integrator);
+
+/// Why an element's integrals are no numbers.
+template <int D>
+[[nodiscard]] Error find_not_finite(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, const Rules<D>& rules,
+                                    Integrator<D>& integrator);
+
+}  // namespace camber
