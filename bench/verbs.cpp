@@ -46,7 +46,7 @@ const Case& layers() {
         c.shell = *shells(c.mesh.edges, all);
         const auto ball = *balls(c.linear, all);
         c.back = *make_back_mesh(c.linear, ball, Column<LogMetric<3>>(*natural_log_metrics(c.linear, ball, all)), all);
-        c.curved = *curve(c.mesh, c.features.edge_kinds, c.boundary, c.shell, c.back, EdgeMinimiserOptions{}, all);
+        c.curved = *curve(c.mesh, c.features.edge_kinds, c.boundary, c.shell, c.back, CurveOptions{}, all);
         return c;
     }();
     return made;

@@ -45,6 +45,19 @@ Curving<D> nothing_known(QuadraticMesh<D> mesh, const Column<EdgeKind>& kinds,
             Buffer<EdgeTarget<D>>(n), Buffer<std::uint8_t>(n, 0)};
 }
 
+/// What is judged by element is known of all edges before the first cavity, or of none: searches are put off until a
+/// cavity asks.
+template <int D>
+Outcome<Curving<D>> with_targets_by_element(Curving<D> c, const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                            const CurveOptions& options, const Execution& execution) {
+    if (options.aim != CurvingAim::accuracy) return c;
+    auto targets = edge_targets(c.mesh, c.kinds, c.boundary_nodes, shells, back, options, execution);
+    if (!targets) return fail(targets.error());
+    c.known = Buffer<std::uint8_t>(targets->size(), 1);
+    c.targets = std::move(*targets);
+    return c;
+}
+
 template <int D>
 Curving<D> with_targets(Curving<D> curving, const std::vector<Reinsertion<D>>& round) {
     auto targets = take(std::move(curving.targets));
@@ -183,7 +196,10 @@ Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind
     if (!topology) return fail(topology.error());
     const std::size_t vertices = mesh.linear.points.size();
     const auto boundary = boundary_vertices(mesh, kinds);
-    auto begun = with_bare_edges(nothing_known(std::move(mesh), kinds, boundary_nodes), topology->shells);
+    auto aimed = with_targets_by_element(nothing_known(std::move(mesh), kinds, boundary_nodes), topology->shells, back,
+                                         options.cavity.edge, execution);
+    if (!aimed) return fail(aimed.error());
+    auto begun = with_bare_edges(std::move(*aimed), topology->shells);
     if (!begun) return fail(begun.error());
     Walk<D> walk{std::move(*begun),
                  *topology,

@@ -60,7 +60,7 @@ Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> t
 }
 
 template <int D>
-Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                          const Column<LagrangeNode<D>>& boundary_nodes, const Incidence<ElementId>& shells,
                          const BackMesh<D>& back, const CurveOptions& options, const Execution& execution) {
     if (auto fits = check_columns(mesh, kinds.size(), boundary_nodes.size()); !fits) return fail(fits.error());
@@ -75,7 +75,7 @@ Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& k
         auto lessened = lessen_by_element<D>(mesh, kinds, boundary_nodes, shells, least, offsets, execution);
         if (!lessened) return fail(lessened.error());
     }
-    auto targets = map_each(
+    return map_each(
         execution, mesh.edges.size(),
         [&](std::size_t e) {
             if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), boundary_nodes[e]);
@@ -84,6 +84,13 @@ Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& k
             return offset_target(mesh, {EdgeId(e), shells[e].front()}, offsets[e], back, rules.report);
         },
         64);
+}
+
+template <int D>
+Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                         const Column<LagrangeNode<D>>& boundary_nodes, const Incidence<ElementId>& shells,
+                         const BackMesh<D>& back, const CurveOptions& options, const Execution& execution) {
+    const auto targets = edge_targets(mesh, kinds, boundary_nodes, shells, back, options, execution);
     if (!targets) return fail(targets.error());
     return in_columns<D>(mesh.linear, *targets, kinds);
 }
@@ -158,6 +165,9 @@ Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& c
 
 #define CAMBER_INSTANTIATE(D)                                                                                        \
     template Curved<D> in_columns<D>(const LinearMesh<D>&, std::span<const EdgeTarget<D>>, const Column<EdgeKind>&); \
+    template Outcome<Buffer<EdgeTarget<D>>> edge_targets<D>(                                                         \
+        const QuadraticMesh<D>&, const Column<EdgeKind>&, const Column<LagrangeNode<D>>&,                            \
+        const Incidence<ElementId>&, const BackMesh<D>&, const CurveOptions&, const Execution&);                     \
     template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                           \
                                          const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,                \
                                          const BackMesh<D>&, const CurveOptions&,         const Execution&);         \

@@ -34,6 +34,14 @@ template <int D>
 [[nodiscard]] Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> targets,
                                    const Column<EdgeKind>& kinds);
 
+/// Where every edge's node ought to be: volume edges by the options' aim in the field `back`, boundary edges at
+/// `boundary_nodes`. Errors: those of `curve`.
+template <int D>
+[[nodiscard]] Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                                          const Column<LagrangeNode<D>>& boundary_nodes,
+                                                          const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                                          const CurveOptions& options, const Execution& execution);
+
 /// The second verb on a whole mesh: volume edges take the nodes that the options' aim asks for in the field `back`,
 /// whose mesh must be the straight form of `mesh`; boundary edges take `boundary_nodes` (see camber.surface), which has one
 /// row an edge. Edges do not see one another, so the cost is linear and the order does not matter. Errors: columns that

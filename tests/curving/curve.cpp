@@ -22,7 +22,9 @@ namespace {
 
 template <int D>
 Outcome<Curved<D>> curved(const Block<D>& b, const Execution& execution) {
-    return curve(b.mesh, b.kinds, b.boundary_nodes, b.shells, b.back, EdgeMinimiserOptions{}, execution);
+    CurveOptions energy;
+    energy.aim = CurvingAim::energy;
+    return curve(b.mesh, b.kinds, b.boundary_nodes, b.shells, b.back, energy, execution);
 }
 
 template <int D>
@@ -146,7 +148,7 @@ TEST_CASE("curve tetrahedra") { curve_laws<3>({4, 4, 3}); }
 TEST_CASE("columns that do not fit are refused, and a wish to stop is heard") {
     const auto b = shell_block<2>({3, 2}, 1);
     const auto wrong =
-        curve(b.mesh, Column<EdgeKind>{}, b.boundary_nodes, b.shells, b.back, EdgeMinimiserOptions{}, alone);
+        curve(b.mesh, Column<EdgeKind>{}, b.boundary_nodes, b.shells, b.back, CurveOptions{}, alone);
     REQUIRE(!wrong.has_value());
     CHECK(!curve_boundary(b.mesh, b.kinds, Column<LagrangeNode<2>>{}, alone).has_value());
     std::stop_source source;

@@ -46,7 +46,7 @@ Proposal<D> thrown(const Block<D>& b, std::uint64_t seed, double amplitude) {
 template <int D>
 Column<QuadraticModel<D>> models_of(const Block<D>& b, const Proposal<D>& proposal) {
     const auto judged = must(validate(b.mesh, proposal, 0, alone));
-    return must(edge_models(b.mesh, proposal.mid_nodes, judged.validation(), b.shells, b.back, alone));
+    return must(edge_models(CurvingAim::energy, b.mesh, proposal.mid_nodes, judged.validation(), b.shells, b.back, alone));
 }
 
 template <int D>
@@ -232,8 +232,8 @@ void model_of_energy(const std::array<int, D>& cells) {
     const auto valid = must(validate(b.mesh, 0, alone));
     Validation<D> broken = valid;
     broken.verdicts = Column<Verdict>(Buffer<Verdict>(valid.verdicts.size(), Verdict::invalid));
-    const auto plain = must(edge_models(b.mesh, b.mesh.mid_nodes, valid, b.shells, back, alone));
-    const auto fitted = must(edge_models(b.mesh, b.mesh.mid_nodes, broken, b.shells, back, alone));
+    const auto plain = must(edge_models(CurvingAim::energy, b.mesh, b.mesh.mid_nodes, valid, b.shells, back, alone));
+    const auto fitted = must(edge_models(CurvingAim::energy, b.mesh, b.mesh.mid_nodes, broken, b.shells, back, alone));
     const auto implied = must(implied_edge_models(b.mesh, b.mesh.mid_nodes, b.shells, alone));
     const Quadrature rule = gauss_legendre(12);
     const SpectralMetric<D> metric(constant);

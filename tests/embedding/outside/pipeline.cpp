@@ -35,11 +35,11 @@ int main() {
     const auto shell = must(shells(mesh.edges, all));
     const auto back =
         must(make_back_mesh<3>(mesh.linear, ball, must(natural_log_metrics(mesh.linear, ball, all)), all));
-    const auto curved = must(curve<3>(mesh, features.edge_kinds, boundary, shell, back, EdgeMinimiserOptions{}, all));
+    const auto curved = must(curve<3>(mesh, features.edge_kinds, boundary, shell, back, CurveOptions{}, all));
     const auto wanted = must(validate(mesh, curved.proposal, 0.2, all));
     const Validation<3>& before = wanted.validation();
     const Column<QuadraticModel<3>> models =
-        must(edge_models(mesh, curved.proposal.mid_nodes, before, shell, back, all));
+        must(edge_models(CurvingAim::accuracy, mesh, curved.proposal.mid_nodes, before, shell, back, all));
     const auto repaired = must(repair(wanted, models, RepairOptions{.min_scaled_jacobian = 0.2}, all));
     const auto result = must(commit(repaired.judged)).mesh;
     const Validation<3>& after = repaired.judged.validation();

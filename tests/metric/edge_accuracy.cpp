@@ -1,0 +1,131 @@
+// The closed form for accuracy: what it does not depend on, where its parts are known, and that it stays in bounds.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+#include <rapidcheck.h>
+
+#include "dice.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.metric;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+template <int D>
+Vec<D> offset_of(const Vec<D>& chord, const FieldSample<D>& middle, double size_share = 2.0 / 3) {
+    Vec<D> offset;
+    accurate_offsets<D>({&chord, 1}, {&middle, 1}, {size_share}, {&offset, 1});
+    return offset;
+}
+
+/// A field at a middle whose sizes and axes change by `change` within a unit of length.
+template <int D>
+FieldSample<D> random_middle(Dice& dice, double size, double change) {
+    FieldSample<D> s;
+    s.log_metric.l = dice.symmetric<D>(size);
+    for (auto& g : s.gradient) g = dice.symmetric<D>(change);
+    return s;
+}
+
+template <int D>
+void laws() {
+    property("no gradient, no offset; the chord's direction does not count", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const Vec<D> chord = dice.vector<D>(-1, 1);
+        RC_ASSERT(offset_of(chord, random_middle<D>(dice, 5, 0)) == Vec<D>{});
+        const auto middle = random_middle<D>(dice, 3, 1);
+        RC_ASSERT(norm(offset_of(chord, middle) - offset_of(-chord, middle)) <= 1e-12 * norm(chord));
+    });
+    property("turned, and scaled, with the coordinates; any constant times the metric", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const Vec<D> chord = dice.vector<D>(-1, 1);
+        const auto middle = random_middle<D>(dice, 3, 1);
+        const Vec<D> d = offset_of(chord, middle);
+        const Mat<D> r = dice.rotation<D>();
+        FieldSample<D> turned;
+        turned.log_metric.l = congruence(r, middle.log_metric.l);
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j < D; ++j) turned.gradient[i] += r(i, j) * congruence(r, middle.gradient[j]);
+        RC_ASSERT(norm(offset_of(r * chord, turned) - r * d) <= 1e-9 * norm(chord));
+        const double scale = std::exp(dice.uniform(-20, 20));
+        FieldSample<D> scaled = middle;
+        scaled.log_metric.l += dice.uniform(-30, 30) * Sym<D>::identity();
+        for (auto& g : scaled.gradient) g = (1 / scale) * g;
+        RC_ASSERT(norm(offset_of(scale * chord, scaled) - scale * d) <= 1e-9 * scale * norm(chord));
+    });
+    property("isotropic: a share of the geodesic's first step", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const Vec<D> chord = dice.vector<D>(-1, 1);
+        const Vec<D> slope = dice.vector<D>(-0.05, 0.05);
+        FieldSample<D> middle;
+        middle.log_metric.l = dice.uniform(-3, 3) * Sym<D>::identity();
+        for (int i = 0; i < D; ++i) middle.gradient[i] = slope[i] * Sym<D>::identity();
+        // Γ(e, e)/8 of M = e^l I.
+        const Vec<D> geodesic = (dot(slope, chord) * chord - 0.5 * norm_squared(chord) * slope) * 0.125;
+        const double share = dice.uniform(0, 1);
+        RC_ASSERT(norm(offset_of(chord, middle, share) - share * geodesic) <= 1e-3 * norm(geodesic) + 1e-15);
+    });
+    property("thin axes along the radius: the sagitta of the circle, whatever the chord's direction", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const double radius = dice.uniform(1, 10);
+        const double thin = std::exp(dice.uniform(-14, -5));
+        Vec<D> sizes;
+        sizes.c.fill(1);
+        sizes[0] = thin;  // the radius is along x at the middle
+        FieldSample<D> middle;
+        middle.log_metric = log_metric_of_sizes<D>(sizes);
+        middle.gradient[1](0, 1) = (middle.log_metric.l(0, 0) - middle.log_metric.l(1, 1)) / radius;
+        Vec<D> chord = dice.vector<D>(-0.1, 0.1);
+        chord[1] = 0.2 * dice.uniform(0.5, 1);
+        const double sagitta = chord[1] * chord[1] / (8 * radius);
+        const Vec<D> d = offset_of(chord, middle);
+        RC_ASSERT(std::abs(d[0] - sagitta) <= 0.01 * sagitta);
+        RC_ASSERT(std::abs(d[1]) <= 1e-3 * sagitta);
+    });
+    property("finite and in bounds at any anisotropy and any change", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const Vec<D> chord = std::exp(dice.uniform(-30, 30)) * dice.vector<D>(-1, 1);
+        const auto middle = random_middle<D>(dice, 28, std::exp(dice.uniform(-30, 40)));
+        const Vec<D> d = offset_of(chord, middle);
+        RC_ASSERT(std::isfinite(norm(d)));
+        RC_ASSERT(std::abs(dot(d, chord)) <= 0.2001 * norm_squared(chord));
+    });
+    property("a pack is its edges one by one", [](std::uint64_t seed) {
+        Dice dice(seed);
+        std::vector<Vec<D>> chords(dice.below(9)), offsets(chords.size());
+        std::vector<FieldSample<D>> middles(chords.size());
+        for (std::size_t i = 0; i < chords.size(); ++i) {
+            chords[i] = dice.vector<D>(-1, 1);
+            middles[i] = random_middle<D>(dice, 3, 1);
+        }
+        accurate_offsets<D>(chords, middles, {}, offsets);
+        for (std::size_t i = 0; i < chords.size(); ++i) RC_ASSERT(offsets[i] == offset_of(chords[i], middles[i]));
+    });
+}
+
+}  // namespace
+
+TEST_CASE("edges for accuracy: triangles") { laws<2>(); }
+TEST_CASE("edges for accuracy: tetrahedra") { laws<3>(); }
+
+// u = e^{-x/ε} and the size of its Hessian, h ~ e^{x/(2ε)}: the third derivative of u∘F vanishes at the middle.
+TEST_CASE("sizes of a Hessian: no third derivative is left in one direction") {
+    for (const double eps : {1.0, 3.0, -2.0}) {
+        const double chord = 0.05;
+        FieldSample<2> middle;
+        middle.gradient[0] = (-1 / eps) * Sym<2>::identity();  // log |u''|
+        middle.gradient[0](1, 1) = 0;
+        middle.log_metric.l(0, 0) = 0;
+        middle.log_metric.l(1, 1) = -20;  // a size that does not change, across
+        const double d = offset_of<2>({chord, 0}, middle)[0];
+        const double third = -chord * chord * chord / (eps * eps * eps) - 24 * chord * d / (eps * eps);
+        CHECK(std::abs(third) < 1e-3 * std::abs(chord * chord * chord / (eps * eps * eps)));
+    }
+}
