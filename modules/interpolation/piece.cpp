@@ -24,7 +24,7 @@ namespace {
 /// Derivatives of a quadratic's linear part by ξ_1 … ξ_D.
 template <int D, class T>
 std::array<T, D> linear_slopes(const Quadratic<D, T>& q) {
-    std::array<T, D> slopes;
+    std::array<T, D> slopes{};
     for (int a = 0; a < D; ++a) slopes[a] = q.corners[a + 1] - q.corners[0];
     return slopes;
 }

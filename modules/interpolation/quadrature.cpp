@@ -21,6 +21,10 @@ constexpr int deepest = 4;
 constexpr int highest_level = static_cast<int>(points_a_direction.size()) - 1 + deepest;
 /// Elements after which a new evaluator of the field is made.
 constexpr std::size_t elements_at_once = 64;
+/// No level is begun that may take the values of the field beyond this many: where the field jumps there is no end.
+constexpr double values_an_element = 2000, values_at_least = 1e8;
+
+constexpr int depth_of(int level) { return level + 1 - static_cast<int>(points_a_direction.size()); }
 
 }  // namespace
 
@@ -36,6 +40,9 @@ Outcome<Done> Quadrature<D>::integrate(std::vector<std::uint32_t> active) {
     while (!active.empty()) {
         if (auto done = refine(active); !done) return done;
         active = unsettled();
+        if (affordable(active)) continue;
+        unresolved_ += active.size();
+        break;
     }
     return Done{};
 }
@@ -62,7 +69,7 @@ void Quadrature<D>::refine(std::uint32_t e, const Squares& enough, Integrator<D>
     State& state = states_[e];
     const Piece<D> piece = piece_of(mesh_, e, sides_, integrator);
     const Integrals before = state.integrals;
-    const int depth = ++state.level - static_cast<int>(points_a_direction.size()) + 1;
+    const int depth = depth_of(++state.level);
     if (depth <= 0) {
         const CollapsedRule<D>& rule = rules_[static_cast<std::size_t>(state.level)];
         state.integrals = integrator.integrate(piece, rule);
@@ -76,6 +83,17 @@ void Quadrature<D>::refine(std::uint32_t e, const Squares& enough, Integrator<D>
     state.integrals = parts.integrals;
     state.change = parts.change;
     state.evaluations += static_cast<std::uint32_t>(parts.evaluations + rule.count + quadratic_nodes<D>);
+}
+
+/// Whether the next level of these elements, divided everywhere, would be within the bound.
+template <int D>
+bool Quadrature<D>::affordable(const std::vector<std::uint32_t>& active) const {
+    double values = 0;
+    for (const State& s : states_) values += s.evaluations;
+    for (const std::uint32_t e : active)
+        if (const int depth = depth_of(states_[e].level + 1); depth > 0)
+            values += static_cast<double>(rules_[divided_rule].count) * std::pow(1U << D, depth);
+    return values <= values_at_least + values_an_element * static_cast<double>(states_.size());
 }
 
 template <int D>

@@ -47,13 +47,14 @@ class Quadrature {
     [[nodiscard]] Outcome<Done> integrate(std::vector<std::uint32_t> active);
 
     [[nodiscard]] const std::vector<State>& states() const { return states_; }
-    /// Elements that are at the highest level and not settled.
+    /// Elements that are not settled, at the highest level or at the highest that could be afforded.
     [[nodiscard]] std::size_t unresolved() const { return unresolved_; }
     void take_over(std::size_t e, const State& state) { states_[e] = state; }
 
   private:
     [[nodiscard]] Outcome<Done> refine(const std::vector<std::uint32_t>& active);
     void refine(std::uint32_t e, const Squares& enough, Integrator<D>& integrator);
+    [[nodiscard]] bool affordable(const std::vector<std::uint32_t>& active) const;
     [[nodiscard]] Squares total() const;
     [[nodiscard]] Squares enough_of_parts() const;
     [[nodiscard]] std::vector<std::uint32_t> unsettled();

@@ -44,16 +44,19 @@ std::string place_rows(const ErrorPlace& place) {
     return text;
 }
 
-double largest_uncertainty(const InterpolationError& e) {
+double largest_uncertainty(const InterpolationError& e, ErrorNorm InterpolantError::* norm) {
     double largest = 0;
-    for (const InterpolantError* error : {&e.linear, &e.straight, &e.curved})
-        for (const ErrorNorm* norm : {&error->l2, &error->h1})
-            if (norm->value > 4 * norm->rounding) largest = std::max(largest, norm->uncertainty);
+    for (const InterpolantError* error : {&e.linear, &e.straight, &e.curved}) {
+        const ErrorNorm& n = error->*norm;
+        if (n.value > 4 * n.rounding) largest = std::max(largest, n.uncertainty);
+    }
     return largest;
 }
 
 std::string remarks(const InterpolationError& e) {
-    std::string text = fmt::format("    quadrature: certain to {:.1g} of each number\n", largest_uncertainty(e));
+    std::string text =
+        fmt::format("    quadrature: certain to {:.1g} (L2) and {:.1g} (H1) of each number\n",
+                    largest_uncertainty(e, &InterpolantError::l2), largest_uncertainty(e, &InterpolantError::h1));
     if (e.unresolved > 0)
         text += fmt::format("    ! {} elements in which the quadrature found no end\n", grouped(e.unresolved));
     if (e.curved_turned > 0)
