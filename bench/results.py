@@ -23,8 +23,10 @@ RESULTS = ROOT / "docs" / "results.json"
 ORACLE = ROOT / "tests" / "oracle"
 MESHES = ["spheres-coarse", "spheres-fine", "layer-single", "layer-double", "cube-cylinder", "polar-100k"]
 PAPER = ["paper-spheres-coarse", "paper-spheres-fine", "paper-layer-single", "paper-layer-double"]
-WAYS = {"default": [], "relax": ["stages/relax/repair=relax"], "segment": ["stages/relax/repair=segment"],
-        "reinsert": ['stages=["elevate","reinsert"]']}
+ENERGY = ["stages/curve/objective=energy"]
+WAYS = {"default": ENERGY, "relax": [*ENERGY, "stages/relax/repair=relax"],
+        "segment": [*ENERGY, "stages/relax/repair=segment"],
+        "reinsert": ['stages=["elevate",{"reinsert":{"curve":{"objective":"energy"}}}]']}
 
 
 class Program:
@@ -98,7 +100,7 @@ def by_way(cases, ways):
 
 def starts(program):
     """Gains before correction; the correction is the quickest, since it does not matter."""
-    quick = ["stages/relax/repair=relax"]
+    quick = WAYS["relax"]
     ends = {"energy": ["stages/curve/length_tolerance=0"], "length": []}
     return {f"{case} {end}": figures(program.report(case, [*quick, *more]))
             for case in MESHES[:4] for end, more in ends.items()}
@@ -129,29 +131,32 @@ def distances(program):
             check = [ORACLE / "check_p2.py", folder / "out.meshb", "--planes", "--sphere", "1,5", "--sphere", "2,1"]
             found = subprocess.run([sys.executable, *check], capture_output=True, text=True).stdout
             return next(line for line in found.splitlines() if line.startswith("spheres: "))
-        for sphere in ast.literal_eval(program.run(case, [], look).removeprefix("spheres: ")):
+        for sphere in ast.literal_eval(program.run(case, ENERGY, look).removeprefix("spheres: ")):
             rows[f"{case} {sphere['radius']:g}"] = {key: sphere[key] for key in ("cells", "straight", "curved", "ratio")}
     return rows
 
 
 CURVE = "camber curve MESH.meshb -o out.meshb --report report.json"
+BY_ENERGY = CURVE + " --set stages/curve/objective=energy"
 RUN = "camber run configs/NAME.json --set output/report=report.json"
 TABLES = {  # name: what it is of, the command, and who measures it
     "configs": ("the defaults of each config", RUN, by_case(sorted(p.stem for p in (ROOT / "configs").glob("*.json")
                                                                    if p.stem != "schema"))),
-    "curving": ("the defaults; polar-100k with --metric polar-100k.solb", CURVE, by_case(MESHES)),
+    "curving": ("the objective energy, else the defaults; polar-100k with --metric polar-100k.solb", BY_ENERGY,
+                by_case(MESHES, ENERGY)),
     "shape": ("the objective shape, else the defaults", CURVE + " --set stages/curve/objective=shape",
               by_case(MESHES[:5], ["stages/curve/objective=shape"])),
-    "relaxation": ("stages/relax/repair=relax and =segment, which are not the default",
-                   CURVE + " --set stages/relax/repair=WAY",
+    "relaxation": ("the objective energy and stages/relax/repair=relax and =segment, which are not the defaults",
+                   BY_ENERGY + " --set stages/relax/repair=WAY",
                    by_way([*MESHES, "paper-spheres-coarse"], ["relax", "segment"])),
-    "reinsert": ('stages=["elevate","reinsert"], which is not the default', CURVE + " --set 'stages=[\"elevate\",\"reinsert\"]'",
+    "reinsert": ("the stage reinsert by the objective energy, which are not the defaults", CURVE + f" --set '{WAYS['reinsert'][0]}'",
                  by_case([*MESHES, "coated-sphere"], WAYS["reinsert"])),
-    "paper": ("the defaults, and two other ways", RUN, by_way(PAPER, ["default", "relax", "reinsert"])),
-    "starts": ("gains before correction, with stages/curve/length_tolerance=0 and with its default", CURVE, starts),
-    "distances": ("the defaults; the surrogate is made from the mesh alone",
-                  CURVE + "; python3 tests/oracle/check_p2.py out.meshb --planes --sphere 1,5 --sphere 2,1", distances),
-    "repair": ("stages/relax/repair=WAY, bounds by stages/validate and relax/min_scaled_jacobian",
+    "paper": ("the objective energy, which the configs name, and two other ways", RUN, by_way(PAPER, ["default", "relax", "reinsert"])),
+    "starts": ("the objective energy, gains before correction, with stages/curve/length_tolerance=0 and with its default",
+               BY_ENERGY, starts),
+    "distances": ("the objective energy, else the defaults; the surrogate is made from the mesh alone",
+                  BY_ENERGY + "; python3 tests/oracle/check_p2.py out.meshb --planes --sphere 1,5 --sphere 2,1", distances),
+    "repair": ("the objective energy, stages/relax/repair=WAY, bounds by stages/validate and relax/min_scaled_jacobian",
                "python3 bench/repair_bounds.py build/bin/camber CASE …", repair),
 }
 

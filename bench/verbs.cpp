@@ -67,11 +67,11 @@ void surrogate(benchmark::State& state) {
     state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * c.linear.facets.size()));
 }
 
-template <EdgeObjectiveKind objective>
+template <CurvingAim aim>
 void curve_edges(benchmark::State& state) {
     const Case& c = layers();
-    EdgeMinimiserOptions options;
-    options.objective = objective;
+    CurveOptions options;
+    options.aim = aim;
     for (auto _ : state)
         benchmark::DoNotOptimize(
             curve(c.mesh, c.features.edge_kinds, c.boundary, c.shell, c.back, options, threads(state)));
@@ -94,8 +94,8 @@ void relax_elements(benchmark::State& state) {
 #define CAMBER_BENCH(f) BENCHMARK(f)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime()
 CAMBER_BENCH(elevate_mesh);
 CAMBER_BENCH(surrogate);
-CAMBER_BENCH(curve_edges<EdgeObjectiveKind::energy>);
-CAMBER_BENCH(curve_edges<EdgeObjectiveKind::length>);
+CAMBER_BENCH(curve_edges<CurvingAim::energy>);
+CAMBER_BENCH(curve_edges<CurvingAim::length>);
 CAMBER_BENCH(validate_elements);
 CAMBER_BENCH(relax_elements);
 

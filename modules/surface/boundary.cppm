@@ -22,10 +22,10 @@ template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);
 
-/// The same nodes with those of edges on smooth surfaces moved along their surface by the tangential part of `shifts`
-/// (one row an edge): onto the geometry again, and within a plane to the last bit. Ridges, required edges and, in 2D,
-/// all edges keep theirs: a curve leaves only slides along itself, which are no shape. Errors: as boundary_nodes; rows
-/// that do not fit the mesh (ErrorKind::internal).
+/// The same nodes with those of edges within planes moved by the part of `shifts` (one row an edge) that lies in the
+/// plane. Others keep theirs: on a curved surface a node off the middle of its curve costs the geometry an order of
+/// approximation, and curves (ridges; in 2D all edges of the boundary) leave only slides along themselves; so do
+/// required edges. Errors: as boundary_nodes; rows that do not fit the mesh (ErrorKind::internal).
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh,
                                                           const Column<LagrangeNode<D>>& nodes,

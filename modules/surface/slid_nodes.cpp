@@ -2,6 +2,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 module camber.surface;
 import camber.core;
@@ -11,20 +12,28 @@ namespace camber {
 
 namespace {
 
-/// The point of the edge's surface that p becomes when it moves by the tangential part of `shift`.
+/// The cosine of planes that are one, but for rounding.
+constexpr double same_plane = 1 - 1e-12;
+
+/// The plane on which all facets at the edge lie, where they lie on one.
 template <int D>
-Vec<D> slid(const Geometry<D>& geometry, const EdgeSite<D>& edge, const Vec<D>& p, const Vec<D>& shift) {
-    if (edge.facets.empty()) return p;
-    const auto tangential = [&](const Vec<D>& normal) { return shift - dot(normal, shift) * normal; };
-    if (const auto plane = geometry->plane_at(edge.facets.front())) {
-        // A coordinate in which the plane is constant stays as it is, whatever rounding makes of the normal.
-        Vec<D> q = p + tangential(plane->normal);
-        for (int k = 0; k < D; ++k)
-            if (std::abs(plane->normal[k]) == 1) q[k] = p[k];
-        return q;
+std::optional<Plane<D>> plane_of(const Geometry<D>& geometry, const EdgeSite<D>& edge) {
+    std::optional<Plane<D>> common;
+    for (const FacetSite<D>& facet : edge.facets) {
+        const auto plane = geometry->plane_at(facet);
+        if (!plane || (common && std::abs(dot(plane->normal, common->normal)) < same_plane)) return std::nullopt;
+        common = plane;
     }
-    const Vec<D> normal = geometry->on_edge(edge, p).normal;
-    return normal == Vec<D>{} ? p : geometry->on_edge(edge, p + tangential(normal)).point;
+    return common;
+}
+
+/// p moved by the part of `shift` that lies in the plane. A coordinate in which the plane is constant stays as it is.
+template <int D>
+Vec<D> slid(const Plane<D>& plane, const Vec<D>& p, const Vec<D>& shift) {
+    Vec<D> q = p + (shift - dot(plane.normal, shift) * plane.normal);
+    for (int k = 0; k < D; ++k)
+        if (std::abs(plane.normal[k]) == 1) q[k] = p[k];
+    return q;
 }
 
 }  // namespace
@@ -47,7 +56,8 @@ Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh, const 
                                features.edge_kinds[e],
                                {mesh.linear.points[low], mesh.linear.points[high]},
                                facet_sites<D>(mesh.linear, (*shells)[e])};
-        return {slid(geometry, site, nodes[e].point, shifts[e])};
+        const auto plane = plane_of(geometry, site);
+        return plane ? LagrangeNode<D>{slid(*plane, nodes[e].point, shifts[e])} : nodes[e];
     });
 }
 

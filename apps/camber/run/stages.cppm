@@ -64,7 +64,7 @@ template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> curve_input(const Quadratic<D>& at, const Boundary<D>& boundary,
                                                  const Execution& execution);
 
-/// The same with nodes of smooth surfaces slid along them to where the options want them in the field; those that the
+/// The same with nodes in planes slid within them to where the options want them in the field; those that the
 /// mesh was read with stay.
 template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& boundary,
