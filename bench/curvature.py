@@ -52,7 +52,7 @@ def generated(shape, metric="natural", geometry="surrogate"):
             "stages": ["elevate", "curve", "validate", "relax", "commit"]}
 
 
-SHOCK = {"field": {"spherical-shock": {"centre": [0, 0], "radius": 0.5, "least_size": 0.01, "size": 0.08, "width": 0.1}}}
+SHOCK = {"field": {"spherical-shock": {"centre": [0, 0], "radius": 0.5, "least_size": 0.03, "size": 0.08, "width": 0.1}}}
 CASES = {
     "polar-100k": Case(fronts(CIRCLE, 0.5, (0.005, 0.01, 0.03)) | generic(0.5)),
     "layer-single": Case(layers(SPHERE, (0.05, 0.2)) | fronts(SPHERE, 1.1, (0.05,)) | generic(5)),

@@ -11,10 +11,20 @@ namespace camber {
 
 namespace {
 
-/// The most that sizes move a node, as a share of the edge's metric length, along each axis in that axis's unit.
-constexpr double most_pull = 0.2;
+/// What changes by more than this within an edge is not resolved by it: the angle by which axes turn, in radians, and
+/// the change of log M by sizes (a factor of 7 of a size).
+constexpr double most_turn = 1;
+constexpr double most_change = 4;
+/// The longest edge of a mesh that is unit for the metric has length √2; functions are not resolved by longer ones.
+constexpr double unit_length_squared = 2;
 /// The most that a node is shifted along its chord; at 1/4 the edge folds.
 constexpr double most_shift = 0.2;
+
+/// 1 where `change` is small beside `most`, 0 far beyond.
+double resolved(double change, double most) {
+    const double share = change / most;
+    return 1 / (1 + share * share * share * share);
+}
 
 /// What an edge sees in the frame of the axes at its middle.
 template <int D>
@@ -61,10 +71,15 @@ Vec<D> by_axes(const EdgeFrame<D>& f) {
     for (int j = 0; j < D; ++j)
         for (int i = 0; i < D; ++i)
             if (i != j) d[j] += turning(f.x[i][j], f.likeness(i, j)) * f.along_chord(i, j) * f.chord[i] / 8;
-    // 8 |d|/|e| is the angle by which the axes turn; the arc's sagitta where that is small, nothing where it says that
-    // the edge does not see the turn.
-    const double angle = 8 * norm(d) / norm(f.chord);
-    return 1 / (1 + angle * angle * angle * angle) * d;
+    // 8 |d|/|e| is the angle by which the axes turn.
+    return resolved(8 * norm(d) / norm(f.chord), most_turn) * d;
+}
+
+template <int D>
+double metric_length(const EdgeFrame<D>& f, const Vec<D>& v) {
+    double q = 0;
+    for (int j = 0; j < D; ++j) q += f.metric.values[j] * v[j] * v[j];
+    return std::sqrt(q);
 }
 
 /// The first Newton step of the energy, (∂_e L) e − ½ ∇(eᵀ L e), among axes that are alike.
@@ -80,24 +95,16 @@ Vec<D> by_sizes(const EdgeFrame<D>& f) {
         d[j] = -across / 16;
         for (int i = 0; i < D; ++i) d[j] += f.likeness(i, j) * f.along_chord(i, j) * f.chord[i] / 8;
     }
-    return d;
-}
-
-template <int D>
-Vec<D> limited(const EdgeFrame<D>& f, Vec<D> d) {
-    double length = 0;
-    for (int j = 0; j < D; ++j) length += f.metric.values[j] * f.chord[j] * f.chord[j];
-    for (int j = 0; j < D; ++j) {
-        const double most = most_pull * std::sqrt(length / f.metric.values[j]);
-        d[j] = most * std::tanh(d[j] / most);
-    }
-    return d;
+    const double length = metric_length(f, f.chord);
+    const double unit = std::min(1.0, unit_length_squared / (length * length));
+    // In one direction d = Δλ e/16.
+    return unit * resolved(16 * metric_length(f, d) / length, most_change) * d;
 }
 
 template <int D>
 Vec<D> accurate_offset(const Vec<D>& chord, const FieldSample<D>& middle, double size_share) {
     const EdgeFrame<D> f = edge_frame(chord, middle);
-    Vec<D> d = f.metric.vectors * (by_axes(f) + limited(f, size_share * by_sizes(f)));
+    Vec<D> d = f.metric.vectors * (by_axes(f) + size_share * by_sizes(f));
     const double shift = std::abs(dot(d, chord)) / norm_squared(chord);
     if (shift > most_shift) d *= most_shift / shift;
     for (int k = 0; k < D; ++k)

@@ -11,8 +11,9 @@ export namespace camber {
 
 struct EdgeAccuracyOptions {
     /// How far sizes that change draw a node into the finer side, as a share of what the geodesic asks for. The best is
-    /// 2/3 where M = |H| of what is interpolated (its Hessian), 1 where M ~ |∇³u|^{2/3}, 0 where sizes tell nothing.
-    double size_share = 2.0 / 3;
+    /// 2/3 where M = |H| of what is interpolated (its Hessian), 1 where M ~ |∇³u|^{2/3}, 0 where sizes tell nothing;
+    /// the default is in the middle, since nobody says which.
+    double size_share = 0.5;
 
     [[nodiscard]] static constexpr auto options() {
         using S = EdgeAccuracyOptions;
@@ -34,8 +35,9 @@ struct EdgeAccuracyOptions {
 ///   w(x) = (1 − e^{−|x|})²/|x| · min(1, e^{−x}),  K_ij = e^{−|x_ij|}, σ = size_share:
 ///
 /// axes that turn, and sizes that change among axes that are alike. Where axes turn by more than they are resolved to
-/// (about a radian within the edge) the first part fades, and the second is at most a fifth of the edge's metric length
-/// along any axis; neither shifts the node along its edge by more than 1/5 of the chord.
+/// (about a radian within the edge) the first part fades; the second where sizes change by a large factor within it, and
+/// where it is longer than √2 in the metric, so that the mesh does not resolve what the metric asks for. Neither shifts
+/// the node along its edge by more than 1/5 of the chord.
 /// All three spans are of one size.
 template <int D>
 void accurate_offsets(std::span<const Vec<D>> chords, std::span<const FieldSample<D>> middles,

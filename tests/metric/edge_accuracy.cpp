@@ -19,7 +19,7 @@ using namespace camber::testing;
 namespace {
 
 template <int D>
-Vec<D> offset_of(const Vec<D>& chord, const FieldSample<D>& middle, double size_share = 2.0 / 3) {
+Vec<D> offset_of(const Vec<D>& chord, const FieldSample<D>& middle, double size_share = 0.5) {
     Vec<D> offset;
     accurate_offsets<D>({&chord, 1}, {&middle, 1}, {size_share}, {&offset, 1});
     return offset;
@@ -43,10 +43,11 @@ void laws() {
         const auto middle = random_middle<D>(dice, 3, 1);
         RC_ASSERT(norm(offset_of(chord, middle) - offset_of(-chord, middle)) <= 1e-12 * norm(chord));
     });
-    property("turned, and scaled, with the coordinates; any constant times the metric", [](std::uint64_t seed) {
+    property("turned, and scaled, with the coordinates; of any multiple of the metric that is coarse enough", [](std::uint64_t seed) {
         Dice dice(seed);
         const Vec<D> chord = dice.vector<D>(-1, 1);
-        const auto middle = random_middle<D>(dice, 3, 1);
+        auto middle = random_middle<D>(dice, 3, 1);
+        middle.log_metric.l += -10.0 * Sym<D>::identity();  // edges shorter than a unit
         const Vec<D> d = offset_of(chord, middle);
         const Mat<D> r = dice.rotation<D>();
         FieldSample<D> turned;
@@ -56,7 +57,8 @@ void laws() {
         RC_ASSERT(norm(offset_of(r * chord, turned) - r * d) <= 1e-9 * norm(chord));
         const double scale = std::exp(dice.uniform(-20, 20));
         FieldSample<D> scaled = middle;
-        scaled.log_metric.l += dice.uniform(-30, 30) * Sym<D>::identity();
+        scaled.log_metric.l += dice.uniform(-40, 0) * Sym<D>::identity();
+        scaled.log_metric.l += -2 * std::log(scale) * Sym<D>::identity();
         for (auto& g : scaled.gradient) g = (1 / scale) * g;
         RC_ASSERT(norm(offset_of(scale * chord, scaled) - scale * d) <= 1e-9 * scale * norm(chord));
     });
@@ -65,7 +67,7 @@ void laws() {
         const Vec<D> chord = dice.vector<D>(-1, 1);
         const Vec<D> slope = dice.vector<D>(-0.05, 0.05);
         FieldSample<D> middle;
-        middle.log_metric.l = dice.uniform(-3, 3) * Sym<D>::identity();
+        middle.log_metric.l = dice.uniform(-9, -2) * Sym<D>::identity();
         for (int i = 0; i < D; ++i) middle.gradient[i] = slope[i] * Sym<D>::identity();
         // Γ(e, e)/8 of M = e^l I.
         const Vec<D> geodesic = (dot(slope, chord) * chord - 0.5 * norm_squared(chord) * slope) * 0.125;
@@ -124,7 +126,7 @@ TEST_CASE("sizes of a Hessian: no third derivative is left in one direction") {
         middle.gradient[0](1, 1) = 0;
         middle.log_metric.l(0, 0) = 0;
         middle.log_metric.l(1, 1) = -20;  // a size that does not change, across
-        const double d = offset_of<2>({chord, 0}, middle)[0];
+        const double d = offset_of<2>({chord, 0}, middle, 2.0 / 3)[0];
         const double third = -chord * chord * chord / (eps * eps * eps) - 24 * chord * d / (eps * eps);
         CHECK(std::abs(third) < 1e-3 * std::abs(chord * chord * chord / (eps * eps * eps)));
     }
