@@ -143,7 +143,7 @@ void print_head(const Arguments& a) {
 }
 
 void print(const std::string& name, const Row& row, const Row& straight) {
-    std::printf("| %s | %d | %.3e | %.3e | %.2f | %.2f | %zu | %s | %.1f |\n", name.c_str(), row.unknowns, row.l2,
+    std::printf("| %s | %d | %.3e | %.3e | %.3g | %.3g | %zu | %s | %.1f |\n", name.c_str(), row.unknowns, row.l2,
                 row.h1, straight.l2 / row.l2, straight.h1 / row.h1, row.turned, row.method.c_str(), row.seconds);
     std::fflush(stdout);
 }
