@@ -78,8 +78,7 @@ Patch<D> patch_of(const Operation<D>& op, const std::vector<ElementId>& removed,
 /// What the star's edges cost off their wanted places; those that stay have no say.
 template <int D>
 Column<QuadraticModel<D>> models_of(const Operation<D>& op, const Proposal<D>& wanted,
-                                    const CavityTopology<D>& topology, const BackMesh<D>& back,
-                                    ModelFit fit) {
+                                    const CavityTopology<D>& topology, const BackMesh<D>& back, ModelFit fit) {
     Buffer<QuadraticModel<D>> models(op.small.edges.size());
     for (std::size_t e = 0; e < models.size(); ++e) models[e] = {wanted.mid_nodes[e].point, Sym<D>::identity(), 0};
     for (const EdgeId e : op.edges.inner) {

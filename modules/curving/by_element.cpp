@@ -19,8 +19,8 @@ constexpr int most_rounds = 4;
 template <int D>
 class Elements {
   public:
-    Elements(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-             const Column<LagrangeNode<D>>& boundary_nodes, std::span<const Vec<D>> offsets)
+    Elements(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, const Column<LagrangeNode<D>>& boundary_nodes,
+             std::span<const Vec<D>> offsets)
         : mesh_(mesh), kinds_(kinds), boundary_nodes_(boundary_nodes), offsets_(offsets) {}
 
     /// The largest share of the present offsets that keeps the element above `least`.
@@ -70,8 +70,8 @@ Outcome<Done> lessen_by_element(const QuadraticMesh<D>& mesh, const Column<EdgeK
                                 double least, std::span<Vec<D>> offsets, const Execution& execution) {
     for (int round = 0; round < most_rounds; ++round) {
         const Elements<D> elements(mesh, kinds, boundary_nodes, offsets);
-        const auto shares = map_each(execution, mesh.linear.elements.size(),
-                                     [&](std::size_t e) { return elements.share(e, least); });
+        const auto shares =
+            map_each(execution, mesh.linear.elements.size(), [&](std::size_t e) { return elements.share(e, least); });
         if (!shares) return fail(shares.error());
         if (std::all_of(shares->begin(), shares->end(), [](double s) { return s == 1; })) break;
         auto lessened = each(execution, mesh.edges.size(), [&](std::size_t e) {

@@ -61,8 +61,9 @@ Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> t
 
 template <int D>
 Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                         const Column<LagrangeNode<D>>& boundary_nodes, const Incidence<ElementId>& shells,
-                         const BackMesh<D>& back, const CurveOptions& options, const Execution& execution) {
+                                            const Column<LagrangeNode<D>>& boundary_nodes,
+                                            const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                            const CurveOptions& options, const Execution& execution) {
     if (auto fits = check_columns(mesh, kinds.size(), boundary_nodes.size()); !fits) return fail(fits.error());
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     const EdgeRules rules = edge_rules(options);
@@ -163,21 +164,21 @@ Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& c
     return EdgeLengths{std::move(chords), std::move(curves)};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template Curved<D> in_columns<D>(const LinearMesh<D>&, std::span<const EdgeTarget<D>>, const Column<EdgeKind>&); \
-    template Outcome<Buffer<EdgeTarget<D>>> edge_targets<D>(                                                         \
-        const QuadraticMesh<D>&, const Column<EdgeKind>&, const Column<LagrangeNode<D>>&,                            \
-        const Incidence<ElementId>&, const BackMesh<D>&, const CurveOptions&, const Execution&);                     \
-    template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                           \
-                                         const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,                \
-                                         const BackMesh<D>&, const CurveOptions&,         const Execution&);         \
-    template Outcome<Buffer<Vec<D>>> accurate_offsets<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&, EdgeKind, \
-                                                         const Incidence<ElementId>&, const BackMesh<D>&,            \
-                                                         const EdgeAccuracyOptions&, const Execution&);              \
-    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                  \
-                                                  const Column<LagrangeNode<D>>&, const Execution&);                 \
-    template Outcome<EdgeLengths> updated_lengths<D>(const EdgeSet<D>&, const Curved<D>&, const Proposal<D>&,        \
-                                                     const Incidence<ElementId>&, const BackMesh<D>&,                \
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Curved<D> in_columns<D>(const LinearMesh<D>&, std::span<const EdgeTarget<D>>, const Column<EdgeKind>&);   \
+    template Outcome<Buffer<EdgeTarget<D>>> edge_targets<D>(                                                           \
+        const QuadraticMesh<D>&, const Column<EdgeKind>&, const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, \
+        const BackMesh<D>&, const CurveOptions&, const Execution&);                                                    \
+    template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                             \
+                                         const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,                  \
+                                         const BackMesh<D>&, const CurveOptions&, const Execution&);                   \
+    template Outcome<Buffer<Vec<D>>> accurate_offsets<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&, EdgeKind,   \
+                                                         const Incidence<ElementId>&, const BackMesh<D>&,              \
+                                                         const EdgeAccuracyOptions&, const Execution&);                \
+    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                    \
+                                                  const Column<LagrangeNode<D>>&, const Execution&);                   \
+    template Outcome<EdgeLengths> updated_lengths<D>(const EdgeSet<D>&, const Curved<D>&, const Proposal<D>&,          \
+                                                     const Incidence<ElementId>&, const BackMesh<D>&,                  \
                                                      const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -43,9 +43,9 @@ template <int D>
                                                           const CurveOptions& options, const Execution& execution);
 
 /// The second verb on a whole mesh: volume edges take the nodes that the options' aim asks for in the field `back`,
-/// whose mesh must be the straight form of `mesh`; boundary edges take `boundary_nodes` (see camber.surface), which has one
-/// row an edge. Edges do not see one another, so the cost is linear and the order does not matter. Errors: columns that
-/// do not fit the mesh; options out of range (usage); stopped.
+/// whose mesh must be the straight form of `mesh`; boundary edges take `boundary_nodes` (see camber.surface), which has
+/// one row an edge. Edges do not see one another, so the cost is linear and the order does not matter. Errors: columns
+/// that do not fit the mesh; options out of range (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                        const Column<LagrangeNode<D>>& boundary_nodes,

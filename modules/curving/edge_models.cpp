@@ -169,9 +169,9 @@ QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const La
 
 template <int D>
 Outcome<Buffer<QuadraticModel<D>>> edge_models(CurvingAim aim, const QuadraticMesh<D>& mesh,
-                                               const Column<LagrangeNode<D>>& wanted,
-                                               const Validation<D>& validation, const Incidence<ElementId>& shells,
-                                               const BackMesh<D>& back, const Execution& execution) {
+                                               const Column<LagrangeNode<D>>& wanted, const Validation<D>& validation,
+                                               const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                               const Execution& execution) {
     if (aim == CurvingAim::accuracy)
         return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
             return edge_model(mesh, EdgeId(e), wanted[e], shells[e], back, ModelFit::accuracy);
@@ -207,13 +207,13 @@ Outcome<Buffer<QuadraticModel<D>>> implied_edge_models(const QuadraticMesh<D>& m
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                       \
-    template QuadraticModel<D> edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,               \
-                                             std::span<const ElementId>, const BackMesh<D>&, ModelFit);             \
-    template Outcome<Buffer<QuadraticModel<D>>> edge_models<D>(                                                     \
-        CurvingAim, const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Validation<D>&, const Incidence<ElementId>&, \
-        const BackMesh<D>&, const Execution&);                                                                      \
-    template Outcome<Buffer<QuadraticModel<D>>> implied_edge_models<D>(                                             \
+#define CAMBER_INSTANTIATE(D)                                                                           \
+    template QuadraticModel<D> edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,   \
+                                             std::span<const ElementId>, const BackMesh<D>&, ModelFit); \
+    template Outcome<Buffer<QuadraticModel<D>>> edge_models<D>(                                         \
+        CurvingAim, const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Validation<D>&,      \
+        const Incidence<ElementId>&, const BackMesh<D>&, const Execution&);                             \
+    template Outcome<Buffer<QuadraticModel<D>>> implied_edge_models<D>(                                 \
         const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

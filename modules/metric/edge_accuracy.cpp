@@ -30,11 +30,11 @@ double resolved(double change, double most) {
 template <int D>
 struct EdgeFrame {
     SpectralMetric<D> metric;
-    Vec<D> chord;                           ///< c
-    std::array<Sym<D>, D> along_axes;       ///< D_k
-    Sym<D> along_chord;                     ///< A
-    std::array<std::array<double, D>, D> x; ///< x_ij = λ_i − λ_j
-    Sym<D> likeness;                        ///< K_ij
+    Vec<D> chord;                            ///< c
+    std::array<Sym<D>, D> along_axes;        ///< D_k
+    Sym<D> along_chord;                      ///< A
+    std::array<std::array<double, D>, D> x;  ///< x_ij = λ_i − λ_j
+    Sym<D> likeness;                         ///< K_ij
 };
 
 template <int D>

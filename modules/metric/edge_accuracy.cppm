@@ -28,17 +28,16 @@ struct EdgeAccuracyOptions {
 };
 
 /// Offsets of mid nodes from the middles of their chords, for a pack of edges: chords[i] = P_02 − P_20, middles[i] the
-/// field at the chord's middle with its recovered gradient. With L = R diag(λ) Rᵀ, c = Rᵀ e, D_k = Rᵀ(∂_k L)R (∂_k along
-/// axis k), A = Σ c_k D_k and x_ij = λ_i − λ_j, in the frame of the axes
+/// field at the chord's middle with its recovered gradient. With L = R diag(λ) Rᵀ, c = Rᵀ e, D_k = Rᵀ(∂_k L)R (∂_k
+/// along axis k), A = Σ c_k D_k and x_ij = λ_i − λ_j, in the frame of the axes
 ///
 ///   8 d_j = Σ_{i≠j} w(x_ij) A_ij c_i  +  σ [ Σ_i K_ij A_ij c_i − ½ Σ_{ab} K_ab sqrt(K_ja K_jb) (D_j)_ab c_a c_b ],
 ///   w(x) = (1 − e^{−|x|})²/|x| · min(1, e^{−x}),  K_ij = e^{−|x_ij|}, σ = size_share:
 ///
 /// axes that turn, and sizes that change among axes that are alike. Where axes turn by more than they are resolved to
-/// (about a radian within the edge) the first part fades; the second where sizes change by a large factor within it, and
-/// where it is longer than √2 in the metric, so that the mesh does not resolve what the metric asks for. Neither shifts
-/// the node along its edge by more than 1/5 of the chord.
-/// All three spans are of one size.
+/// (about a radian within the edge) the first part fades; the second where sizes change by a large factor within it,
+/// and where it is longer than √2 in the metric, so that the mesh does not resolve what the metric asks for. Neither
+/// shifts the node along its edge by more than 1/5 of the chord. All three spans are of one size.
 template <int D>
 void accurate_offsets(std::span<const Vec<D>> chords, std::span<const FieldSample<D>> middles,
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets);

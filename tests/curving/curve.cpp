@@ -147,8 +147,7 @@ TEST_CASE("curve tetrahedra") { curve_laws<3>({4, 4, 3}); }
 
 TEST_CASE("columns that do not fit are refused, and a wish to stop is heard") {
     const auto b = shell_block<2>({3, 2}, 1);
-    const auto wrong =
-        curve(b.mesh, Column<EdgeKind>{}, b.boundary_nodes, b.shells, b.back, CurveOptions{}, alone);
+    const auto wrong = curve(b.mesh, Column<EdgeKind>{}, b.boundary_nodes, b.shells, b.back, CurveOptions{}, alone);
     REQUIRE(!wrong.has_value());
     CHECK(!curve_boundary(b.mesh, b.kinds, Column<LagrangeNode<2>>{}, alone).has_value());
     std::stop_source source;

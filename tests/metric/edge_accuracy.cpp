@@ -43,25 +43,26 @@ void laws() {
         const auto middle = random_middle<D>(dice, 3, 1);
         RC_ASSERT(norm(offset_of(chord, middle) - offset_of(-chord, middle)) <= 1e-12 * norm(chord));
     });
-    property("turned, and scaled, with the coordinates; of any multiple of the metric that is coarse enough", [](std::uint64_t seed) {
-        Dice dice(seed);
-        const Vec<D> chord = dice.vector<D>(-1, 1);
-        auto middle = random_middle<D>(dice, 3, 1);
-        middle.log_metric.l += -10.0 * Sym<D>::identity();  // edges shorter than a unit
-        const Vec<D> d = offset_of(chord, middle);
-        const Mat<D> r = dice.rotation<D>();
-        FieldSample<D> turned;
-        turned.log_metric.l = congruence(r, middle.log_metric.l);
-        for (int i = 0; i < D; ++i)
-            for (int j = 0; j < D; ++j) turned.gradient[i] += r(i, j) * congruence(r, middle.gradient[j]);
-        RC_ASSERT(norm(offset_of(r * chord, turned) - r * d) <= 1e-9 * norm(chord));
-        const double scale = std::exp(dice.uniform(-20, 20));
-        FieldSample<D> scaled = middle;
-        scaled.log_metric.l += dice.uniform(-40, 0) * Sym<D>::identity();
-        scaled.log_metric.l += -2 * std::log(scale) * Sym<D>::identity();
-        for (auto& g : scaled.gradient) g = (1 / scale) * g;
-        RC_ASSERT(norm(offset_of(scale * chord, scaled) - scale * d) <= 1e-9 * scale * norm(chord));
-    });
+    property("turned, and scaled, with the coordinates; of any multiple of the metric that is coarse enough",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const Vec<D> chord = dice.vector<D>(-1, 1);
+                 auto middle = random_middle<D>(dice, 3, 1);
+                 middle.log_metric.l += -10.0 * Sym<D>::identity();  // edges shorter than a unit
+                 const Vec<D> d = offset_of(chord, middle);
+                 const Mat<D> r = dice.rotation<D>();
+                 FieldSample<D> turned;
+                 turned.log_metric.l = congruence(r, middle.log_metric.l);
+                 for (int i = 0; i < D; ++i)
+                     for (int j = 0; j < D; ++j) turned.gradient[i] += r(i, j) * congruence(r, middle.gradient[j]);
+                 RC_ASSERT(norm(offset_of(r * chord, turned) - r * d) <= 1e-9 * norm(chord));
+                 const double scale = std::exp(dice.uniform(-20, 20));
+                 FieldSample<D> scaled = middle;
+                 scaled.log_metric.l += dice.uniform(-40, 0) * Sym<D>::identity();
+                 scaled.log_metric.l += -2 * std::log(scale) * Sym<D>::identity();
+                 for (auto& g : scaled.gradient) g = (1 / scale) * g;
+                 RC_ASSERT(norm(offset_of(scale * chord, scaled) - scale * d) <= 1e-9 * scale * norm(chord));
+             });
     property("isotropic: a share of the geodesic's first step", [](std::uint64_t seed) {
         Dice dice(seed);
         const Vec<D> chord = dice.vector<D>(-1, 1);
@@ -74,23 +75,24 @@ void laws() {
         const double share = dice.uniform(0, 1);
         RC_ASSERT(norm(offset_of(chord, middle, share) - share * geodesic) <= 1e-3 * norm(geodesic) + 1e-15);
     });
-    property("thin axes along the radius: the sagitta of the circle, whatever the chord's direction", [](std::uint64_t seed) {
-        Dice dice(seed);
-        const double radius = dice.uniform(1, 10);
-        const double thin = std::exp(dice.uniform(-14, -5));
-        Vec<D> sizes;
-        sizes.c.fill(1);
-        sizes[0] = thin;  // the radius is along x at the middle
-        FieldSample<D> middle;
-        middle.log_metric = log_metric_of_sizes<D>(sizes);
-        middle.gradient[1](0, 1) = (middle.log_metric.l(0, 0) - middle.log_metric.l(1, 1)) / radius;
-        Vec<D> chord = dice.vector<D>(-0.1, 0.1);
-        chord[1] = 0.2 * dice.uniform(0.5, 1);
-        const double sagitta = chord[1] * chord[1] / (8 * radius);
-        const Vec<D> d = offset_of(chord, middle);
-        RC_ASSERT(std::abs(d[0] - sagitta) <= 0.01 * sagitta);
-        RC_ASSERT(std::abs(d[1]) <= 1e-3 * sagitta);
-    });
+    property("thin axes along the radius: the sagitta of the circle, whatever the chord's direction",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const double radius = dice.uniform(1, 10);
+                 const double thin = std::exp(dice.uniform(-14, -5));
+                 Vec<D> sizes;
+                 sizes.c.fill(1);
+                 sizes[0] = thin;  // the radius is along x at the middle
+                 FieldSample<D> middle;
+                 middle.log_metric = log_metric_of_sizes<D>(sizes);
+                 middle.gradient[1](0, 1) = (middle.log_metric.l(0, 0) - middle.log_metric.l(1, 1)) / radius;
+                 Vec<D> chord = dice.vector<D>(-0.1, 0.1);
+                 chord[1] = 0.2 * dice.uniform(0.5, 1);
+                 const double sagitta = chord[1] * chord[1] / (8 * radius);
+                 const Vec<D> d = offset_of(chord, middle);
+                 RC_ASSERT(std::abs(d[0] - sagitta) <= 0.01 * sagitta);
+                 RC_ASSERT(std::abs(d[1]) <= 1e-3 * sagitta);
+             });
     property("finite and in bounds at any anisotropy and any change", [](std::uint64_t seed) {
         Dice dice(seed);
         const Vec<D> chord = std::exp(dice.uniform(-30, 30)) * dice.vector<D>(-1, 1);

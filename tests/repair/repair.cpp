@@ -46,7 +46,8 @@ Proposal<D> thrown(const Block<D>& b, std::uint64_t seed, double amplitude) {
 template <int D>
 Column<QuadraticModel<D>> models_of(const Block<D>& b, const Proposal<D>& proposal) {
     const auto judged = must(validate(b.mesh, proposal, 0, alone));
-    return must(edge_models(CurvingAim::energy, b.mesh, proposal.mid_nodes, judged.validation(), b.shells, b.back, alone));
+    return must(
+        edge_models(CurvingAim::energy, b.mesh, proposal.mid_nodes, judged.validation(), b.shells, b.back, alone));
 }
 
 template <int D>

@@ -250,8 +250,7 @@ struct Features {
 /// What places volume nodes: `curve` of camber.cavity by either objective, or its `shape`.
 enum class Objective : std::uint8_t { accuracy, energy, length, shape };
 [[nodiscard]] constexpr auto words(Objective) {
-    return words_of(Word{Objective::accuracy, "accuracy"},
-                    Word{Objective::energy, word_of(EdgeObjectiveKind::energy)},
+    return words_of(Word{Objective::accuracy, "accuracy"}, Word{Objective::energy, word_of(EdgeObjectiveKind::energy)},
                     Word{Objective::length, word_of(EdgeObjectiveKind::length)}, Word{Objective::shape, "shape"});
 }
 struct Elevate {

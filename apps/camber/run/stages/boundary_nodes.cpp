@@ -87,9 +87,9 @@ Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& bou
     return input;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template Outcome<CurveInput<D>> curve_input<D>(const Quadratic<D>&, const Boundary<D>&, const Execution&);       \
-    template Outcome<CurveInput<D>> slid_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,            \
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template Outcome<CurveInput<D>> curve_input<D>(const Quadratic<D>&, const Boundary<D>&, const Execution&); \
+    template Outcome<CurveInput<D>> slid_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,      \
                                                   const BackMesh<D>&, const CurveOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
