@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 SPHERE, CIRCLE = "sqrt(x^2+y^2+z^2)", "sqrt(x^2+y^2)"
-OBJECTIVES = "energy,length,shape"
+OBJECTIVES = "accuracy,energy,length,shape"
 
 
 def generic(size, dim=3):

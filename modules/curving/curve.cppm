@@ -59,7 +59,7 @@ template <int D>
                                                        const BackMesh<D>& back, const EdgeAccuracyOptions& options,
                                                        const Execution& execution);
 
-/// The same without a field: volume edges stay straight.
+/// `curve` without a field: volume edges stay straight.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                 const Column<LagrangeNode<D>>& boundary_nodes,

@@ -92,9 +92,12 @@ Sym<D> scaled(const SpectralMetric<D>& metric, double weight) {
     return out;
 }
 
+/// Stiff in all directions, unlike that of a length; by the edge's own length, so that a multiple of the metric tells
+/// the same.
 template <int D>
-QuadraticModel<D> accuracy_model(const LogMetric<D>& log_metric, const Vec<D>& centre) {
-    return {centre, scaled(SpectralMetric<D>(log_metric), stretch), 0};
+QuadraticModel<D> accuracy_model(const LogMetric<D>& log_metric, const Vec<D>& chord, const Vec<D>& centre) {
+    const SpectralMetric<D> metric(log_metric);
+    return {centre, scaled(metric, stretch / metric.length_squared(chord)), 0};
 }
 
 /// The model in a metric that is constant along the edge.
@@ -146,7 +149,8 @@ QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const La
     const Vec<D> centre = wanted.point;
     if (shell.empty()) return isotropic_model(p02 - p20, centre);
     if (fit == ModelFit::accuracy) {
-        const auto model = accuracy_model(sample_value(back, midpoint(p20, p02), shell.front()).log_metric, centre);
+        const auto model =
+            accuracy_model(sample_value(back, midpoint(p20, p02), shell.front()).log_metric, p02 - p20, centre);
         return is_finite(model.hessian) ? model : isotropic_model(p02 - p20, centre);
     }
     const Quadrature rule = gauss_legendre(4);

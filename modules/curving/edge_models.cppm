@@ -16,9 +16,9 @@ enum class ModelFit : std::uint8_t { accuracy, energy, length };
 
 /// What it costs an edge to have its node elsewhere than `wanted`, quadratic, in the field `back`, whose mesh is the
 /// straight form of `mesh`. Energy and length: as a share of the edge's length; slides along the edge are cheap, as
-/// they change no length. Accuracy: the offset's metric length squared, in all directions alike (the third derivatives
-/// that an offset o leaves in an element are Σ (cᵀ H o)² over its edges c, and these are one unit long in the metric).
-/// `shell`: the elements around the edge.
+/// they change no length. Accuracy: the offset's metric length squared by the chord's, in all directions alike (the
+/// third derivatives that an offset o leaves in an element are Σ (cᵀ H o)² over its edges c, and these are one unit
+/// long in the metric). `shell`: the elements around the edge.
 template <int D>
 [[nodiscard]] QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& wanted,
                                            std::span<const ElementId> shell, const BackMesh<D>& back, ModelFit fit);

@@ -36,8 +36,9 @@ struct EdgeAccuracyOptions {
 ///
 /// axes that turn, and sizes that change among axes that are alike. Where axes turn by more than they are resolved to
 /// (about a radian within the edge) the first part fades; the second where sizes change by a large factor within it,
-/// and where it is longer than √2 in the metric, so that the mesh does not resolve what the metric asks for. Neither
-/// shifts the node along its edge by more than 1/5 of the chord. All three spans are of one size.
+/// and where it is longer than √2 in the metric, so that the mesh does not resolve what the metric asks for. An
+/// offset that would shift the node along its edge by more than 1/5 of the chord is shortened to that. All three spans
+/// are of one size.
 template <int D>
 void accurate_offsets(std::span<const Vec<D>> chords, std::span<const FieldSample<D>> middles,
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets);

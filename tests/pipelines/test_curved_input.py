@@ -59,6 +59,7 @@ class CurvedInput(unittest.TestCase):
     def test_what_is_curved_already_is_not_lost(self):
         _, again = self.curve("first.meshb")
         self.assertGreaterEqual(again["curve"]["after_correction"]["mean_gain"], self.gain - 1e-6)
+        self.assertIn("do not count", " ".join(again["notices"]))
 
 
 if __name__ == "__main__":

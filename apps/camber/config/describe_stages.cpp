@@ -29,8 +29,8 @@ const Description<Elevate>& Described<Elevate>::get() {
 const Description<Curve>& Described<Curve>::get() {
     static const Description<Curve> description{
         "curve",
-        "Moves each edge's node: boundary nodes onto the geometry, volume nodes where the metric makes the edge "
-        "shortest.",
+        "Moves each edge's node: boundary nodes onto the geometry, volume nodes where the objective asks for "
+        "them: by default where what the metric is made for is interpolated best.",
         listed<Curve>(),
         {}};
     return description;

@@ -247,7 +247,7 @@ struct Features {
 
 // ---------------------------------------------------------------- the stages
 
-/// What places volume nodes: `curve` of camber.cavity by either objective, or its `shape`.
+/// What places volume nodes: `curve` of camber.curving by one of its aims, or its `shape`.
 enum class Objective : std::uint8_t { accuracy, energy, length, shape };
 [[nodiscard]] constexpr auto words(Objective) {
     return words_of(Word{Objective::accuracy, "accuracy"}, Word{Objective::energy, word_of(EdgeObjectiveKind::energy)},

@@ -97,8 +97,13 @@ Outcome<Found<D>> by_shape(const QuadraticMesh<D>& mesh, const CurveInput<D>& in
     return with_report(mesh, without_lengths(mesh, input.kinds, std::move(done->proposal)));
 }
 
-constexpr const char* starts_from_file =
-    "volume edges: the search begins at the node that the mesh was read with, where that is the better start";
+/// What became of the nodes that volume edges were read with.
+constexpr const char* of_file(CurvingAim aim) {
+    return aim == CurvingAim::accuracy
+               ? "volume edges: their nodes are found anew; those that the mesh was read with do not count"
+               : "volume edges: the search begins at the node that the mesh was read with, where that is the better "
+                 "start";
+}
 
 /// The stage, however it finds where nodes are wanted: `find(input, execution)`.
 template <int D>
@@ -139,7 +144,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
             return by_field(mesh, *slid, *run.field(), edges, e);
         };
         auto done = curve_within(run, std::move(*boundary), edges.aim, find, execution);
-        if (done && run.quadratic().nodes == NodesOf::file) run.tell(Notices{starts_from_file});
+        if (done && run.quadratic().nodes == NodesOf::file) run.tell(Notices{of_file(edges.aim)});
         return done;
     });
 }

@@ -58,6 +58,9 @@ Outcome<Walked<D>> walk_cavities(const QuadraticMesh<D>& mesh, const CurveInput<
 
 template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
+    if (options.curve.objective == config::Objective::shape)
+        return fail(ErrorKind::usage, "reinsert: the objective shape is of whole meshes, not of cavities", {}, {},
+                    "take the stage curve, or another objective");
     auto boundary = describe_boundary(run);
     if (!boundary) return fail(boundary.error());
     if (auto made = make_field(run, *boundary); !made) return made;
