@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <cstddef>
+#include <utility>
+#include <vector>
 
 #include "meshes.hpp"
 
@@ -114,4 +116,38 @@ TEST_CASE("a wedge of two curved sides: the ridge is shared, the normals are not
             if (std::fabs(p[0]) > 1e-12) worst = std::fmax(worst, std::fabs(std::hypot(sign - p[0], p[2]) - 1));
         }
     CHECK(worst < 3e-5);  // straight: 1e-3
+}
+
+TEST_CASE("nodes slide within planes, in any position, and nowhere else") {
+    const Vec<3> shift{{0.01, 0.02, 0.03}};
+    const auto slide = [&](const Built<3>& b, const Geometry<3>& geometry) {
+        const std::vector<Vec<3>> shifts(b.mesh.edges.size(), shift);
+        Buffer<LagrangeNode<3>> nodes(b.nodes.begin(), b.nodes.end());
+        return slid_nodes<3>(b.mesh, std::move(nodes), shifts, b.features, geometry, Execution{.threads = 1}).value();
+    };
+    for (const auto& soup : {cube(5), transformed_soup(cube(5), rotated)}) {
+        const auto b = build(soup.mesh());
+        const auto nodes = slide(b, Geometry<3>(b.surrogate));
+        std::size_t slid = 0;
+        for (std::size_t e = 0; e < nodes.size(); ++e) {
+            if (b.features.edge_kinds[e] == EdgeKind::ridge) {
+                REQUIRE(nodes[e] == b.nodes[e]);
+                continue;
+            }
+            const Vec<3> moved = nodes[e].point - b.nodes[e].point;
+            ++slid;
+            // What is left of the shift is normal to the plane, in which the chord lies as well.
+            CHECK(std::fabs(dot(moved, shift - moved)) < 1e-15);
+            const auto& [low, high] = b.mesh.edges.vertices[e];
+            CHECK(std::fabs(dot(shift - moved, b.mesh.linear.points[high] - b.mesh.linear.points[low])) < 1e-14);
+        }
+        CHECK(slid > 0);
+    }
+    const auto bent = build(torus(16, 1, 0.4).mesh());
+    const auto kept = slide(bent, Geometry<3>(bent.surrogate));
+    for (std::size_t e = 0; e < kept.size(); ++e) REQUIRE(kept[e] == bent.nodes[e]);
+    const auto flat = build(cube(3).mesh());
+    CHECK_FALSE(slid_nodes<3>(flat.mesh, flat.mesh.mid_nodes, {}, flat.features, Geometry<3>(flat.surrogate),
+                              Execution{.threads = 1})
+                    .has_value());
 }

@@ -1,0 +1,127 @@
+// The verb curve by the aim accuracy: what it takes over, and that elements have a say.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "block.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.validity;
+import camber.programmes;
+import camber.curving;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+template <int D>
+Outcome<Curved<D>> curved(const Block<D>& b, double least_jacobian, const Execution& execution) {
+    CurveOptions options;
+    options.least_jacobian = least_jacobian;
+    return curve(b.mesh, b.kinds, b.boundary_nodes, b.shells, b.back, options, execution);
+}
+
+/// The smallest coefficient of det J of each element, as a share of the straight element's.
+template <int D>
+std::vector<double> jacobians(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> nodes) {
+    std::vector<double> all(mesh.linear.elements.size());
+    for (std::size_t e = 0; e < all.size(); ++e) {
+        const auto j = bounded_jacobian(
+            nodal_form<D>(mesh.linear.points, nodes, mesh.linear.elements.vertices[e], mesh.edges.of_elements[e]));
+        all[e] = *std::min_element(j.coefficients.begin(), j.coefficients.end()) / j.straight;
+    }
+    return all;
+}
+
+/// The block in a field whose sizes and axes change much more than the mesh does: nodes that break elements.
+template <int D>
+Block<D> in_a_wild_field(Block<D> b, std::uint64_t seed) {
+    Dice dice(seed);
+    const std::size_t n = b.mesh.linear.points.size();
+    Buffer<LogMetric<D>> logs(n);
+    for (std::size_t v = 0; v < n; ++v) logs[v] = {b.back->vertex(VertexId(v)).log_metric.l + dice.symmetric<D>(2)};
+    const auto around = must(balls(b.mesh.linear, alone));
+    b.back = must(make_back_mesh(b.mesh.linear, around, Column<LogMetric<D>>(std::move(logs)), alone));
+    return b;
+}
+
+template <int D>
+void accuracy_laws(const std::array<int, D>& cells) {
+    property("boundary nodes are taken over, lengths are true, no search is told",
+             [&](std::uint64_t seed) {
+                 const auto b = shell_block<D>(cells, seed + 1);
+                 const auto c = must(curved(b, 0.1, alone));
+                 const auto rule = gauss_legendre(report_points);
+                 for (std::size_t e = 0; e < b.mesh.edges.size(); ++e) {
+                     const auto& node = c.proposal.mid_nodes[e];
+                     if (b.kinds[e] != EdgeKind::volume) {
+                         RC_ASSERT(node == b.boundary_nodes[e]);
+                         continue;
+                     }
+                     const auto [p, q] = b.mesh.edges.vertices[e];
+                     const QuadraticEdge<D> edge{b.mesh.linear.points[p], node, b.mesh.linear.points[q]};
+                     RC_ASSERT(c.lengths[e] == riemannian_length(b.back, edge, rule, b.shells[e].front()).length);
+                 }
+                 RC_ASSERT(c.statistics.polished + c.statistics.exhausted + c.statistics.shortened == 0U);
+                 RC_ASSERT(c.statistics.curved_edges > 0U);
+             },
+             {.count = 3});
+    property("elements have a say: the bound is held as far as the walls let it, and no node goes further",
+             [&](std::uint64_t seed) {
+                 const auto b = in_a_wild_field(shell_block<D>(cells, seed + 1), seed);
+                 const double least = 0.85;
+                 const auto free = must(curved(b, 0, alone)), held = must(curved(b, least, alone));
+                 const auto below = [&](const Curved<D>& c) {
+                     const auto all = jacobians<D>(b.mesh, c.proposal.mid_nodes.view());
+                     return std::count_if(all.begin(), all.end(), [&](double j) { return j < least; });
+                 };
+                 const auto walls = jacobians<D>(b.mesh, b.boundary_nodes.view());  // volume edges straight
+                 const auto all = jacobians<D>(b.mesh, held.proposal.mid_nodes.view());
+                 RC_ASSERT(below(free) > 0);
+                 RC_ASSERT(below(held) < below(free));
+                 for (std::size_t e = 0; e < all.size(); ++e) RC_ASSERT(all[e] >= std::min(least, walls[e]) - 0.05);
+                 for (std::size_t e = 0; e < b.mesh.edges.size(); ++e) {
+                     if (b.kinds[e] != EdgeKind::volume) continue;
+                     const Vec<D>& middle = b.mesh.mid_nodes[e].point;
+                     RC_ASSERT(norm(held.proposal.mid_nodes[e].point - middle) <=
+                               norm(free.proposal.mid_nodes[e].point - middle) + 1e-15);
+                 }
+             },
+             {.count = 5});
+    property("the same bytes for any number of threads",
+             [&](std::uint64_t seed) {
+                 const auto b = in_a_wild_field(shell_block<D>(cells, seed + 1), seed);
+                 const auto first = must(curved(b, 0.2, alone));
+                 for (const int threads : {2, 7}) {
+                     const auto other = must(curved(b, 0.2, Execution{.threads = threads}));
+                     RC_ASSERT(other.proposal == first.proposal);
+                     RC_ASSERT(other.lengths == first.lengths);
+                 }
+             },
+             {.count = 2});
+}
+
+}  // namespace
+
+TEST_CASE("curve triangles for accuracy") { accuracy_laws<2>({8, 5}); }
+TEST_CASE("curve tetrahedra for accuracy") { accuracy_laws<3>({4, 4, 3}); }
+
+TEST_CASE("accuracy: a wish to stop is heard, and options out of range are refused") {
+    const auto b = shell_block<2>({3, 2}, 1);
+    std::stop_source source;
+    source.request_stop();
+    const auto stopped_early = curved(b, 0.1, Execution{.threads = 1, .stop = source.get_token()});
+    REQUIRE(!stopped_early.has_value());
+    CHECK(stopped_early.error().kind == ErrorKind::stopped);
+    const auto refused = curved(b, 1, alone);
+    REQUIRE(!refused.has_value());
+    CHECK(refused.error().kind == ErrorKind::usage);
+}
