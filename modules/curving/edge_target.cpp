@@ -39,7 +39,7 @@ EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const Lag
         accurate_offsets<D>(mesh, {&held, 1}, back, options, {&offset, 1});
         return offset_target(mesh, held, offset, back, rules.report);
     }
-    EdgeMinimiserOptions search = options;
+    auto search = static_cast<const EdgeMinimiserOptions&>(options);
     search.objective = options.aim == CurvingAim::length ? EdgeObjectiveKind::length : EdgeObjectiveKind::energy;
     const auto& [a, b] = mesh.edges.vertices[edge];
     const EdgeMinimum<D> m = minimise_back_edge(back, a, b, present, shell, rules, search);
