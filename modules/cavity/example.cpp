@@ -1,5 +1,5 @@
 // camber.cavity: a ring whose layers are thinner than its boundary edges bulge. Cavity by cavity, boundary edges go
-// onto their circles, and inner ones where the mesh's own metric makes them shortest; no element ever becomes invalid.
+// onto their circles, and inner ones where the mesh's own metric asks for them; no element ever becomes invalid.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
