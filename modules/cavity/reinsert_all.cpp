@@ -197,7 +197,7 @@ Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind
     const std::size_t vertices = mesh.linear.points.size();
     const auto boundary = boundary_vertices(mesh, kinds);
     auto aimed = with_targets_by_element(nothing_known(std::move(mesh), kinds, boundary_nodes), topology->shells, back,
-                                         options.cavity.edge, execution);
+                                         options.cavity.edge, without_progress(execution));
     if (!aimed) return fail(aimed.error());
     auto begun = with_bare_edges(std::move(*aimed), topology->shells);
     if (!begun) return fail(begun.error());

@@ -18,4 +18,10 @@ struct Execution {
     std::function<void(std::size_t done, std::size_t total)> progress = {};
 };
 
+/// The same without telling progress: for loops before the one that counts.
+[[nodiscard]] inline Execution without_progress(Execution execution) {
+    execution.progress = {};
+    return execution;
+}
+
 }  // namespace camber

@@ -19,9 +19,8 @@ constexpr int most_rounds = 4;
 template <int D>
 class Elements {
   public:
-    Elements(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, const Column<LagrangeNode<D>>& boundary_nodes,
-             std::span<const Vec<D>> offsets)
-        : mesh_(mesh), kinds_(kinds), boundary_nodes_(boundary_nodes), offsets_(offsets) {}
+    Elements(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base, std::span<const Vec<D>> offsets)
+        : mesh_(mesh), base_(base), offsets_(offsets) {}
 
     /// The largest share of the present offsets that keeps the element above `least`.
     [[nodiscard]] double share(std::size_t e, double least) const {
@@ -44,38 +43,31 @@ class Elements {
         const auto& edges = mesh_.edges.of_elements[e];
         NodalSimplex<D> element;
         for (int i = 0; i <= D; ++i) element.nodes[i] = mesh_.linear.points[vertices[i]];
-        for (int k = 0; k < edges_per_simplex<D>; ++k) {
-            const auto [i, j] = local_edges<D>[k];
-            element.nodes[D + 1 + k] =
-                kinds_[edges[k]] == EdgeKind::volume
-                    ? midpoint(element.nodes[i], element.nodes[j]) + share * offsets_[edges[k].index()]
-                    : boundary_nodes_[edges[k]].point;
-        }
+        for (int k = 0; k < edges_per_simplex<D>; ++k)
+            element.nodes[D + 1 + k] = base_[edges[k].index()].point + share * offsets_[edges[k].index()];
         const auto jacobian = bounded_jacobian(element);
         if (!(jacobian.straight > 0)) return std::numeric_limits<double>::infinity();
         return *std::min_element(jacobian.coefficients.begin(), jacobian.coefficients.end()) / jacobian.straight;
     }
 
     const QuadraticMesh<D>& mesh_;
-    const Column<EdgeKind>& kinds_;
-    const Column<LagrangeNode<D>>& boundary_nodes_;
+    std::span<const LagrangeNode<D>> base_;
     std::span<const Vec<D>> offsets_;
 };
 
 }  // namespace
 
 template <int D>
-Outcome<Done> lessen_by_element(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                const Column<LagrangeNode<D>>& boundary_nodes, const Incidence<ElementId>& shells,
-                                double least, std::span<Vec<D>> offsets, const Execution& execution) {
+Outcome<Done> lessen_by_element(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base,
+                                const Incidence<ElementId>& shells, double least, std::span<Vec<D>> offsets,
+                                const Execution& execution) {
     for (int round = 0; round < most_rounds; ++round) {
-        const Elements<D> elements(mesh, kinds, boundary_nodes, offsets);
+        const Elements<D> elements(mesh, base, offsets);
         const auto shares =
             map_each(execution, mesh.linear.elements.size(), [&](std::size_t e) { return elements.share(e, least); });
         if (!shares) return fail(shares.error());
         if (std::all_of(shares->begin(), shares->end(), [](double s) { return s == 1; })) break;
         auto lessened = each(execution, mesh.edges.size(), [&](std::size_t e) {
-            if (kinds[e] != EdgeKind::volume) return;
             double share = 1;
             for (const ElementId element : shells[e]) share = std::min(share, (*shares)[element.index()]);
             if (share < 1) offsets[e] *= share;
@@ -85,11 +77,9 @@ Outcome<Done> lessen_by_element(const QuadraticMesh<D>& mesh, const Column<EdgeK
     return Done{};
 }
 
-template Outcome<Done> lessen_by_element<2>(const QuadraticMesh<2>&, const Column<EdgeKind>&,
-                                            const Column<LagrangeNode<2>>&, const Incidence<ElementId>&, double,
-                                            std::span<Vec<2>>, const Execution&);
-template Outcome<Done> lessen_by_element<3>(const QuadraticMesh<3>&, const Column<EdgeKind>&,
-                                            const Column<LagrangeNode<3>>&, const Incidence<ElementId>&, double,
-                                            std::span<Vec<3>>, const Execution&);
+template Outcome<Done> lessen_by_element<2>(const QuadraticMesh<2>&, std::span<const LagrangeNode<2>>,
+                                            const Incidence<ElementId>&, double, std::span<Vec<2>>, const Execution&);
+template Outcome<Done> lessen_by_element<3>(const QuadraticMesh<3>&, std::span<const LagrangeNode<3>>,
+                                            const Incidence<ElementId>&, double, std::span<Vec<3>>, const Execution&);
 
 }  // namespace camber

@@ -59,6 +59,29 @@ Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> t
             summed<D>(targets)};
 }
 
+namespace {
+
+/// Offsets of volume edges for accuracy, as their elements bear them.
+template <int D>
+Outcome<Buffer<Vec<D>>> offsets_by_element(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                           const Column<LagrangeNode<D>>& boundary_nodes,
+                                           const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                           const CurveOptions& options, const Execution& execution) {
+    auto offsets = accurate_offsets(mesh, kinds, EdgeKind::volume, shells, back, options, execution);
+    if (!offsets) return offsets;
+    const auto base = map_each(execution, mesh.edges.size(), [&](std::size_t e) -> LagrangeNode<D> {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        return kinds[e] == EdgeKind::volume ? LagrangeNode<D>{midpoint(mesh.linear.points[a], mesh.linear.points[b])}
+                                            : boundary_nodes[e];
+    });
+    if (!base) return fail(base.error());
+    auto lessened = lessen_by_element<D>(mesh, *base, shells, options.least_jacobian, *offsets, execution);
+    if (!lessened) return fail(lessened.error());
+    return offsets;
+}
+
+}  // namespace
+
 template <int D>
 Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                             const Column<LagrangeNode<D>>& boundary_nodes,
@@ -69,12 +92,10 @@ Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const 
     const EdgeRules rules = edge_rules(options);
     Buffer<Vec<D>> offsets;
     if (options.aim == CurvingAim::accuracy) {
-        auto found = accurate_offsets(mesh, kinds, EdgeKind::volume, shells, back, options, execution);
+        auto found =
+            offsets_by_element(mesh, kinds, boundary_nodes, shells, back, options, without_progress(execution));
         if (!found) return fail(found.error());
         offsets = std::move(*found);
-        const double least = options.least_jacobian;
-        auto lessened = lessen_by_element<D>(mesh, kinds, boundary_nodes, shells, least, offsets, execution);
-        if (!lessened) return fail(lessened.error());
     }
     return map_each(
         execution, mesh.edges.size(),

@@ -3,7 +3,7 @@
 /// elsewhere.
 export module camber.curving;
 export import :edge_target;
-import :by_element;
+export import :by_element;
 export import :curve;
 export import :extension;
 export import :shape;

@@ -84,8 +84,9 @@ EdgeTarget<D> offset_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, 
     const Vec<D> middle = midpoint(p, q);
     const LagrangeNode<D> node{middle + offset};
     const EdgeLength straight = riemannian_length(back, QuadraticEdge<D>{p, {middle}, q}, report, held.holder);
-    const EdgeLength curved = riemannian_length(back, QuadraticEdge<D>{p, node, q}, report, held.holder);
     const bool moved = node.point != middle;
+    const EdgeLength curved =
+        moved ? riemannian_length(back, QuadraticEdge<D>{p, node, q}, report, held.holder) : straight;
     return {.node = node,
             .change = moved ? EdgeChange::optimised : EdgeChange::straight,
             .flags = {.volume = 1,

@@ -19,6 +19,10 @@ enum class CurvingAim : std::uint8_t {
 
 /// How nodes of volume edges are found. `objective` of the minimiser is that of the aim.
 struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
+  private:
+    using EdgeMinimiserOptions::objective;  // the aim says it
+
+  public:
     CurvingAim aim = CurvingAim::accuracy;
     double least_jacobian = 0.1;
 

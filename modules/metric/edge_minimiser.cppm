@@ -28,10 +28,13 @@ struct EdgeMinimiserOptions {
         using S = EdgeMinimiserOptions;
         return std::tuple(
             option("field", &S::field,
-                   "metric along the edge: back, from the mesh's vertices all the way; edge, from the edge's own three "
+                   "energy and length: metric along the edge: back, from the mesh's vertices all the way; edge, from "
+                   "the edge's own three "
                    "values"),
-            option("quadrature_points", &S::quadrature_points, "Gauss points along an edge").at_least(2).at_most(12),
-            option("iterations", &S::max_iterations, "largest number of quasi-Newton steps an edge")
+            option("quadrature_points", &S::quadrature_points, "energy and length: Gauss points along an edge")
+                .at_least(2)
+                .at_most(12),
+            option("iterations", &S::max_iterations, "energy and length: largest number of quasi-Newton steps an edge")
                 .at_least(0)
                 .at_most(1000),
             option("length_tolerance", &S::length_tolerance,
@@ -39,11 +42,13 @@ struct EdgeMinimiserOptions {
                    "never")
                 .at_least(0)
                 .at_most(1),
-            option("max_tangential_shift", &S::max_tangential_shift, "how far a node may slide along its edge")
+            option("max_tangential_shift", &S::max_tangential_shift,
+                   "energy and length: how far a node may slide along its edge")
                 .unit("chord lengths")
                 .at_least(0)
                 .below(0.25),
-            option("max_offset", &S::max_offset, "how far a volume node may leave the middle of its chord")
+            option("max_offset", &S::max_offset,
+                   "energy and length: how far a volume node may leave the middle of its chord")
                 .unit("lengths in the metric")
                 .above(0));
     }

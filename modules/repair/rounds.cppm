@@ -12,10 +12,6 @@ import :state;
 
 namespace camber {
 
-[[nodiscard]] inline Execution without_progress(const Execution& execution) {
-    return {execution.threads, execution.stop, {}};
-}
-
 /// Plans that share what work is left: so many of a round at once.
 inline constexpr std::size_t plans_at_once = 32;
 
