@@ -17,7 +17,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 SPHERE, CIRCLE = "sqrt(x^2+y^2+z^2)", "sqrt(x^2+y^2)"
-OBJECTIVES = "accuracy,energy,length,shape"
+OBJECTIVES = "accuracy,straight field,energy,length,shape"
+# What an objective's name sets; the straight field is that of `accuracy`.
+SETTINGS = {"straight field": ["--set", "stages/curve/back_mesh=straight"]}
 
 
 def generic(size, dim=3):
@@ -52,6 +54,12 @@ def generated(shape, metric="natural", geometry="surrogate"):
             "stages": ["elevate", "curve", "validate", "relax", "commit"]}
 
 
+def steep(first, growth, count):
+    return generated({"shell": {"inner_size": 0.46, "outer_size": 1.75,
+                                "inner_layer": {"count": count, "first_height": first, "growth": growth}}})
+
+
+WALL = layers(SPHERE, (0.05, 0.2)) | fronts(SPHERE, 1.1, (0.05,))
 SHOCK = {"field": {"spherical-shock": {"centre": [0, 0], "radius": 0.5, "least_size": 0.03, "size": 0.08, "width": 0.1}}}
 CASES = {
     "polar-100k": Case(fronts(CIRCLE, 0.5, (0.005, 0.01, 0.03)) | generic(0.5)),
@@ -67,6 +75,14 @@ CASES = {
     "layers-1.4": Case(layers(SPHERE, (0.05, 0.2)) | fronts(SPHERE, 1.1, (0.05,)) | generic(5),
                        generated({"shell": {"inner_size": 0.3, "outer_size": 1.6,
                                             "inner_layer": {"count": 8, "first_height": 0.02, "growth": 1.4}}})),
+    # The first layer is a tenth of the wall's sagitta, or less.
+    "steep-1.4": Case(WALL, steep(0.0026, 1.4, 10)),
+    "steep-1.6": Case(WALL, steep(0.0026, 1.6, 8)),
+    "steep-2.4": Case(WALL, steep(0.0026, 2.4, 5)),
+    "steep-thin": Case(WALL, steep(4.6e-5, 1.6, 17)),
+    "steep-2d": Case(layers(CIRCLE, (0.05, 0.2)) | fronts(CIRCLE, 1.1, (0.05,)),
+                     generated({"annulus": {"inner_radius": 1, "outer_radius": 3, "inner_size": 0.4, "outer_size": 0.6,
+                                            "inner_layer": {"count": 10, "first_height": 0.002, "growth": 1.4}}})),
 }
 
 
@@ -90,13 +106,14 @@ class Program:
     def curved(self, name, objective, folder):
         """The report of the run that curves a case; its mesh is out.meshb in the folder."""
         mesh, report = folder / "out.meshb", folder / "report.json"
+        settings = SETTINGS.get(objective, ["--set", f"stages/curve/objective={objective}"])
         if CASES[name].config:
             config = folder / "config.json"
             config.write_text(json.dumps(CASES[name].config | {"output": {"mesh": str(mesh), "report": str(report)}}))
-            self.call("run", config, "--set", f"stages/curve/objective={objective}")
+            self.call("run", config, *settings)
         else:
             metric = self.meshes / f"{name}.solb"
-            self.call("curve", self.meshes / f"{name}.meshb", "-o", mesh, "--report", report, "--objective", objective,
+            self.call("curve", self.meshes / f"{name}.meshb", "-o", mesh, "--report", report, *settings,
                       *(["--metric", metric] if metric.exists() else []))
         return json.loads(report.read_text())
 
@@ -135,7 +152,7 @@ def main():
     parser.add_argument("camber")
     parser.add_argument("meshes_folder", metavar="MESHES")
     parser.add_argument("--meshes", default=",".join(CASES), help="names, divided by commas (%(default)s)")
-    parser.add_argument("--objectives", default=OBJECTIVES, help="of the stage curve (%(default)s)")
+    parser.add_argument("--objectives", default=OBJECTIVES, help="of the stage curve; straight field: accuracy in that (%(default)s)")
     parser.add_argument("--threads", default=0)
     arguments = parser.parse_args()
     program = Program(arguments.camber, arguments.meshes_folder, arguments.threads)

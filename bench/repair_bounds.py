@@ -27,7 +27,7 @@ def steep(name):
     first, growth, count = STEEP[name]
     layer = {"count": count, "first_height": first, "growth": growth}
     return {"input": {"generate": {"shell": {"inner_size": 0.46, "outer_size": 1.75, "inner_layer": layer}}},
-            "stages": ["elevate", {"curve": {"objective": "energy"}}, {"validate": {}}, {"relax": {}}, "commit"], "output": {}}
+            "stages": ["elevate", {"curve": {"objective": "energy", "back_mesh": "straight"}}, {"validate": {}}, {"relax": {}}, "commit"], "output": {}}
 
 
 def command(camber, case, folder, report):
@@ -45,7 +45,7 @@ def command(camber, case, folder, report):
 def repaired(camber, case, bound, way, folder):
     """The report of one run; one that ends with elements below the bound has exit code 1."""
     report = folder / "report.json"
-    call = [*command(camber, case, folder, report), "--set", "stages/curve/objective=energy"]
+    call = [*command(camber, case, folder, report), "--set", "stages/curve/objective=energy", "--set", "stages/curve/back_mesh=straight"]
     for key, value in {"validate/min_scaled_jacobian": bound, "relax/min_scaled_jacobian": bound,
                        "relax/repair": way}.items():
         call += ["--set", f"stages/{key}={value}"]

@@ -117,12 +117,11 @@ Outcome<Reinsertion<D>> reinsert(const Curving<D>& curving, const CavityTopology
 
     const auto target = [&](EdgeId e) {
         if (curving.known[e] != 0) return curving.targets[e];
-        // From the chord: a target must not depend on when it is asked for.
-        const auto& [a, b] = curving.mesh.edges.vertices[e];
-        const LagrangeNode<D> middle{midpoint(curving.mesh.linear.points[a], curving.mesh.linear.points[b])};
+        // Not from the node as it is: a target must not depend on when it is asked for.
+        const LagrangeNode<D>& base = curving.base[e];
         auto t = curving.kinds[e] == EdgeKind::volume
-                     ? volume_target(curving.mesh, e, middle, topology.shells[e], back, rules, options.edge)
-                     : boundary_target(curving.mesh, e, curving.boundary_nodes[e]);
+                     ? volume_target(curving.mesh, e, base, topology.shells[e], back, rules, options.edge)
+                     : boundary_target(curving.mesh, e, base);
         out.found.push_back({e, t});
         return t;
     };

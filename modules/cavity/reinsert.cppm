@@ -25,7 +25,7 @@ template <int D>
 struct Curving {
     QuadraticMesh<D> mesh;
     Column<EdgeKind> kinds;
-    Column<LagrangeNode<D>> boundary_nodes;  ///< on the geometry, for edges of the boundary (see camber.surface)
+    Column<LagrangeNode<D>> base;  ///< of boundary edges on the geometry, of volume edges where the field has them
     Column<EdgeChange> changes;
     Column<EdgeTarget<D>> targets;
     Column<std::uint8_t> known;  ///< 1 where `targets` holds something

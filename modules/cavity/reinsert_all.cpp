@@ -37,12 +37,11 @@ struct Walk {
 };
 
 template <int D>
-Curving<D> nothing_known(QuadraticMesh<D> mesh, const Column<EdgeKind>& kinds,
-                         const Column<LagrangeNode<D>>& boundary_nodes) {
+Curving<D> nothing_known(QuadraticMesh<D> mesh, const Column<EdgeKind>& kinds, const Column<LagrangeNode<D>>& base) {
     const std::size_t n = mesh.edges.size();
-    return {std::move(mesh),          kinds,
-            boundary_nodes,           Buffer<EdgeChange>(n, EdgeChange::straight),
-            Buffer<EdgeTarget<D>>(n), Buffer<std::uint8_t>(n, 0)};
+    return {
+        std::move(mesh),           kinds, base, Buffer<EdgeChange>(n, EdgeChange::straight), Buffer<EdgeTarget<D>>(n),
+        Buffer<std::uint8_t>(n, 0)};
 }
 
 /// What is judged by element is known of all edges before the first cavity, or of none: searches are put off until a
@@ -51,7 +50,7 @@ template <int D>
 Outcome<Curving<D>> with_targets_by_element(Curving<D> c, const Incidence<ElementId>& shells, const BackMesh<D>& back,
                                             const CurveOptions& options, const Execution& execution) {
     if (options.aim != CurvingAim::accuracy) return c;
-    auto targets = edge_targets(c.mesh, c.kinds, c.boundary_nodes, shells, back, options, execution);
+    auto targets = edge_targets(c.mesh, c.kinds, c.base, shells, back, options, execution);
     if (!targets) return fail(targets.error());
     c.known = Buffer<std::uint8_t>(targets->size(), 1);
     c.targets = std::move(*targets);
@@ -170,8 +169,8 @@ Outcome<Curving<D>> with_bare_edges(Curving<D> c, const Incidence<ElementId>& sh
     for (std::size_t e = 0; e < c.mesh.edges.size(); ++e) {
         if (!shells[e].empty()) continue;
         const EdgeId edge(e);
-        const auto target = boundary_target(
-            c.mesh, edge, c.kinds[e] == EdgeKind::volume ? c.mesh.mid_nodes[edge] : c.boundary_nodes[edge]);
+        const auto target =
+            boundary_target(c.mesh, edge, c.kinds[e] == EdgeKind::volume ? c.mesh.mid_nodes[edge] : c.base[edge]);
         bare[0].found.push_back({edge, target});
         patch.nodes.push_back({c.mesh.edges.vertices[edge], edge, target.node, target.change});
     }
@@ -183,20 +182,20 @@ Outcome<Curving<D>> with_bare_edges(Curving<D> c, const Incidence<ElementId>& sh
 
 template <int D>
 Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind>& kinds,
-                                    const Column<LagrangeNode<D>>& boundary_nodes, const BackMesh<D>& back,
+                                    const Column<LagrangeNode<D>>& base, const BackMesh<D>& back,
                                     const ReinsertAllOptions& options, const Execution& execution) {
     const std::size_t n = mesh.edges.size();
-    if (kinds.size() != n || boundary_nodes.size() != n)
+    if (kinds.size() != n || base.size() != n)
         return fail(ErrorKind::internal, "reinsert_all needs a kind and a boundary node for each of the " +
                                              std::to_string(n) + " edges, not " + std::to_string(kinds.size()) +
-                                             " and " + std::to_string(boundary_nodes.size()));
+                                             " and " + std::to_string(base.size()));
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     if (auto checked = check_limits(options.cavity.edge); !checked) return fail(checked.error());
     const auto topology = cavity_topology(mesh, execution);
     if (!topology) return fail(topology.error());
     const std::size_t vertices = mesh.linear.points.size();
     const auto boundary = boundary_vertices(mesh, kinds);
-    auto aimed = with_targets_by_element(nothing_known(std::move(mesh), kinds, boundary_nodes), topology->shells, back,
+    auto aimed = with_targets_by_element(nothing_known(std::move(mesh), kinds, base), topology->shells, back,
                                          options.cavity.edge, without_progress(execution));
     if (!aimed) return fail(aimed.error());
     auto begun = with_bare_edges(std::move(*aimed), topology->shells);

@@ -47,12 +47,12 @@ struct Reinserted {
 /// The paper's global algorithm (§4): every vertex is reinserted with its ball as the cavity. The mesh is as valid as
 /// it was at all times: no element that is valid becomes not valid, between any two commits. Vertices whose nodes fell
 /// short of their targets because their neighbours' were not yet curved have another turn once these have changed.
-/// Cavities that do not overlap are planned in parallel; the result is the same for any number of threads. Errors:
+/// Cavities that do not overlap are planned in parallel; the result is the same for any number of threads. `base`: as
+/// `edge_targets` has it. Errors:
 /// columns that do not fit, options out of range, stopped.
 template <int D>
 [[nodiscard]] Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind>& kinds,
-                                                  const Column<LagrangeNode<D>>& boundary_nodes,
-                                                  const BackMesh<D>& back, const ReinsertAllOptions& options,
-                                                  const Execution& execution);
+                                                  const Column<LagrangeNode<D>>& base, const BackMesh<D>& back,
+                                                  const ReinsertAllOptions& options, const Execution& execution);
 
 }  // namespace camber

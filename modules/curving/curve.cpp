@@ -1,6 +1,7 @@
 module;
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -64,18 +65,12 @@ namespace {
 /// Offsets of volume edges for accuracy, as their elements bear them.
 template <int D>
 Outcome<Buffer<Vec<D>>> offsets_by_element(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                           const Column<LagrangeNode<D>>& boundary_nodes,
-                                           const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                           const CurveOptions& options, const Execution& execution) {
+                                           const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
+                                           const BackMesh<D>& back, const CurveOptions& options,
+                                           const Execution& execution) {
     auto offsets = accurate_offsets(mesh, kinds, EdgeKind::volume, shells, back, options, execution);
     if (!offsets) return offsets;
-    const auto base = map_each(execution, mesh.edges.size(), [&](std::size_t e) -> LagrangeNode<D> {
-        const auto& [a, b] = mesh.edges.vertices[e];
-        return kinds[e] == EdgeKind::volume ? LagrangeNode<D>{midpoint(mesh.linear.points[a], mesh.linear.points[b])}
-                                            : boundary_nodes[e];
-    });
-    if (!base) return fail(base.error());
-    auto lessened = lessen_by_element<D>(mesh, *base, shells, options.least_jacobian, *offsets, execution);
+    auto lessened = lessen_by_element<D>(mesh, base.view(), shells, options.least_jacobian, *offsets, execution);
     if (!lessened) return fail(lessened.error());
     return offsets;
 }
@@ -84,35 +79,34 @@ Outcome<Buffer<Vec<D>>> offsets_by_element(const QuadraticMesh<D>& mesh, const C
 
 template <int D>
 Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                            const Column<LagrangeNode<D>>& boundary_nodes,
-                                            const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                            const CurveOptions& options, const Execution& execution) {
-    if (auto fits = check_columns(mesh, kinds.size(), boundary_nodes.size()); !fits) return fail(fits.error());
+                                            const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
+                                            const BackMesh<D>& back, const CurveOptions& options,
+                                            const Execution& execution) {
+    if (auto fits = check_columns(mesh, kinds.size(), base.size()); !fits) return fail(fits.error());
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     const EdgeRules rules = edge_rules(options);
     Buffer<Vec<D>> offsets;
     if (options.aim == CurvingAim::accuracy) {
-        auto found =
-            offsets_by_element(mesh, kinds, boundary_nodes, shells, back, options, without_progress(execution));
+        auto found = offsets_by_element(mesh, kinds, base, shells, back, options, without_progress(execution));
         if (!found) return fail(found.error());
         offsets = std::move(*found);
     }
     return map_each(
         execution, mesh.edges.size(),
         [&](std::size_t e) {
-            if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), boundary_nodes[e]);
+            if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), base[e]);
             if (offsets.empty() || shells[e].empty())
-                return volume_target(mesh, EdgeId(e), mesh.mid_nodes[e], shells[e], back, rules, options);
-            return offset_target(mesh, {EdgeId(e), shells[e].front()}, offsets[e], back, rules.report);
+                return volume_target(mesh, EdgeId(e), base[e], shells[e], back, rules, options);
+            return node_target(mesh, {EdgeId(e), shells[e].front()}, {base[e].point + offsets[e]}, back, rules.report);
         },
         64);
 }
 
 template <int D>
 Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                         const Column<LagrangeNode<D>>& boundary_nodes, const Incidence<ElementId>& shells,
+                         const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
                          const BackMesh<D>& back, const CurveOptions& options, const Execution& execution) {
-    const auto targets = edge_targets(mesh, kinds, boundary_nodes, shells, back, options, execution);
+    const auto targets = edge_targets(mesh, kinds, base, shells, back, options, execution);
     if (!targets) return fail(targets.error());
     return in_columns<D>(mesh.linear, *targets, kinds);
 }
@@ -153,36 +147,67 @@ Outcome<Curved<D>> curve_boundary(const QuadraticMesh<D>& mesh, const Column<Edg
     return in_columns<D>(mesh.linear, *targets, kinds);
 }
 
+namespace {
+
+struct Lengths {
+    double straight = 0, curved = 0;
+};
+
+/// The edge's in a proposal, by that rule; its chord's only where that is not known.
+template <int D>
+Lengths lengths_of(const EdgeSet<D>& edges, EdgeId edge, const Proposal<D>& proposal, ElementId holder,
+                   const BackMesh<D>& back, const Quadrature& rule, std::optional<double> chord) {
+    const auto& [a, b] = edges.vertices[edge];
+    const Vec<D>& p = proposal.points[a];
+    const Vec<D>& q = proposal.points[b];
+    const auto length = [&](const LagrangeNode<D>& node) {
+        return riemannian_length(back, QuadraticEdge<D>{p, node, q}, rule, holder).length;
+    };
+    return {chord ? *chord : length({midpoint(p, q)}), length(proposal.mid_nodes[edge])};
+}
+
+EdgeLengths in_columns(std::span<const Lengths> lengths) {
+    Buffer<double> chords(lengths.size());
+    Buffer<double> curves(lengths.size());
+    for (std::size_t e = 0; e < lengths.size(); ++e) {
+        chords[e] = lengths[e].straight;
+        curves[e] = lengths[e].curved;
+    }
+    return EdgeLengths{std::move(chords), std::move(curves)};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<EdgeLengths> edge_lengths(const EdgeSet<D>& edges, const Proposal<D>& proposal,
+                                  const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                  const Execution& execution) {
+    const Quadrature rule = gauss_legendre(report_points);
+    const auto lengths = map_each(execution, edges.size(), [&](std::size_t e) {
+        if (proposal.kinds[e] != EdgeKind::volume || shells[e].empty()) return Lengths{};
+        return lengths_of(edges, EdgeId(e), proposal, shells[e].front(), back, rule, {});
+    });
+    if (!lengths) return fail(lengths.error());
+    return in_columns(*lengths);
+}
+
 template <int D>
 Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& curved, const Proposal<D>& after,
                                      const Incidence<ElementId>& shells, const BackMesh<D>& back,
                                      const Execution& execution) {
     const Quadrature rule = gauss_legendre(report_points);
-    struct Lengths {
-        double straight = 0, curved = 0;
-    };
     const auto lengths = map_each(execution, edges.size(), [&](std::size_t e) {
         const Lengths before{curved.straight_lengths[e], curved.lengths[e]};
         if (after.kinds[e] != EdgeKind::volume || shells[e].empty()) return before;
         const auto& [a, b] = edges.vertices[e];
-        const Vec<D>& p = after.points[a];
-        const Vec<D>& q = after.points[b];
-        const auto length = [&](const LagrangeNode<D>& node) {
-            return riemannian_length(back, QuadraticEdge<D>{p, node, q}, rule, shells[e].front()).length;
-        };
-        if (p != curved.proposal.points[a] || q != curved.proposal.points[b])
-            return Lengths{length({midpoint(p, q)}), length(after.mid_nodes[e])};
-        if (after.mid_nodes[e] == curved.proposal.mid_nodes[e]) return before;
-        return Lengths{before.straight, length(after.mid_nodes[e])};
+        const bool same_chord =
+            after.points[a] == curved.proposal.points[a] && after.points[b] == curved.proposal.points[b];
+        if (same_chord && after.mid_nodes[e] == curved.proposal.mid_nodes[e]) return before;
+        const auto chord = same_chord ? std::optional(before.straight) : std::nullopt;
+        return lengths_of(edges, EdgeId(e), after, shells[e].front(), back, rule, chord);
     });
     if (!lengths) return fail(lengths.error());
-    Buffer<double> chords(lengths->size());
-    Buffer<double> curves(lengths->size());
-    for (std::size_t e = 0; e < lengths->size(); ++e) {
-        chords[e] = (*lengths)[e].straight;
-        curves[e] = (*lengths)[e].curved;
-    }
-    return EdgeLengths{std::move(chords), std::move(curves)};
+    return in_columns(*lengths);
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
@@ -198,6 +223,8 @@ Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& c
                                                          const EdgeAccuracyOptions&, const Execution&);                \
     template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                    \
                                                   const Column<LagrangeNode<D>>&, const Execution&);                   \
+    template Outcome<EdgeLengths> edge_lengths<D>(const EdgeSet<D>&, const Proposal<D>&, const Incidence<ElementId>&,  \
+                                                  const BackMesh<D>&, const Execution&);                               \
     template Outcome<EdgeLengths> updated_lengths<D>(const EdgeSet<D>&, const Curved<D>&, const Proposal<D>&,          \
                                                      const Incidence<ElementId>&, const BackMesh<D>&,                  \
                                                      const Execution&);

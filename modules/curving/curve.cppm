@@ -35,24 +35,27 @@ template <int D>
                                    const Column<EdgeKind>& kinds);
 
 /// Where every edge's node ought to be: volume edges by the options' aim in the field `back`, boundary edges at
-/// `boundary_nodes`. Errors: those of `curve`.
+/// `base`, which has one row an edge: for edges of the boundary their nodes on the geometry (see camber.surface), for
+/// those of the volume where the back mesh has them, the middles of their chords in a straight one. From there searches
+/// begin, and offsets for accuracy count. Errors: those of `curve`.
 template <int D>
 [[nodiscard]] Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                                          const Column<LagrangeNode<D>>& boundary_nodes,
+                                                          const Column<LagrangeNode<D>>& base,
                                                           const Incidence<ElementId>& shells, const BackMesh<D>& back,
                                                           const CurveOptions& options, const Execution& execution);
 
 /// The second verb on a whole mesh: volume edges take the nodes that the options' aim asks for in the field `back`,
-/// whose mesh must be the straight form of `mesh`; boundary edges take `boundary_nodes` (see camber.surface), which has
-/// one row an edge. Edges do not see one another, so the cost is linear and the order does not matter. Errors: columns
+/// whose mesh must be `mesh` with straight edges or with those of `base`; boundary edges take `base` (see
+/// `edge_targets`). Edges do not see one another, so the cost is linear and the order does not matter. Errors: columns
 /// that do not fit the mesh; options out of range (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                       const Column<LagrangeNode<D>>& boundary_nodes,
-                                       const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                       const CurveOptions& options, const Execution& execution);
+                                       const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
+                                       const BackMesh<D>& back, const CurveOptions& options,
+                                       const Execution& execution);
 
-/// Offsets for accuracy of the edges of one kind; 0 of all others, and of those that no element holds. Errors: stopped.
+/// Offsets for accuracy of the edges of one kind, from where the back mesh has their nodes; 0 of all others, and of
+/// those that no element holds. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<Vec<D>>> accurate_offsets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                        EdgeKind kind, const Incidence<ElementId>& shells,
@@ -70,6 +73,12 @@ struct EdgeLengths {
     Column<double> straight;  ///< of the chords
     Column<double> curved;
 };
+
+/// Lengths of a proposal in any field. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<EdgeLengths> edge_lengths(const EdgeSet<D>& edges, const Proposal<D>& proposal,
+                                                const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                                const Execution& execution);
 
 /// Lengths of a later proposal, whose vertices may have moved since `curved` was made: against the chords as they are
 /// then. What did not change is not measured again. Errors: stopped.

@@ -4,6 +4,7 @@
 export module camber.curving;
 export import :edge_target;
 export import :by_element;
+export import :carried;
 export import :curve;
 export import :extension;
 export import :shape;

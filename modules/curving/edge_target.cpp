@@ -29,7 +29,7 @@ EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const L
 }
 
 template <int D>
-EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& present,
+EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& base,
                             std::span<const ElementId> shell, const BackMesh<D>& back, const EdgeRules& rules,
                             const CurveOptions& options) {
     if (shell.empty()) return boundary_target(mesh, edge, mesh.mid_nodes[edge]);
@@ -37,12 +37,12 @@ EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const Lag
         const HeldEdge held{edge, shell.front()};
         Vec<D> offset;
         accurate_offsets<D>(mesh, {&held, 1}, back, options, {&offset, 1});
-        return offset_target(mesh, held, offset, back, rules.report);
+        return node_target(mesh, held, {base.point + offset}, back, rules.report);
     }
     auto search = static_cast<const EdgeMinimiserOptions&>(options);
     search.objective = options.aim == CurvingAim::length ? EdgeObjectiveKind::length : EdgeObjectiveKind::energy;
     const auto& [a, b] = mesh.edges.vertices[edge];
-    const EdgeMinimum<D> m = minimise_back_edge(back, a, b, present, shell, rules, search);
+    const EdgeMinimum<D> m = minimise_back_edge(back, a, b, base, shell, rules, search);
     const bool moved = m.node.point != chord_middle(mesh, edge);
     return {.node = m.node,
             .change = moved ? EdgeChange::optimised : EdgeChange::straight,
@@ -70,19 +70,21 @@ void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const HeldEdge> ed
         chords.push_back(mesh.linear.points[b] - mesh.linear.points[a]);
         middles.push_back(chord_middle(mesh, held.edge));
     }
+    std::vector<ReferenceSample<D>> seen(edges.size());
+    back->sample_in_reference(middles, edges.front().holder, seen);
     std::vector<FieldSample<D>> samples(edges.size());
-    back->sample_with_recovered_gradients(middles, edges.front().holder, samples);
+    for (std::size_t i = 0; i < edges.size(); ++i) samples[i] = seen[i].sample;
     accurate_offsets<D>(chords, samples, options, offsets);
+    for (std::size_t i = 0; i < edges.size(); ++i) offsets[i] = seen[i].jacobian * offsets[i];
 }
 
 template <int D>
-EdgeTarget<D> offset_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, const Vec<D>& offset,
-                            const BackMesh<D>& back, const Quadrature& report) {
+EdgeTarget<D> node_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, const LagrangeNode<D>& node,
+                          const BackMesh<D>& back, const Quadrature& report) {
     const auto& [a, b] = mesh.edges.vertices[held.edge];
     const Vec<D>& p = mesh.linear.points[a];
     const Vec<D>& q = mesh.linear.points[b];
     const Vec<D> middle = midpoint(p, q);
-    const LagrangeNode<D> node{middle + offset};
     const EdgeLength straight = riemannian_length(back, QuadraticEdge<D>{p, {middle}, q}, report, held.holder);
     const bool moved = node.point != middle;
     const EdgeLength curved =
@@ -104,8 +106,8 @@ EdgeTarget<D> offset_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, 
                                             const CurveOptions&);                                             \
     template void accurate_offsets<D>(const QuadraticMesh<D>&, std::span<const HeldEdge>, const BackMesh<D>&, \
                                       const EdgeAccuracyOptions&, std::span<Vec<D>>);                         \
-    template EdgeTarget<D> offset_target<D>(const QuadraticMesh<D>&, const HeldEdge&, const Vec<D>&,          \
-                                            const BackMesh<D>&, const Quadrature&);
+    template EdgeTarget<D> node_target<D>(const QuadraticMesh<D>&, const HeldEdge&, const LagrangeNode<D>&,   \
+                                          const BackMesh<D>&, const Quadrature&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

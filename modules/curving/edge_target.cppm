@@ -60,11 +60,11 @@ struct EdgeTarget {
 template <int D>
 [[nodiscard]] EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node);
 
-/// Of an edge in the volume, by the field `back`, whose mesh is the straight form of `mesh`: the node that the aim asks
-/// for. A search takes `present` as one of its starts, unless it is the middle of the chord. An edge that no element
-/// holds has no field to follow and stays straight.
+/// Of an edge in the volume, by the field `back`, whose mesh has straight edges or `base` here: the node that the aim
+/// asks for. A search takes `base` as one of its starts, unless it is the middle of the chord, and does not end with a
+/// longer edge. An edge that no element holds has no field to follow and stays as it is.
 template <int D>
-[[nodiscard]] EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& present,
+[[nodiscard]] EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& base,
                                           std::span<const ElementId> shell, const BackMesh<D>& back,
                                           const EdgeRules& rules, const CurveOptions& options);
 
@@ -74,15 +74,15 @@ struct HeldEdge {
     ElementId holder;
 };
 
-/// Offsets for accuracy, of volume edges or of others: offsets[i] is that of edges[i]. The field is asked for all
-/// middles at once.
+/// Offsets for accuracy, of volume edges or of others: offsets[i] is that of edges[i], from where the back mesh has its
+/// node: F D, where D is the offset of the straight edge in the reference. The field is asked for all middles at once.
 template <int D>
 void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const HeldEdge> edges, const BackMesh<D>& back,
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets);
 
-/// A volume edge with this offset from the middle of its chord; `report` is the rule by which lengths are told.
+/// A volume edge with this node; `report` is the rule by which lengths are told.
 template <int D>
-[[nodiscard]] EdgeTarget<D> offset_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, const Vec<D>& offset,
-                                          const BackMesh<D>& back, const Quadrature& report);
+[[nodiscard]] EdgeTarget<D> node_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, const LagrangeNode<D>& node,
+                                        const BackMesh<D>& back, const Quadrature& report);
 
 }  // namespace camber

@@ -13,14 +13,6 @@ namespace camber {
 
 namespace {
 
-/// log M(ξ) = Σ ξ_i log M_i (paper §1.2).
-template <int D>
-LogMetric<D> interpolated(const Column<LogMetric<D>>& column, const SimplexVertices<D>& v, const Barycentrics<D>& xi) {
-    LogMetric<D> value{xi[0] * column[v[0]].l};
-    for (int i = 1; i <= D; ++i) value.l += xi[i] * column[v[i]].l;
-    return value;
-}
-
 /// Beyond the boundary the field is constant along the line to the nearest point: only the part of its gradient along
 /// the face (or edge, or vertex) on which that point lies remains.
 template <int D>
@@ -67,8 +59,31 @@ LogGradient<D> StraightBack<D>::gradient_in(ElementId e) const {
 }
 
 template <int D>
-Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
-                                    Column<LogMetric<D>> log_metrics, const Execution& execution) {
+LogMetric<D> StraightBack<D>::value_at(const Location<D>& location) const {
+    const auto& v = mesh.elements.vertices[location.element];
+    LogMetric<D> value{location.xi[0] * log_metrics[v[0]].l};
+    for (int i = 1; i <= D; ++i) value.l += location.xi[i] * log_metrics[v[i]].l;
+    return value;
+}
+
+template <int D>
+LogGradient<D> StraightBack<D>::gradient_at(const Location<D>& location) const {
+    const LogGradient<D> gradient = gradient_in(location.element);
+    return location.placement == Placement::inside ? gradient : along_support<D>(gradient, *this, location);
+}
+
+template <int D>
+LogGradient<D> StraightBack<D>::recovered_gradient_at(const Location<D>& location) const {
+    const auto& v = mesh.elements.vertices[location.element];
+    LogGradient<D> gradient{};
+    for (int a = 0; a <= D; ++a)
+        for (int i = 0; i < D; ++i) gradient[i] += location.xi[a] * nodal_gradients[v[a]][i];
+    return gradient;
+}
+
+template <int D>
+Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
+                                            Column<LogMetric<D>> log_metrics, const Execution& execution) {
     if (log_metrics.size() != mesh.points.size())
         return fail(ErrorKind::input,
                     "the metric has " + std::to_string(log_metrics.size()) + " rows, the mesh " +
@@ -103,7 +118,15 @@ Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<E
     });
     if (!gradients) return fail(gradients.error());
     back.nodal_gradients = std::move(*gradients);
-    return BackMesh<D>(std::move(back));
+    return back;
+}
+
+template <int D>
+Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
+                                    Column<LogMetric<D>> log_metrics, const Execution& execution) {
+    auto back = make_straight_back(mesh, balls, std::move(log_metrics), execution);
+    if (!back) return fail(back.error());
+    return BackMesh<D>(std::move(*back));
 }
 
 template <int D>
@@ -112,7 +135,7 @@ void StraightBack<D>::sample_values(std::span<const Vec<D>> points, ElementId hi
     for (std::size_t n = 0; n < points.size(); ++n) {
         out[n].location = locate(points[n], hint);
         hint = out[n].location.element;
-        out[n].log_metric = interpolated<D>(log_metrics, mesh.elements.vertices[hint], out[n].location.xi);
+        out[n].log_metric = value_at(out[n].location);
     }
 }
 
@@ -120,22 +143,14 @@ template <int D>
 void StraightBack<D>::sample_with_gradients(std::span<const Vec<D>> points, ElementId hint,
                                             std::span<FieldSample<D>> out) const {
     sample_values(points, hint, out);
-    for (FieldSample<D>& s : out) {
-        s.gradient = gradient_in(s.location.element);
-        if (s.location.placement != Placement::inside) s.gradient = along_support<D>(s.gradient, *this, s.location);
-    }
+    for (FieldSample<D>& s : out) s.gradient = gradient_at(s.location);
 }
 
 template <int D>
 void StraightBack<D>::sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                                       std::span<FieldSample<D>> out) const {
     sample_values(points, hint, out);
-    for (FieldSample<D>& s : out) {
-        const auto& v = mesh.elements.vertices[s.location.element];
-        s.gradient = {};
-        for (int a = 0; a <= D; ++a)
-            for (int i = 0; i < D; ++i) s.gradient[i] += s.location.xi[a] * nodal_gradients[v[a]][i];
-    }
+    for (FieldSample<D>& s : out) s.gradient = recovered_gradient_at(s.location);
 }
 
 template <int D>
@@ -150,10 +165,12 @@ BackSector<D> StraightBack<D>::sector(ElementId e, VertexId a, VertexId b) const
     return sector;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                          \
-    template class StraightBack<D>;                                                                    \
-    template Outcome<BackMesh<D>> make_back_mesh<D>(const LinearMesh<D>&, const Incidence<ElementId>&, \
-                                                    Column<LogMetric<D>>, const Execution&);           \
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template class StraightBack<D>;                                                                            \
+    template Outcome<StraightBack<D>> make_straight_back<D>(const LinearMesh<D>&, const Incidence<ElementId>&, \
+                                                            Column<LogMetric<D>>, const Execution&);           \
+    template Outcome<BackMesh<D>> make_back_mesh<D>(const LinearMesh<D>&, const Incidence<ElementId>&,         \
+                                                    Column<LogMetric<D>>, const Execution&);                   \
     template std::array<Vec<D>, D + 1> barycentric_gradients<D>(const LinearMesh<D>&, ElementId);
 
 CAMBER_INSTANTIATE(2)

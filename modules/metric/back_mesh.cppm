@@ -47,6 +47,14 @@ struct BackVertex {
     LogMetric<D> log_metric;
 };
 
+/// A field as the reference mesh sees it: log(Fᵀ M F) at a point X of it with the recovered gradient in X, and F =
+/// ∂x/∂X there.
+template <int D>
+struct ReferenceSample {
+    FieldSample<D> sample;
+    Mat<D> jacobian = Mat<D>::identity();
+};
+
 /// One element of the shell of an edge, seen from the edge: the field's gradient on that side, and the inward normals
 /// of the element's two faces through the edge (2D: of the one edge), of any length.
 template <int D>
@@ -57,10 +65,9 @@ struct BackSector {
 
 /// The face that every kind of back mesh has: a metric field with elements, by which a search for a point begins where
 /// the last one ended. Models are immutable, and asked by many threads at once; up to rounding no answer depends on a
-/// hint. Nothing here says that elements are straight. A curved back mesh (of degree 2, or one that carries the field
-/// of a moved wall) has to provide what is asked below: location in its curved elements, where ξ are coordinates of the
-/// reference element; gradients through the inverse of the element's Jacobian, which are then not constant in it; and
-/// for `sector`, tangent planes of the curved faces at the middle of the edge.
+/// hint. Nothing here says that elements are straight: in a curved back mesh ξ are coordinates of the reference
+/// element, gradients go through the inverse of the element's Jacobian and are not constant in it, and the walls of a
+/// `sector` are the tangent planes of the curved faces at the middle of the edge.
 ///
 /// Samples are asked for a pack of points at a time, so that none is a call of its own: out[i] is the sample at
 /// points[i], searched from `hint` for the first and from the element of the one before for each other, to the last bit
@@ -81,6 +88,17 @@ class BackModel {
     /// log M with the recovered gradient, which is continuous across faces.
     virtual void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                                  std::span<FieldSample<D>> out) const = 0;
+
+    /// The field at points of the reference mesh, as that sees it. Of a straight mesh, which is its own reference:
+    /// sample_with_recovered_gradients.
+    virtual void sample_in_reference(std::span<const Vec<D>> points, ElementId hint,
+                                     std::span<ReferenceSample<D>> out) const {
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            sample_with_recovered_gradients({&points[i], 1}, hint, {&out[i].sample, 1});
+            hint = out[i].sample.location.element;
+            out[i].jacobian = Mat<D>::identity();
+        }
+    }
 
     [[nodiscard]] virtual std::size_t vertex_count() const = 0;
     [[nodiscard]] virtual BackVertex<D> vertex(VertexId v) const = 0;
@@ -119,6 +137,18 @@ class BackMesh {
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   Column<LogMetric<D>> log_metrics, const Execution& execution);
+
+/// The field of a mesh of degree 2, which goes along with its curves: at x(X) = X + Σ 4 ξ_i ξ_j u_e (u_e: how far the
+/// node of an edge is from the middle of its chord) the logs of the vertices as they are interpolated at X, which is
+/// found by Newton's method from x, each iterate located in the straight mesh; gradients through F⁻ᵀ, F = ∂x/∂X. Beyond
+/// the boundary the nearest point of the straight mesh stands for X. In the reference, log(Fᵀ M F) and its gradient are
+/// means over the balls of what each element sees at its corners: curves of the mesh itself are no change of the field
+/// there. A mesh whose nodes are all in the middles is a straight one. Elements that are not valid have no inverse:
+/// points in them are where the last iterate is. Errors: those of the straight one.
+template <int D>
+[[nodiscard]] Outcome<BackMesh<D>> make_curved_back_mesh(const QuadraticMesh<D>& mesh,
+                                                         const Incidence<ElementId>& balls,
+                                                         Column<LogMetric<D>> log_metrics, const Execution& execution);
 
 /// ∇u_i of the barycentric coordinates of an element; they sum to zero.
 template <int D>

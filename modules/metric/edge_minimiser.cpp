@@ -75,6 +75,20 @@ EdgeMinimum<D> minimised(const BackMesh<D>& back, const EdgeObjective<D>& object
     return minimum;
 }
 
+/// The minimum, or where the search began if that is shorter by the finer rule.
+template <int D>
+EdgeMinimum<D> no_longer_than(const LagrangeNode<D>& present, const BackMesh<D>& back,
+                              const EdgeObjective<D>& objective, const Quadrature& rule, EdgeMinimum<D> minimum) {
+    if (present.point == midpoint(objective.p20, objective.p02)) return minimum;
+    const EdgeLength length =
+        riemannian_length(back, QuadraticEdge<D>{objective.p20, present, objective.p02}, rule, objective.hint);
+    if (!(length.length < minimum.length)) return minimum;
+    minimum.node = present;
+    minimum.length = length.length;
+    minimum.shortened = true;
+    return minimum;
+}
+
 }  // namespace
 
 EdgeRules edge_rules(const EdgeMinimiserOptions& options) {
@@ -119,7 +133,8 @@ EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, VertexId a, VertexId 
         const Iterate<D> own = evaluated(objective, frame, frame.bounded(frame.coordinates(present.point)));
         if (own.value < at.value) at = own;
     }
-    return minimised(back, objective, frame, at, rules, options);
+    return no_longer_than(present, back, objective, rules.report,
+                          minimised(back, objective, frame, at, rules, options));
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                     \

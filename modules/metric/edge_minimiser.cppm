@@ -97,7 +97,7 @@ template <int D>
 
 /// The same for an edge (a, b) of the back mesh itself, with its shell (not empty). Such a chord lies on kinks of the
 /// field: the search starts from the best of the closed-form minima of the shell's sectors, and so does not depend on
-/// an order; or from the node that the edge has, where the objective is lower still.
+/// an order; or from the node that the edge has, where the objective is lower still: it is never longer than that.
 template <int D>
 [[nodiscard]] EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, VertexId a, VertexId b,
                                                 const LagrangeNode<D>& present, std::span<const ElementId> shell,

@@ -10,6 +10,7 @@ export import :quadrature;
 import :element_frame;
 export import :back_mesh;
 import :straight_back;
+import :curved_back;
 import :along_edge;
 export import :high_order;
 export import :edge_length;

@@ -31,7 +31,16 @@ class StraightBack final : public BackModel<D> {
 
     /// ∂ log M in one element, where it is constant: ∂_i log M = Σ_j ∂_i u_j log M_j.
     [[nodiscard]] LogGradient<D> gradient_in(ElementId e) const;
+    /// log M = Σ ξ_i log M_i (paper §1.2), and its gradients, as they are sampled at points with that location.
+    [[nodiscard]] LogMetric<D> value_at(const Location<D>& location) const;
+    [[nodiscard]] LogGradient<D> gradient_at(const Location<D>& location) const;
+    [[nodiscard]] LogGradient<D> recovered_gradient_at(const Location<D>& location) const;
 };
+
+/// With what location needs, and the recovered gradient. Errors: those of make_back_mesh.
+template <int D>
+[[nodiscard]] Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
+                                                          Column<LogMetric<D>> log_metrics, const Execution& execution);
 
 /// The straight mesh behind a back mesh; null where that is of another kind. For searches that move in barycentric
 /// coordinates of its elements; all others ask the face.

@@ -256,17 +256,32 @@ enum class Objective : std::uint8_t { accuracy, energy, length, shape };
 struct Elevate {
     friend bool operator==(const Elevate&, const Elevate&) = default;
 };
+/// Where the metric is read.
+enum class BackMeshKind : std::uint8_t {
+    carried,   ///< in a mesh of degree 2 that goes along with walls that sag, see carried_nodes of camber.curving
+    straight,  ///< in the straight mesh (paper §1.2)
+};
+[[nodiscard]] constexpr auto words(BackMeshKind) {
+    return words_of(Word{BackMeshKind::carried, "carried"}, Word{BackMeshKind::straight, "straight"});
+}
 /// The options of `curve`, and what chooses between its aims and `shape`; the aim is set by edge_options().
 struct Curve : CurveOptions {
     Objective objective = Objective::accuracy;
+    BackMeshKind back_mesh = BackMeshKind::carried;
 
     [[nodiscard]] static constexpr auto options() {
         return std::tuple_cat(
-            std::tuple(option(
-                "objective", &Curve::objective,
-                "what edges are curved for: accuracy, that what the metric belongs to is interpolated well; energy or "
-                "length, that this is least in the metric (energy: smooth, evenly spaced); shape: no metric, the "
-                "Jacobians of elements are made as even as may be")),
+            std::tuple(
+                option(
+                    "objective", &Curve::objective,
+                    "what edges are curved for: accuracy, that what the metric belongs to is interpolated well; energy "
+                    "or "
+                    "length, that this is least in the metric (energy: smooth, evenly spaced); shape: no metric, the "
+                    "Jacobians of elements are made as even as may be"),
+                option("back_mesh", &Curve::back_mesh,
+                       "where the metric is read: carried, the field goes along with walls that sag by more "
+                       "than a little of its sizes, and nodes start from there; straight, at its point's place "
+                       "in the straight mesh, as in the paper")),
             CurveOptions::options());
     }
     friend bool operator==(const Curve&, const Curve&) = default;

@@ -87,7 +87,10 @@ void add(Report& report, const CavitiesReport& part) {
 }
 
 void add(Report& report, const MeasuresReport& part) {
-    if (report.curve) report.curve->after = part.edges;
+    if (report.curve) {
+        report.curve->after = part.edges;
+        report.curve->in_straight_field = part.edges_in_straight_field;
+    }
     if (report.boundary) {
         report.boundary->straight_distance = part.straight_distance;
         report.boundary->curved_distance = part.curved_distance;

@@ -55,6 +55,7 @@ struct PlanReport {
 /// Of a run's end.
 struct MeasuresReport {
     std::optional<EdgeReport> edges;                           ///< after correction
+    std::optional<EdgeReport> edges_in_straight_field;         ///< the same in the other field, where that is carried
     std::optional<double> straight_distance, curved_distance;  ///< see BoundaryReport
     std::vector<Histogram> histograms;
 };

@@ -61,6 +61,7 @@ struct CurveReport {
     std::size_t polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;
     EdgeReport before;  ///< correction
     std::optional<EdgeReport> after;
+    std::optional<EdgeReport> in_straight_field;  ///< after correction, where the field is carried
     double edges_per_second = 0;
 };
 

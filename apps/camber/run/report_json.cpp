@@ -79,6 +79,7 @@ Json json(const CurveReport& c) {
            {"edges_per_second", c.edges_per_second},
            {"before_correction", json(c.before)}};
     if (c.after) j["after_correction"] = json(*c.after);
+    if (c.in_straight_field) j["in_straight_field"] = json(*c.in_straight_field);
     return j;
 }
 Json json(const ValidityReport& v) {

@@ -57,6 +57,9 @@ std::string curve_rows(const CurveReport& c) {
         table_row("edges", c.edges) +
         table_row("volume edges (curved)", fmt::format("{} ({})", grouped(c.volume_edges), grouped(c.curved_edges))) +
         table_row("mean length gain", join_before_after(c.before.mean_gain, pick(&EdgeReport::mean_gain), "{:.5f}")) +
+        (c.in_straight_field
+             ? table_row("  in the straight field", fmt::format("{:.5f}", c.in_straight_field->mean_gain))
+             : std::string()) +
         table_row("largest length gain",
                   join_before_after(c.before.largest_gain, pick(&EdgeReport::largest_gain), "{:.4f}")) +
         table_row("mean curvature",

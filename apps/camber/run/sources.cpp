@@ -111,7 +111,10 @@ struct Source {
         const LinearMesh<D>& mesh = input.mesh.linear;
         const auto around = balls(mesh, execution);
         if (!around) return fail(around.error());
-        auto logs = natural_log_metrics(mesh, *around, execution);
+        QuadraticMesh<D> bent = input.mesh;
+        bent.mid_nodes = input.extended;
+        auto logs = input.extended.empty() ? natural_log_metrics(mesh, *around, execution)
+                                           : curved_natural_log_metrics(bent, *around, execution);
         if (!logs) return fail(logs.error());
         return sourced(Column<LogMetric<D>>(std::move(*logs)), "natural");
     }

@@ -49,20 +49,32 @@ struct MetricInput {
     const Boundary<D>& boundary;
     const Column<Vec<D>>& given_points;  ///< where the rows of files speak
     std::span<const MetricFile> files;   ///< all that the config names
+    /// Nodes with which the mesh's own metric goes along, see CurveInput; none: with straight edges.
+    Column<LagrangeNode<D>> extended;
 };
 
-/// What the edges of a mesh are curved from: where boundary nodes are wanted, one row an edge, and which nodes stay.
+/// What the edges of a mesh are curved from: where boundary nodes are wanted, and from where those of the volume start,
+/// one row an edge; and which nodes stay.
 template <int D>
 struct CurveInput {
     Column<EdgeKind> kinds;
-    Column<LagrangeNode<D>> boundary_nodes;
+    Column<LagrangeNode<D>> base;
     Incidence<ElementId> shells;
     Notices notices;
+    /// The boundary's displacement extended into the volume, or the nodes that the mesh was read with; empty where the
+    /// field is read in the straight mesh, or nothing is displaced.
+    Column<LagrangeNode<D>> extended = {};
 };
-/// Boundary nodes on the geometry; of a mesh that was read with its curves only those on analytic surfaces.
+/// Boundary nodes on the geometry; of a mesh that was read with its curves only those on analytic surfaces. Volume
+/// edges start at the mesh's nodes.
 template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> curve_input(const Quadratic<D>& at, const Boundary<D>& boundary,
                                                  const Execution& execution);
+
+/// The same with what a field that is carried goes along with.
+template <int D>
+[[nodiscard]] Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> input,
+                                                    const Execution& execution);
 
 /// The same with nodes in planes slid within them to where the options want them in the field; those that the
 /// mesh was read with stay.

@@ -40,6 +40,7 @@ struct Wanted {
     Incidence<ElementId> shells;
     Curved<D> curved;  ///< before any correction
     CurvingAim aim = CurvingAim::energy;
+    Column<LagrangeNode<D>> extended = {};  ///< where nodes go back to, see CurveInput
 };
 
 /// Places that are the mesh's by now, and the verdicts that they became so with.
@@ -108,6 +109,7 @@ struct State {
     std::variant<LinearMesh<D>, Quadratic<D>> mesh;
     Column<Vec<D>> given_points;       ///< of the vertices as they were read: where the rows of metric files speak
     std::optional<BackMesh<D>> field;  ///< the last that was made
+    std::optional<BackMesh<D>> straight_field;  ///< where that is carried: the one of the straight mesh
     History<D> history;
 };
 

@@ -32,10 +32,16 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Boundary<D>> describe_boundary(Runner<D>& run);
 
-/// The field of the config's metric, before a stage that curves by it. Errors name the JSON path of the metric or the
-/// operation, or the file.
+/// What edges are curved from, before the field.
 template <int D>
-[[nodiscard]] Outcome<Done> make_field(Runner<D>& run, const Boundary<D>& boundary);
+[[nodiscard]] Outcome<CurveInput<D>> begin_curving(Runner<D>& run, const Boundary<D>& boundary,
+                                                   const config::Curve& options);
+
+/// The field of the config's metric, before a stage that curves by it; volume edges then start where it has them.
+/// Errors name the JSON path of the metric or the operation, or the file.
+template <int D>
+[[nodiscard]] Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, CurveInput<D> input,
+                                                CurvingAim aim);
 
 /// A mesh that was read with its curves brings what else the stage `curve` proposes: its nodes become the plan where
 /// there is none.

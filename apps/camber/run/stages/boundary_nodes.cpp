@@ -1,6 +1,8 @@
 module;
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <ranges>
 #include <utility>
 
 #include <fmt/format.h>
@@ -82,7 +84,7 @@ Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& bou
     const auto shifts = accurate_offsets(at.mesh, input.kinds, EdgeKind::surface, input.shells, field, options, silent);
     if (!shifts) return fail(shifts.error());
     const QuadraticMesh<D> mesh = boundary.required == RequiredBoundary::keep ? at.mesh : without_required(at.mesh);
-    const Column<LagrangeNode<D>>& present = input.boundary_nodes;
+    const Column<LagrangeNode<D>>& present = input.base;
     auto nodes = slid_nodes<D>(mesh, present, *shifts, boundary.features, boundary.geometry, silent);
     if (!nodes) return fail(nodes.error());
     Buffer<Vec<D>> slides(nodes->size());
@@ -91,12 +93,30 @@ Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& bou
     auto borne = lessen_by_element<D>(at.mesh, present.view(), input.shells, options.least_jacobian, slides, silent);
     if (!borne) return fail(borne.error());
     for (std::size_t e = 0; e < slides.size(); ++e) (*nodes)[e].point = present[e].point + slides[e];
-    input.boundary_nodes = std::move(*nodes);
+    input.base = std::move(*nodes);
+    return input;
+}
+
+template <int D>
+Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> input, const Execution& execution) {
+    const auto is_straight = [&](std::size_t e) {
+        const auto& [a, b] = at.mesh.edges.vertices[e];
+        return input.base[e].point == midpoint(at.mesh.linear.points[a], at.mesh.linear.points[b]);
+    };
+    if (std::ranges::all_of(std::views::iota(std::size_t{0}, input.base.size()), is_straight)) return input;
+    if (at.nodes == NodesOf::file) {
+        input.extended = input.base;
+        return input;
+    }
+    auto extended = extend_boundary(at.mesh, input.kinds, input.base, input.shells, {}, execution);
+    if (!extended) return fail(extended.error());
+    input.extended = std::move(extended->nodes);
     return input;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                  \
     template Outcome<CurveInput<D>> curve_input<D>(const Quadratic<D>&, const Boundary<D>&, const Execution&); \
+    template Outcome<CurveInput<D>> extended_input<D>(const Quadratic<D>&, CurveInput<D>, const Execution&);   \
     template Outcome<CurveInput<D>> slid_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,      \
                                                   const BackMesh<D>&, const CurveOptions&, const Execution&);
 

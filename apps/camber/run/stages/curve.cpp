@@ -69,6 +69,7 @@ CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) 
             s.lost,
             edge_report(mesh, curved.proposal, curved.straight_lengths, curved.lengths),
             {},
+            {},
             0};
 }
 
@@ -84,7 +85,7 @@ namespace {
 template <int D>
 Outcome<Found<D>> by_field(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const BackMesh<D>& field,
                            const CurveOptions& options, const Execution& execution) {
-    auto curved = curve(mesh, input.kinds, input.boundary_nodes, input.shells, field, options, execution);
+    auto curved = curve(mesh, input.kinds, input.base, input.shells, field, options, execution);
     if (!curved) return fail(curved.error());
     return with_report(mesh, std::move(*curved));
 }
@@ -92,7 +93,7 @@ Outcome<Found<D>> by_field(const QuadraticMesh<D>& mesh, const CurveInput<D>& in
 /// By the boundary alone.
 template <int D>
 Outcome<Found<D>> by_shape(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const Execution& execution) {
-    auto done = shape(mesh, input.kinds, input.boundary_nodes, input.shells, ShapeOptions{}, execution);
+    auto done = shape(mesh, input.kinds, input.base, input.shells, ShapeOptions{}, execution);
     if (!done) return fail(done.error());
     return with_report(mesh, without_lengths(mesh, input.kinds, std::move(done->proposal)));
 }
@@ -105,53 +106,66 @@ constexpr const char* of_file(CurvingAim aim) {
                  "start";
 }
 
-/// The stage, however it finds where nodes are wanted: `find(input, execution)`.
+/// The stage, however it finds where nodes are wanted: `find(execution)`.
 template <int D>
-Outcome<Done> curve_within(Runner<D>& run, Boundary<D> boundary, CurvingAim aim, const auto& find,
+Outcome<Done> curve_within(Runner<D>& run, Boundary<D> boundary, CurveInput<D> input, CurvingAim aim, const auto& find,
                            const Execution& execution) {
-    Quadratic<D>& at = run.quadratic();
-    auto input = curve_input(at, boundary, execution);
-    if (!input) return fail(input.error());
-    run.tell(input->notices);
-    auto found = run.timed([&] { return find(*input, execution); });
+    run.tell(input.notices);
+    auto found = run.timed([&] { return find(execution); });
     if (!found.value) return fail(found.value.error());
     tell_curve(run, std::move(found.value->report), found.seconds);
     Proposal<D> proposal = found.value->curved.proposal;
-    at.plan = Plan<D>{Wanted<D>{std::move(boundary), std::move(input->shells), std::move(found.value->curved), aim},
-                      std::move(proposal)};
+    run.quadratic().plan = Plan<D>{Wanted<D>{std::move(boundary), std::move(input.shells),
+                                             std::move(found.value->curved), aim, std::move(input.extended)},
+                                   std::move(proposal)};
     return Done{};
 }
 
 }  // namespace
 
 template <int D>
+Outcome<CurveInput<D>> begin_curving(Runner<D>& run, const Boundary<D>& boundary, const config::Curve& options) {
+    return run.step("extension", [&](const Execution& e) -> Outcome<CurveInput<D>> {
+        auto input = curve_input(run.quadratic(), boundary, e);
+        const bool carried =
+            options.back_mesh == config::BackMeshKind::carried && options.objective != config::Objective::shape;
+        if (!input || !carried) return input;
+        return extended_input(run.quadratic(), std::move(*input), e);
+    });
+}
+
+template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
     auto boundary = describe_boundary(run);
     if (!boundary) return fail(boundary.error());
+    auto input = begin_curving(run, *boundary, options);
+    if (!input) return fail(input.error());
     const QuadraticMesh<D>& mesh = run.quadratic().mesh;
     if (options.objective == config::Objective::shape)
         return run.step_of(options, [&](const Execution& execution) {
-            const auto find = [&](const CurveInput<D>& input, const Execution& e) { return by_shape(mesh, input, e); };
-            return curve_within(run, std::move(*boundary), CurvingAim::energy, find, execution);
+            const auto find = [&](const Execution& e) { return by_shape(mesh, *input, e); };
+            return curve_within(run, std::move(*boundary), *input, CurvingAim::energy, find, execution);
         });
-    if (auto made = make_field(run, *boundary); !made) return made;
+    const CurveOptions edges = edge_options(options);
+    input = make_field(run, *boundary, std::move(*input), edges.aim);
+    if (!input) return fail(input.error());
     return run.step_of(options, [&](const Execution& execution) {
-        const CurveOptions edges = edge_options(options);
         const Boundary<D> around = *boundary;
-        const auto find = [&](const CurveInput<D>& input, const Execution& e) -> Outcome<Found<D>> {
-            auto slid = slid_input(run.quadratic(), around, input, *run.field(), edges, e);
+        const auto find = [&](const Execution& e) -> Outcome<Found<D>> {
+            auto slid = slid_input(run.quadratic(), around, *input, *run.field(), edges, e);
             if (!slid) return fail(slid.error());
             return by_field(mesh, *slid, *run.field(), edges, e);
         };
-        auto done = curve_within(run, std::move(*boundary), edges.aim, find, execution);
+        auto done = curve_within(run, std::move(*boundary), *input, edges.aim, find, execution);
         if (done && run.quadratic().nodes == NodesOf::file) run.tell(Notices{of_file(edges.aim)});
         return done;
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                        \
-    template CurveReport curve_report<D>(const QuadraticMesh<D>&, const Curved<D>&); \
-    template void tell_curve<D>(Runner<D>&, CurveReport, double);                    \
+#define CAMBER_INSTANTIATE(D)                                                                               \
+    template CurveReport curve_report<D>(const QuadraticMesh<D>&, const Curved<D>&);                        \
+    template void tell_curve<D>(Runner<D>&, CurveReport, double);                                           \
+    template Outcome<CurveInput<D>> begin_curving<D>(Runner<D>&, const Boundary<D>&, const config::Curve&); \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Curve&);
 
 CAMBER_INSTANTIATE(2)

@@ -53,8 +53,8 @@ struct Measured {
     MeasuresReport report;
 };
 template <int D>
-Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* field, const History<D>& history,
-                                 const Execution& execution) {
+Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* field, const BackMesh<D>* straight_field,
+                                 const History<D>& history, const Execution& execution) {
     Measured<D> measured;
     const Plan<D>* const plan = end.planned();
     if (const Wanted<D>* wanted = plan ? plan->wanted() : nullptr) {
@@ -65,6 +65,11 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
             if (!lengths) return fail(lengths.error());
             measured.report.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
             measured.lengths = std::move(*lengths);
+            if (straight_field) {
+                const auto other = edge_lengths(end.mesh.edges, proposal, wanted->shells, *straight_field, execution);
+                if (!other) return fail(other.error());
+                measured.report.edges_in_straight_field = edge_report(seen, proposal, other->straight, other->curved);
+            }
         }
         if (auto done = measure_distances(seen, wanted->boundary, measured.report, execution); !done)
             return fail(done.error());
@@ -81,7 +86,8 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
     if (end && end->planned()) run.tell(PlanReport{.is_mesh = !end->has_uncommitted()});
     auto made = run.step("measure", [&](const Execution& e) -> Outcome<Measured<D>> {
         if (!end) return Measured<D>{};
-        return measure_end(*end, run.field(), run.state.history, e);
+        const auto& other = run.state.straight_field;
+        return measure_end(*end, run.field(), other ? &*other : nullptr, run.state.history, e);
     });
     if (!made) return fail(made.error());
     run.tell(made->report);

@@ -1,11 +1,15 @@
 module;
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <utility>
 module camber.run;
 import camber.core;
+import camber.bezier;
 import camber.config;
+import camber.curving;
 import camber.metric;
 import :parts;
 import :report;
@@ -18,10 +22,10 @@ namespace camber::run {
 
 namespace {
 
-/// A field at the vertices of the straight mesh, after the config's operations.
+/// A field at the vertices of a mesh, after the config's operations.
 template <int D>
 struct Field {
-    BackMesh<D> back;
+    Column<LogMetric<D>> log_metrics;
     MetricReport report;
     Notices notices;
 };
@@ -37,8 +41,6 @@ template <int D>
 Outcome<Field<D>> field_of(const MetricInput<D>& input, const config::Metric& metric,
                            std::span<const config::MetricOperation> operations, const Execution& execution) {
     const LinearMesh<D>& mesh = input.mesh.linear;
-    const auto around = balls(mesh, execution);
-    if (!around) return fail(around.error());
     auto made = make_log_metrics(input, metric, execution);
     if (!made) {
         Error error = made.error();
@@ -53,27 +55,87 @@ Outcome<Field<D>> field_of(const MetricInput<D>& input, const config::Metric& me
     const auto largest = largest_anisotropy(made->log_metrics, execution);
     if (!largest) return fail(largest.error());
     made->report.largest_anisotropy = *largest;
-    auto back = make_back_mesh(mesh, *around, std::move(made->log_metrics), execution);
+    return Field<D>{std::move(made->log_metrics), std::move(made->report), std::move(made->notices)};
+}
+
+/// A field with elements to be read in, and where these have the nodes of the volume edges.
+template <int D>
+struct MadeField {
+    BackMesh<D> back;
+    std::optional<BackMesh<D>> straight;
+    Column<LagrangeNode<D>> nodes;
+    MetricReport report;
+    Notices notices;
+};
+
+template <int D>
+Outcome<MadeField<D>> straight_field(const MetricInput<D>& input, const config::Pipeline& config,
+                                     const Execution& execution) {
+    auto field = field_of<D>(input, config.metric, config.metric_operations, execution);
+    if (!field) return fail(field.error());
+    const auto around = balls(input.mesh.linear, execution);
+    if (!around) return fail(around.error());
+    auto back = make_back_mesh(input.mesh.linear, *around, std::move(field->log_metrics), execution);
     if (!back) return fail(back.error());
-    return Field<D>{std::move(*back), std::move(made->report), std::move(made->notices)};
+    return MadeField<D>{std::move(*back), {}, {}, std::move(field->report), std::move(field->notices)};
+}
+
+template <int D>
+Outcome<MadeField<D>> carried_field(MetricInput<D> input, const Incidence<ElementId>& shells,
+                                    const config::Pipeline& config, const Execution& execution) {
+    auto field = field_of<D>(input, config.metric, config.metric_operations, execution);
+    if (!field) return fail(field.error());
+    const auto around = balls(input.mesh.linear, execution);
+    if (!around) return fail(around.error());
+    auto nodes = carried_nodes(input.mesh, input.extended.view(), field->log_metrics, shells, execution);
+    if (!nodes) return fail(nodes.error());
+    QuadraticMesh<D> bent = input.mesh;
+    bent.mid_nodes = std::move(*nodes);
+    auto back = make_curved_back_mesh(bent, *around, std::move(field->log_metrics), execution);
+    if (!back) return fail(back.error());
+    input.extended = {};
+    auto straight = straight_field(input, config, execution);
+    if (!straight) return straight;
+    return MadeField<D>{std::move(*back), std::move(straight->back), std::move(bent.mid_nodes),
+                        std::move(field->report), std::move(field->notices)};
+}
+
+/// Volume edges start where the field has them. Searches in a mesh that was read with its curves start at these.
+template <int D>
+Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, CurvingAim aim,
+                                    const Column<LagrangeNode<D>>& nodes) {
+    Buffer<LagrangeNode<D>> base(input.base.begin(), input.base.end());
+    const bool keeps = !input.extended.empty() && input.extended == input.base && aim != CurvingAim::accuracy;
+    for (std::size_t e = 0; e < base.size(); ++e) {
+        if (input.kinds[e] != EdgeKind::volume || keeps) continue;
+        const auto& [a, b] = mesh.edges.vertices[e];
+        base[e] = nodes.empty() ? LagrangeNode<D>{midpoint(mesh.linear.points[a], mesh.linear.points[b])} : nodes[e];
+    }
+    return base;
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Done> make_field(Runner<D>& run, const Boundary<D>& boundary) {
+Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, CurveInput<D> input, CurvingAim aim) {
+    const QuadraticMesh<D>& mesh = run.quadratic().mesh;
     auto made = run.step("metric", [&](const Execution& e) {
-        const MetricInput<D> input{run.quadratic().mesh, boundary, run.state.given_points, run.files};
-        return field_of<D>(input, run.config.metric, run.config.metric_operations, e);
+        const MetricInput<D> from{mesh, boundary, run.state.given_points, run.files, input.extended};
+        return input.extended.empty() ? straight_field<D>(from, run.config, e)
+                                      : carried_field<D>(from, input.shells, run.config, e);
     });
     if (!made) return fail(made.error());
     run.tell(made->report);
     run.tell(made->notices);
     run.state.field = std::move(made->back);
-    return Done{};
+    run.state.straight_field = std::move(made->straight);
+    const bool from_file = run.quadratic().nodes == NodesOf::file;
+    if (!from_file || aim == CurvingAim::accuracy || !made->nodes.empty())
+        input.base = starting_at(mesh, input, aim, made->nodes);
+    return input;
 }
 
-template Outcome<Done> make_field<2>(Runner<2>&, const Boundary<2>&);
-template Outcome<Done> make_field<3>(Runner<3>&, const Boundary<3>&);
+template Outcome<CurveInput<2>> make_field<2>(Runner<2>&, const Boundary<2>&, CurveInput<2>, CurvingAim);
+template Outcome<CurveInput<3>> make_field<3>(Runner<3>&, const Boundary<3>&, CurveInput<3>, CurvingAim);
 
 }  // namespace camber::run

@@ -34,7 +34,7 @@ template <int D>
 Outcome<Walked<D>> walk_cavities(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const BackMesh<D>& field,
                                  const config::Reinsert& options, const Execution& execution) {
     const ReinsertAllOptions all{{edge_options(options.curve), options.relax}, options.max_turns};
-    auto done = reinsert_all(mesh, input.kinds, input.boundary_nodes, field, all, execution);
+    auto done = reinsert_all(mesh, input.kinds, input.base, field, all, execution);
     if (!done) return fail(done.error());
     const double bound = options.relax.min_scaled_jacobian;
     const auto judged = validate(mesh, done->wanted.proposal, bound, execution);
@@ -63,11 +63,12 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
                     "take the stage curve, or another objective");
     auto boundary = describe_boundary(run);
     if (!boundary) return fail(boundary.error());
-    if (auto made = make_field(run, *boundary); !made) return made;
+    auto input = begin_curving(run, *boundary, options.curve);
+    if (!input) return fail(input.error());
+    input = make_field(run, *boundary, std::move(*input), edge_options(options.curve).aim);
+    if (!input) return fail(input.error());
     return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
         Quadratic<D>& at = run.quadratic();
-        auto input = curve_input(at, *boundary, e);
-        if (!input) return fail(input.error());
         input = slid_input(at, *boundary, std::move(*input), *run.field(), edge_options(options.curve), e);
         if (!input) return fail(input.error());
         run.tell(input->notices);
@@ -80,7 +81,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
         run.state.history = Corrected<D>{std::move(made.wanted)};
         at.mesh = std::move(made.done.mesh);
         at.plan = Plan<D>{Wanted<D>{std::move(*boundary), std::move(input->shells), std::move(made.done.wanted),
-                                    edge_options(options.curve).aim},
+                                    edge_options(options.curve).aim, std::move(input->extended)},
                           Settled<D>{std::move(made.done.proposal), std::move(made.validation)}};
         enter(run, *at.validation());
         run.tell(CommitReport{});

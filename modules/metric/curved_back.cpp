@@ -1,0 +1,277 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <utility>
+module camber.metric;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+/// Newton's method ends with a step that is less than this of the element (barycentric): what is left is its square.
+constexpr double small_step = 1e-5;
+constexpr int most_steps = 10;
+
+/// a + b ⊗ c.
+template <int D>
+void add_outer(Mat<D>& a, const Vec<D>& b, const Vec<D>& c) {
+    for (int i = 0; i < D; ++i) a.column[i] += c[i] * b;
+}
+
+/// A gradient in the reference as one in space: ∂_i = Σ_j (F⁻¹)_ji ∂_Xj.
+template <int D>
+LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) {
+    const Mat<D> back = inverse(jacobian);
+    LogGradient<D> out{};
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) out[i] += back(j, i) * gradient[j];
+    return out;
+}
+
+/// M^{1/2} F M̂^{-1/2} and M̂ = Fᵀ M F, from the singular values of Fᵀ M^{1/2}: needles keep their digits.
+template <int D>
+SeenCorner<D> seen_through(const LogMetric<D>& log_metric, const Mat<D>& jacobian) {
+    const SpectralMetric<D> metric(log_metric);
+    Mat<D> factor = transposed(jacobian) * metric.vectors;
+    for (int i = 0; i < D; ++i) factor.column[i] *= std::exp(metric.log_values[i] / 2);
+    // Fᵀ R Λ^{1/2} = U Σ Vᵀ, so M̂ = U Σ² Uᵀ and O = R V Uᵀ.
+    EigenSystem<D> s = left_singular(factor);
+    Mat<D> turned;  // V Uᵀ = (Fᵀ R Λ^{1/2})ᵀ U Σ⁻¹ Uᵀ
+    for (int i = 0; i < D; ++i) {
+        const Vec<D> v = (1 / s.values[i]) * (transposed(factor) * s.vectors.column[i]);
+        add_outer(turned, v, s.vectors.column[i]);
+    }
+    for (int i = 0; i < D; ++i) s.values[i] = 2 * std::log(s.values[i]);
+    SeenCorner<D> seen{{composed(s)}, jacobian, metric.vectors * turned};
+    if (!std::isfinite(trace(seen.log_metric.l))) return {log_metric};
+    return seen;
+}
+
+/// A gradient of logs: `directions` for the derivatives, its tensors turned by `axes`.
+template <int D>
+LogGradient<D> brought(const LogGradient<D>& gradient, const Mat<D>& directions, const Mat<D>& axes) {
+    LogGradient<D> out{};
+    for (int j = 0; j < D; ++j) {
+        const Sym<D> tensor = congruence(axes, gradient[j]);
+        for (int i = 0; i < D; ++i) out[i] += directions(i, j) * tensor;
+    }
+    return out;
+}
+
+/// The gradient of what an element sees, linear between its corners.
+template <int D>
+LogGradient<D> gradient_seen(const CurvedBack<D>& back, ElementId e) {
+    if (!back.is_bent(e)) return back.reference.gradient_in(e);
+    const auto gradients = barycentric_gradients(back.reference.mesh, e);
+    const Sym<D> first = back.seen_at(e, 0).log_metric.l;
+    LogGradient<D> seen{};
+    for (int a = 1; a <= D; ++a) {
+        const Sym<D> difference = back.seen_at(e, a).log_metric.l - first;
+        for (int i = 0; i < D; ++i) seen[i] += gradients[a][i] * difference;
+    }
+    return seen;
+}
+
+/// The mean over the ball of a vertex of `seen`, one an element, each brought into space by the map at its corner.
+template <int D>
+LogGradient<D> relative_gradient(const CurvedBack<D>& back, VertexId v, std::span<const ElementId> ball,
+                                 const Buffer<LogGradient<D>>& seen) {
+    LogGradient<D> sum{};
+    double weight = 0;
+    for (const ElementId e : ball) {
+        const double volume = std::abs(Frame<D>(back.reference.mesh, e).determinant);
+        if (!(volume > 0)) continue;
+        LogGradient<D> gradient = seen[e.index()];
+        if (back.is_bent(e)) {
+            const auto& corners = back.reference.mesh.elements.vertices[e];
+            const auto own = static_cast<int>(std::ranges::find(corners, v) - corners.begin());
+            const SeenCorner<D> there = back.seen_at(e, own);
+            gradient = brought<D>(gradient, transposed(inverse(there.jacobian)), there.axes);
+        }
+        for (int i = 0; i < D; ++i) sum[i] += volume * gradient[i];
+        weight += volume;
+    }
+    if (weight > 0)
+        for (Sym<D>& g : sum) g *= 1 / weight;
+    return sum;
+}
+
+/// The point of the reference mesh that has this location.
+template <int D>
+Vec<D> reference_point(const CurvedBack<D>& back, const Location<D>& location) {
+    const auto& v = back.reference.mesh.elements.vertices[location.element];
+    // From a corner and not from the origin, which may be far away.
+    const Vec<D>& from = back.reference.mesh.points[v[0]];
+    Vec<D> p = from;
+    for (int i = 1; i <= D; ++i) p += location.xi[i] * (back.reference.mesh.points[v[i]] - from);
+    return p;
+}
+
+/// The step's largest part in the barycentric coordinates of an element.
+template <int D>
+double share_of_element(const std::array<Vec<D>, D + 1>& gradients, const Vec<D>& step) {
+    double most = 0;
+    for (const Vec<D>& gradient : gradients) most = std::max(most, std::abs(dot(gradient, step)));
+    return most;
+}
+
+/// Σ 4 ξ_i ξ_j u_e in the middle of an element: where stacks of thin ones move together, nearly that of its neighbours.
+template <int D>
+Vec<D> displacement_at_centre(const CurvedBack<D>& back, ElementId e) {
+    Vec<D> sum;
+    for (const EdgeId edge : back.edges.of_elements[e]) sum += back.displacements[edge];
+    return (4.0 / ((D + 1) * (D + 1))) * sum;
+}
+
+}  // namespace
+
+template <int D>
+bool CurvedBack<D>::is_bent(ElementId e) const {
+    return std::ranges::any_of(edges.of_elements[e], [&](EdgeId edge) { return displacements[edge] != Vec<D>{}; });
+}
+
+template <int D>
+Bent<D> CurvedBack<D>::at(const Location<D>& location) const {
+    Bent<D> bent{reference_point(*this, location), Mat<D>::identity()};
+    const auto gradients = barycentric_gradients(reference.mesh, location.element);
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const Vec<D>& u = displacements[edges.of_elements[location.element][k]];
+        if (u == Vec<D>{}) continue;
+        const auto [i, j] = local_edges<D>[k];
+        bent.point += (4 * location.xi[i] * location.xi[j]) * u;
+        add_outer(bent.jacobian, 4 * u, location.xi[i] * gradients[j] + location.xi[j] * gradients[i]);
+    }
+    return bent;
+}
+
+template <int D>
+SeenCorner<D> CurvedBack<D>::seen_at(ElementId e, int corner) const {
+    const LogMetric<D>& there = reference.log_metrics[reference.mesh.elements.vertices[e][corner]];
+    if (!is_bent(e)) return {there};
+    Location<D> location{.element = e, .xi = {}};
+    location.xi[corner] = 1;
+    return seen_through(there, at(location).jacobian);
+}
+
+template <int D>
+Location<D> CurvedBack<D>::locate(const Vec<D>& p, ElementId hint) const {
+    if (!is_finite(p)) return reference.locate(p, hint);
+    Vec<D> seen = hint.valid() ? p - displacement_at_centre(*this, hint) : p;
+    Location<D> found = reference.locate(seen, hint);
+    if (found.placement != Placement::inside) seen = reference_point(*this, found);
+    for (int step = 0; step < most_steps; ++step) {
+        const Bent<D> bent = at(found);
+        const Vec<D> move = inverse(bent.jacobian) * (p - bent.point);
+        if (!is_finite(move)) break;
+        const auto gradients = barycentric_gradients(reference.mesh, found.element);
+        if (found.placement == Placement::inside && share_of_element<D>(gradients, move) < small_step) {
+            for (int i = 0; i <= D; ++i) found.xi[i] += dot(gradients[i], move);
+            break;
+        }
+        found = reference.locate(seen + move, found.element);
+        const Vec<D> before = seen;
+        seen = found.placement == Placement::inside ? seen + move : reference_point(*this, found);
+        if (found.placement != Placement::inside && share_of_element<D>(gradients, seen - before) < small_step) break;
+    }
+    return found;
+}
+
+template <int D>
+void CurvedBack<D>::sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const {
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        out[n].location = locate(points[n], hint);
+        hint = out[n].location.element;
+        out[n].log_metric = reference.value_at(out[n].location);
+    }
+}
+
+template <int D>
+void CurvedBack<D>::sample_with_gradients(std::span<const Vec<D>> points, ElementId hint,
+                                          std::span<FieldSample<D>> out) const {
+    sample_values(points, hint, out);
+    for (FieldSample<D>& s : out) s.gradient = in_space<D>(reference.gradient_at(s.location), at(s.location).jacobian);
+}
+
+template <int D>
+void CurvedBack<D>::sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
+                                                    std::span<FieldSample<D>> out) const {
+    sample_values(points, hint, out);
+    for (FieldSample<D>& s : out)
+        s.gradient = in_space<D>(reference.recovered_gradient_at(s.location), at(s.location).jacobian);
+}
+
+template <int D>
+void CurvedBack<D>::sample_in_reference(std::span<const Vec<D>> points, ElementId hint,
+                                        std::span<ReferenceSample<D>> out) const {
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        const Location<D> location = reference.locate(points[n], hint);
+        hint = location.element;
+        const bool bent = is_bent(hint);
+        out[n] = {{.log_metric = {}, .location = location}, bent ? at(location).jacobian : Mat<D>::identity()};
+        FieldSample<D>& sample = out[n].sample;
+        for (int a = 0; a <= D; ++a) {
+            const double xi = location.xi[a];
+            if (std::abs(xi) < 1e-12) continue;  // of points on an edge
+            const SeenCorner<D> seen = seen_at(hint, a);
+            sample.log_metric.l += xi * seen.log_metric.l;
+            LogGradient<D> gradient = relative_gradients[reference.mesh.elements.vertices[hint][a]];
+            if (bent) gradient = brought<D>(gradient, transposed(seen.jacobian), transposed(seen.axes));
+            for (int i = 0; i < D; ++i) sample.gradient[i] += xi * gradient[i];
+        }
+    }
+}
+
+template <int D>
+BackSector<D> CurvedBack<D>::sector(ElementId e, VertexId a, VertexId b) const {
+    BackSector<D> sector = reference.sector(e, a, b);
+    if (!is_bent(e)) return sector;
+    Location<D> middle{.element = e, .xi = {}};
+    for (int i = 0; i <= D; ++i)
+        if (const VertexId v = reference.mesh.elements.vertices[e][i]; v == a || v == b) middle.xi[i] = 0.5;
+    const Mat<D> jacobian = at(middle).jacobian;
+    sector.gradient = in_space<D>(sector.gradient, jacobian);
+    const Mat<D> back = transposed(inverse(jacobian));
+    for (Vec<D>& wall : sector.walls) wall = back * wall;
+    return sector;
+}
+
+template <int D>
+Outcome<BackMesh<D>> make_curved_back_mesh(const QuadraticMesh<D>& mesh, const Incidence<ElementId>& balls,
+                                           Column<LogMetric<D>> log_metrics, const Execution& execution) {
+    auto displacements = map_each(execution, mesh.edges.size(), [&](std::size_t e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        return mesh.mid_nodes[e].point - midpoint(mesh.linear.points[a], mesh.linear.points[b]);
+    });
+    if (!displacements) return fail(displacements.error());
+    auto straight = make_straight_back(mesh.linear, balls, std::move(log_metrics), execution);
+    if (!straight) return fail(straight.error());
+    if (std::ranges::all_of(*displacements, [](const Vec<D>& u) { return u == Vec<D>{}; }))
+        return BackMesh<D>(std::move(*straight));
+    CurvedBack<D> back;
+    back.reference = std::move(*straight);
+    back.edges = mesh.edges;
+    back.displacements = std::move(*displacements);
+    const auto seen = map_each(execution, mesh.linear.elements.size(),
+                               [&](std::size_t e) { return gradient_seen(back, ElementId(e)); });
+    if (!seen) return fail(seen.error());
+    auto gradients = map_each(execution, mesh.linear.points.size(),
+                              [&](std::size_t v) { return relative_gradient<D>(back, VertexId(v), balls[v], *seen); });
+    if (!gradients) return fail(gradients.error());
+    back.relative_gradients = std::move(*gradients);
+    return BackMesh<D>(std::move(back));
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                    \
+    template class CurvedBack<D>;                                                                                \
+    template Outcome<BackMesh<D>> make_curved_back_mesh<D>(const QuadraticMesh<D>&, const Incidence<ElementId>&, \
+                                                           Column<LogMetric<D>>, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,55 @@
+module;
+#include <cstddef>
+#include <span>
+export module camber.metric:curved_back;
+import camber.core;
+import :back_mesh;
+import :spd;
+import :straight_back;
+
+namespace camber {
+
+/// A place in the reference mesh, and the map there.
+template <int D>
+struct Bent {
+    Vec<D> point;     ///< x
+    Mat<D> jacobian;  ///< F = ∂x/∂X
+};
+
+/// What an element sees of the field at one of its corners.
+template <int D>
+struct SeenCorner {
+    LogMetric<D> log_metric;               ///< log M̂, M̂ = Fᵀ M F
+    Mat<D> jacobian = Mat<D>::identity();  ///< F
+    Mat<D> axes = Mat<D>::identity();      ///< O = M^{1/2} F M̂^{-1/2}, orthogonal: M̂'s frame to M's
+};
+
+/// The back mesh of degree 2: a straight one, its reference, and the displacement of the nodes.
+template <int D>
+class CurvedBack final : public BackModel<D> {
+  public:
+    StraightBack<D> reference;
+    EdgeSet<D> edges;
+    Column<Vec<D>> displacements;  ///< u_e
+    /// At the vertices, means over the balls of what the elements see: the gradient of log(Fᵀ M F), linear in each,
+    /// brought into space by the map there.
+    Column<LogGradient<D>> relative_gradients;
+
+    [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override;
+    void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const override;
+    void sample_with_gradients(std::span<const Vec<D>> points, ElementId hint,
+                               std::span<FieldSample<D>> out) const override;
+    void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
+                                         std::span<FieldSample<D>> out) const override;
+    void sample_in_reference(std::span<const Vec<D>> points, ElementId hint,
+                             std::span<ReferenceSample<D>> out) const override;
+    [[nodiscard]] std::size_t vertex_count() const override { return reference.vertex_count(); }
+    [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return reference.vertex(v); }
+    [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
+
+    [[nodiscard]] bool is_bent(ElementId e) const;
+    [[nodiscard]] Bent<D> at(const Location<D>& location) const;
+    [[nodiscard]] SeenCorner<D> seen_at(ElementId e, int corner) const;
+};
+
+}  // namespace camber
