@@ -27,6 +27,14 @@ function(camber_common TARGET)
     target_link_libraries(${TARGET} PRIVATE $<BUILD_INTERFACE:camber_warnings> $<BUILD_INTERFACE:camber_header_module>)
 endfunction()
 
+# camber_modules_first(TARGET module …): of an inline function that several units have, the linker keeps the first copy: that of these
+# modules, which is optimised, and not that of units which are not. (Without this the modules run with the other units' copies, and cavity
+# takes twice as long under the sanitizers.)
+function(camber_modules_first TARGET)
+    list(TRANSFORM ARGN REPLACE "(.+)" "$<TARGET_FILE:camber::\\1>" OUTPUT_VARIABLE archives)
+    target_link_options(${TARGET} PRIVATE LINKER:--whole-archive ${archives} LINKER:--no-whole-archive)
+endfunction()
+
 # What find_package wants to hear for a library; a package that is not here needs no more than its name.
 set(CAMBER_FIND_Boost Boost 1.74 CONFIG) # Multiprecision
 set(CAMBER_FIND_Eigen3 Eigen3 3.4 NO_MODULE)
