@@ -25,8 +25,8 @@
 
 namespace camber::testing {
 
-/// Under the sanitizers a trial costs tenfold, and what they look for shows in few: a quarter of the trials, of the same
-/// range of sizes. The release build tries all.
+/// Under the sanitizers a trial costs tenfold, and what they look for shows in few: a quarter of the trials, of the
+/// same range of sizes. The release build tries all.
 inline int successes_here(int count) {
 #if __has_feature(address_sanitizer)
     return std::max(count / 4, std::min(count, 5));
