@@ -7,9 +7,9 @@ import math
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-OBJECTIVES = {"accuracy": "#1b6ca8", "energy": "#d98c3f", "shape": "#9aa5ad"}
-LOW, HIGH = 1 / 3, 6.5
-ROW, BAR, LEFT, WIDTH = 34, 8, 250, 480
+OBJECTIVES = {"accuracy": "#1b6ca8", "straight field": "#7fb2d6", "energy": "#d98c3f", "shape": "#9aa5ad"}
+LOW, HIGH = 1 / 3, 7.5
+ROW, BAR, LEFT, WIDTH = 40, 8, 250, 480
 
 
 def rows():
@@ -40,8 +40,8 @@ def drawing():
         yield (f'<line x1="{x(ratio):.1f}" x2="{x(ratio):.1f}" y1="40" y2="{height - 20}" stroke="{"black" if ratio == 1 else "#ddd"}"/>'
                f'<text x="{x(ratio):.1f}" y="{height - 5}" text-anchor="middle">{ratio:g}</text>')
     for i, (name, colour) in enumerate(OBJECTIVES.items()):
-        yield (f'<rect x="{LEFT + 90 * i}" y="12" width="12" height="12" fill="{colour}"/>'
-               f'<text x="{LEFT + 90 * i + 17}" y="22">{name}</text>')
+        yield (f'<rect x="{LEFT + 110 * i}" y="12" width="12" height="12" fill="{colour}"/>'
+               f'<text x="{LEFT + 110 * i + 17}" y="22">{name}</text>')
     last = ""
     for i, (mesh, label, ratios) in enumerate(table):
         top = 44 + ROW * i
