@@ -61,6 +61,11 @@ class CurvedInput(unittest.TestCase):
         self.assertGreaterEqual(again["curve"]["after_correction"]["mean_gain"], self.gain - 1e-6)
         self.assertIn("do not count", " ".join(again["notices"]))
 
+    def test_curved_again_it_comes_out_the_same(self):
+        # The field goes along with the boundary, and not with nodes in the volume.
+        self.curve("first.meshb")
+        self.assertEqual((self.folder.path / "out.meshb").read_bytes(), (self.folder.path / "first.meshb").read_bytes())
+
 
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], *sys.argv[2:]])

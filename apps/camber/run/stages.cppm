@@ -61,8 +61,8 @@ struct CurveInput {
     Column<LagrangeNode<D>> base;
     Incidence<ElementId> shells;
     Notices notices;
-    /// The boundary's displacement extended into the volume, or the nodes that the mesh was read with; empty where the
-    /// field is read in the straight mesh, or nothing is displaced.
+    /// The boundary's displacement extended into the volume; empty where the field is read in the straight mesh, or
+    /// nothing is displaced. Of a mesh that was read with its curves too: curved again it comes out the same.
     Column<LagrangeNode<D>> extended = {};
 };
 /// Boundary nodes on the geometry; of a mesh that was read with its curves only those on analytic surfaces. Volume
@@ -71,7 +71,7 @@ template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> curve_input(const Quadratic<D>& at, const Boundary<D>& boundary,
                                                  const Execution& execution);
 
-/// The same with what a field that is carried goes along with.
+/// The same with what a field that is carried goes along with, if the boundary is displaced at all.
 template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> input,
                                                     const Execution& execution);

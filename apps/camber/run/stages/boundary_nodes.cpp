@@ -99,15 +99,12 @@ Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& bou
 
 template <int D>
 Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> input, const Execution& execution) {
-    const auto is_straight = [&](std::size_t e) {
+    const auto stays = [&](std::size_t e) {
+        if (input.kinds[e] == EdgeKind::volume) return true;
         const auto& [a, b] = at.mesh.edges.vertices[e];
         return input.base[e].point == midpoint(at.mesh.linear.points[a], at.mesh.linear.points[b]);
     };
-    if (std::ranges::all_of(std::views::iota(std::size_t{0}, input.base.size()), is_straight)) return input;
-    if (at.nodes == NodesOf::file) {
-        input.extended = input.base;
-        return input;
-    }
+    if (std::ranges::all_of(std::views::iota(std::size_t{0}, input.base.size()), stays)) return input;
     auto extended = extend_boundary(at.mesh, input.kinds, input.base, input.shells, {}, execution);
     if (!extended) return fail(extended.error());
     input.extended = std::move(extended->nodes);

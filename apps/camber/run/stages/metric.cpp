@@ -100,14 +100,13 @@ Outcome<MadeField<D>> carried_field(MetricInput<D> input, const Incidence<Elemen
                         std::move(field->report), std::move(field->notices)};
 }
 
-/// Volume edges start where the field has them. Searches in a mesh that was read with its curves start at these.
+/// Volume edges start where the field has them.
 template <int D>
-Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, CurvingAim aim,
+Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
                                     const Column<LagrangeNode<D>>& nodes) {
     Buffer<LagrangeNode<D>> base(input.base.begin(), input.base.end());
-    const bool keeps = !input.extended.empty() && input.extended == input.base && aim != CurvingAim::accuracy;
     for (std::size_t e = 0; e < base.size(); ++e) {
-        if (input.kinds[e] != EdgeKind::volume || keeps) continue;
+        if (input.kinds[e] != EdgeKind::volume) continue;
         const auto& [a, b] = mesh.edges.vertices[e];
         base[e] = nodes.empty() ? LagrangeNode<D>{midpoint(mesh.linear.points[a], mesh.linear.points[b])} : nodes[e];
     }
@@ -129,9 +128,9 @@ Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, C
     run.tell(made->notices);
     run.state.field = std::move(made->back);
     run.state.straight_field = std::move(made->straight);
-    const bool from_file = run.quadratic().nodes == NodesOf::file;
-    if (!from_file || aim == CurvingAim::accuracy || !made->nodes.empty())
-        input.base = starting_at(mesh, input, aim, made->nodes);
+    // Searches begin at the nodes that a mesh was read with; what is found without one is found anew.
+    if (run.quadratic().nodes != NodesOf::file || aim == CurvingAim::accuracy)
+        input.base = starting_at(mesh, input, made->nodes);
     return input;
 }
 
