@@ -4,6 +4,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -115,6 +116,18 @@ void assemble_row(const QuadraticMesh<D>& mesh, EdgeId edge, std::span<const Ele
 
 constexpr std::uint32_t not_free = 0xffffffffU;
 
+/// How many free edges the elements around an edge have, itself too.
+template <int D>
+std::uint32_t row_size(const QuadraticMesh<D>& mesh, std::span<const ElementId> shell,
+                       std::span<const std::uint32_t> row_of, std::vector<EdgeId>& edges) {
+    edges.clear();
+    for (const ElementId element : shell)
+        for (const EdgeId edge : mesh.edges.of_elements[element])
+            if (row_of[edge.index()] != not_free) edges.push_back(edge);
+    std::sort(edges.begin(), edges.end());
+    return static_cast<std::uint32_t>(std::unique(edges.begin(), edges.end()) - edges.begin());
+}
+
 template <int D>
 Outcome<System<D>> assemble(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, std::span<const Vec<D>> given,
                             const Incidence<ElementId>& shells, const Weighting& weighting,
@@ -128,9 +141,13 @@ Outcome<System<D>> assemble(const QuadraticMesh<D>& mesh, const Column<EdgeKind>
     }
     const std::size_t n = s.free.size();
     s.offsets.assign(n + 1, 0);
-    // An upper bound first: rows are packed to it, holes and all, so that one pass assembles them.
-    for (std::size_t r = 0; r < n; ++r)
-        s.offsets[r + 1] = s.offsets[r] + static_cast<std::uint32_t>(edges_per_simplex<D> * shells[s.free[r]].size());
+    auto counted = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
+        std::vector<EdgeId> edges;
+        for (std::size_t r = begin; r < end; ++r)
+            s.offsets[r + 1] = row_size(mesh, shells[s.free[r]], row_of, edges);
+    });
+    if (!counted) return fail(std::move(counted.error()));
+    std::inclusive_scan(s.offsets.begin(), s.offsets.end(), s.offsets.begin());
     s.columns = Buffer<std::uint32_t>(s.offsets[n]);
     s.values = Buffer<double>(s.offsets[n]);
     s.inverse_diagonal = Buffer<double>(n);
@@ -150,7 +167,6 @@ Outcome<System<D>> assemble(const QuadraticMesh<D>& mesh, const Column<EdgeKind>
                 else
                     s.columns[at] = column, s.values[at] = value, ++at;
             }
-            for (; at < s.offsets[r + 1]; ++at) s.columns[at] = static_cast<std::uint32_t>(r), s.values[at] = 0;
             s.inverse_diagonal[r] = diagonal > 0 ? 1 / diagonal : 0;
         }
     });
