@@ -14,7 +14,7 @@ namespace camber {
 namespace {
 
 /// Neighbours of what was lessened are looked at again so often; what is left is for repair.
-constexpr int most_rounds = 4;
+constexpr int most_rounds = 16;
 
 template <int D>
 class Elements {
