@@ -28,12 +28,27 @@ std::optional<T> number_of(const Json& json, const char* key, const std::string&
     return json.at(key).at(series).get<T>();
 }
 
+/// A count; anything else than a whole number that is not negative is an error, and not converted.
+std::size_t count_of(const Json& json) { return json.get_ref<const Json::number_unsigned_t&>(); }
+
+std::vector<std::size_t> counts_of(const Json& json) {
+    std::vector<std::size_t> counts;
+    counts.reserve(json.size());
+    for (const Json& one : json) counts.push_back(count_of(one));
+    return counts;
+}
+
+std::size_t not_numbers_of(const Json& json, const std::string& series) {
+    if (!json.contains("not_a_number") || !json.at("not_a_number").contains(series)) return 0;
+    return count_of(json.at("not_a_number").at(series));
+}
+
 Series series_of(const Json& json, const std::string& name) {
     Series s{.name = name,
-             .counts = json.at(name).get<std::vector<std::size_t>>(),
+             .counts = counts_of(json.at(name)),
              .mean = json.at("mean").at(name).get<double>(),
              .extremes = {},
-             .not_numbers = number_of<std::size_t>(json, "not_a_number", name).value_or(0)};
+             .not_numbers = not_numbers_of(json, name)};
     const auto least = number_of<double>(json, "min", name), greatest = number_of<double>(json, "max", name);
     if (least && greatest) s.extremes = Extremes{*least, *greatest};
     return s;
