@@ -143,8 +143,7 @@ Outcome<System<D>> assemble(const QuadraticMesh<D>& mesh, const Column<EdgeKind>
     s.offsets.assign(n + 1, 0);
     auto counted = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
         std::vector<EdgeId> edges;
-        for (std::size_t r = begin; r < end; ++r)
-            s.offsets[r + 1] = row_size(mesh, shells[s.free[r]], row_of, edges);
+        for (std::size_t r = begin; r < end; ++r) s.offsets[r + 1] = row_size(mesh, shells[s.free[r]], row_of, edges);
     });
     if (!counted) return fail(std::move(counted.error()));
     std::inclusive_scan(s.offsets.begin(), s.offsets.end(), s.offsets.begin());
