@@ -89,7 +89,7 @@ Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& bou
     if (!nodes) return fail(nodes.error());
     Buffer<Vec<D>> slides(nodes->size());
     for (std::size_t e = 0; e < slides.size(); ++e) slides[e] = (*nodes)[e].point - present[e].point;
-    // A slide is worth no element; volume edges, which are in their middles here, have their say after it.
+    // A slide is worth no element; volume edges, which are where the field has them, have their say after it.
     auto borne = lessen_by_element<D>(at.mesh, present.view(), input.shells, options.least_jacobian, slides, silent);
     if (!borne) return fail(borne.error());
     for (std::size_t e = 0; e < slides.size(); ++e) (*nodes)[e].point = present[e].point + slides[e];
