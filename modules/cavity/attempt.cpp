@@ -10,8 +10,7 @@ import :attempt;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
-import camber.programmes;
+import camber.curving;
 import camber.repair;
 
 namespace camber {
@@ -70,16 +69,19 @@ bool try_node(const Operation<D>& op, EdgeId edge, const LagrangeNode<D>& node, 
 
 template <int D>
 Outcome<Attempt<D>> repaired_from_targets(const Operation<D>& op, const Proposal<D>& wanted, const Proposal<D>& present,
-                                          const StarModels<D>& models, double asked, RepairOptions options) {
+                                          const EdgeModels<D>& models, double asked, RepairOptions options) {
     const Execution alone{.threads = 1};
     const double bound = std::exchange(options.min_scaled_jacobian, asked);
     const auto judged = validate(op.small, wanted, asked, alone);
     if (!judged) return fail(judged.error());
     if (judged->validation().all_valid())
         return Attempt<D>{judged->proposal(), {}, op.misfits(judged->proposal(), wanted)};
-    const bool asks = needs_models(options.method);
     options.vertices = VertexMoves::never;  // a patch has no place for them
-    const auto repaired = repair_or_straighten(*judged, asks ? models() : Column<QuadraticModel<D>>(), options, alone);
+    auto around = shells(op.small.edges, alone);
+    if (!around) return fail(around.error());
+    const auto repaired = repair_or_straighten(
+        *judged, RepairGuide<D>{std::move(*around), [&](EdgeId e) { return wanted.mid_nodes[e]; }, models}, options,
+        alone);
     if (!repaired) return fail(repaired.error());
     const JudgedProposal<D>& after = repaired->judged;
     Attempt<D> attempt{{}, {}, op.misfits(after.proposal(), wanted)};
@@ -129,7 +131,7 @@ bool is_worth_a_commit(const Operation<D>& op, const Attempt<D>& attempt, const 
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
     template Outcome<Attempt<D>> repaired_from_targets<D>(const Operation<D>&, const Proposal<D>&, const Proposal<D>&, \
-                                                          const StarModels<D>&, double, RepairOptions);                \
+                                                          const EdgeModels<D>&, double, RepairOptions);                \
     template Attempt<D> stepped_from_present<D>(const Operation<D>&, const Proposal<D>&, const Proposal<D>&, double);  \
     template bool is_worth_a_commit<D>(const Operation<D>&, const Attempt<D>&, const Proposal<D>&, const Proposal<D>&, \
                                        double);

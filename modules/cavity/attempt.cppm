@@ -78,16 +78,12 @@ struct Attempt {
     }
 };
 
-/// Makes the models of a star's edges (`edge_models`), when a repair asks for them.
-template <int D>
-using StarModels = std::function<Column<QuadraticModel<D>>()>;
-
 /// The wanted nodes repaired by the method of the options until the star's elements hold `asked`, which may be more
 /// than the bound of the options: elements that fall short of it with the nodes `present` may stay so, but none may
 /// fall below the bound. What that leaves is relaxed.
 template <int D>
 [[nodiscard]] Outcome<Attempt<D>> repaired_from_targets(const Operation<D>& op, const Proposal<D>& wanted,
-                                                        const Proposal<D>& present, const StarModels<D>& models,
+                                                        const Proposal<D>& present, const EdgeModels<D>& models,
                                                         double asked, RepairOptions options);
 
 /// Where repair from the targets fails, since the straight star does not fit its curved surroundings: from the nodes

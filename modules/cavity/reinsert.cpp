@@ -75,20 +75,6 @@ Patch<D> patch_of(const Operation<D>& op, const std::vector<ElementId>& removed,
     return patch;
 }
 
-/// What the star's edges cost off their wanted places; those that stay have no say.
-template <int D>
-Column<QuadraticModel<D>> models_of(const Operation<D>& op, const Proposal<D>& wanted,
-                                    const CavityTopology<D>& topology, const BackMesh<D>& back, ModelFit fit) {
-    Buffer<QuadraticModel<D>> models(op.small.edges.size());
-    for (std::size_t e = 0; e < models.size(); ++e) models[e] = {wanted.mid_nodes[e].point, Sym<D>::identity(), 0};
-    for (const EdgeId e : op.edges.inner) {
-        const EdgeId of_mesh = op.edges.of_mesh[e.index()];
-        models[e.index()] =
-            edge_model(op.curving.mesh, of_mesh, wanted.mid_nodes[e], topology.shells[of_mesh], back, fit);
-    }
-    return models;
-}
-
 }  // namespace
 
 template <int D>
@@ -133,7 +119,10 @@ Outcome<Reinsertion<D>> reinsert(const Curving<D>& curving, const CavityTopology
         op.proposal([&](EdgeId e) { return std::pair(curving.mesh.mid_nodes[e], curving.changes[e]); });
 
     const ModelFit fit = options.edge.aim == CurvingAim::accuracy ? ModelFit::accuracy : ModelFit::length;
-    const StarModels<D> models = [&] { return models_of(op, wanted, topology, back, fit); };
+    const EdgeModels<D> models = [&](EdgeId e) {
+        const EdgeId of_mesh = op.edges.of_mesh[e.index()];
+        return edge_model(curving.mesh, of_mesh, wanted.mid_nodes[e], topology.shells[of_mesh], back, fit);
+    };
     Attempt<D> best;
     const double bound = options.relax.min_scaled_jacobian;
     for (const double asked : {std::max(bound, options.relax.target), bound}) {

@@ -14,6 +14,7 @@ export import :mesh;
 export import :maps;
 export import :required;
 export import :sparse;
+export import :memo;
 export import :schedule;
 export import :scale;
 export import :topology;

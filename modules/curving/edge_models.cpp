@@ -3,7 +3,6 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <span>
 module camber.curving;
 import camber.core;
@@ -24,8 +23,6 @@ constexpr double least_weight = 0.05;
 constexpr double most_weight = 16;
 /// Models are fitted where the energy says that this share of the length is lost.
 constexpr double fitted_loss = 1e-3;
-/// Rings of edges around an element that is not valid whose models are fitted.
-constexpr int fitted_rings = 2;
 
 /// An H-orthonormal basis that begins along `tangent`.
 template <int D>
@@ -121,23 +118,6 @@ bool is_finite(const Sym<D>& s) {
     return true;
 }
 
-/// 1 for edges within `fitted_rings` of an element that is not valid.
-template <int D>
-Buffer<std::uint8_t> edges_near_invalid(const QuadraticMesh<D>& mesh, const Validation<D>& validation) {
-    Buffer<std::uint8_t> elements(mesh.linear.elements.size(), 0);
-    for (std::size_t e = 0; e < elements.size(); ++e) elements[e] = validation.verdicts[e] != Verdict::valid;
-    Buffer<std::uint8_t> edges(mesh.edges.size(), 0);
-    for (int ring = 0; ring <= fitted_rings; ++ring) {
-        for (std::size_t e = 0; e < elements.size(); ++e)
-            if (elements[e] != 0)
-                for (const EdgeId edge : mesh.edges.of_elements[e]) edges[edge.index()] = 1;
-        for (std::size_t e = 0; e < elements.size(); ++e)
-            for (const EdgeId edge : mesh.edges.of_elements[e])
-                if (edges[edge.index()] != 0) elements[e] = 1;
-    }
-    return edges;
-}
-
 }  // namespace
 
 template <int D>
@@ -159,66 +139,56 @@ QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const La
     };
     const ObjectiveSample<D> sample = objective(EdgeObjectiveKind::energy).evaluate(centre);
     const Sym<D> energy = (0.5 / sample.value) * sample.hessian;
-    QuadraticModel<D> model{centre, {}, 0};
-    if (fit == ModelFit::length) {
-        const auto length = objective(EdgeObjectiveKind::length);
-        const double least = length.value(centre);
-        model.hessian =
-            fitted(energy, p02 - p20, [&](const Vec<D>& o) { return length.value(centre + o) / least - 1; });
-    } else {
-        model.hessian = with_cheap_slides(energy, p02 - p20);
-    }
+    const auto length = objective(EdgeObjectiveKind::length);
+    const double least = length.value(centre);
+    const auto loss = [&](const Vec<D>& o) { return length.value(centre + o) / least - 1; };
+    const QuadraticModel<D> model{centre, fitted(energy, p02 - p20, loss), 0};
     return is_finite(model.hessian) ? model : isotropic_model(p02 - p20, centre);
 }
 
 template <int D>
-Outcome<Buffer<QuadraticModel<D>>> edge_models(CurvingAim aim, const QuadraticMesh<D>& mesh,
-                                               const Column<LagrangeNode<D>>& wanted, const Validation<D>& validation,
-                                               const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                               const Execution& execution) {
-    if (aim == CurvingAim::accuracy)
-        return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
-            return edge_model(mesh, EdgeId(e), wanted[e], shells[e], back, ModelFit::accuracy);
-        });
-    const auto is_near = edges_near_invalid(mesh, validation);
-    return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
-        return edge_model(mesh, EdgeId(e), wanted[e], shells[e], back,
-                          is_near[e] != 0 ? ModelFit::length : ModelFit::energy);
-    });
+EdgeModels<D> edge_models(CurvingAim aim, const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& wanted,
+                          const Incidence<ElementId>& shells, const BackMesh<D>& back) {
+    const ModelFit fit = aim == CurvingAim::accuracy ? ModelFit::accuracy : ModelFit::length;
+    return [=](EdgeId edge) { return edge_model(mesh, edge, wanted[edge], shells[edge], back, fit); };
 }
 
 template <int D>
-Outcome<Buffer<QuadraticModel<D>>> implied_edge_models(const QuadraticMesh<D>& mesh,
-                                                       const Column<LagrangeNode<D>>& wanted,
-                                                       const Incidence<ElementId>& shells, const Execution& execution) {
-    return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
-        const auto& [a, b] = mesh.edges.vertices[e];
-        const Vec<D> chord = mesh.linear.points[b] - mesh.linear.points[a];
-        LogMetric<D> mean;
-        std::size_t n = 0;
-        for (const ElementId element : shells[e]) {
-            std::array<Vec<D>, D + 1> p;
-            for (int i = 0; i <= D; ++i) p[i] = mesh.linear.points[mesh.linear.elements.vertices[element][i]];
-            const LogMetric<D> natural = natural_log_metric<D>(p);
-            if (!is_finite(natural.l)) continue;  // of a flat element
-            mean.l += natural.l;
-            ++n;
-        }
-        if (n == 0) return isotropic_model(chord, wanted[e].point);
-        mean.l *= 1.0 / static_cast<double>(n);
-        const auto model = model_in(mean, chord, wanted[e].point);
-        return is_finite(model.hessian) ? model : isotropic_model(chord, wanted[e].point);
-    });
+QuadraticModel<D> implied_edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& wanted,
+                                     std::span<const ElementId> shell) {
+    const auto& [a, b] = mesh.edges.vertices[edge];
+    const Vec<D> chord = mesh.linear.points[b] - mesh.linear.points[a];
+    LogMetric<D> mean;
+    std::size_t n = 0;
+    for (const ElementId element : shell) {
+        std::array<Vec<D>, D + 1> p;
+        for (int i = 0; i <= D; ++i) p[i] = mesh.linear.points[mesh.linear.elements.vertices[element][i]];
+        const LogMetric<D> natural = natural_log_metric<D>(p);
+        if (!is_finite(natural.l)) continue;  // of a flat element
+        mean.l += natural.l;
+        ++n;
+    }
+    if (n == 0) return isotropic_model(chord, wanted.point);
+    mean.l *= 1.0 / static_cast<double>(n);
+    const auto model = model_in(mean, chord, wanted.point);
+    return is_finite(model.hessian) ? model : isotropic_model(chord, wanted.point);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                           \
-    template QuadraticModel<D> edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,   \
-                                             std::span<const ElementId>, const BackMesh<D>&, ModelFit); \
-    template Outcome<Buffer<QuadraticModel<D>>> edge_models<D>(                                         \
-        CurvingAim, const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Validation<D>&,      \
-        const Incidence<ElementId>&, const BackMesh<D>&, const Execution&);                             \
-    template Outcome<Buffer<QuadraticModel<D>>> implied_edge_models<D>(                                 \
-        const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, const Execution&);
+template <int D>
+EdgeModels<D> implied_edge_models(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& wanted,
+                                  const Incidence<ElementId>& shells) {
+    return [=](EdgeId edge) { return implied_edge_model(mesh, edge, wanted[edge], shells[edge]); };
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template QuadraticModel<D> edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,          \
+                                             std::span<const ElementId>, const BackMesh<D>&, ModelFit);        \
+    template EdgeModels<D> edge_models<D>(CurvingAim, const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, \
+                                          const Incidence<ElementId>&, const BackMesh<D>&);                    \
+    template QuadraticModel<D> implied_edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,  \
+                                                     std::span<const ElementId>);                              \
+    template EdgeModels<D> implied_edge_models<D>(const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&,     \
+                                                  const Incidence<ElementId>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -99,7 +99,7 @@ template <int D>
 OffsetModel<D> model_of(const RepairState<D>& state, VertexId vertex) {
     OffsetModel<D> model{-state.moved.shift(vertex), {}};
     std::size_t n = 0;
-    for (const ElementId e : state.balls[vertex])
+    for (const ElementId e : state.around_vertices.balls[vertex])
         for (const EdgeId edge : state.mesh().edges.of_elements[e]) {
             const auto& ends = state.mesh().edges.vertices[edge];
             if (ends[0] != vertex && ends[1] != vertex) continue;
@@ -230,10 +230,11 @@ RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach
     cavity.elements = around(state, cavity.edges);
     if (reach.moves != Reach::Moves::volume_nodes) {
         for (const VertexId v : state.mesh().linear.elements.vertices[seed])
-            if (state.on_boundary[v] == 0) cavity.vertices.push_back(v);
+            if (state.around_vertices.held[v] == 0) cavity.vertices.push_back(v);
         cavity.vertices |= ranges::actions::sort | ranges::actions::unique;
         for (const VertexId v : cavity.vertices)
-            cavity.elements.insert(cavity.elements.end(), state.balls[v].begin(), state.balls[v].end());
+            cavity.elements.insert(cavity.elements.end(), state.around_vertices.balls[v].begin(),
+                                   state.around_vertices.balls[v].end());
         cavity.elements |= ranges::actions::sort | ranges::actions::unique;
     }
     return cavity;

@@ -1,6 +1,7 @@
 module;
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -20,6 +21,8 @@ namespace {
 
 /// A return that wins less of an edge's length is not made.
 constexpr double least_return = 1e-7;
+/// Nor one on a segment that goes less of the way.
+constexpr double least_step = 0.02;
 
 /// The elements around an edge with what they are to keep where `asked` is wished for: all that are good, and all that
 /// `keeps` says of the others.
@@ -92,6 +95,30 @@ Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
 }
 
 template <int D>
+Planned<D> plan_return_on_segment(const RepairState<D>& state, EdgeId edge) {
+    const LagrangeNode<D> from = state.moved.nodes[edge];
+    const LagrangeNode<D> to{state.wanted(edge)};
+    if (from == to) return {};
+    const double target = std::max(state.options.min_scaled_jacobian, state.options.target);
+    std::vector<AffineConstraint> constraints;
+    for (const ElementId e : state.shells[edge]) {
+        const auto here = bounded_jacobian(state.element(e));
+        const auto there = bounded_jacobian(state.moved.element_with(e, edge, to));
+        const double scale = std::abs(here.straight) > 0 ? std::abs(here.straight) : 1;
+        const double now = *std::ranges::min_element(here.coefficients) / scale;
+        const double floor = std::min(now, target + 4 * std::max(here.error, there.error) / scale);
+        for (int i = 0; i < jacobian_coefficients<D>; ++i)
+            if (here.coefficients[i] != there.coefficients[i])
+                constraints.push_back({here.coefficients[i] / scale, there.coefficients[i] / scale, floor});
+    }
+    const auto interval = feasible(constraints);
+    if (!interval || interval->high < least_step) return {};
+    const LagrangeNode<D> node =
+        interval->high < 1 ? LagrangeNode<D>{from.point + interval->high * (to.point - from.point)} : to;
+    return {plan_of(state, edge, node)};
+}
+
+template <int D>
 Planned<D> plan_return(const RepairState<D>& state, EdgeId edge) {
     const QuadraticModel<D> model = state.model(edge);
     const double now = model(state.moved.nodes[edge].point);
@@ -103,8 +130,9 @@ Planned<D> plan_return(const RepairState<D>& state, EdgeId edge) {
     return {plan_of(state, edge, nearest->node), edge_work};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                  \
-    template Planned<D> plan_edge_repair<D>(const RepairState<D>&, ElementId); \
+#define CAMBER_INSTANTIATE(D)                                                     \
+    template Planned<D> plan_edge_repair<D>(const RepairState<D>&, ElementId);    \
+    template Planned<D> plan_return_on_segment<D>(const RepairState<D>&, EdgeId); \
     template Planned<D> plan_return<D>(const RepairState<D>&, EdgeId);
 
 CAMBER_INSTANTIATE(2)

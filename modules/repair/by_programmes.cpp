@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -11,6 +12,8 @@ module;
 module camber.repair;
 import :held_vertices;
 import :by_programmes;
+import :guide;
+import :local_extension;
 import :moved_mesh;
 import :rounds;
 import :state;
@@ -25,6 +28,7 @@ namespace camber {
 namespace {
 
 /// Turns over what may return, while any of it does.
+constexpr int segment_turns = 2;
 constexpr int most_edge_turns = 4;
 constexpr int most_joint_turns = 12;
 /// What one pass may take of the work that is left.
@@ -33,6 +37,9 @@ constexpr double most_of_work = 0.5;
 constexpr std::size_t most_passes = 14;
 /// Elements with an edge that costs less of its length return by single edges only.
 constexpr double costly = 1e-3;
+/// How many rings of elements around what is left the boundary's displacement is extended over.
+constexpr int nearest_rings = 2;
+constexpr int farthest_rings = 8;
 
 /// The passes of a repair over the elements that are not good enough yet, the queue.
 template <int D>
@@ -40,8 +47,9 @@ struct Passes {
     RepairState<D> state;
     std::vector<ElementId> queue;
     Execution execution;
-    std::size_t begun = 0;   ///< passes so far
-    bool cut_short = false;  ///< some pass spent the work that it had and left elements
+    std::vector<ElementId> first_queue = queue;  ///< as it began
+    std::size_t begun = 0;                       ///< passes so far
+    bool cut_short = false;                      ///< some pass spent the work that it had and left elements
 
     [[nodiscard]] Outcome<Done> by_edges() {
         return over_queue([&](ElementId e) { return repair_cavity(state, e, Reach{}).elements; },
@@ -53,22 +61,21 @@ struct Passes {
                               return plan_cavity_repair(state, repair_cavity(state, e, reach), e, asked, most_work);
                           });
     }
-    /// Around what is left, and outwards until all is above `bound`, the nodes extend the boundary's displacement; what
-    /// this spoils is repaired as before, or stays as it was.
-    [[nodiscard]] Outcome<Done> by_extension(double bound) {
+    /// What is left goes home; what this spoils is repaired as before, or stays as it was.
+    [[nodiscard]] Outcome<Done> by_homes(const HomeOf<D>& home) {
         const Execution quiet = without_progress(execution);
-        auto extended = extend_boundary(state.mesh(), state.kinds, state.moved.nodes.column(), state.shells, {}, quiet);
-        if (!extended) return fail(extended.error());
-        // It is of the mesh's own vertices, some of which may have moved.
-        for (std::size_t e = 0; e < extended->nodes.size(); ++e)
-            extended->nodes[e].point += state.moved.shift(EdgeId(e));
         Passes trial{state, {}, quiet};
-        const auto moves = plan_extension(state, queue, Column<LagrangeNode<D>>(std::move(extended->nodes)), bound);
-        trial.state.moved.apply(moves);
-        trial.queue = queue;
-        for (const auto& [element, verdict] : moves.verdicts) trial.queue.push_back(element);
-        trial.queue |= ranges::actions::sort | ranges::actions::unique;
-        std::erase_if(trial.queue, [&](ElementId e) { return trial.state.good(e); });
+        if (auto done = go_home(trial.state, queue, home, quiet); !done) return done;
+        bool any_spoilt = false;
+        for (const ElementId e : trial.state.moved.verdicts.set_rows()) {
+            if (trial.state.good(e)) continue;
+            trial.queue.push_back(e);
+            any_spoilt = any_spoilt || spoilt(state, e, trial.state.element(e), trial.state.moved.verdicts[e]);
+        }
+        if (!any_spoilt) {
+            state.moved.apply(trial.state.moved.moves());
+            return finish(Done{});
+        }
         auto done = trial.by_cavities({Reach::Moves::volume_nodes, 0}, state.options.target);
         if (done) done = trial.by_edges();
         if (!done) return done;
@@ -80,24 +87,48 @@ struct Passes {
         if (std::ranges::any_of(plan.verdicts, repaired)) state.moved.apply(plan);
         return finish(Done{});
     }
-    /// Nodes that are off their places come as near as they may, one at a time.
+    /// Home is where the extension of the boundary's displacement has the nodes, that of all the mesh.
+    [[nodiscard]] Outcome<Done> by_home(const Column<LagrangeNode<D>>& home) {
+        // It is of the mesh's own vertices, some of which may have moved.
+        return by_homes(
+            [&](EdgeId edge) { return std::optional(LagrangeNode<D>{home[edge].point + state.moved.shift(edge)}); });
+    }
+    /// The same of so many rings of elements around what is left.
+    [[nodiscard]] Outcome<Done> by_extension(int rings) {
+        const auto home =
+            extend_around(state.moved, state.kinds, state.shells, queue, rings, without_progress(execution));
+        if (!home) return fail(home.error());
+        return by_homes([&](EdgeId edge) {
+            const LagrangeNode<D>* there = home->find(edge);
+            return there ? std::optional(*there) : std::nullopt;
+        });
+    }
+    /// Nodes that are off their places come as near as they may, one at a time, on segments.
+    [[nodiscard]] Outcome<Done> returns_on_segments() {
+        return returning(off_their_places(), segment_turns,
+                         [&](EdgeId e, double) { return plan_return_on_segment(state, e); });
+    }
+    /// The same by programmes.
     [[nodiscard]] Outcome<Done> returns() {
-        std::vector<EdgeId> edges;
-        for (std::size_t e = 0; e < state.kinds.size(); ++e)
-            if (state.kinds[e] == EdgeKind::volume && state.moved.nodes[EdgeId(e)].point != state.models[e].centre)
-                edges.push_back(EdgeId(e));
-        const auto claim = [&](EdgeId e) {
-            return std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end());
-        };
-        return while_moving(std::move(edges), most_edge_turns, claim,
-                            [&](EdgeId e, double) { return plan_return(state, e); });
+        return returning(off_their_places(), most_edge_turns, [&](EdgeId e, double) { return plan_return(state, e); });
+    }
+    /// The same of those that cost most, for no more work than this.
+    [[nodiscard]] Outcome<Done> returns_of_costliest(double most_work) {
+        const double kept = std::max(0.0, state.work_left - most_work);
+        state.work_left -= kept;
+        auto edges = costliest(off_their_places(), static_cast<std::size_t>(state.work_left / edge_work));
+        if (!edges) return fail(edges.error());
+        auto done =
+            returning(std::move(*edges), most_edge_turns, [&](EdgeId e, double) { return plan_return(state, e); });
+        state.work_left += kept;
+        return done;
     }
     /// And those of an element together, where one of them costs much.
     [[nodiscard]] Outcome<Done> joint_returns() {
         std::vector<ElementId> elements;
-        for (std::size_t e = 0; e < state.mesh().linear.elements.size(); ++e)
-            if (std::ranges::any_of(state.mesh().edges.of_elements[e], [&](EdgeId edge) { return is_costly(edge); }))
-                elements.push_back(ElementId(e));
+        for (const EdgeId edge : edges_concerned())
+            if (is_costly(edge)) elements.insert(elements.end(), state.shells[edge].begin(), state.shells[edge].end());
+        elements |= ranges::actions::sort | ranges::actions::unique;
         const auto claim = [&](ElementId e) { return repair_cavity(state, e, Reach{}).elements; };
         return while_moving(std::move(elements), most_joint_turns, claim, [&](ElementId e, double most_work) {
             return plan_joint_return(state, repair_cavity(state, e, Reach{}), most_work);
@@ -105,8 +136,45 @@ struct Passes {
     }
 
   private:
+    /// Volume edges whose node may be off its place: those that moved, and those of what was not good enough.
+    [[nodiscard]] std::vector<EdgeId> edges_concerned() const {
+        std::vector<EdgeId> edges = state.moved.nodes.set_rows();
+        for (const ElementId e : first_queue)
+            edges.insert(edges.end(), state.mesh().edges.of_elements[e].begin(),
+                         state.mesh().edges.of_elements[e].end());
+        std::erase_if(edges, [&](EdgeId e) { return state.kinds[e] != EdgeKind::volume; });
+        edges |= ranges::actions::sort | ranges::actions::unique;
+        return edges;
+    }
+    [[nodiscard]] std::vector<EdgeId> off_their_places() const {
+        std::vector<EdgeId> edges = edges_concerned();
+        std::erase_if(edges, [&](EdgeId e) { return state.moved.nodes[e].point == state.wanted(e); });
+        return edges;
+    }
+    /// So many of them whose nodes cost most where they are, by what is quick to tell: the mesh's own metric.
+    [[nodiscard]] Outcome<std::vector<EdgeId>> costliest(std::vector<EdgeId> edges, std::size_t most) const {
+        if (edges.size() <= most) return edges;
+        const auto costs = map_each(execution, edges.size(), [&](std::size_t i) {
+            const EdgeId e = edges[i];
+            const auto model = implied_edge_model(state.mesh(), e, {state.wanted(e)}, state.shells[e]);
+            return std::pair(-model(state.moved.nodes[e].point), e);
+        });
+        if (!costs) return fail(costs.error());
+        std::vector<std::pair<double, EdgeId>> ranked(costs->begin(), costs->end());
+        std::ranges::nth_element(ranked, ranked.begin() + static_cast<std::ptrdiff_t>(most));
+        for (std::size_t i = 0; i < most; ++i) edges[i] = ranked[i].second;
+        edges.resize(most);
+        return edges;
+    }
+    template <class Plan>
+    Outcome<Done> returning(std::vector<EdgeId> edges, int most_turns, Plan&& plan) {
+        const auto claim = [&](EdgeId e) {
+            return std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end());
+        };
+        return while_moving(std::move(edges), most_turns, claim, plan);
+    }
     [[nodiscard]] bool is_costly(EdgeId edge) const {
-        return state.kinds[edge] == EdgeKind::volume && state.model(edge)(state.moved.nodes[edge].point) > costly;
+        return state.model(edge)(state.moved.nodes[edge].point) > costly;
     }
     Outcome<Done> finish(Outcome<Done> done) {
         std::erase_if(queue, [&](ElementId e) { return state.good(e); });
@@ -155,11 +223,21 @@ struct Passes {
     }
 };
 
+/// What passes that move vertices look at.
 template <int D>
-Outcome<Done> run(Passes<D>& passes, RepairStatistics& s) {
+Outcome<Done> look_around_vertices(RepairState<D>& state, const Execution& execution) {
+    auto around = balls(state.mesh().linear, execution);
+    if (!around) return fail(around.error());
+    state.around_vertices = {std::move(*around), held_vertices(state.mesh(), state.kinds, state.options.vertices)};
+    return Done{};
+}
+
+template <int D>
+Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatistics& s) {
     using Moves = Reach::Moves;
     const RepairOptions& options = passes.state.options;
-    const bool with_cavities = options.method == RepairMethod::cavity;
+    const bool homes_first = options.method == RepairMethod::extension;
+    const bool with_cavities = has_cavities(options.method);
     Outcome<Done> done = Done{};
     const auto counted = [&](std::size_t& counter, auto&& pass) {
         if (!done || passes.queue.empty()) return;
@@ -170,33 +248,41 @@ Outcome<Done> run(Passes<D>& passes, RepairStatistics& s) {
     const auto cavities = [&](std::size_t& counter, Reach reach, double asked) {
         if (with_cavities) counted(counter, [&] { return passes.by_cavities(reach, asked); });
     };
-    const auto extension = [&](double bound) {
-        if (with_cavities) counted(s.by_extension, [&] { return passes.by_extension(bound); });
+    const auto extension = [&](int rings) {
+        if (with_cavities) counted(s.by_extension, [&] { return passes.by_extension(rings); });
     };
     const auto by_volume_nodes = [&] {
+        if (homes_first) extension(nearest_rings);
         cavities(s.by_cavities, {Moves::volume_nodes, 0}, options.target);
         counted(s.by_edges, [&] { return passes.by_edges(); });
-        extension(0);
-        extension(options.min_scaled_jacobian);
+        for (int rings = nearest_rings; rings <= farthest_rings; rings *= 2) extension(rings);
         cavities(s.by_cavities, {Moves::volume_nodes, 1}, options.target);
         cavities(s.by_cavities, {Moves::volume_nodes, 1}, 0);
         cavities(s.by_cavities, {Moves::volume_nodes, 2}, 0);
     };
+    if (homes_first && !guide.home.empty()) counted(s.by_extension, [&] { return passes.by_home(guide.home); });
     by_volume_nodes();
+    if (with_cavities && !passes.queue.empty())
+        if (auto made = look_around_vertices(passes.state, passes.execution); !made) return made;
     cavities(s.by_vertices, {Moves::vertices, 1}, 0);
     if (s.by_vertices > 0) by_volume_nodes();
     cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
-    if (done) done = passes.returns();
+    if (!done) return done;
+    if (homes_first) {
+        done = passes.returns_on_segments();
+        if (done) done = passes.returns_of_costliest(allowed_return_work(passes.first_queue.size(), options));
+        return done;
+    }
+    done = passes.returns();
     if (done && with_cavities) done = passes.joint_returns();
     return done;
 }
 
-/// The state as a proposal, judged as a whole.
+/// The state as a proposal with its verdicts, and what it took.
 template <int D>
 Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, const JudgedProposal<D>& wanted,
                                const RepairStatistics& passes, const Execution& execution) {
-    auto judged =
-        validate(wanted.mesh(), state.moved.proposal(wanted.proposal()), wanted.validation().bound, execution);
+    auto judged = judge_moved(state.moved, state.shells, wanted, execution);
     if (!judged) return fail(judged.error());
     RepairStatistics statistics = changes_between(wanted, *judged);
     statistics.work = state.work;
@@ -213,27 +299,25 @@ Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, cons
 }  // namespace
 
 template <int D>
-Outcome<Repaired<D>> repair_by_programmes(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
+Outcome<Repaired<D>> repair_by_programmes(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                           const RepairOptions& options, const Execution& execution) {
     const QuadraticMesh<D>& mesh = wanted.mesh();
-    const Proposal<D>& proposal = wanted.proposal();
-    const auto around = shells(mesh.edges, execution);
-    if (!around) return fail(around.error());
-    const auto vertex_balls = balls(mesh.linear, execution);
-    if (!vertex_balls) return fail(vertex_balls.error());
     const double most_work = std::min(allowed_work(wanted.validation().not_valid(), options.effort), options.most_work);
     Schedule schedule(mesh.linear.elements.size());
-    Passes<D> passes{{MovedMesh<D>(wanted), *around, *vertex_balls, models, options, proposal.kinds,
-                      held_vertices(mesh, proposal.kinds, options.vertices), schedule, most_work, 0},
+    Passes<D> passes{{MovedMesh<D>(wanted), guide.shells, guide.wanted, Memo(guide.models), options,
+                      wanted.proposal().kinds, schedule, most_work, 0},
                      elements_not_valid(wanted.validation()),
                      execution};
+    // Where vertices are elsewhere already, their elements are judged by what is around them.
+    if (wanted.proposal().points != mesh.linear.points)
+        if (auto made = look_around_vertices(passes.state, execution); !made) return fail(made.error());
     RepairStatistics statistics;
-    if (auto done = run(passes, statistics); !done) return fail(done.error());
+    if (auto done = run(passes, guide, statistics); !done) return fail(done.error());
     return judge_all(passes.state, passes.cut_short, wanted, statistics, execution);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                         \
-    template Outcome<Repaired<D>> repair_by_programmes<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&, \
+#define CAMBER_INSTANTIATE(D)                                                                              \
+    template Outcome<Repaired<D>> repair_by_programmes<D>(const JudgedProposal<D>&, const RepairGuide<D>&, \
                                                           const RepairOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -37,15 +37,15 @@ Outcome<RepairedMesh<D>> repair_mesh(QuadraticMesh<D> mesh, const MeshRepairOpti
     const auto judged = validate(sound, own_proposal(sound, features->edge_kinds, options.required_boundary),
                                  options.repair.min_scaled_jacobian, execution);
     if (!judged) return fail(judged.error());
-    Column<QuadraticModel<D>> models;
+    RepairGuide<D> guide;
     if (needs_models(options.repair.method)) {
         const auto around = shells(sound.edges, execution);
         if (!around) return fail(around.error());
-        auto made = own_models(*judged, *around, execution);
+        auto made = own_guide(*judged, *around, execution);
         if (!made) return fail(made.error());
-        models = std::move(*made);
+        guide = std::move(*made);
     }
-    auto repaired = repair_within(*judged, models, options.repair, execution);
+    auto repaired = repair_within(*judged, guide, options.repair, execution);
     if (!repaired) return fail(repaired.error());
     const JudgedProposal<D>& after = repaired->judged;
     return RepairedMesh<D>{commit_uncertified(after).mesh,

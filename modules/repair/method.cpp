@@ -5,6 +5,9 @@ module;
 #include <vector>
 module camber.repair;
 import :by_programmes;
+import :guide;
+import :local_extension;
+import :moved_mesh;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -16,36 +19,38 @@ namespace camber {
 namespace {
 
 template <int D>
-Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std::size_t models) {
+Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const RepairGuide<D>& guide) {
     const std::size_t edges = mesh.edges.size();
     if (proposal.mid_nodes.size() != edges || proposal.kinds.size() != edges || proposal.changes.size() != edges ||
-        models != edges)
-        return fail(ErrorKind::internal, "the proposal or the models have another number of edges than the mesh");
+        guide.shells.size() != edges || (!guide.home.empty() && guide.home.size() != edges))
+        return fail(ErrorKind::internal, "the proposal or the guide has another number of edges than the mesh");
+    if (!guide.models || !guide.wanted)
+        return fail(ErrorKind::internal, "the guide has no models, which this method of repair needs");
     return Done{};
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
-                            const RepairOptions& options, const Execution& execution) {
+Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide, const RepairOptions& options,
+                            const Execution& execution) {
     if (!needs_models(options.method)) return relax(wanted, options, execution);
-    if (auto fits = check(wanted.mesh(), wanted.proposal(), models.size()); !fits) return fail(fits.error());
     if (auto fits = check_limits(options); !fits) return fail(fits.error());
     if (wanted.validation().bound != options.min_scaled_jacobian) {
         const auto again = validate(wanted.mesh(), wanted.proposal(), options.min_scaled_jacobian, execution);
         if (!again) return fail(again.error());
-        return repair(*again, models, options, execution);
+        return repair(*again, guide, options, execution);
     }
     if (wanted.validation().all_valid()) return Repaired<D>{wanted};
-    return guarded([&] { return repair_by_programmes(wanted, models, options, execution); });
+    if (auto fits = check(wanted.mesh(), wanted.proposal(), guide); !fits) return fail(fits.error());
+    return guarded([&] { return repair_by_programmes(wanted, guide, options, execution); });
 }
 
 template <int D>
-Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
+Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                           const RepairOptions& options, const Execution& execution) {
-    auto kept = repair(wanted, models, options, execution);
-    if (!kept || kept->judged.validation().all_valid() || options.method != RepairMethod::cavity) return kept;
+    auto kept = repair(wanted, guide, options, execution);
+    if (!kept || kept->judged.validation().all_valid() || !has_cavities(options.method)) return kept;
     auto done = relax(kept->judged, options, execution);
     if (!done) return fail(done.error());
     if (done->judged.validation().not_valid() >= kept->judged.validation().not_valid()) return kept;
@@ -55,31 +60,33 @@ Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const
 }
 
 template <int D>
-Outcome<Column<QuadraticModel<D>>> own_models(const JudgedProposal<D>& judged, const Incidence<ElementId>& shells,
-                                              const Execution& execution) {
-    const QuadraticMesh<D>& mesh = judged.mesh();
-    const Proposal<D>& proposal = judged.proposal();
-    auto extended = extend_boundary(mesh, proposal.kinds, proposal.mid_nodes, shells, {}, execution);
+Outcome<RepairGuide<D>> own_guide(const JudgedProposal<D>& judged, const Incidence<ElementId>& shells,
+                                  const Execution& execution) {
+    const MovedMesh<D> moved(judged);
+    const auto broken = elements_not_valid(judged.validation());
+    auto extended = extend_around(moved, judged.proposal().kinds, shells, broken, 1, execution);
     if (!extended) return fail(extended.error());
-    Buffer<LagrangeNode<D>> wanted(proposal.mid_nodes.begin(), proposal.mid_nodes.end());
-    for (std::size_t e = 0; e < wanted.size(); ++e)
-        for (const VertexId v : mesh.edges.vertices[e])
-            wanted[e].point -= 0.5 * (proposal.points[v] - mesh.linear.points[v]);
-    for (const ElementId e : elements_not_valid(judged.validation()))
-        for (const EdgeId edge : mesh.edges.of_elements[e])
-            if (proposal.kinds[edge] == EdgeKind::volume) wanted[edge.index()] = extended->nodes[edge.index()];
-    auto models = implied_edge_models(mesh, Column<LagrangeNode<D>>(std::move(wanted)), shells, execution);
-    if (!models) return fail(models.error());
-    return Column<QuadraticModel<D>>(std::move(*models));
+    SparseMap<EdgeId, LagrangeNode<D>> wanted;
+    for (const ElementId e : broken)
+        for (const EdgeId edge : judged.mesh().edges.of_elements[e])
+            if (const auto* node = extended->find(edge)) wanted.at(edge) = *node;
+    // Models are about places of the mesh's own vertices.
+    const auto centre = [moved, wanted = std::move(wanted)](EdgeId edge) {
+        const LagrangeNode<D>* node = wanted.find(edge);
+        return LagrangeNode<D>{(node ? *node : moved.nodes[edge]).point - moved.shift(edge)};
+    };
+    return RepairGuide<D>{shells, centre, [mesh = judged.mesh(), shells, centre](EdgeId edge) {
+                              return implied_edge_model(mesh, edge, centre(edge), shells[edge]);
+                          }};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                         \
-    template Outcome<Repaired<D>> repair<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&,               \
-                                            const RepairOptions&, const Execution&);                                  \
-    template Outcome<Repaired<D>> repair_or_straighten<D>(const JudgedProposal<D>&, const Column<QuadraticModel<D>>&, \
-                                                          const RepairOptions&, const Execution&);                    \
-    template Outcome<Column<QuadraticModel<D>>> own_models<D>(const JudgedProposal<D>&, const Incidence<ElementId>&,  \
-                                                              const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                      \
+    template Outcome<Repaired<D>> repair<D>(const JudgedProposal<D>&, const RepairGuide<D>&, const RepairOptions&, \
+                                            const Execution&);                                                     \
+    template Outcome<Repaired<D>> repair_or_straighten<D>(const JudgedProposal<D>&, const RepairGuide<D>&,         \
+                                                          const RepairOptions&, const Execution&);                 \
+    template Outcome<RepairGuide<D>> own_guide<D>(const JudgedProposal<D>&, const Incidence<ElementId>&,           \
+                                                  const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

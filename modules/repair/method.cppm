@@ -2,26 +2,25 @@ export module camber.repair:method;
 import camber.core;
 import camber.validity;
 import camber.programmes;
+import :guide;
 import :options;
 import :repaired;
 
 export namespace camber {
 
 /// What is not valid repaired, by the method of the options, until it is or the work that may be spent is spent; what
-/// cannot be repaired remains, and the validation says so. Nothing changes when all elements are valid. `models`: what
-/// it costs each edge to have its node off its wanted place, one an edge, for the methods that need them
-/// (`needs_models`); empty for others. A proposal that was judged for another bound is judged again. The result is the
+/// cannot be repaired remains, and the validation says so. Nothing changes when all elements are valid. `guide`: what
+/// methods go by. A proposal that was judged for another bound is judged again. The result is the
 /// same for any number of threads. Errors: options out of range (usage), columns that do not fit the mesh (internal),
 /// stopped.
 template <int D>
-[[nodiscard]] Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
+[[nodiscard]] Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                           const RepairOptions& options, const Execution& execution);
 
 /// The same; what cavities leave is relaxed towards the straight mesh, surface edges last, if that repairs any: an
 /// element then remains only if its straight one is not valid. For meshes whose boundary nodes may leave the geometry.
 template <int D>
-[[nodiscard]] Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted,
-                                                        const Column<QuadraticModel<D>>& models,
+[[nodiscard]] Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                                         const RepairOptions& options, const Execution& execution);
 
 /// The same with the boundary given: its nodes stay while that is enough; then they slide in planes, then they move, by
@@ -29,16 +28,14 @@ template <int D>
 /// it was, and what is left is repaired again without it. Where the bound cannot be had, no more elements are left
 /// invalid than with the default bound.
 template <int D>
-[[nodiscard]] Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted,
-                                                 const Column<QuadraticModel<D>>& models, const RepairOptions& options,
-                                                 const Execution& execution);
+[[nodiscard]] Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
+                                                 const RepairOptions& options, const Execution& execution);
 
-/// The models of a mesh that was read with its curves and has no field: in the mesh's implied metric, about where its
-/// nodes are, but for the volume nodes of elements that are not valid, whose places say nothing: there, by the
-/// boundary's displacement extended inwards (`extend_boundary`). Errors: stopped.
+/// The guide of a mesh that was read with its curves and has no field: models in the mesh's implied metric, about where
+/// its nodes are, but for the volume nodes of elements that are not valid, whose places say nothing: there, by the
+/// displacement around them extended inwards. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<Column<QuadraticModel<D>>> own_models(const JudgedProposal<D>& judged,
-                                                            const Incidence<ElementId>& shells,
-                                                            const Execution& execution);
+[[nodiscard]] Outcome<RepairGuide<D>> own_guide(const JudgedProposal<D>& judged, const Incidence<ElementId>& shells,
+                                                const Execution& execution);
 
 }  // namespace camber

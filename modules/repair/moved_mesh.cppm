@@ -64,6 +64,14 @@ struct MovedMesh {
         for (const auto& [vertex, point] : moves.points) points.set(vertex, point);
         for (const auto& [element, verdict] : moves.verdicts) verdicts.set(element, verdict);
     }
+    /// All that is elsewhere.
+    [[nodiscard]] Moves<D> moves() const {
+        Moves<D> all;
+        for (const EdgeId edge : nodes.set_rows()) all.nodes.emplace_back(edge, nodes[edge]);
+        for (const VertexId vertex : points.set_rows()) all.points.emplace_back(vertex, points[vertex]);
+        for (const ElementId e : verdicts.set_rows()) all.verdicts.emplace_back(e, verdicts[e]);
+        return all;
+    }
     /// Its places as a proposal for the mesh, with the kinds of the one that it began with.
     [[nodiscard]] Proposal<D> proposal(const Proposal<D>& before) const {
         Proposal<D> after{points.column(), nodes.column(), before.kinds, {}};
@@ -71,5 +79,10 @@ struct MovedMesh {
         return after;
     }
 };
+
+/// Its places, judged where they are others than in `before`: all of them where vertices moved. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<JudgedProposal<D>> judge_moved(const MovedMesh<D>& moved, const Incidence<ElementId>& shells,
+                                                     const JudgedProposal<D>& before, const Execution& execution);
 
 }  // namespace camber

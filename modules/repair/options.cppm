@@ -11,6 +11,9 @@ export namespace camber {
 
 /// How nodes find a place at which the elements around them are valid.
 enum class RepairMethod : std::uint8_t {
+    /// Towards the boundary's displacement extended, by as few halvings as the elements need, the last step exactly
+    /// there; what that leaves as by `cavity`. Then nodes return towards where they are wanted.
+    extension,
     /// By programmes over cavities, nearest to where nodes are wanted: several nodes together; then one; then the
     /// boundary's displacement extended; then larger cavities, vertices and, last, surface nodes.
     cavity,
@@ -24,13 +27,19 @@ enum class RepairMethod : std::uint8_t {
     theta,
 };
 [[nodiscard]] constexpr auto words(RepairMethod) {
-    return words_of(Word{RepairMethod::cavity, "cavity"}, Word{RepairMethod::edge, "edge"},
-                    Word{RepairMethod::segment, "segment"}, Word{RepairMethod::theta, "relax"});
+    return words_of(Word{RepairMethod::extension, "extension"}, Word{RepairMethod::cavity, "cavity"},
+                    Word{RepairMethod::edge, "edge"}, Word{RepairMethod::segment, "segment"},
+                    Word{RepairMethod::theta, "relax"});
+}
+
+/// Whether a method ends with cavities, which may move vertices and surface nodes.
+[[nodiscard]] constexpr bool has_cavities(RepairMethod method) {
+    return method == RepairMethod::extension || method == RepairMethod::cavity;
 }
 
 /// Whether a method weighs places by models, one an edge; the others take none.
 [[nodiscard]] constexpr bool needs_models(RepairMethod method) {
-    return method == RepairMethod::cavity || method == RepairMethod::edge;
+    return has_cavities(method) || method == RepairMethod::edge;
 }
 
 enum class VertexMoves : std::uint8_t { allowed, never };
@@ -42,12 +51,13 @@ enum class VertexMoves : std::uint8_t { allowed, never };
 struct RepairOptions {
     double min_scaled_jacobian = default_bound;
     double target = 1e-2;
-    RepairMethod method = RepairMethod::cavity;
+    RepairMethod method = RepairMethod::extension;
     double boundary_tolerance = 0;
     VertexMoves vertices = VertexMoves::allowed;
     /// A step of a programme with ten unknown points counts 1, others with the square of their number. So repair ends
     /// where what is asked cannot be had; counts, not seconds, so that the result is the same on any machine.
     double effort = 500;
+    double return_effort = 0.05;  ///< the same, of the programmes by which nodes return where they went home
     double theta = 0.75;
     int max_corrections = 40;
     double most_work = std::numeric_limits<double>::infinity();  ///< what may be spent in all, beside `effort`
@@ -56,6 +66,8 @@ struct RepairOptions {
         using S = RepairOptions;
         return std::tuple(
             option("repair", &S::method,
+                   "extension: the nodes of an element that is not good enough go back towards the boundary's "
+                   "displacement extended, then as near to their places as they may; what is left as by cavity; "
                    "cavity: the nodes of an element together, else one edge, then larger cavities, then vertices; "
                    "edge: one node at a time, nearest to where it is wanted; segment: the same towards the middle of "
                    "the chord, each as little as its elements need; relax: each edge of an invalid element by theta, "
@@ -80,6 +92,11 @@ struct RepairOptions {
                 "programmes of ten nodes; easily repaired ones leave theirs to others, and what is not repaired when "
                 "it is spent is listed")
                 .at_least(0),
+            option("return_effort", &S::return_effort,
+                   "by extension: work that programmes may spend, for each element that was not good enough, to bring "
+                   "nodes nearer to their places, beside that of a hundred such programmes; 1 or more wins back a "
+                   "little more")
+                .at_least(0),
             option("theta", &S::theta, "what a correction leaves of a node's offset")
                 .unit("shares of the offset")
                 .above(0)
@@ -96,6 +113,11 @@ struct RepairOptions {
 /// are few, one may take more.
 [[nodiscard]] constexpr double allowed_work(std::size_t elements, double effort) {
     return (200 + static_cast<double>(elements)) * effort;
+}
+
+/// What of it may be spent on returns of nodes that went home: 100 + return_effort · elements.
+[[nodiscard]] constexpr double allowed_return_work(std::size_t elements, const RepairOptions& options) {
+    return 100 + static_cast<double>(elements) * options.return_effort;
 }
 
 }  // namespace camber

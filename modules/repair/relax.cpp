@@ -203,21 +203,6 @@ Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> qu
     return put_all_back(relaxing);
 }
 
-/// The places of the state, judged where they are others.
-template <int D>
-Outcome<Repaired<D>> judge_moved(const SegmentState<D>& state, const JudgedProposal<D>& wanted,
-                                 const Execution& execution) {
-    std::vector<ElementId> touched;
-    for (const EdgeId edge : state.moved.nodes.set_rows())
-        if (state.moved.nodes[edge] != state.moved.nodes.base()[edge])
-            touched.insert(touched.end(), state.shells[edge].begin(), state.shells[edge].end());
-    touched |= ranges::actions::sort | ranges::actions::unique;
-    auto judged = wanted.judge_again(state.moved.proposal(wanted.proposal()), touched, execution);
-    if (!judged) return fail(judged.error());
-    const RepairStatistics statistics = changes_between(wanted, *judged);
-    return Repaired<D>{std::move(*judged), statistics};
-}
-
 }  // namespace
 
 template <int D>
@@ -238,7 +223,10 @@ Outcome<Repaired<D>> relax(const JudgedProposal<D>& wanted, const RepairOptions&
         auto done = options.method == RepairMethod::theta ? relax_by_theta(relaxing, std::move(queue))
                                                           : relax_by_segments(relaxing, std::move(queue));
         if (!done) return fail(done.error());
-        return judge_moved(relaxing.state, wanted, execution);
+        auto judged = judge_moved(relaxing.state.moved, *around, wanted, execution);
+        if (!judged) return fail(judged.error());
+        const RepairStatistics statistics = changes_between(wanted, *judged);
+        return Repaired<D>{std::move(*judged), statistics};
     });
 }
 

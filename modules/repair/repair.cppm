@@ -1,6 +1,7 @@
 /// What is not valid repaired: places of a judged proposal changed until its elements are, at the least loss of what
 /// was wanted; and whole meshes in one call.
 export module camber.repair;
+export import :guide;
 export import :options;
 export import :repaired;
 export import :relax;
@@ -11,6 +12,7 @@ import :moved_mesh;
 import :by_programmes;
 import :growth;
 import :held_vertices;
+import :local_extension;
 import :rounds;
 import :slides;
 import :state;

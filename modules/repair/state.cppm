@@ -1,6 +1,7 @@
 module;
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -14,24 +15,32 @@ import :options;
 
 namespace camber {
 
+/// What moving vertices asks of the mesh: made when they first do.
+struct VertexSurroundings {
+    Incidence<ElementId> balls;
+    Column<std::uint8_t> held;  ///< of vertices: 1 if they must stay, since they are on the boundary or required
+};
+
 /// A mesh while programmes repair it.
 template <int D>
 struct RepairState {
     MovedMesh<D> moved;
     const Incidence<ElementId>& shells;
-    const Incidence<ElementId>& balls;
-    const Column<QuadraticModel<D>>& models;
+    const std::function<LagrangeNode<D>(EdgeId)>& wanted_nodes;
+    Memo<EdgeId, QuadraticModel<D>> models;
     const RepairOptions& options;
     Column<EdgeKind> kinds;
-    Column<std::uint8_t> on_boundary;  ///< of vertices: 1 if they must stay, since they are on the boundary or required
-    Schedule& schedule;                ///< of the mesh's elements
-    double work_left = 0;              ///< of programmes, see step_work
-    double work = 0;                   ///< done so far
+    Schedule& schedule;    ///< of the mesh's elements
+    double work_left = 0;  ///< of programmes, see step_work
+    double work = 0;       ///< done so far
+    VertexSurroundings around_vertices = {};
 
     [[nodiscard]] const QuadraticMesh<D>& mesh() const { return moved.mesh; }
     [[nodiscard]] bool exhausted() const { return work_left < 1; }
     [[nodiscard]] bool good(ElementId e) const { return moved.is_valid(e); }
     [[nodiscard]] NodalSimplex<D> element(ElementId e) const { return moved.element(e); }
+    /// Where the edge's node is wanted; that goes along with its vertices.
+    [[nodiscard]] Vec<D> wanted(EdgeId edge) const { return wanted_nodes(edge).point + moved.shift(edge); }
     /// The edge's model; what is wanted goes along with its vertices.
     [[nodiscard]] QuadraticModel<D> model(EdgeId edge) const {
         QuadraticModel<D> m = models[edge];
@@ -75,6 +84,11 @@ inline constexpr double edge_work = 1;
 template <int D>
 [[nodiscard]] Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed);
 
+/// An edge's node on the segment to where it is wanted, as far as the elements around it allow by their coefficients:
+/// they are affine there. None if that is not far. It counts as no work.
+template <int D>
+[[nodiscard]] Planned<D> plan_return_on_segment(const RepairState<D>& state, EdgeId edge);
+
 /// A return that wins less of what its nodes cost is not made.
 inline constexpr double least_returned_share = 0.01;
 
@@ -111,11 +125,16 @@ template <int D>
 [[nodiscard]] Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity,
                                            double most_work);
 
-/// Volume nodes around the elements of `seeds` go to `extended`, and those around the elements that are not above
-/// `bound` then, outwards; it may spoil elements.
+/// Where the node of a volume edge goes back to; none: it stays.
 template <int D>
-[[nodiscard]] Moves<D> plan_extension(const RepairState<D>& state, const std::vector<ElementId>& seeds,
-                                      const Column<LagrangeNode<D>>& extended, double bound);
+using HomeOf = std::function<std::optional<LagrangeNode<D>>(EdgeId)>;
+
+/// Nodes of elements that are not good enough go home, step by step, the last one exactly there, until these elements
+/// reach the target; those that break on the way are next. Only what is around nodes that moved is looked at. Where
+/// homes are not valid themselves elements may be left spoilt. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Done> go_home(RepairState<D>& state, std::vector<ElementId> queue, const HomeOf<D>& home,
+                                    const Execution& execution);
 
 /// As many nodes to where they are `there` as spoil no element: around such nodes stay.
 template <int D>

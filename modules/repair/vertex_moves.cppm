@@ -50,8 +50,8 @@ template <int D>
     double determinants = 0, ratios = 0;
     std::size_t n = 0;
     for (const VertexId v : state.mesh().linear.elements.vertices[e]) {
-        if (state.on_boundary[v] != 0) continue;
-        for (const ElementId near : state.balls[v]) {
+        if (state.around_vertices.held[v] != 0) continue;
+        for (const ElementId near : state.around_vertices.balls[v]) {
             const auto corners = corners_of(state, near);
             const double of_near = mean_ratio<D>(corners);
             if (!(of_near > flat_mean_ratio)) continue;

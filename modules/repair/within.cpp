@@ -5,6 +5,7 @@ module;
 #include <utility>
 #include <vector>
 module camber.repair;
+import :guide;
 import :slides;
 import camber.core;
 import camber.bezier;
@@ -44,7 +45,7 @@ bool hold_beyond(const Proposal<D>& before, const Proposal<D>& after, double tol
 template <int D>
 struct Within {
     const JudgedProposal<D>& wanted;
-    const Column<QuadraticModel<D>>& models;
+    const RepairGuide<D>& guide;
     RepairOptions options;
     double work_left = 0;
     const Execution& execution;
@@ -52,7 +53,7 @@ struct Within {
     /// From `start`, with the boundary edges held that are marked.
     Outcome<Repaired<D>> tried(const JudgedProposal<D>& start, const std::vector<std::uint8_t>& held) {
         options.most_work = work_left;
-        auto repaired = repair(start.with_kinds(with_held(wanted.proposal().kinds, held)), models, options, execution);
+        auto repaired = repair(start.with_kinds(with_held(wanted.proposal().kinds, held)), guide, options, execution);
         if (repaired) work_left -= repaired->statistics.work;
         return repaired;
     }
@@ -96,41 +97,60 @@ Outcome<Repaired<D>> repair_to_bound(Within<D>& within) {
     return with_all_changes(within.wanted, std::move(*kept));
 }
 
+/// A repair judged for two bounds: the default one, and the one that is asked for.
+template <int D>
+struct Tried {
+    Repaired<D> repaired;
+    Validation<D> valid, bound;
+
+    [[nodiscard]] std::pair<std::size_t, std::size_t> left() const { return {valid.not_valid(), bound.not_valid()}; }
+};
+
+template <int D>
+Outcome<Tried<D>> judged_for_both(Repaired<D> repaired, double bound, const Execution& execution) {
+    const JudgedProposal<D> judged = repaired.judged;
+    const auto valid = validate(judged.mesh(), judged.proposal(), default_bound, execution);
+    if (!valid) return fail(valid.error());
+    auto asked = validate(judged.mesh(), judged.proposal(), bound, execution);
+    if (!asked) return fail(asked.error());
+    Validation<D> of_asked = asked->validation();
+    repaired.judged = std::move(*asked);
+    return Tried<D>{std::move(repaired), valid->validation(), std::move(of_asked)};
+}
+
 }  // namespace
 
 template <int D>
-Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const Column<QuadraticModel<D>>& models,
+Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                    const RepairOptions& options, const Execution& execution) {
-    RepairOptions lower = options;
-    lower.min_scaled_jacobian = default_bound;
-    const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& wish) {
-        Within<D> within{judged, models, wish, allowed_work(judged.validation().not_valid(), wish.effort), execution};
+    const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& wish) -> Outcome<Repaired<D>> {
+        const auto start = validate(judged.mesh(), judged.proposal(), wish.min_scaled_jacobian, execution);
+        if (!start) return fail(start.error());
+        Within<D> within{*start, guide, wish, allowed_work(start->validation().not_valid(), wish.effort), execution};
         return repair_to_bound(within);
     };
     auto asked = to(wanted, options);
-    if (!asked || asked->judged.validation().all_valid() || options.min_scaled_jacobian <= lower.min_scaled_jacobian)
-        return asked;
+    if (!asked || asked->judged.validation().all_valid() || options.min_scaled_jacobian <= default_bound) return asked;
     // To the passes elements below the bound are alike: what cannot reach it may have become invalid.
-    const auto judged_for = [&](const JudgedProposal<D>& judged, double bound) {
-        return validate(judged.mesh(), judged.proposal(), bound, execution);
-    };
-    const auto now = judged_for(asked->judged, lower.min_scaled_jacobian);
-    if (!now) return fail(now.error());
-    if (now->validation().all_valid()) return asked;
-    const auto before = judged_for(wanted, lower.min_scaled_jacobian);
-    if (!before) return fail(before.error());
-    auto plain = to(*before, lower);
-    if (!plain) return plain;
-    if (now->validation().not_valid() <= plain->judged.validation().not_valid()) return asked;
-    auto judged = judged_for(plain->judged, options.min_scaled_jacobian);
-    if (!judged) return fail(judged.error());
-    plain->judged = std::move(*judged);
-    return with_all_changes(wanted, std::move(*plain));
+    auto best = judged_for_both(std::move(*asked), options.min_scaled_jacobian, execution);
+    if (!best || best->valid.all_valid()) return std::move(best).map([](Tried<D> t) { return std::move(t.repaired); });
+    RepairOptions lower = options;
+    lower.min_scaled_jacobian = default_bound;
+    RepairOptions lower_inside = lower;
+    lower_inside.boundary_tolerance = 0;  // what it allows was taken
+    for (const auto& [start, wish] : {std::pair(best->repaired.judged, lower_inside), std::pair(wanted, lower)}) {
+        auto plain = to(start, wish);
+        if (!plain) return plain;
+        auto tried = judged_for_both(std::move(*plain), options.min_scaled_jacobian, execution);
+        if (!tried) return fail(tried.error());
+        if (tried->left() < best->left()) best = std::move(tried);
+    }
+    return with_all_changes(wanted, std::move(best->repaired));
 }
 
-template Outcome<Repaired<2>> repair_within<2>(const JudgedProposal<2>&, const Column<QuadraticModel<2>>&,
-                                               const RepairOptions&, const Execution&);
-template Outcome<Repaired<3>> repair_within<3>(const JudgedProposal<3>&, const Column<QuadraticModel<3>>&,
-                                               const RepairOptions&, const Execution&);
+template Outcome<Repaired<2>> repair_within<2>(const JudgedProposal<2>&, const RepairGuide<2>&, const RepairOptions&,
+                                               const Execution&);
+template Outcome<Repaired<3>> repair_within<3>(const JudgedProposal<3>&, const RepairGuide<3>&, const RepairOptions&,
+                                               const Execution&);
 
 }  // namespace camber

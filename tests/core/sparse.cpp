@@ -1,4 +1,5 @@
 // What is known of few rows: against std::map.
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -50,4 +51,20 @@ TEST_CASE("a sparse set holds what was put in") {
     CHECK_FALSE(set.contains(VertexId(std::size_t{0})));
     for (std::size_t i = 0; i < 1000; i += 3) set.insert(VertexId(i));
     for (std::size_t i = 0; i < 1000; ++i) CHECK(set.contains(VertexId(i)) == (i % 3 == 0));
+}
+
+TEST_CASE("a memo makes a value once, whoever asks") {
+    std::atomic<int> made = 0;
+    const Memo<EdgeId, std::size_t> squares([&](EdgeId e) {
+        ++made;
+        return e.index() * e.index();
+    });
+    const auto asked = map_each(Execution{3}, 4000, [&](std::size_t i) { return squares[EdgeId(i % 100)]; }, 1);
+    REQUIRE(asked);
+    for (std::size_t i = 0; i < asked->size(); ++i) CHECK((*asked)[i] == (i % 100) * (i % 100));
+    CHECK(made >= 100);
+    const int before = made;
+    const auto copy = squares;
+    CHECK(copy[EdgeId(std::size_t{7})] == 49);
+    CHECK(made == before);
 }

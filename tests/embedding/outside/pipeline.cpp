@@ -38,9 +38,9 @@ int main() {
     const auto curved = must(curve<3>(mesh, features.edge_kinds, boundary, shell, back, CurveOptions{}, all));
     const auto wanted = must(validate(mesh, curved.proposal, 0.2, all));
     const Validation<3>& before = wanted.validation();
-    const Column<QuadraticModel<3>> models =
-        must(edge_models(CurvingAim::accuracy, mesh, curved.proposal.mid_nodes, before, shell, back, all));
-    const auto repaired = must(repair(wanted, models, RepairOptions{.min_scaled_jacobian = 0.2}, all));
+    const RepairGuide<3> guide{shell, [&](EdgeId e) { return curved.proposal.mid_nodes[e]; },
+                               edge_models(CurvingAim::accuracy, mesh, curved.proposal.mid_nodes, shell, back)};
+    const auto repaired = must(repair(wanted, guide, RepairOptions{.min_scaled_jacobian = 0.2}, all));
     const auto result = must(commit(repaired.judged)).mesh;
     const Validation<3>& after = repaired.judged.validation();
     std::printf("%zu tetrahedra, %zu edges: %zu of them below 0.2 when curved, %zu now; the smallest has %.3f\n",

@@ -22,28 +22,22 @@ namespace camber::run {
 
 namespace {
 
+/// What repair goes by: what a node off its wanted place costs in the field, or in the mesh's own metric where there is
+/// none (null).
 template <int D>
-Outcome<Column<QuadraticModel<D>>> models_for(const Wanted<D>& wanted, const JudgedProposal<D>& judged,
-                                              const BackMesh<D>* field, const Execution& execution) {
-    const Column<LagrangeNode<D>>& nodes = wanted.curved.proposal.mid_nodes;
-    auto models =
-        field ? edge_models(wanted.aim, judged.mesh(), nodes, judged.validation(), wanted.shells, *field, execution)
-              : implied_edge_models(judged.mesh(), nodes, wanted.shells, execution);
-    if (!models) return fail(models.error());
-    return Column<QuadraticModel<D>>(std::move(*models));
-}
-
-/// Models of what a node off its wanted place costs: in the field, or in the mesh's own metric where there is none
-/// (null). None for methods that take none.
-template <int D>
-Outcome<Column<QuadraticModel<D>>> models_of(const Plan<D>& plan, const JudgedProposal<D>& judged,
-                                             const BackMesh<D>* field, RepairMethod method,
-                                             const Execution& execution) {
-    if (!needs_models(method)) return Column<QuadraticModel<D>>();
-    if (const Wanted<D>* wanted = plan.wanted()) return models_for(*wanted, judged, field, execution);
+Outcome<RepairGuide<D>> guide_of(const Plan<D>& plan, const JudgedProposal<D>& judged, const BackMesh<D>* field,
+                                 RepairMethod method, const Execution& execution) {
+    if (!needs_models(method) || judged.validation().all_valid()) return RepairGuide<D>{};
+    if (const Wanted<D>* wanted = plan.wanted()) {
+        const Column<LagrangeNode<D>> nodes = wanted->curved.proposal.mid_nodes;
+        return RepairGuide<D>{wanted->shells, [nodes](EdgeId e) { return nodes[e]; },
+                              field ? edge_models(wanted->aim, judged.mesh(), nodes, wanted->shells, *field)
+                                    : implied_edge_models(judged.mesh(), nodes, wanted->shells),
+                              wanted->extended};
+    }
     const auto around = shells(judged.mesh().edges, execution);
     if (!around) return fail(around.error());
-    return own_models(judged, *around, execution);
+    return own_guide(judged, *around, execution);
 }
 
 std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elements) {
@@ -60,9 +54,9 @@ struct Relaxed {
     CorrectionReport report;
 };
 template <int D>
-Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
+Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
                                const config::Relax& options, const Execution& execution) {
-    auto repaired = repair_or_straighten(judged, models, options, execution);
+    auto repaired = repair_or_straighten(judged, guide, options, execution);
     if (!repaired) return fail(repaired.error());
     CorrectionReport report{relax_report(repaired->statistics, repaired->given_up.size(), options.method),
                             {},
@@ -72,9 +66,9 @@ Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const Column<Qua
 
 /// The same where the boundary is given: it stays, but for the options' tolerance.
 template <int D>
-Outcome<Relaxed<D>> relax_within_boundary(const JudgedProposal<D>& judged, const Column<QuadraticModel<D>>& models,
+Outcome<Relaxed<D>> relax_within_boundary(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
                                           const config::Relax& options, const Execution& execution) {
-    auto repaired = repair_within(judged, models, options, execution);
+    auto repaired = repair_within(judged, guide, options, execution);
     if (!repaired) return fail(repaired.error());
     const BoundaryShift shift = boundary_shift(judged.mesh(), repaired->judged.proposal());
     CorrectionReport report{
@@ -101,10 +95,10 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& options) {
     return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
         if (auto done = judge_plan(run, options.min_scaled_jacobian, e); !done) return done;
         const JudgedProposal<D>& judged = *run.plan().judged();
-        const auto models = models_of(run.plan(), judged, run.field(), options.method, e);
-        if (!models) return fail(models.error());
+        const auto guide = guide_of(run.plan(), judged, run.field(), options.method, e);
+        if (!guide) return fail(guide.error());
         const auto relax = run.quadratic().boundary_is_given() ? relax_within_boundary<D> : relax_plan<D>;
-        auto made = relax(judged, *models, options, e);
+        auto made = relax(judged, *guide, options, e);
         if (!made) return fail(made.error());
         run.tell(made->report);
         close(run.state.history);
