@@ -161,7 +161,8 @@ struct LinearAnswer {
 
 template <int D, int M>
 std::optional<LinearAnswer<D, M>> raise(const Parts<D>& parts, const EdgeShell<D>& shell,
-                                        const TangentSpace<D, M>& space, double reach, Admits admits) {
+                                        const TangentSpace<D, M>& space, double reach, Admits admits,
+                                        double least = -infinity) {
     std::vector<RaisedFunction<M>> functions;
     std::vector<Place> places;
     functions.reserve(parts.size() * jacobian_coefficients<D>);
@@ -185,7 +186,8 @@ std::optional<LinearAnswer<D, M>> raise(const Parts<D>& parts, const EdgeShell<D
             places.push_back(place);
         }
     }
-    const auto highest = highest_point<M>(functions, reach * largest);
+    if (cap <= least) return {};
+    const auto highest = highest_point<M>(functions, reach * largest, least);
     if (!highest) return {};
     LinearAnswer<D, M> answer{highest->x, std::min(highest->lower, cap), std::min(highest->upper, cap), {}};
     const auto hold = [&](Place place) {
@@ -338,10 +340,11 @@ std::optional<HighestNode<D>> highest_node_in(const EdgeShell<D>& shell, const T
     Parts<D> parts(shell);
     loosen_kept(parts, shell, space.point, options.most_cuts);
     HighestNode<D> best;
+    const double least = options.most_cuts == 0 ? options.least : -infinity;
     double upper = infinity;
     double before = -infinity;
     for (;;) {
-        auto answer = raise(parts, shell, space, reach, Admits::safe);
+        auto answer = raise(parts, shell, space, reach, Admits::safe, least);
         if (!answer) return {};
         best = {{absolute.at(answer->y)}, answer->lower, 0, parts.cuts};
         if (answer->held_by.empty() || options.most_cuts == 0) {

@@ -21,6 +21,8 @@ struct EdgeProgrammeOptions {
     int most_cuts = 60;       ///< bisections in all; 0: the plain coefficient test
     /// Cuts end when the largest smallest value is known to be above or below this.
     double enough = std::numeric_limits<double>::infinity();
+    /// Without cuts: a node is given only if by its coefficients it reaches more than this. None is cheaper to tell.
+    double least = -std::numeric_limits<double>::infinity();
 };
 
 /// A point P and M directions in which the node may move: all of them in the volume (M = D), the tangents of a surface

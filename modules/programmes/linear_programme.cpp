@@ -139,9 +139,10 @@ class DualSimplex {
         return solve_basis();
     }
 
-    /// False if the rows contradict each other.
-    bool run() {
+    /// False if the rows contradict each other, or t, which is never raised, comes to be no more than `least`.
+    bool run(double least) {
         for (int step = 0; step < most_steps; ++step) {
+            if (t() <= least) return false;
             const int entering = step < steepest_steps ? most_violated() : first_violated();
             if (entering < 0) return true;
             const int leaving = ratio_test(entering);
@@ -234,10 +235,10 @@ class DualSimplex {
 }  // namespace
 
 template <int M>
-std::optional<HighestPoint<M>> highest_point(std::span<const RaisedFunction<M>> functions, double reach) {
+std::optional<HighestPoint<M>> highest_point(std::span<const RaisedFunction<M>> functions, double reach, double least) {
     const Frame<M> frame = frame_of(functions);
     DualSimplex<M> simplex(functions, frame, reach);
-    if (!simplex.start() || !simplex.run()) return {};
+    if (!simplex.start() || !simplex.run(least)) return {};
     HighestPoint<M> highest;
     highest.x = frame.point(simplex.y());
     highest.upper = simplex.t();
@@ -249,8 +250,8 @@ std::optional<HighestPoint<M>> highest_point(std::span<const RaisedFunction<M>> 
     return highest;
 }
 
-template std::optional<HighestPoint<1>> highest_point<1>(std::span<const RaisedFunction<1>>, double);
-template std::optional<HighestPoint<2>> highest_point<2>(std::span<const RaisedFunction<2>>, double);
-template std::optional<HighestPoint<3>> highest_point<3>(std::span<const RaisedFunction<3>>, double);
+template std::optional<HighestPoint<1>> highest_point<1>(std::span<const RaisedFunction<1>>, double, double);
+template std::optional<HighestPoint<2>> highest_point<2>(std::span<const RaisedFunction<2>>, double, double);
+template std::optional<HighestPoint<3>> highest_point<3>(std::span<const RaisedFunction<3>>, double, double);
 
 }  // namespace camber

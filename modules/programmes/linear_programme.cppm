@@ -1,5 +1,6 @@
 module;
 #include <array>
+#include <limits>
 #include <optional>
 #include <span>
 export module camber.programmes:linear_programme;
@@ -29,13 +30,14 @@ struct HighestPoint {
 /// Maximises t under function_i(x) ≥ weight_i t: the point with the largest smallest value. `reach` bounds x: in a
 /// frame of the functions' own gradients, so that no linear change of x matters, each coordinate may change the
 /// function most sensitive to it by so much. None if the functions of weight 0 contradict each other, or none has a
-/// weight.
+/// weight, or once it is known that no x has more than `least`.
 ///
 /// Dual simplex method with explicit bases of M + 1 constraints, the most violated constraint entering (after many
 /// steps the first one, by Bland's rule, against cycles); a few passes over the constraints, so linear time in
 /// practice. Only exchanges, no random order: deterministic, and independent of the order of the functions but for
 /// ties.
 template <int M>
-[[nodiscard]] std::optional<HighestPoint<M>> highest_point(std::span<const RaisedFunction<M>> functions, double reach);
+[[nodiscard]] std::optional<HighestPoint<M>> highest_point(std::span<const RaisedFunction<M>> functions, double reach,
+                                                           double least = -std::numeric_limits<double>::infinity());
 
 }  // namespace camber

@@ -191,6 +191,18 @@ void shell_laws() {
                      RC_ASSERT(searched<D>(random, start, 0.3, 300, value).second <= highest->lower + 1e-9);
              },
              {60});
+    property("highest_node: asked for more than some value, the same or none",
+             [] {
+                 auto random = random_source();
+                 const auto s = plain_shell<D>(random, uniform(random, 0, 0.5));
+                 const auto highest = highest_node(s, {.most_cuts = 0});
+                 const double off = 1e-6 * (1 + std::abs(highest->upper));
+                 const auto same = highest_node(s, {.most_cuts = 0, .least = highest->lower - off});
+                 RC_ASSERT(same.has_value());
+                 RC_ASSERT(same->node == highest->node);
+                 RC_ASSERT(!highest_node(s, {.most_cuts = 0, .least = highest->upper + off}).has_value());
+             },
+             {60});
     property("highest_node: cuts bracket what the node can do, and are never worse",
              [] {
                  auto random = random_source();

@@ -209,6 +209,18 @@ void linear_laws() {
                  RC_ASSERT(std::abs(other->upper - value) <= 1e-7);
              },
              {200});
+    property("highest_point: asked for more than some value, the same or none",
+             [] {
+                 auto random = random_source();
+                 const auto functions = raised_functions<M>(random, 40);
+                 const auto highest = highest_point<M>(functions, 1e6);
+                 const double off = std::pow(10.0, uniform(random, -9, 0)) * (1 + std::abs(highest->upper));
+                 const auto less = highest_point<M>(functions, 1e6, highest->upper - off);
+                 RC_ASSERT(less.has_value());
+                 RC_ASSERT(less->x == highest->x);
+                 RC_ASSERT(!highest_point<M>(functions, 1e6, highest->upper + off).has_value());
+             },
+             {100});
     property("highest_point: functions of weight 0 hold",
              [] {
                  auto random = random_source();
