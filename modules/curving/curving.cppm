@@ -9,3 +9,5 @@ export import :curve;
 export import :extension;
 export import :shape;
 export import :edge_models;
+import :edge_energy;
+import :polish;

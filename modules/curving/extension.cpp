@@ -4,229 +4,212 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
+#include <limits>
 #include <span>
-#include <tuple>
 #include <utility>
 #include <vector>
 module camber.curving;
 import camber.core;
 import camber.bezier;
 import camber.validity;
+import :edge_energy;
 
 namespace camber {
 
 namespace {
 
-/// How much an element counts, by |det| of its edges. Bounded, so that the slightest elements do not drown the others.
-struct Weighting {
-    double mean = 1, stiffening = 0;
+/// Rows take part once their correction is this share of the tolerance.
+constexpr double joining = 0.1;
+/// Corrections of this share of the first are rounding.
+constexpr double rounding = 1e-14;
 
-    [[nodiscard]] double of(double volume) const { return std::min(std::pow(mean / volume, stiffening), 1e12); }
-};
+/// `beside`: its residual is kept, but it has not been moved. `joined`: it moves from the next step on.
+enum class Row : std::uint8_t { none, beside, joined, moving };
 
+/// The unknowns, by edge: those of other edges than `rows` are 0 or given.
 template <int D>
-Outcome<Weighting> weighting_of(const LinearMesh<D>& mesh, double stiffening, const Execution& execution) {
-    const auto sum = reduce_each(
-        execution, mesh.elements.size(), 0.0,
-        [&](double& total, std::size_t e) {
-            const auto& v = mesh.elements.vertices[e];
-            Mat<D> edges;
-            for (int a = 0; a < D; ++a) edges.column[a] = mesh.points[v[a + 1]] - mesh.points[v[0]];
-            total += std::abs(det(edges));
-        },
-        [](double a, double b) { return a + b; });
-    if (!sum) return fail(sum.error());
-    return Weighting{*sum / static_cast<double>(std::max<std::size_t>(1, mesh.elements.size())), stiffening};
-}
+struct Unknowns {
+    const QuadraticMesh<D>& mesh;
+    const Column<EdgeKind>& kinds;
+    const Incidence<ElementId>& shells;
+    Buffer<ElementEnergy<D>> elements;
+    Buffer<Row> state;
+    std::vector<EdgeId> rows;  ///< rising
+    Buffer<Vec<D>> u, residual, direction, product;
+    Buffer<double> inverse_diagonal, height;
 
-/// The stiffness of one straight element: K_ef = ∫ ∇φ_e · ∇φ_f, φ_e = 4 ξ_i ξ_j, but for a constant factor.
-template <int D>
-using Stiffness = std::array<std::array<double, edges_per_simplex<D>>, edges_per_simplex<D>>;
-
-template <int D>
-Stiffness<D> stiffness(const std::array<Vec<D>, D + 1>& p, const Weighting& weighting) {
-    Mat<D> edges;
-    for (int a = 0; a < D; ++a) edges.column[a] = p[a + 1] - p[0];
-    const double volume = std::abs(det(edges));
-    const auto rows = cofactors(edges);
-    // ∇ξ_i times det: its factor 1/det² joins the volume's.
-    std::array<Vec<D>, D + 1> gradient{};
-    for (int a = 0; a < D; ++a) gradient[a + 1] = rows[a], gradient[0] -= rows[a];
-    const double factor = weighting.of(volume) / volume;
-    Stiffness<D> k{};
-    // Flat elements have no say.
-    if (!std::isfinite(factor)) return k;
-    // ∫ ξ_a ξ_b = (1 + δ_ab) · constant.
-    const auto mass = [](int a, int b) { return a == b ? 2.0 : 1.0; };
-    for (int e = 0; e < edges_per_simplex<D>; ++e)
-        for (int f = 0; f <= e; ++f) {
-            const auto [i, j] = local_edges<D>[e];
-            const auto [m, n] = local_edges<D>[f];
-            k[e][f] = k[f][e] =
-                factor * (mass(i, m) * dot(gradient[j], gradient[n]) + mass(i, n) * dot(gradient[j], gradient[m]) +
-                          mass(j, m) * dot(gradient[i], gradient[n]) + mass(j, n) * dot(gradient[i], gradient[m]));
+    [[nodiscard]] Vec<D> row_times(EdgeId edge, std::span<const Vec<D>> x) const {
+        Vec<D> sum;
+        for (const ElementId e : shells[edge]) {
+            const auto& edges = mesh.edges.of_elements[e];
+            sum += row_part<D>(elements[e.index()].gradients, local_edge<D>(edges, edge), edges, x);
         }
-    return k;
-}
-
-/// A symmetric sparse matrix by rows, over the free edges; `given` is what the displacements given add to the right
-/// side.
-template <int D>
-struct System {
-    Buffer<EdgeId> free;
-    std::vector<std::uint32_t> offsets;
-    Buffer<std::uint32_t> columns;
-    Buffer<double> values;
-    Buffer<double> inverse_diagonal;
-    Buffer<Vec<D>> right;
-};
-
-/// A part of a row while it is assembled: what an element adds in the column of an edge.
-struct Entry {
-    EdgeId edge;
-    ElementId element;
-    double value = 0;
-};
-
-template <int D>
-void assemble_row(const QuadraticMesh<D>& mesh, EdgeId edge, std::span<const ElementId> shell,
-                  const Weighting& weighting, std::vector<Entry>& row) {
-    row.clear();
-    for (const ElementId element : shell) {
-        std::array<Vec<D>, D + 1> p;
-        for (int i = 0; i <= D; ++i) p[i] = mesh.linear.points[mesh.linear.elements.vertices[element][i]];
-        const auto& edges = mesh.edges.of_elements[element];
-        const auto own = std::find(edges.begin(), edges.end(), edge) - edges.begin();
-        const auto k = stiffness<D>(p, weighting);
-        for (int f = 0; f < edges_per_simplex<D>; ++f) row.push_back({edges[f], element, k[own][f]});
+        return sum;
     }
-    std::sort(row.begin(), row.end(), [](const Entry& a, const Entry& b) {
-        return std::tuple(a.edge, a.element) < std::tuple(b.edge, b.element);
-    });
-    std::size_t n = 0;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-        if (n > 0 && row[n - 1].edge == row[i].edge)
-            row[n - 1].value += row[i].value;
-        else
-            row[n++] = row[i];
+    [[nodiscard]] Vec<D> correction(EdgeId edge) const {
+        return inverse_diagonal[edge.index()] * residual[edge.index()];
     }
-    row.resize(n);
-}
+    /// Of the correction, as a share of the height.
+    [[nodiscard]] double size(EdgeId edge) const { return norm(correction(edge)) / height[edge.index()]; }
 
-constexpr std::uint32_t not_free = 0xffffffffU;
-
-/// How many free edges the elements around an edge have, itself too.
-template <int D>
-std::uint32_t row_size(const QuadraticMesh<D>& mesh, std::span<const ElementId> shell,
-                       std::span<const std::uint32_t> row_of, std::vector<EdgeId>& edges) {
-    edges.clear();
-    for (const ElementId element : shell)
-        for (const EdgeId edge : mesh.edges.of_elements[element])
-            if (row_of[edge.index()] != not_free) edges.push_back(edge);
-    std::sort(edges.begin(), edges.end());
-    return static_cast<std::uint32_t>(std::unique(edges.begin(), edges.end()) - edges.begin());
-}
-
-template <int D>
-Outcome<System<D>> assemble(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, std::span<const Vec<D>> given,
-                            const Incidence<ElementId>& shells, const Weighting& weighting,
-                            const Execution& execution) {
-    System<D> s;
-    Buffer<std::uint32_t> row_of(mesh.edges.size());
-    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
-        const bool is_free = kinds[e] == EdgeKind::volume && !shells[e].empty();
-        row_of[e] = is_free ? static_cast<std::uint32_t>(s.free.size()) : not_free;
-        if (is_free) s.free.push_back(EdgeId(e));
+    /// The volume edges of elements around these that had no row yet, in a row each. Returns them.
+    std::vector<EdgeId> reach_out(std::span<const EdgeId> from) {
+        std::vector<EdgeId> reached;
+        for (const EdgeId edge : from)
+            for (const ElementId e : shells[edge])
+                for (const EdgeId other : mesh.edges.of_elements[e]) {
+                    if (kinds[other] != EdgeKind::volume || state[other.index()] != Row::none) continue;
+                    state[other.index()] = Row::beside;
+                    reached.push_back(other);
+                }
+        std::sort(reached.begin(), reached.end());
+        const auto middle = static_cast<std::ptrdiff_t>(rows.size());
+        rows.insert(rows.end(), reached.begin(), reached.end());
+        std::inplace_merge(rows.begin(), rows.begin() + middle, rows.end());
+        return reached;
     }
-    const std::size_t n = s.free.size();
-    s.offsets.assign(n + 1, 0);
-    auto counted = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
-        std::vector<EdgeId> edges;
-        for (std::size_t r = begin; r < end; ++r) s.offsets[r + 1] = row_size(mesh, shells[s.free[r]], row_of, edges);
-    });
-    if (!counted) return fail(std::move(counted.error()));
-    std::inclusive_scan(s.offsets.begin(), s.offsets.end(), s.offsets.begin());
-    s.columns = Buffer<std::uint32_t>(s.offsets[n]);
-    s.values = Buffer<double>(s.offsets[n]);
-    s.inverse_diagonal = Buffer<double>(n);
-    s.right = Buffer<Vec<D>>(n);
-    auto done = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
-        std::vector<Entry> row;
-        for (std::size_t r = begin; r < end; ++r) {
-            assemble_row(mesh, s.free[r], shells[s.free[r]], weighting, row);
-            std::uint32_t at = s.offsets[r];
-            s.right[r] = Vec<D>{};
-            double diagonal = 0;
-            for (const auto& [edge, element, value] : row) {
-                const std::uint32_t column = row_of[edge.index()];
-                if (column == r) diagonal = value;
-                if (column == not_free)
-                    s.right[r] -= value * given[edge.index()];
-                else
-                    s.columns[at] = column, s.values[at] = value, ++at;
-            }
-            s.inverse_diagonal[r] = diagonal > 0 ? 1 / diagonal : 0;
+    void begin_row(EdgeId edge) {
+        double diagonal = 0;
+        double least = std::numeric_limits<double>::infinity();
+        for (const ElementId e : shells[edge]) {
+            const auto& [gradients, smallest] = elements[e.index()];
+            diagonal += diagonal_part<D>(gradients, local_edge<D>(mesh.edges.of_elements[e], edge));
+            least = std::min(least, smallest);
         }
+        inverse_diagonal[edge.index()] = diagonal > 0 ? 1 / diagonal : 0;
+        height[edge.index()] = least;
+        residual[edge.index()] = {};
+    }
+};
+
+/// Before the first step: what is given is moved, and all beside it has a row.
+template <int D>
+Outcome<Unknowns<D>> unknowns_of(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, Buffer<Vec<D>> given,
+                                 const Incidence<ElementId>& shells, double stiffening, const Execution& execution) {
+    const auto weighting = weighting_of(mesh.linear, stiffening, execution);
+    if (!weighting) return fail(weighting.error());
+    auto elements = map_each(execution, mesh.linear.elements.size(),
+                             [&](std::size_t e) { return element_energy<D>(mesh.linear, ElementId(e), *weighting); });
+    if (!elements) return fail(elements.error());
+    const std::size_t n = mesh.edges.size();
+    Unknowns<D> x{mesh,
+                  kinds,
+                  shells,
+                  std::move(*elements),
+                  Buffer<Row>(n, Row::none),
+                  {},
+                  std::move(given),
+                  Buffer<Vec<D>>(n),
+                  Buffer<Vec<D>>(n, Vec<D>{}),
+                  Buffer<Vec<D>>(n),
+                  Buffer<double>(n),
+                  Buffer<double>(n)};
+    std::vector<EdgeId> moved;
+    for (std::size_t e = 0; e < n; ++e)
+        if (x.u[e] != Vec<D>{}) moved.emplace_back(e);
+    const auto reached = x.reach_out(moved);
+    auto done = each(execution, reached.size(), [&](std::size_t i) {
+        x.begin_row(reached[i]);
+        x.residual[reached[i].index()] -= x.row_times(reached[i], x.u);
     });
     if (!done) return fail(std::move(done.error()));
-    return s;
+    return x;
 }
 
+/// What the rows say after a step.
+struct Sums {
+    double by_product = 0;  ///< correction · product
+    double by_residual = 0;
+    double largest = 0;  ///< correction, as a share of the height
+    std::size_t joined = 0;
+};
+[[nodiscard]] Sums operator+(const Sums& a, const Sums& b) {
+    return {a.by_product + b.by_product, a.by_residual + b.by_residual, std::max(a.largest, b.largest),
+            a.joined + b.joined};
+}
+
+/// Moves along the direction, and looks at what is left.
 template <int D>
-Outcome<double> product(const Buffer<Vec<D>>& a, const Buffer<Vec<D>>& b, const Execution& execution) {
+Outcome<Sums> step(Unknowns<D>& x, double length, double tolerance, const Execution& execution) {
     return reduce_each(
-        execution, a.size(), 0.0, [&](double& sum, std::size_t i) { sum += dot(a[i], b[i]); },
-        [](double x, double y) { return x + y; });
+        execution, x.rows.size(), Sums{},
+        [&](Sums& sums, std::size_t i) {
+            const EdgeId edge = x.rows[i];
+            const std::size_t e = edge.index();
+            if (x.state[e] == Row::moving) x.u[e] += length * x.direction[e];
+            if (length != 0) x.residual[e] -= length * x.product[e];
+            const double size = x.size(edge);
+            sums.largest = std::max(sums.largest, size);
+            if (x.state[e] == Row::beside) {
+                if (!(size > joining * tolerance)) return;
+                x.state[e] = Row::joined;
+                ++sums.joined;
+            }
+            if (length != 0) sums.by_product += dot(x.correction(edge), x.product[e]);
+            sums.by_residual += dot(x.correction(edge), x.residual[e]);
+        },
+        [](const Sums& a, const Sums& b) { return a + b; });
+}
+
+/// What has joined moves, and all beside it has a row.
+template <int D>
+Outcome<Done> join(Unknowns<D>& x, const Execution& execution) {
+    std::vector<EdgeId> joined;
+    for (const EdgeId edge : x.rows)
+        if (x.state[edge.index()] == Row::joined) joined.push_back(edge), x.state[edge.index()] = Row::moving;
+    const auto reached = x.reach_out(joined);
+    return each(execution, reached.size(), [&](std::size_t i) { x.begin_row(reached[i]); });
+}
+
+/// The direction's product with the matrix, and its own with that and with the residual.
+struct Along {
+    double curvature = 0, slope = 0;
+};
+template <int D>
+Outcome<Along> multiply(Unknowns<D>& x, const Execution& execution) {
+    return reduce_each(
+        execution, x.rows.size(), Along{},
+        [&](Along& along, std::size_t i) {
+            const std::size_t e = x.rows[i].index();
+            x.product[e] = x.row_times(x.rows[i], x.direction);
+            along.curvature += dot(x.direction[e], x.product[e]);
+            along.slope += dot(x.direction[e], x.residual[e]);
+        },
+        [](const Along& a, const Along& b) { return Along{a.curvature + b.curvature, a.slope + b.slope}; }, 1024);
 }
 
 struct Solved {
     int iterations = 0;
-    double residual = 0;
+    double correction = 0;
 };
 
-/// Conjugate gradients with the diagonal as preconditioner, from 0; the D components share their steps.
+/// Conjugate gradients with the diagonal as preconditioner; the D components share their steps. Rows join as the
+/// residual reaches them, so each new direction is made conjugate to the last by the product itself (Polak, Ribière).
 template <int D>
-Outcome<Solved> solve(const System<D>& s, Buffer<Vec<D>>& x, const ExtensionOptions& options,
-                      const Execution& execution) {
-    const std::size_t n = s.free.size();
+Outcome<Solved> solve(Unknowns<D>& x, const ExtensionOptions& options, const Execution& execution) {
     Solved solved;
-    Buffer<Vec<D>> r = s.right;
-    Buffer<Vec<D>> z(n), p(n), q(n);
-    for (std::size_t i = 0; i < n; ++i) {
-        x[i] = {};
-        z[i] = s.inverse_diagonal[i] * r[i];
-        p[i] = z[i];
-    }
-    auto rho = product(r, z, execution);
-    if (!rho) return fail(rho.error());
-    const double first = *rho;
-    for (; solved.iterations < options.max_iterations && *rho > options.tolerance * options.tolerance * first;
+    auto sums = step(x, 0, options.tolerance, execution);
+    if (!sums) return fail(sums.error());
+    const double first = sums->by_residual;
+    double turn = 0;
+    for (; solved.iterations < options.max_iterations && sums->largest > options.tolerance &&
+           sums->by_residual > rounding * rounding * first;
          ++solved.iterations) {
-        auto multiplied = each(execution, n, [&](std::size_t i) {
-            Vec<D> sum;
-            for (std::uint32_t k = s.offsets[i]; k < s.offsets[i + 1]; ++k) sum += s.values[k] * p[s.columns[k]];
-            q[i] = sum;
+        if (sums->joined > 0)
+            if (auto joined = join(x, execution); !joined) return fail(joined.error());
+        auto turned = each(execution, x.rows.size(), [&](std::size_t i) {
+            const std::size_t e = x.rows[i].index();
+            if (x.state[e] == Row::moving) x.direction[e] = x.correction(x.rows[i]) + turn * x.direction[e];
         });
-        if (!multiplied) return fail(multiplied.error());
-        const auto curvature = product(p, q, execution);
-        if (!curvature) return fail(curvature.error());
-        if (!(*curvature > 0)) break;
-        const double step = *rho / *curvature;
-        auto stepped = each(execution, n, [&](std::size_t i) {
-            x[i] += step * p[i];
-            r[i] -= step * q[i];
-            z[i] = s.inverse_diagonal[i] * r[i];
-        });
-        if (!stepped) return fail(stepped.error());
-        const auto next = product(r, z, execution);
-        if (!next) return fail(next.error());
-        const double ratio = *next / *rho;
-        auto turned = each(execution, n, [&](std::size_t i) { p[i] = z[i] + ratio * p[i]; });
         if (!turned) return fail(turned.error());
-        rho = next;
+        const auto along = multiply(x, execution);
+        if (!along) return fail(along.error());
+        if (!(along->curvature > 0)) break;
+        sums = step(x, along->slope / along->curvature, options.tolerance, execution);
+        if (!sums) return fail(sums.error());
+        turn = -sums->by_product / along->curvature;
     }
-    solved.residual = first > 0 ? std::sqrt(*rho / first) : 0;
+    solved.correction = sums->largest;
     return solved;
 }
 
@@ -243,23 +226,27 @@ Outcome<Extension<D>> extend_boundary(const QuadraticMesh<D>& mesh, const Column
         const auto& [a, b] = mesh.edges.vertices[e];
         return midpoint(mesh.linear.points[a], mesh.linear.points[b]);
     };
-    auto given = map_each(execution, n, [&](std::size_t e) {
-        return kinds[e] == EdgeKind::volume ? Vec<D>{} : boundary_nodes[e].point - middle(e);
+    auto nodes = map_each(execution, n, [&](std::size_t e) {
+        return kinds[e] == EdgeKind::volume ? LagrangeNode<D>{middle(e)} : boundary_nodes[e];
     });
+    if (!nodes) return fail(nodes.error());
+    Extension<D> extension{std::move(*nodes)};
+    auto given = map_each(execution, n, [&](std::size_t e) { return extension.nodes[e].point - middle(e); });
     if (!given) return fail(given.error());
-    const auto weighting = weighting_of(mesh.linear, options.stiffening, execution);
-    if (!weighting) return fail(weighting.error());
-    auto system = assemble<D>(mesh, kinds, *given, shells, *weighting, execution);
-    if (!system) return fail(system.error());
-    Buffer<Vec<D>> u(system->free.size());
-    const auto solved = solve(*system, u, options, execution);
-    if (!solved) return fail(solved.error());
-    Extension<D> extension{boundary_nodes.empty() ? Buffer<LagrangeNode<D>>{} : Buffer<LagrangeNode<D>>(n),
-                           solved->iterations, solved->residual};
-    for (std::size_t e = 0; e < n; ++e)
-        extension.nodes[e] = kinds[e] == EdgeKind::volume ? LagrangeNode<D>{middle(e)} : boundary_nodes[e];
-    for (std::size_t r = 0; r < u.size(); ++r) extension.nodes[system->free[r].index()].point += u[r];
-    return extension;
+    if (std::all_of(given->begin(), given->end(), [](const Vec<D>& v) { return v == Vec<D>{}; })) return extension;
+    return guarded([&]() -> Outcome<Extension<D>> {
+        auto x = unknowns_of<D>(mesh, kinds, std::move(*given), shells, options.stiffening, execution);
+        if (!x) return fail(x.error());
+        const auto solved = solve(*x, options, execution);
+        if (!solved) return fail(solved.error());
+        extension.iterations = solved->iterations;
+        extension.correction = solved->correction;
+        for (const EdgeId edge : x->rows) {
+            extension.solved += x->state[edge.index()] == Row::moving ? 1 : 0;
+            extension.nodes[edge.index()].point += x->u[edge.index()];
+        }
+        return std::move(extension);
+    });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                      \

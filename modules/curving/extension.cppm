@@ -9,9 +9,9 @@ export namespace camber {
 
 /// How far the linear extension goes.
 struct ExtensionOptions {
-    /// Of the residual, relative to the first: below the first layer's height as a share of the wall's sagitta, or the
-    /// layer folds (1e-3 at anisotropy 10^4).
-    double tolerance = 1e-6;
+    /// Nodes end where what a step of Jacobi's would still change is below this share of the smallest height of the
+    /// elements around their edge: there det (I + ∇u) is known to about as much, in layers of any anisotropy.
+    double tolerance = 1e-3;
     int max_iterations = 1000;
     /// Elements count with (mean |det straight| / |det straight|)^stiffening: 0 is the plain Dirichlet energy; more
     /// makes small elements stiffer, so that large ones take up the deformation.
@@ -23,14 +23,16 @@ template <int D>
 struct Extension {
     Buffer<LagrangeNode<D>> nodes;  ///< one an edge
     int iterations = 0;
-    double residual = 0;  ///< relative to the first
+    double correction = 0;   ///< what is left, as the tolerance says it
+    std::size_t solved = 0;  ///< edges whose displacement was asked for; all others are straight
 };
 
 /// Carries the displacement of the given nodes off the middles of their chords into the volume: nodes of volume edges
 /// get the displacement u that minimises Σ over the straight elements of ∫ |∇u|² dx, u in the space of the P2 edge
 /// functions 4 ξ_i ξ_j (vertices stay). det (I + ∇u) is the scaled Jacobian. Since the gradient is taken in space, u
-/// varies least across thin elements: a stack of layers moves with its wall. Solved by conjugate gradients, the same
-/// bytes for any number of threads. Errors: columns that do not fit the mesh (internal), stopped.
+/// varies least across thin elements: a stack of layers moves with its wall. Solved by conjugate gradients without a
+/// matrix, in as much of the mesh as the displacement reaches by more than the tolerance; the same bytes for any number
+/// of threads. Errors: columns that do not fit the mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Extension<D>> extend_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                     const Column<LagrangeNode<D>>& boundary_nodes,

@@ -1,4 +1,5 @@
 // The shape of elements as an aim: the linear extension of the boundary's displacement, and what programmes add.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -72,6 +73,22 @@ double energy(const QuadraticMesh<D>& mesh, const Buffer<LagrangeNode<D>>& nodes
     return total;
 }
 
+/// The least distance of a vertex from the face opposite.
+template <int D>
+double smallest_height(const LinearMesh<D>& mesh, ElementId e) {
+    Mat<D> m;
+    for (int a = 0; a < D; ++a)
+        m.column[a] = mesh.points[mesh.elements.vertices[e][a + 1]] - mesh.points[mesh.elements.vertices[e][0]];
+    const Mat<D> gradients = transposed(inverse(m));
+    Vec<D> last;
+    double steepest = 0;
+    for (int a = 0; a < D; ++a) {
+        last -= gradients.column[a];
+        steepest = std::max(steepest, norm(gradients.column[a]));
+    }
+    return 1 / std::max(steepest, norm(last));
+}
+
 template <int D>
 void extension_laws(const std::array<int, D>& cells) {
     property("extend_boundary: the least energy with the boundary's nodes",
@@ -99,17 +116,49 @@ void extension_laws(const std::array<int, D>& cells) {
                  RC_ASSERT(std::abs(more - other) <= 1e-7 * (more - least));
              },
              {10});
+    property("extend_boundary: as near to it as the tolerance says, in no more of the mesh than need be",
+             [&](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto b = shell_block<D>(cells, seed + 1);
+                 // All of the boundary moves, or a single edge.
+                 Buffer<LagrangeNode<D>> given(b.boundary_nodes.begin(), b.boundary_nodes.end());
+                 if (dice.below(2) == 0) {
+                     std::size_t edge = dice.below(given.size());
+                     while (b.kinds[edge] == EdgeKind::volume) edge = (edge + 1) % given.size();
+                     given.assign(b.mesh.mid_nodes.begin(), b.mesh.mid_nodes.end());
+                     given[edge].point += dice.vector<D>(-0.05, 0.05);
+                 }
+                 const Column<LagrangeNode<D>> nodes(std::move(given));
+                 const auto extended = [&](double tolerance) {
+                     return must(extend_boundary(b.mesh, b.kinds, nodes, b.shells, {.tolerance = tolerance}, alone));
+                 };
+                 const double tolerance = std::pow(10.0, dice.uniform(-6, -2));
+                 const auto some = extended(tolerance);
+                 const auto all = extended(1e-12);
+                 RC_ASSERT(some.correction <= tolerance);
+                 RC_ASSERT(some.iterations <= all.iterations && some.solved <= all.solved);
+                 for (std::size_t e = 0; e < b.mesh.linear.elements.size(); ++e) {
+                     const double height = smallest_height(b.mesh.linear, ElementId(e));
+                     for (const EdgeId edge : b.mesh.edges.of_elements[e])
+                         RC_ASSERT(distance(some.nodes[edge.index()].point, all.nodes[edge.index()].point) <=
+                                   20 * tolerance * height);
+                 }
+             },
+             {10});
     property(
         "extend_boundary: straight where the boundary is, in scale with it, whatever the threads",
         [&](std::uint64_t seed) {
             Dice dice(seed);
             const auto b = shell_block<D>(cells, seed + 1);
             const auto extended = [&](const Column<LagrangeNode<D>>& nodes, const Execution& execution) {
-                return must(extend_boundary(b.mesh, b.kinds, nodes, b.shells, ExtensionOptions{}, execution)).nodes;
+                return must(extend_boundary(b.mesh, b.kinds, nodes, b.shells, {.tolerance = 1e-12}, execution)).nodes;
             };
-            RC_ASSERT(Column<LagrangeNode<D>>(extended(b.mesh.mid_nodes, alone)) == b.mesh.mid_nodes);
+            const auto straight = must(extend_boundary(b.mesh, b.kinds, b.mesh.mid_nodes, b.shells, {}, alone));
+            RC_ASSERT(Column<LagrangeNode<D>>(straight.nodes) == b.mesh.mid_nodes);
+            RC_ASSERT(straight.iterations == 0 && straight.solved == 0);
             const auto once = extended(b.boundary_nodes, alone);
-            RC_ASSERT(once == extended(b.boundary_nodes, Execution{.threads = 3}));
+            for (const int threads : {2, 3})
+                RC_ASSERT(once == extended(b.boundary_nodes, Execution{.threads = threads}));
             Buffer<LagrangeNode<D>> half(b.boundary_nodes.begin(), b.boundary_nodes.end());
             for (std::size_t k = 0; k < half.size(); ++k)
                 half[k].point = midpoint(half[k].point, b.mesh.mid_nodes[k].point);
@@ -118,6 +167,32 @@ void extension_laws(const std::array<int, D>& cells) {
                 RC_ASSERT(distance(less[k].point, midpoint(once[k].point, b.mesh.mid_nodes[k].point)) < 1e-9);
         },
         {10});
+}
+
+/// Layers that grow geometrically from a wall of 0.4 long edges; all of the boundary bent to spheres about the centre.
+template <int D>
+void layer_laws(const std::array<int, D>& cells) {
+    for (const double growth : {2.0, 3.0, 4.0}) {
+        const double last = std::pow(growth, cells[D - 1]) - 1;
+        const auto radius = [&](double s) { return 1 + (std::pow(growth, s * cells[D - 1]) - 1) / last; };
+        const auto b = shell_block<D>(cells, 1, radius);
+        const auto& points = b.mesh.linear.points;
+        Buffer<LagrangeNode<D>> nodes(b.mesh.mid_nodes.begin(), b.mesh.mid_nodes.end());
+        for (std::size_t e = 0; e < nodes.size(); ++e) {
+            const auto& [v, w] = b.mesh.edges.vertices[e];
+            if (b.kinds[e] != EdgeKind::volume)
+                nodes[e].point = (0.5 * (norm(points[v]) + norm(points[w]))) * normalised(nodes[e].point);
+        }
+        const Column<LagrangeNode<D>> given(std::move(nodes));
+        auto extension = must(extend_boundary(b.mesh, b.kinds, given, b.shells, {}, alone));
+        INFO("first layer of ", (growth - 1) / last, ", ", extension.iterations, " iterations");
+        CHECK(extension.correction <= ExtensionOptions{}.tolerance);
+        auto straight = must(curve_boundary(b.mesh, b.kinds, given, alone)).proposal;
+        CHECK(must(validate(b.mesh, straight, 0, alone)).validation().smallest < 0);
+        auto extended = straight;
+        extended.mid_nodes = std::move(extension.nodes);
+        CHECK(must(validate(b.mesh, extended, 0, alone)).validation().smallest > 0.5);
+    }
 }
 
 template <int D>
@@ -134,10 +209,12 @@ void shape_laws(const std::array<int, D>& cells) {
                  const auto straight = must(curve_boundary(b.mesh, b.kinds, b.boundary_nodes, alone));
                  RC_ASSERT(validation.smallest >=
                            must(validate(b.mesh, straight.proposal, 0, alone)).validation().smallest - 1e-3);
-                 // The extension itself is made by threads; steps are taken one after the other.
-                 const auto again =
-                     must(shape(b.mesh, b.kinds, b.boundary_nodes, b.shells, ShapeOptions{}, Execution{.threads = 2}));
-                 RC_ASSERT(again.proposal == shaped.proposal);
+                 for (const int threads : {2, 3}) {
+                     const auto again = must(shape(b.mesh, b.kinds, b.boundary_nodes, b.shells, ShapeOptions{},
+                                                   Execution{.threads = threads}));
+                     RC_ASSERT(again.proposal == shaped.proposal);
+                     RC_ASSERT(again.steps == shaped.steps);
+                 }
              },
              {6});
 }
@@ -146,6 +223,8 @@ void shape_laws(const std::array<int, D>& cells) {
 
 TEST_CASE("extension: triangles") { extension_laws<2>({6, 5}); }
 TEST_CASE("extension: tetrahedra") { extension_laws<3>({3, 3, 3}); }
+TEST_CASE("extension: layers of any anisotropy do not fold, triangles") { layer_laws<2>({6, 12}); }
+TEST_CASE("extension: layers of any anisotropy do not fold, tetrahedra") { layer_laws<3>({3, 3, 12}); }
 TEST_CASE("shape: triangles") { shape_laws<2>({6, 5}); }
 TEST_CASE("shape: tetrahedra") { shape_laws<3>({3, 3, 3}); }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -28,15 +29,18 @@ struct Block {
     BackMesh<D> back;
 };
 
+/// Radii from 1 to 2 of the shares 0 to 1 of cells, thinner layers inside.
+inline double mildly_thinner(double s) { return 1 + 0.3 * s + 0.7 * s * s; }
+
 /// Cells in latitude and longitude, and along the radius; the metric is the mesh's own.
 template <int D>
-Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed) {
+Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed,
+                     const std::function<double(double)>& radius = mildly_thinner) {
     LatticeOptions<D> options;
     options.cells = cells;
     options.seed = seed;
-    options.place = [cells](const Vec<D>& p) {
-        const double s = p[D - 1] / cells[D - 1];
-        const double r = 1 + 0.3 * s + 0.7 * s * s;  // thinner layers inside
+    options.place = [cells, radius](const Vec<D>& p) {
+        const double r = radius(p[D - 1] / cells[D - 1]);
         const double a = 1.2 * (p[0] / cells[0] - 0.5);
         if constexpr (D == 2)
             return Vec<2>{{r * std::sin(a), r * std::cos(a)}};
