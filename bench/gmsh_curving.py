@@ -54,6 +54,9 @@ GENERATED = {
     "steep-1.4": shell(0.46, 1.75, inner_layer=(10, 0.0026, 1.4)),
     "steep-1.6": shell(0.46, 1.75, inner_layer=(8, 0.0026, 1.6)),
     "thin": shell(0.46, 1.75, inner_layer=(17, 4.6e-5, 1.6)),
+    "thin-1e5": shell(0.46, 1.75, inner_layer=(22, 4.6e-6, 1.6)),
+    "thin-1e6": shell(0.46, 1.75, inner_layer=(27, 4.6e-7, 1.6)),
+    "large": shell(0.11, 0.55, inner_layer=(12, 0.003, 1.25), outer_layer=(8, 0.02, 1.3)),
 }
 DEFAULT_LAYERS = 6  # Gmsh's Mesh.HighOrderNumLayers
 
