@@ -1,4 +1,4 @@
-"""What a bound on the scaled Jacobian costs: the gain that the paper's θ-relaxation, single edges and cavities lose.
+"""What a bound on the scaled Jacobian costs: the gain that the paper's θ-relaxation, single edges, cavities and going home lose.
 
     python3 bench/repair_bounds.py build/bin/camber configs/paper-spheres-coarse.json layer.meshb steep:1.4
     python3 bench/repair_bounds.py build/bin/camber steep:1.6 --bounds 0.05 --ways relax cavity
@@ -27,7 +27,7 @@ def steep(name):
     first, growth, count = STEEP[name]
     layer = {"count": count, "first_height": first, "growth": growth}
     return {"input": {"generate": {"shell": {"inner_size": 0.46, "outer_size": 1.75, "inner_layer": layer}}},
-            "stages": ["elevate", {"curve": {"objective": "energy", "back_mesh": "straight"}}, {"validate": {}}, {"relax": {}}, "commit"], "output": {}}
+            "stages": ["elevate", {"curve": {"objective": "energy"}}, {"validate": {}}, {"relax": {}}, "commit"], "output": {}}
 
 
 def command(camber, case, folder, report):
@@ -45,7 +45,7 @@ def command(camber, case, folder, report):
 def repaired(camber, case, bound, way, folder):
     """The report of one run; one that ends with elements below the bound has exit code 1."""
     report = folder / "report.json"
-    call = [*command(camber, case, folder, report), "--set", "stages/curve/objective=energy", "--set", "stages/curve/back_mesh=straight"]
+    call = [*command(camber, case, folder, report), "--set", "stages/curve/objective=energy"]
     for key, value in {"validate/min_scaled_jacobian": bound, "relax/min_scaled_jacobian": bound,
                        "relax/repair": way}.items():
         call += ["--set", f"stages/{key}={value}"]
@@ -55,14 +55,19 @@ def repaired(camber, case, bound, way, folder):
     return json.loads(report.read_text())
 
 
+def not_good(validity):
+    """Elements that are invalid, undecided, or below the bound."""
+    return validity["invalid"] + validity["undecided"] + validity["below_bound"]
+
+
 def figures(report):
     curve, validity, relax = report["curve"], report["validity"], report["relax"]
     lost = curve["before_correction"]["mean_gain"] - curve["after_correction"]["mean_gain"]
-    left = validity["invalid"] + validity["undecided"]
+    left = not_good(validity)
     seconds = sum(s["seconds"] for s in report["stages"] if s["stage"] == "relax")
     before = report["validity_before_correction"]
     return {"lost": lost, "min": validity["min_scaled_jacobian"], "surface": relax["relaxed_surface_edges"], "left": left,
-            "seconds": seconds, "vertices": relax["moved_vertices"], "before": before["invalid"] + before["undecided"]}
+            "seconds": seconds, "vertices": relax["moved_vertices"], "before": not_good(before)}
 
 
 def main():
@@ -70,7 +75,7 @@ def main():
     parser.add_argument("camber", help="the program")
     parser.add_argument("cases", nargs="+", metavar="CASE")
     parser.add_argument("--bounds", nargs="+", default=["0", "0.05", "0.2", "0.5"])
-    parser.add_argument("--ways", nargs="+", default=["relax", "edge", "cavity"])
+    parser.add_argument("--ways", nargs="+", default=["relax", "edge", "cavity", "extension"])
     arguments = parser.parse_args()
     print("| case | bound | below it | " + " | ".join(
         f"{way}: lost, of relax's, min, surface, left, s" for way in arguments.ways) + " |")

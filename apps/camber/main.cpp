@@ -35,8 +35,9 @@ constexpr const char* description =
     "  camber explain curve                              what a stage does, and its options\n";
 
 constexpr const char* exit_codes =
-    "Exit codes: 0 done; 1 done, but elements remain that are not certified valid (check: or the mesh has other "
-    "defects); 2 bad usage or config; 3 bad input or output file; 4 not enough memory, or an internal error; 130 "
+    "Exit codes: 0 done; 1 done, but elements remain that are not certified valid, or below the scaled Jacobian that "
+    "was asked for (check: or the mesh has other defects); 2 bad usage or config; 3 bad input or output file; 4 not "
+    "enough memory, or an internal error; 130 "
     "interrupted. What becomes of every kind of bad input: docs/input.md.";
 
 std::string endings_of_input() { return camber::listed(camber::endings_read(camber::mesh_formats()), ", "); }
@@ -125,8 +126,10 @@ void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optio
 
 /// What the verbs that are a pipeline have in common.
 void add_pipeline(CLI::App* verb, PipelineArguments& a) {
-    verb->add_option("--min-scaled-jacobian", a.min_scaled_jacobian,
-                     "Every element's scaled Jacobian is to be at least this, from 0 and below 1")
+    verb->add_option(
+            "--min-scaled-jacobian", a.min_scaled_jacobian,
+            "Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not: exit code "
+            "1. Without it: 0.1 where it can be had")
         ->check(within<double>(camber::option_of(&camber::config::Validate::min_scaled_jacobian).limits));
     add_flat(verb, a.flat);
     verb->add_option("--report", a.report, "Also write the figures as JSON");

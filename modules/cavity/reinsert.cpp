@@ -124,9 +124,12 @@ Outcome<Reinsertion<D>> reinsert(const Curving<D>& curving, const CavityTopology
         return edge_model(curving.mesh, of_mesh, wanted.mid_nodes[e], topology.shells[of_mesh], back, fit);
     };
     Attempt<D> best;
-    const double bound = options.relax.min_scaled_jacobian;
-    for (const double asked : {std::max(bound, options.relax.target), bound}) {
-        auto attempt = repaired_from_targets(op, wanted, present, models, asked, options.relax);
+    const JacobianBound& wished = options.relax.min_scaled_jacobian;
+    const double bound = wished.is_asked ? wished.value : least_bound;
+    RepairOptions relax = options.relax;
+    relax.min_scaled_jacobian = bound;
+    for (const double asked : {options.relax.aim(), bound}) {
+        auto attempt = repaired_from_targets(op, wanted, present, models, asked, relax);
         if (!attempt) return fail(attempt.error());
         if (!best.planned || attempt->serves_surface_better_than(best)) best = std::move(*attempt);
         if (best.planned && best.misfits.surface == 0) break;

@@ -132,7 +132,7 @@ template <HasOptions S>
     Outcome<Done> result = Done{};
     each_option<S>([&](const auto& o) {
         using T = typename std::remove_cvref_t<decltype(o)>::Value;
-        if constexpr (std::is_arithmetic_v<T>)
+        if constexpr (std::is_convertible_v<T, double>)
             if (result) result = check_limits(o.name, static_cast<double>(options.*o.member), o.limits);
     });
     return result;

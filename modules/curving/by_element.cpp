@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <vector>
 module camber.curving;
 import camber.core;
 import camber.bezier;
@@ -13,8 +14,8 @@ namespace camber {
 
 namespace {
 
-/// Neighbours of what was lessened are looked at again so often; what is left is for repair.
-constexpr int most_rounds = 16;
+/// More than any stack has layers; what is left is for repair.
+constexpr int most_rounds = 1000;
 
 template <int D>
 class Elements {
@@ -61,18 +62,30 @@ template <int D>
 Outcome<Done> lessen_by_element(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base,
                                 const Incidence<ElementId>& shells, double least, std::span<Vec<D>> offsets,
                                 const Execution& execution) {
-    for (int round = 0; round < most_rounds; ++round) {
-        const Elements<D> elements(mesh, base, offsets);
-        const auto shares =
-            map_each(execution, mesh.linear.elements.size(), [&](std::size_t e) { return elements.share(e, least); });
+    const Elements<D> elements(mesh, base, offsets);
+    std::vector<ElementId> looked_at(mesh.linear.elements.size());
+    for (std::size_t e = 0; e < looked_at.size(); ++e) looked_at[e] = ElementId(e);
+    for (int round = 0; round < most_rounds && !looked_at.empty(); ++round) {
+        const auto shares = map_each(execution, looked_at.size(),
+                                     [&](std::size_t i) { return elements.share(looked_at[i].index(), least); });
         if (!shares) return fail(shares.error());
-        if (std::all_of(shares->begin(), shares->end(), [](double s) { return s == 1; })) break;
-        auto lessened = each(execution, mesh.edges.size(), [&](std::size_t e) {
-            double share = 1;
-            for (const ElementId element : shells[e]) share = std::min(share, (*shares)[element.index()]);
-            if (share < 1) offsets[e] *= share;
-        });
-        if (!lessened) return lessened;
+        SparseMap<EdgeId, double> asked;
+        for (std::size_t i = 0; i < looked_at.size(); ++i) {
+            if ((*shares)[i] == 1) continue;
+            for (const EdgeId edge : mesh.edges.of_elements[looked_at[i]]) {
+                const double* before = asked.find(edge);
+                asked.at(edge) = std::min(before ? *before : 1.0, (*shares)[i]);
+            }
+        }
+        looked_at.clear();
+        for (const EdgeId edge : asked.keys()) {
+            Vec<D>& offset = offsets[edge.index()];
+            if (offset == Vec<D>{}) continue;
+            offset *= *asked.find(edge);
+            looked_at.insert(looked_at.end(), shells[edge].begin(), shells[edge].end());
+        }
+        std::ranges::sort(looked_at);
+        looked_at.erase(std::ranges::unique(looked_at).begin(), looked_at.end());
     }
     return Done{};
 }

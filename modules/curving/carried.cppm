@@ -8,14 +8,21 @@ import camber.metric;
 /// the metric read through that. docs/algorithms/carried-field.md.
 export namespace camber {
 
-/// The nodes of such a back mesh, for make_curved_back_mesh: `extended` (one an edge: see extend_boundary, or the nodes
-/// that the mesh was read with), but the middles of chords where the displacement is less than a hundredth of the
-/// metric's unit at both ends, so that nothing is searched where nothing moves. Displacements that would bring an
-/// element of the back mesh below a tenth of the straight one's Jacobian are lessened. Errors: stopped.
+/// Where nodes go along with the boundary: where they are `extended` (one an edge: see extend_boundary), but the
+/// middles of chords where the displacement is less than a hundredth of the metric's unit at both ends, so that nothing
+/// is searched where nothing moves. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes(const QuadraticMesh<D>& mesh,
+                                                                std::span<const LagrangeNode<D>> extended,
+                                                                const Column<LogMetric<D>>& log_metrics,
+                                                                const Execution& execution);
+
+/// Of these nodes (one an edge) those of a back mesh, for make_curved_back_mesh: displacements that would bring an
+/// element below a tenth of the straight one's Jacobian are lessened, on the boundary too; so it is the field's map
+/// alone, and no place for a mesh's nodes. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> carried_nodes(const QuadraticMesh<D>& mesh,
-                                                             std::span<const LagrangeNode<D>> extended,
-                                                             const Column<LogMetric<D>>& log_metrics,
+                                                             std::span<const LagrangeNode<D>> nodes,
                                                              const Incidence<ElementId>& shells,
                                                              const Execution& execution);
 

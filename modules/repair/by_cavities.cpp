@@ -271,7 +271,7 @@ Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>
 
 template <int D>
 Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity, double most_work) {
-    const double target = std::max(state.options.min_scaled_jacobian, state.options.target) + slack;
+    const double target = state.options.aim() + slack;
     auto programme = programme_of(state, cavity, [&](ElementId e) {
         return state.good(e) ? jacobian_to_keep_valid(state, e, target) : jacobian_to_keep(state, e, target);
     });

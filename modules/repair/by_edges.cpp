@@ -37,7 +37,7 @@ EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double asked, Ke
         if (state.good(e) || keeps(e)) {
             const double kept = jacobian_to_keep(state, e, asked);
             // A good element whose coefficients are too weak a test still holds the bound.
-            const double least = state.good(e) ? std::max(kept, state.options.min_scaled_jacobian) : kept;
+            const double least = state.good(e) ? std::max(kept, state.options.min_scaled_jacobian.value) : kept;
             if (least < asked) element.keep = least;
         }
         shell.elements.push_back(element);
@@ -87,7 +87,7 @@ Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
         }
         return best.plan.has_value();
     };
-    const double target = std::max(bound, state.options.target);
+    const double target = state.options.aim();
     if (try_all(target, none) || try_all(target, no_other)) return best;
     // Cavities may still reach the target.
     if (target > bound && state.options.method == RepairMethod::edge && !try_all(bound, none)) try_all(bound, no_other);
@@ -99,7 +99,7 @@ Planned<D> plan_return_on_segment(const RepairState<D>& state, EdgeId edge) {
     const LagrangeNode<D> from = state.moved.nodes[edge];
     const LagrangeNode<D> to{state.wanted(edge)};
     if (from == to) return {};
-    const double target = std::max(state.options.min_scaled_jacobian, state.options.target);
+    const double target = state.options.aim();
     std::vector<AffineConstraint> constraints;
     for (const ElementId e : state.shells[edge]) {
         const auto here = bounded_jacobian(state.element(e));
@@ -124,7 +124,7 @@ Planned<D> plan_return(const RepairState<D>& state, EdgeId edge) {
     const double now = model(state.moved.nodes[edge].point);
     const double worth = std::max(least_return, least_returned_share * now);
     if (!(now > worth)) return {};
-    const double target = std::max(state.options.min_scaled_jacobian, state.options.target);
+    const double target = state.options.aim();
     const auto nearest = nearest_node(shell_of(state, edge, target, [](ElementId) { return true; }), model, target);
     if (!nearest || !(nearest->cost < now - worth)) return {{}, edge_work};
     return {plan_of(state, edge, nearest->node), edge_work};

@@ -87,7 +87,7 @@ Moves<D> plan_of(const RepairState<D>& state, Growth<D>& growth) {
 template <int D>
 Outcome<Done> go_home(RepairState<D>& state, std::vector<ElementId> queue, const HomeOf<D>& home,
                       const Execution& execution) {
-    const double asked = std::max(state.options.min_scaled_jacobian, state.options.target);
+    const double asked = state.options.aim();
     SparseMap<EdgeId, int> steps;
     while (!queue.empty()) {
         const auto moves = steps_home(state, queue, home, steps);

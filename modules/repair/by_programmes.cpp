@@ -238,6 +238,8 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
     const RepairOptions& options = passes.state.options;
     const bool homes_first = options.method == RepairMethod::extension;
     const bool with_cavities = has_cavities(options.method);
+    // A wish is not worth large cavities, nor vertices and surface nodes that leave their places.
+    const bool is_asked = options.min_scaled_jacobian.is_asked;
     Outcome<Done> done = Done{};
     const auto counted = [&](std::size_t& counter, auto&& pass) {
         if (!done || passes.queue.empty()) return;
@@ -256,17 +258,18 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
         cavities(s.by_cavities, {Moves::volume_nodes, 0}, options.target);
         counted(s.by_edges, [&] { return passes.by_edges(); });
         for (int rings = nearest_rings; rings <= farthest_rings; rings *= 2) extension(rings);
+        if (!is_asked) return;
         cavities(s.by_cavities, {Moves::volume_nodes, 1}, options.target);
         cavities(s.by_cavities, {Moves::volume_nodes, 1}, 0);
         cavities(s.by_cavities, {Moves::volume_nodes, 2}, 0);
     };
     if (homes_first && !guide.home.empty()) counted(s.by_extension, [&] { return passes.by_home(guide.home); });
     by_volume_nodes();
-    if (with_cavities && !passes.queue.empty())
+    if (with_cavities && is_asked && !passes.queue.empty())
         if (auto made = look_around_vertices(passes.state, passes.execution); !made) return made;
-    cavities(s.by_vertices, {Moves::vertices, 1}, 0);
+    if (is_asked) cavities(s.by_vertices, {Moves::vertices, 1}, 0);
     if (s.by_vertices > 0) by_volume_nodes();
-    cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
+    if (is_asked) cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
     if (!done) return done;
     if (homes_first) {
         done = passes.returns_on_segments();

@@ -6,6 +6,7 @@ module;
 module camber.repair;
 import :by_programmes;
 import :guide;
+import :least_invalid;
 import :local_extension;
 import :moved_mesh;
 import camber.core;
@@ -36,7 +37,7 @@ Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const RepairGuide<D
                             const Execution& execution) {
     if (!needs_models(options.method)) return relax(wanted, options, execution);
     if (auto fits = check_limits(options); !fits) return fail(fits.error());
-    if (wanted.validation().bound != options.min_scaled_jacobian) {
+    if (wanted.validation().bound != options.min_scaled_jacobian.value) {
         const auto again = validate(wanted.mesh(), wanted.proposal(), options.min_scaled_jacobian, execution);
         if (!again) return fail(again.error());
         return repair(*again, guide, options, execution);
@@ -49,12 +50,25 @@ Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const RepairGuide<D
 template <int D>
 Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                           const RepairOptions& options, const Execution& execution) {
-    auto kept = repair(wanted, guide, options, execution);
+    const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& wish) {
+        return repair(judged, guide, wish, execution);
+    };
+    auto kept = least_invalid(wanted, to(wanted, options), options, execution, to);
     if (!kept || kept->judged.validation().all_valid() || !has_cavities(options.method)) return kept;
-    auto done = relax(kept->judged, options, execution);
+    // The surface is left for no wish.
+    RepairOptions demanded = options;
+    if (!options.min_scaled_jacobian.is_asked) demanded.min_scaled_jacobian = least_bound;
+    const auto judged_for = [&](const JudgedProposal<D>& judged, double bound) {
+        return validate(judged.mesh(), judged.proposal(), bound, execution);
+    };
+    const auto before = judged_for(kept->judged, demanded.min_scaled_jacobian);
+    if (!before) return fail(before.error());
+    auto done = relax(*before, demanded, execution);
     if (!done) return fail(done.error());
-    if (done->judged.validation().not_valid() >= kept->judged.validation().not_valid()) return kept;
-    kept->judged = std::move(done->judged);
+    if (done->judged.validation().not_valid() >= before->validation().not_valid()) return kept;
+    auto judged = judged_for(done->judged, options.min_scaled_jacobian);
+    if (!judged) return fail(judged.error());
+    kept->judged = std::move(*judged);
     std::erase_if(kept->given_up, [&](ElementId e) { return kept->judged.validation().verdicts[e] == Verdict::valid; });
     return with_all_changes(wanted, std::move(*kept));
 }

@@ -25,8 +25,8 @@ template <int D>
 
 /// The same with the boundary given: its nodes stay while that is enough; then they slide in planes, then they move, by
 /// no more than the options' boundary_tolerance; its vertices always stay. A node that would go further is held where
-/// it was, and what is left is repaired again without it. Where the bound cannot be had, no more elements are left
-/// invalid than with the default bound.
+/// it was, and what is left is repaired again without it. Where the bound cannot be had, both take what leaves fewest
+/// invalid elements.
 template <int D>
 [[nodiscard]] Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                                  const RepairOptions& options, const Execution& execution);

@@ -49,8 +49,8 @@ enum class VertexMoves : std::uint8_t { allowed, never };
 
 /// What is asked of the elements, and what may be done for it.
 struct RepairOptions {
-    double min_scaled_jacobian = default_bound;
-    double target = 1e-2;
+    JacobianBound min_scaled_jacobian = {};
+    double target = default_bound;
     RepairMethod method = RepairMethod::extension;
     double boundary_tolerance = 0;
     VertexMoves vertices = VertexMoves::allowed;
@@ -61,6 +61,11 @@ struct RepairOptions {
     double theta = 0.75;
     int max_corrections = 40;
     double most_work = std::numeric_limits<double>::infinity();  ///< what may be spent in all, beside `effort`
+
+    /// What repaired elements are to reach where they can.
+    [[nodiscard]] constexpr double aim() const {
+        return target > min_scaled_jacobian ? target : min_scaled_jacobian.value;
+    }
 
     [[nodiscard]] static constexpr auto options() {
         using S = RepairOptions;
@@ -74,7 +79,7 @@ struct RepairOptions {
                    "as in the paper"),
             option("target", &S::target,
                    "what is aimed at in repaired elements where it can be had, as a share of the straight element's "
-                   "determinant; keeps them off the very edge of validity")
+                   "determinant: the bound, where that is more")
                 .at_least(0)
                 .below(1),
             option("boundary_tolerance", &S::boundary_tolerance,

@@ -191,7 +191,7 @@ Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> qu
             .map([](bool) { return Done{}; });
     };
     const double bound = relaxing.state.options.min_scaled_jacobian;
-    const double target = std::max(bound, relaxing.state.options.target);
+    const double target = relaxing.state.options.aim();
     for (const EdgeGroup group : {EdgeGroup::volume, EdgeGroup::surface, EdgeGroup::all}) {
         auto done = in_turns(group, Steps::to_target);
         if (done) done = with_neighbours(group, target);
@@ -209,7 +209,7 @@ template <int D>
 Outcome<Repaired<D>> relax(const JudgedProposal<D>& wanted, const RepairOptions& options, const Execution& execution) {
     const Proposal<D>& proposal = wanted.proposal();
     if (auto checked = check(wanted.mesh(), proposal, options); !checked) return fail(checked.error());
-    if (wanted.validation().bound != options.min_scaled_jacobian) {
+    if (wanted.validation().bound != options.min_scaled_jacobian.value) {
         const auto again = validate(wanted.mesh(), proposal, options.min_scaled_jacobian, execution);
         if (!again) return fail(again.error());
         return relax(*again, options, execution);

@@ -12,6 +12,7 @@ import :moved_mesh;
 import :by_programmes;
 import :growth;
 import :held_vertices;
+import :least_invalid;
 import :local_extension;
 import :rounds;
 import :slides;

@@ -6,6 +6,7 @@ module;
 #include <vector>
 module camber.repair;
 import :guide;
+import :least_invalid;
 import :slides;
 import camber.core;
 import camber.bezier;
@@ -97,27 +98,6 @@ Outcome<Repaired<D>> repair_to_bound(Within<D>& within) {
     return with_all_changes(within.wanted, std::move(*kept));
 }
 
-/// A repair judged for two bounds: the default one, and the one that is asked for.
-template <int D>
-struct Tried {
-    Repaired<D> repaired;
-    Validation<D> valid, bound;
-
-    [[nodiscard]] std::pair<std::size_t, std::size_t> left() const { return {valid.not_valid(), bound.not_valid()}; }
-};
-
-template <int D>
-Outcome<Tried<D>> judged_for_both(Repaired<D> repaired, double bound, const Execution& execution) {
-    const JudgedProposal<D> judged = repaired.judged;
-    const auto valid = validate(judged.mesh(), judged.proposal(), default_bound, execution);
-    if (!valid) return fail(valid.error());
-    auto asked = validate(judged.mesh(), judged.proposal(), bound, execution);
-    if (!asked) return fail(asked.error());
-    Validation<D> of_asked = asked->validation();
-    repaired.judged = std::move(*asked);
-    return Tried<D>{std::move(repaired), valid->validation(), std::move(of_asked)};
-}
-
 }  // namespace
 
 template <int D>
@@ -129,23 +109,7 @@ Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const Repair
         Within<D> within{*start, guide, wish, allowed_work(start->validation().not_valid(), wish.effort), execution};
         return repair_to_bound(within);
     };
-    auto asked = to(wanted, options);
-    if (!asked || asked->judged.validation().all_valid() || options.min_scaled_jacobian <= default_bound) return asked;
-    // To the passes elements below the bound are alike: what cannot reach it may have become invalid.
-    auto best = judged_for_both(std::move(*asked), options.min_scaled_jacobian, execution);
-    if (!best || best->valid.all_valid()) return std::move(best).map([](Tried<D> t) { return std::move(t.repaired); });
-    RepairOptions lower = options;
-    lower.min_scaled_jacobian = default_bound;
-    RepairOptions lower_inside = lower;
-    lower_inside.boundary_tolerance = 0;  // what it allows was taken
-    for (const auto& [start, wish] : {std::pair(best->repaired.judged, lower_inside), std::pair(wanted, lower)}) {
-        auto plain = to(start, wish);
-        if (!plain) return plain;
-        auto tried = judged_for_both(std::move(*plain), options.min_scaled_jacobian, execution);
-        if (!tried) return fail(tried.error());
-        if (tried->left() < best->left()) best = std::move(tried);
-    }
-    return with_all_changes(wanted, std::move(best->repaired));
+    return least_invalid(wanted, to(wanted, options), options, execution, to);
 }
 
 template Outcome<Repaired<2>> repair_within<2>(const JudgedProposal<2>&, const RepairGuide<2>&, const RepairOptions&,

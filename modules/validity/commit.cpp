@@ -16,16 +16,6 @@ MeshMaps identities(const QuadraticMesh<D>& mesh) {
 }
 
 /// The first element of which det J > 0 is not certified. There is one.
-template <int D>
-ElementId first_uncertified(const JudgedProposal<D>& judged) {
-    const QuadraticMesh<D> mesh = apply_proposal(judged.mesh(), judged.proposal());
-    const auto& verdicts = judged.validation().verdicts;
-    for (std::size_t e = 0; e < verdicts.size(); ++e)
-        if (verdicts[e] != Verdict::valid &&
-            decide(nodal_element<D>(mesh, mesh.mid_nodes.view(), ElementId(e)), 0) != Verdict::valid)
-            return ElementId(e);
-    return judged.validation().worst;
-}
 
 }  // namespace
 
@@ -34,9 +24,9 @@ Outcome<Committed<D>> commit(const JudgedProposal<D>& judged) {
     const Validation<D>& validation = judged.validation();
     if (!validation.certified())
         return fail(ErrorKind::input,
-                    "is not certified valid, one of " + std::to_string(validation.not_positive) +
+                    "is not certified valid, one of " + std::to_string(validation.not_positive.size()) +
                         " of which det J > 0 is not certain",
-                    {}, Entity{simplex_name<D>, first_uncertified(judged).index() + 1},
+                    {}, Entity{simplex_name<D>, validation.not_positive.front().first.index() + 1},
                     "put a relax stage before commit");
     return commit_uncertified(judged);
 }

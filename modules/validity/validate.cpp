@@ -23,10 +23,14 @@ float rounded_down(double x) {
 }
 
 struct Counts {
-    std::size_t invalid = 0, undecided = 0, not_positive = 0;
+    std::size_t invalid = 0, undecided = 0;
+    std::vector<std::pair<ElementId, Verdict>> not_positive = {};
 
-    friend Counts operator+(const Counts& a, const Counts& b) {
-        return {a.invalid + b.invalid, a.undecided + b.undecided, a.not_positive + b.not_positive};
+    friend Counts operator+(Counts a, const Counts& b) {
+        a.invalid += b.invalid;
+        a.undecided += b.undecided;
+        a.not_positive.insert(a.not_positive.end(), b.not_positive.begin(), b.not_positive.end());
+        return a;
     }
 };
 
@@ -63,13 +67,12 @@ bool mark(const NodalSimplex<D>& element, double bound, std::size_t e, Marks& ma
     return validity.straight_inverted;
 }
 
-/// Whether det J > 0 is certified of an element that this pass has marked.
+/// Whether det J > 0, of an element that this pass has marked.
 template <int D>
-bool is_positive(const QuadraticMesh<D>& mesh, double bound, const Marks& marks, std::size_t e) {
-    if (marks.verdicts[e] == Verdict::valid && bound >= 0) return true;
-    if (bound == 0) return false;
-    if (std::isfinite(marks.lows[e]) && marks.lows[e] > 0) return true;
-    return decide(nodal_element(mesh, mesh.mid_nodes.view(), ElementId(e)), 0) == Verdict::valid;
+Verdict positivity(const QuadraticMesh<D>& mesh, double bound, const Marks& marks, std::size_t e) {
+    if (bound == 0 || (marks.verdicts[e] == Verdict::valid && bound > 0)) return marks.verdicts[e];
+    if (std::isfinite(marks.lows[e]) && marks.lows[e] > 0) return Verdict::valid;
+    return decide(nodal_element(mesh, mesh.mid_nodes.view(), ElementId(e)), 0);
 }
 
 template <int D>
@@ -80,7 +83,8 @@ Outcome<Counts> count_verdicts(const QuadraticMesh<D>& mesh, double bound, const
         [&](Counts& sum, std::size_t e) {
             sum.invalid += marks.verdicts[e] == Verdict::invalid;
             sum.undecided += marks.verdicts[e] == Verdict::undecided;
-            sum.not_positive += !is_positive(mesh, bound, marks, e);
+            if (const Verdict v = positivity(mesh, bound, marks, e); v != Verdict::valid)
+                sum.not_positive.emplace_back(ElementId(e), v);
         },
         [](const Counts& a, const Counts& b) { return a + b; });
 }

@@ -2,6 +2,7 @@ module;
 #include <cstddef>
 #include <span>
 #include <utility>
+#include <vector>
 export module camber.validity:validate;
 import camber.core;
 import camber.bezier;
@@ -10,15 +11,30 @@ import :verdict;
 
 export namespace camber {
 
-/// det J / |det straight| that makes an element valid (paper §4.3), unless another bound is asked for.
-inline constexpr double default_bound = 1e-9;
+/// det J / |det straight| that makes an element valid, rounding included (paper §4.3).
+inline constexpr double least_bound = 1e-9;
+/// The same that is wished for where none is asked: what a solver is glad of, and what costs next to nothing
+/// (docs/results.md, Bounds).
+inline constexpr double default_bound = 0.1;
 
-/// That bound as an option of S, which has a member `min_scaled_jacobian`.
+/// The scaled Jacobian that elements are to have: asked for, or wished for, which nobody did.
+struct JacobianBound {
+    double value = default_bound;
+    bool is_asked = false;
+
+    constexpr JacobianBound() = default;
+    constexpr JacobianBound(double asked) : value(asked), is_asked(true) {}  // NOLINT(*-explicit-*)
+    [[nodiscard]] constexpr operator double() const { return value; }        // NOLINT(*-explicit-*)
+    friend constexpr bool operator==(const JacobianBound&, const JacobianBound&) = default;
+};
+
+/// It as an option of S, which has a member `min_scaled_jacobian`.
 template <class S>
-[[nodiscard]] constexpr Option<S, double> bound_option() {
+[[nodiscard]] constexpr Option<S, JacobianBound> bound_option() {
     return option("min_scaled_jacobian", &S::min_scaled_jacobian,
-                  "an element is valid when the determinant of its Jacobian is everywhere at least this share of the "
-                  "straight element's")
+                  "an element is good enough when the determinant of its Jacobian is everywhere at least this share of "
+                  "the straight element's; what stays below is a failure. null: what a stage before asks for; else "
+                  "0.1, which is a wish: what stays below is a note")
         .at_least(0)
         .below(1);
 }
@@ -33,14 +49,16 @@ struct Validation {
     /// the smallest coefficient elsewhere. ±∞ where the straight element is flat.
     Column<float> min_scaled_jacobian;
     std::size_t invalid = 0, undecided = 0;
-    std::size_t not_positive = 0;       ///< elements of which det J > 0 everywhere is not certified, whatever the bound
+    /// Elements of which det J > 0 everywhere is not certified, whatever the bound, rising: whether that is known not
+    /// to be so (invalid) or not known (undecided).
+    std::vector<std::pair<ElementId, Verdict>> not_positive;
     std::size_t straight_inverted = 0;  ///< elements whose straight counterpart is flat or inverted
     double smallest = 1;                ///< of min_scaled_jacobian, flat ones left out; within 1e-3 of the true minimum
     ElementId worst;                    ///< where it is; invalid when there is no element to speak of
 
     [[nodiscard]] std::size_t not_valid() const { return invalid + undecided; }  ///< to the bound
     [[nodiscard]] bool all_valid() const { return not_valid() == 0; }            ///< to the bound
-    [[nodiscard]] bool certified() const { return not_positive == 0; }           ///< det J > 0 everywhere
+    [[nodiscard]] bool certified() const { return not_positive.empty(); }        ///< det J > 0 everywhere
     friend bool operator==(const Validation&, const Validation&) = default;
 };
 

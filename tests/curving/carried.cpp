@@ -62,10 +62,11 @@ struct Carried {
         bent.mid_nodes = extended;
         const auto around = must(balls(mesh.linear, alone));
         const Column<LogMetric<D>> logs(must(curved_natural_log_metrics(bent, around, alone)));
-        bent.mid_nodes = must(carried_nodes(mesh, extended.view(), logs, block.shells, alone));
+        const Column<LagrangeNode<D>> nodes(must(noticeable_nodes(mesh, extended.view(), logs, alone)));
+        bent.mid_nodes = must(carried_nodes(mesh, nodes.view(), block.shells, alone));
         Buffer<LagrangeNode<D>> starts(block.boundary_nodes.begin(), block.boundary_nodes.end());
         for (std::size_t e = 0; e < starts.size(); ++e)
-            if (block.kinds[e] == EdgeKind::volume) starts[e] = bent.mid_nodes[e];
+            if (block.kinds[e] == EdgeKind::volume) starts[e] = nodes[e];
         base = std::move(starts);
         back = must(make_curved_back_mesh(bent, around, logs, alone));
     }
@@ -78,7 +79,7 @@ struct Carried {
 
 template <int D>
 double smallest(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal) {
-    return must(validate(mesh, proposal, default_bound, alone)).validation().smallest;
+    return must(validate(mesh, proposal, least_bound, alone)).validation().smallest;
 }
 
 template <int D>

@@ -48,6 +48,9 @@ class DocumentedOptions(unittest.TestCase):
             with self.subTest(page=page, option=option):
                 self.assertIn(option, known[stage])
                 default = known[stage][option]
+                if default is None:
+                    self.assertTrue(written.startswith("null"), written)
+                    continue
                 self.assertEqual(default if isinstance(default, str) else float(default),
                                  written if isinstance(default, str) else float(written))
 

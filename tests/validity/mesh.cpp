@@ -30,7 +30,7 @@ void test_against_elements() {
             const auto v = validate(p.mesh, p.proposal, bound, Execution{1}).value().validation();
             std::size_t invalid = 0;
             std::size_t undecided = 0;
-            std::size_t not_positive = 0;
+            std::vector<std::pair<ElementId, Verdict>> not_positive;
             double smallest = 1e300;
             for (std::size_t e = 0; e < p.mesh.linear.elements.size(); ++e) {
                 const auto form = nodal_form<D>(p.mesh.linear.points, p.proposal.mid_nodes.view(),
@@ -39,7 +39,8 @@ void test_against_elements() {
                 RC_ASSERT(v.verdicts[e] == alone.verdict);
                 invalid += alone.verdict == Verdict::invalid;
                 undecided += alone.verdict == Verdict::undecided;
-                not_positive += check_element(form, 0).verdict != Verdict::valid;
+                if (const Verdict positive = check_element(form, 0).verdict; positive != Verdict::valid)
+                    not_positive.emplace_back(ElementId(e), positive);
                 smallest = std::min(smallest, alone.min_scaled_jacobian);
                 // Both are lower bounds; that of the element alone is a close one.
                 RC_ASSERT(v.min_scaled_jacobian[e] <=

@@ -46,14 +46,26 @@ std::string text_of(const run::Run& run, const config::Output& output, bool hist
 /// "camber: 3 elements are not certified valid …": what the run misses, and the exit code 1.
 int report_misses(const run::Report& r) {
     const std::size_t straight = r.validity->straight_inverted;
-    std::string line = fmt::format("{} elements are not certified valid above {:g}",
-                                   r.invalid_elements.size() + r.undecided_elements.size(), r.validity->bound);
+    const std::size_t below = r.validity->is_asked ? r.elements_below_bound.size() : 0;
+    std::string line = fmt::format("{} elements are not certified valid",
+                                   r.invalid_elements.size() + r.undecided_elements.size() + below);
+    if (below > 0) line += fmt::format(" above {:g}", r.validity->bound);
     if (!r.invalid_elements.empty()) line += "; invalid: " + listed(r.invalid_elements);
     if (!r.undecided_elements.empty()) line += "; undecided: " + listed(r.undecided_elements);
+    if (below > 0) line += fmt::format("; below {:g}: ", r.validity->bound) + listed(r.elements_below_bound);
     if (straight > 0)
         line += fmt::format(" ({} flat or inverted before it was curved: mend the straight mesh)", straight);
     tell(line);
     return 1;
+}
+
+/// What is below a bound that nobody asked for; empty when nothing is.
+std::string note_of_wish(const run::Report& r) {
+    if (!r.validity || r.validity->is_asked || r.elements_below_bound.empty()) return {};
+    return fmt::format(
+        "{} elements are valid, but below the scaled Jacobian {:g} that is wished for: {} (no failure, as "
+        "--min-scaled-jacobian did not ask for it)",
+        r.elements_below_bound.size(), r.validity->bound, listed(r.elements_below_bound));
 }
 
 int finish(const config::Pipeline& pipeline, bool histogram) {
@@ -61,6 +73,7 @@ int finish(const config::Pipeline& pipeline, bool histogram) {
     const auto run = execute(pipeline, written);
     if (!run) return report_error(run.error());
     for (const std::string& notice : run->report.notices) tell("note: " + notice);
+    if (const std::string note = note_of_wish(run->report); !note.empty()) tell("note: " + note);
     const int said = end_with(text_of(*run, pipeline.output, histogram), written);
     const int held = run->report.holds_what_was_asked() ? 0 : report_misses(run->report);
     return said != 0 ? said : held;

@@ -17,6 +17,7 @@ module;
 #include <nlohmann/json.hpp>
 module camber.config:codec;
 import camber.core;
+import camber.validity;
 import :json;
 import :values;
 
@@ -89,6 +90,21 @@ struct Codec<double> {
     static Json write(double x) { return x; }
     static Json schema(const Limits&);
     static std::string type(const Limits&);
+};
+/// A number, or null where it is only wished for.
+template <>
+struct Codec<JacobianBound> {
+    static Outcome<JacobianBound> read(const Json& json, const Place& place, const Limits& limits) {
+        if (json.is_null()) return JacobianBound{};
+        return Codec<double>::read(json, place, limits).map([](double asked) { return JacobianBound(asked); });
+    }
+    static Json write(const JacobianBound& bound) { return bound.is_asked ? Json(bound.value) : Json(nullptr); }
+    static Json schema(const Limits& limits) {
+        Json schema = Codec<double>::schema(limits);
+        schema["type"] = {"number", "null"};
+        return schema;
+    }
+    static std::string type(const Limits& limits) { return Codec<double>::type(limits) + ", or null"; }
 };
 template <std::integral T>
     requires(!std::same_as<T, bool>)

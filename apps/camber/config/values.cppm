@@ -287,7 +287,7 @@ struct Curve : CurveOptions {
     friend bool operator==(const Curve&, const Curve&) = default;
 };
 struct Validate {
-    double min_scaled_jacobian = default_bound;
+    JacobianBound min_scaled_jacobian = {};
 
     [[nodiscard]] static constexpr auto options() { return std::tuple(bound_option<Validate>()); }
     friend bool operator==(const Validate&, const Validate&) = default;

@@ -121,9 +121,13 @@ class Checker {
         if (!validation) return fail(validation.error());
         validation_ = std::move(*validation);
         const Validation<D>& v = validation_;
-        report_.validity = {v.bound,     v.invalid,
-                            v.undecided, v.straight_inverted,
-                            v.smallest,  v.worst.valid() ? v.worst.index() + 1 : 0};
+        report_.validity = {.bound = v.bound,
+                            .is_asked = true,
+                            .invalid = v.invalid,
+                            .undecided = v.undecided,
+                            .straight_inverted = v.straight_inverted,
+                            .smallest = v.smallest,
+                            .worst = v.worst.valid() ? v.worst.index() + 1 : 0};
         report_.elements.verdicts = v.verdicts;
         const auto listed = [&](Verdict verdict) {
             return numbers_of(v.verdicts.size(), [&](std::size_t e) { return v.verdicts[e] == verdict; });

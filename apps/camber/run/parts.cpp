@@ -38,19 +38,27 @@ RelaxReport relax_report(const RepairStatistics& s, std::size_t given_up, Repair
 }
 
 template <int D>
-VerdictsReport verdicts_report(const Validation<D>& v) {
-    VerdictsReport part{
-        {v.bound, v.invalid, v.undecided, v.straight_inverted, v.smallest, v.worst.valid() ? v.worst.index() + 1 : 0},
-        {},
-        {}};
+VerdictsReport verdicts_report(const Validation<D>& v, bool is_asked) {
+    VerdictsReport part;
+    auto next = v.not_positive.begin();
     for (std::size_t e = 0; e < v.verdicts.size(); ++e) {
-        if (v.verdicts[e] == Verdict::invalid) part.invalid.push_back(e + 1);
-        if (v.verdicts[e] == Verdict::undecided) part.undecided.push_back(e + 1);
+        if (next != v.not_positive.end() && next->first == ElementId(e))
+            (next++->second == Verdict::invalid ? part.invalid : part.undecided).push_back(e + 1);
+        else if (v.verdicts[e] != Verdict::valid)
+            part.below_bound.push_back(e + 1);
     }
+    part.summary = {v.bound,
+                    is_asked,
+                    part.invalid.size(),
+                    part.undecided.size(),
+                    part.below_bound.size(),
+                    v.straight_inverted,
+                    v.smallest,
+                    v.worst.valid() ? v.worst.index() + 1 : 0};
     return part;
 }
-template VerdictsReport verdicts_report<2>(const Validation<2>&);
-template VerdictsReport verdicts_report<3>(const Validation<3>&);
+template VerdictsReport verdicts_report<2>(const Validation<2>&, bool);
+template VerdictsReport verdicts_report<3>(const Validation<3>&, bool);
 
 void add(Report& report, const Notices& notices) {
     report.notices.insert(report.notices.end(), notices.begin(), notices.end());
@@ -72,6 +80,7 @@ void add(Report& report, const VerdictsReport& part) {
     report.validity = part.summary;
     report.invalid_elements = part.invalid;
     report.undecided_elements = part.undecided;
+    report.elements_below_bound = part.below_bound;
 }
 
 void add(Report& report, const CorrectionReport& part) {

@@ -17,10 +17,11 @@ using Notices = std::vector<std::string>;
 /// Of all elements, at the bound asked for.
 struct VerdictsReport {
     ValidityReport summary;
-    std::vector<std::size_t> invalid, undecided;  ///< elements, from 1
+    std::vector<std::size_t> invalid, undecided, below_bound;  ///< elements, from 1
 };
+/// `is_asked`: whether somebody did for the bound.
 template <int D>
-[[nodiscard]] VerdictsReport verdicts_report(const Validation<D>& validation);
+[[nodiscard]] VerdictsReport verdicts_report(const Validation<D>& validation, bool is_asked);
 
 /// Of the same, before anything was corrected.
 struct BeforeReport {

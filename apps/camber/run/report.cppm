@@ -12,7 +12,7 @@ import :histogram;
 export namespace camber::run {
 
 /// The number of the layout of report.json and of `check --json`: one more when a key goes, or means something else.
-inline constexpr int report_format = 2;
+inline constexpr int report_format = 3;
 
 /// What a run began with: known to the shell alone.
 struct OriginReport {
@@ -67,7 +67,10 @@ struct CurveReport {
 
 struct ValidityReport {
     double bound = 0;
-    std::size_t invalid = 0, undecided = 0, straight_inverted = 0;
+    bool is_asked = false;                   ///< the bound; else it is wished for
+    std::size_t invalid = 0, undecided = 0;  ///< whether det J > 0: it is not; it is not certain
+    std::size_t below_bound = 0;             ///< it is, but the scaled Jacobian is not certain to hold the bound
+    std::size_t straight_inverted = 0;
     double smallest = 1;    ///< min_scaled_jacobian
     std::size_t worst = 0;  ///< its element, from 1; 0 when there is none
 };
@@ -117,14 +120,15 @@ struct Report {
     std::optional<ReinsertReport> reinsert;
     bool committed = false;
     /// Elements, from 1, that are not certified valid in the end (all of them).
-    std::vector<std::size_t> invalid_elements, undecided_elements;
+    std::vector<std::size_t> invalid_elements, undecided_elements, elements_below_bound;
     std::vector<Histogram> histograms;
     std::vector<std::string> notices;
     std::vector<StageTime> times;
     int threads = 0;  ///< that were really used
 
     [[nodiscard]] bool holds_what_was_asked() const {
-        return !validity || (validity->invalid == 0 && validity->undecided == 0);
+        return !validity || (validity->invalid == 0 && validity->undecided == 0 &&
+                             (validity->below_bound == 0 || !validity->is_asked));
     }
 };
 

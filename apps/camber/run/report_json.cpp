@@ -84,8 +84,10 @@ Json json(const CurveReport& c) {
 }
 Json json(const ValidityReport& v) {
     return {{"bound", v.bound},
+            {"bound_is_asked", v.is_asked},
             {"invalid", v.invalid},
             {"undecided", v.undecided},
+            {"below_bound", v.below_bound},
             {"straight_inverted", v.straight_inverted},
             {"min_scaled_jacobian", v.smallest},
             {"worst_element", v.worst}};
@@ -136,6 +138,7 @@ std::string to_json(const Report& report) {
     if (!report.histograms.empty()) j["histograms"] = Json::parse(histograms_json(report.histograms));
     j["invalid_elements"] = report.invalid_elements;
     j["undecided_elements"] = report.undecided_elements;
+    j["elements_below_bound"] = report.elements_below_bound;
     j["committed"] = report.committed;
     j["notices"] = report.notices;
     j["threads"] = report.threads;

@@ -85,6 +85,8 @@ std::string validity_rows(const Report& report) {
     text +=
         table_row("invalid elements", counts(before.invalid, v.invalid)) +
         table_row("undecided elements", counts(before.undecided, v.undecided)) +
+        table_row(fmt::format("elements below {:g}{}", v.bound, v.is_asked ? "" : " (a wish)"),
+                  counts(before.below_bound, v.below_bound)) +
         table_row("smallest scaled Jacobian",
                   join_before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}") + " (1: as straight)");
     if (v.straight_inverted > 0) text += table_row("inverted or flat when straight", v.straight_inverted);

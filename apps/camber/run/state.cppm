@@ -111,6 +111,7 @@ struct State {
     std::optional<BackMesh<D>> field;  ///< the last that was made
     std::optional<BackMesh<D>> straight_field;  ///< where that is carried: the one of the straight mesh
     History<D> history;
+    JacobianBound bound = {};  ///< what the last stage asked for that did
 };
 
 /// How a run begins.

@@ -48,6 +48,10 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> adopt_own_nodes(Runner<D>& run);
 
+/// Within a stage: the bound that it asks for, or that a stage before did, or the wish.
+template <int D>
+[[nodiscard]] JacobianBound bound_for(Runner<D>& run, const JacobianBound& of_stage);
+
 /// Within a stage: the plan is judged to that bound, as the last stage judged it, or anew.
 template <int D>
 [[nodiscard]] Outcome<Done> judge_plan(Runner<D>& run, double bound, const Execution& execution);

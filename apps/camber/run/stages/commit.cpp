@@ -29,7 +29,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Commit& options) {
     if (auto adopted = adopt_own_nodes(run); !adopted) return adopted;
     return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
         if (!run.plan().judged())
-            if (auto done = judge_plan(run, config::Validate{}.min_scaled_jacobian, e); !done) return done;
+            if (auto done = judge_plan(run, bound_for(run, {}), e); !done) return done;
         const JudgedProposal<D> judged = *run.plan().judged();
         auto mesh = committed(judged);
         if (!mesh) return fail(mesh.error());

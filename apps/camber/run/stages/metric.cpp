@@ -58,7 +58,7 @@ Outcome<Field<D>> field_of(const MetricInput<D>& input, const config::Metric& me
     return Field<D>{std::move(made->log_metrics), std::move(made->report), std::move(made->notices)};
 }
 
-/// A field with elements to be read in, and where these have the nodes of the volume edges.
+/// A field with elements to be read in, and where nodes of volume edges begin.
 template <int D>
 struct MadeField {
     BackMesh<D> back;
@@ -87,17 +87,20 @@ Outcome<MadeField<D>> carried_field(MetricInput<D> input, const Incidence<Elemen
     if (!field) return fail(field.error());
     const auto around = balls(input.mesh.linear, execution);
     if (!around) return fail(around.error());
-    auto nodes = carried_nodes(input.mesh, input.extended.view(), field->log_metrics, shells, execution);
-    if (!nodes) return fail(nodes.error());
+    auto starts = noticeable_nodes(input.mesh, input.extended.view(), field->log_metrics, execution);
+    if (!starts) return fail(starts.error());
+    const Column<LagrangeNode<D>> nodes(std::move(*starts));
+    auto carried = carried_nodes(input.mesh, nodes.view(), shells, execution);
+    if (!carried) return fail(carried.error());
     QuadraticMesh<D> bent = input.mesh;
-    bent.mid_nodes = std::move(*nodes);
+    bent.mid_nodes = std::move(*carried);
     auto back = make_curved_back_mesh(bent, *around, std::move(field->log_metrics), execution);
     if (!back) return fail(back.error());
     input.extended = {};
     auto straight = straight_field(input, config, execution);
     if (!straight) return straight;
-    return MadeField<D>{std::move(*back), std::move(straight->back), std::move(bent.mid_nodes),
-                        std::move(field->report), std::move(field->notices)};
+    return MadeField<D>{std::move(*back), std::move(straight->back), nodes, std::move(field->report),
+                        std::move(field->notices)};
 }
 
 /// Volume edges start where the field has them.

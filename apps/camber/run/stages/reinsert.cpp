@@ -44,7 +44,7 @@ Outcome<Walked<D>> walk_cavities(const QuadraticMesh<D>& mesh, const CurveInput<
     if (!now) return fail(now.error());
 
     const ReinsertStatistics& s = done->statistics;
-    CavitiesReport report{verdicts_report(wanted).summary,
+    CavitiesReport report{verdicts_report(wanted, options.relax.min_scaled_jacobian.is_asked).summary,
                           relax_report(changes_between(*judged, *now), 0, options.relax.method),
                           ReinsertReport{s.turns, s.rounds, s.patches, s.not_valid, s.no_gain}};
     Notices notices;
@@ -57,7 +57,9 @@ Outcome<Walked<D>> walk_cavities(const QuadraticMesh<D>& mesh, const CurveInput<
 }  // namespace
 
 template <int D>
-Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
+Outcome<Done> apply(Runner<D>& run, const config::Reinsert& given) {
+    config::Reinsert options = given;
+    options.relax.min_scaled_jacobian = bound_for(run, given.relax.min_scaled_jacobian);
     if (options.curve.objective == config::Objective::shape)
         return fail(ErrorKind::usage, "reinsert: the objective shape is of whole meshes, not of cavities", {}, {},
                     "take the stage curve, or another objective");
@@ -67,7 +69,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
     if (!input) return fail(input.error());
     input = make_field(run, *boundary, std::move(*input), edge_options(options.curve).aim);
     if (!input) return fail(input.error());
-    return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
+    return run.step_of(given, [&](const Execution& e) -> Outcome<Done> {
         Quadratic<D>& at = run.quadratic();
         input = slid_input(at, *boundary, std::move(*input), *run.field(), edge_options(options.curve), e);
         if (!input) return fail(input.error());

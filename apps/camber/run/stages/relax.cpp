@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
@@ -40,10 +41,15 @@ Outcome<RepairGuide<D>> guide_of(const Plan<D>& plan, const JudgedProposal<D>& j
     return own_guide(judged, *around, execution);
 }
 
-std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elements) {
+/// Those that are a failure: what is only below a bound that nobody asked for is counted.
+template <int D>
+std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elements, const Validation<D>& validation,
+                                              const JacobianBound& bound) {
     std::vector<RemainingReport> reports;
-    reports.reserve(elements.size());
-    for (auto& [element, reason] : elements) reports.push_back({element.index() + 1, std::move(reason)});
+    for (auto& [element, reason] : elements)
+        if (bound.is_asked || std::ranges::binary_search(validation.not_positive, element, {},
+                                                         [](const auto& entry) { return entry.first; }))
+            reports.push_back({element.index() + 1, std::move(reason)});
     return reports;
 }
 
@@ -60,7 +66,8 @@ Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const RepairGuid
     if (!repaired) return fail(repaired.error());
     CorrectionReport report{relax_report(repaired->statistics, repaired->given_up.size(), options.method),
                             {},
-                            remaining_report(remaining_but_for_shape(*repaired))};
+                            remaining_report(remaining_but_for_shape(*repaired), repaired->judged.validation(),
+                                             options.min_scaled_jacobian)};
     return Relaxed<D>{std::move(repaired->judged), std::move(report)};
 }
 
@@ -74,7 +81,7 @@ Outcome<Relaxed<D>> relax_within_boundary(const JudgedProposal<D>& judged, const
     CorrectionReport report{
         relax_report(repaired->statistics, repaired->given_up.size(), options.method),
         KeptBoundaryReport{options.boundary_tolerance, shift.moved_nodes, shift.largest, shift.largest_relative},
-        remaining_report(remaining(*repaired))};
+        remaining_report(remaining(*repaired), repaired->judged.validation(), options.min_scaled_jacobian)};
     return Relaxed<D>{std::move(repaired->judged), std::move(report)};
 }
 
@@ -90,9 +97,11 @@ void close(History<D>& history) {
 }  // namespace
 
 template <int D>
-Outcome<Done> apply(Runner<D>& run, const config::Relax& options) {
+Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
     if (auto adopted = adopt_own_nodes(run); !adopted) return adopted;
-    return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
+    return run.step_of(given, [&](const Execution& e) -> Outcome<Done> {
+        config::Relax options = given;
+        options.min_scaled_jacobian = bound_for(run, given.min_scaled_jacobian);
         if (auto done = judge_plan(run, options.min_scaled_jacobian, e); !done) return done;
         const JudgedProposal<D>& judged = *run.plan().judged();
         const auto guide = guide_of(run.plan(), judged, run.field(), options.method, e);

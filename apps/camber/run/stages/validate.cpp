@@ -14,8 +14,14 @@ import :steps;
 namespace camber::run {
 
 template <int D>
+JacobianBound bound_for(Runner<D>& run, const JacobianBound& of_stage) {
+    if (of_stage.is_asked) run.state.bound = of_stage;
+    return run.state.bound;
+}
+
+template <int D>
 void enter(Runner<D>& run, const Validation<D>& validation) {
-    const VerdictsReport part = verdicts_report(validation);
+    const VerdictsReport part = verdicts_report(validation, run.state.bound.is_asked);
     run.tell(part);
     auto* const open = std::get_if<Uncorrected<D>>(&run.state.history);
     if (!open) return;
@@ -38,8 +44,8 @@ Outcome<Done> judge_plan(Runner<D>& run, double bound, const Execution& executio
 
 template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Validate& options) {
-    const double bound = options.min_scaled_jacobian;
     return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
+        const double bound = bound_for(run, options.min_scaled_jacobian);
         if (run.quadratic().planned()) return judge_plan(run, bound, e);
         auto validation = validate(run.quadratic().mesh, bound, e);
         if (!validation) return fail(validation.error());
@@ -50,6 +56,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Validate& options) {
 }
 
 #define CAMBER_INSTANTIATE(D)                                                   \
+    template JacobianBound bound_for<D>(Runner<D>&, const JacobianBound&);      \
     template void enter<D>(Runner<D>&, const Validation<D>&);                   \
     template Outcome<Done> judge_plan<D>(Runner<D>&, double, const Execution&); \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Validate&);

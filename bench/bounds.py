@@ -1,0 +1,59 @@
+"""What a bound on the scaled Jacobian costs by the defaults: which elements it finds, and the errors of interpolants after
+their repair.
+
+    /usr/bin/python3 bench/bounds.py build/bin/camber MESHES
+    /usr/bin/python3 bench/bounds.py build/bin/camber MESHES --meshes steep-thin --objective energy
+
+Cases and folder are those of curvature.py. Prints a Markdown table, a line a case: elements below each bound before repair;
+then for each bound the L2 error ratio straight/curved of the case's first fields after repair, elements that are left below it,
+and seconds of the stage relax.
+"""
+import argparse
+import tempfile
+from pathlib import Path
+
+import curvature
+import repair_bounds
+
+BOUNDS = (1e-9, 0.05, 0.1, 0.2)
+
+
+def run(program, name, objective, bound, folder):
+    """The report and the ratios of a case whose elements are asked to hold the bound."""
+    curvature.SETTINGS[objective] = [part for setting in (
+        f"stages/curve/objective={objective}", f"stages/validate/min_scaled_jacobian={bound}",
+        f"stages/relax/min_scaled_jacobian={bound}") for part in ("--set", setting)]
+    report = program.curved(name, objective, folder)
+    return report, [field["ratio"]["l2"] for field in program.checked(name, folder)["interpolation"][:3]]
+
+
+def row(program, name, objective):
+    found, after = [], []
+    for bound in BOUNDS:
+        with tempfile.TemporaryDirectory() as folder:
+            report, ratios = run(program, name, objective, bound, Path(folder))
+        found.append(str(repair_bounds.not_good(report["validity_before_correction"])))
+        relax = next(s["seconds"] for s in report["stages"] if s["stage"] == "relax")
+        after.append(f"{', '.join(f'{r:.2f}' for r in ratios)}; {repair_bounds.not_good(report['validity'])}; {relax:.2f} s")
+    return [name, str(report["mesh"]["elements"]), ", ".join(found), *after]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("camber")
+    parser.add_argument("meshes_folder", metavar="MESHES")
+    parser.add_argument("--meshes", default=",".join(curvature.CASES), help="names, divided by commas (%(default)s)")
+    parser.add_argument("--objective", default="accuracy", help="of the stage curve (%(default)s)")
+    parser.add_argument("--threads", default=1)
+    arguments = parser.parse_args()
+    program = curvature.Program(arguments.camber, arguments.meshes_folder, arguments.threads)
+    bounds = ", ".join(f"{b:g}" for b in BOUNDS)
+    print(f"| mesh | elements | below {bounds} before repair | " +
+          " | ".join(f"at {b:g}: L2 ratios; left; relax" for b in BOUNDS) + " |\n|" + "---|" * (3 + len(BOUNDS)))
+    for name in arguments.meshes.split(","):
+        if curvature.CASES[name].config or (program.meshes / f"{name}.meshb").exists():
+            print("| " + " | ".join(row(program, name, arguments.objective)) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
