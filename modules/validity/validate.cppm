@@ -14,7 +14,7 @@ export namespace camber {
 /// det J / |det straight| that makes an element valid, rounding included (paper §4.3).
 inline constexpr double least_bound = 1e-9;
 /// The same that is wished for where none is asked: what a solver is glad of, and what costs next to nothing
-/// (docs/results.md, Bounds).
+/// (docs/results.md, The bound).
 inline constexpr double default_bound = 0.1;
 
 /// The scaled Jacobian that elements are to have: asked for, or wished for, which nobody did.
