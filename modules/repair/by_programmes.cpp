@@ -116,7 +116,10 @@ struct Passes {
     [[nodiscard]] Outcome<Done> returns_of_costliest(double most_work) {
         const double kept = std::max(0.0, state.work_left - most_work);
         state.work_left -= kept;
-        auto edges = costliest(off_their_places(), static_cast<std::size_t>(state.work_left / edge_work));
+        std::vector<EdgeId> all = off_their_places();
+        // The passes before may have spent more than there was.
+        const double most = std::clamp(state.work_left / edge_work, 0.0, static_cast<double>(all.size()));
+        auto edges = costliest(std::move(all), static_cast<std::size_t>(most));
         if (!edges) return fail(edges.error());
         auto done =
             returning(std::move(*edges), most_edge_turns, [&](EdgeId e, double) { return plan_return(state, e); });
