@@ -9,6 +9,7 @@ export import :guarded;
 export import :ids;
 export import :column;
 export import :execution;
+export import :pack;
 export import :each;
 export import :mesh;
 export import :maps;

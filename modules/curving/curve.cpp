@@ -95,9 +95,14 @@ Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const 
         execution, mesh.edges.size(),
         [&](std::size_t e) {
             if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), base[e]);
-            if (offsets.empty() || shells[e].empty())
-                return volume_target(mesh, EdgeId(e), base[e], shells[e], back, rules, options);
-            return node_target(mesh, {EdgeId(e), shells[e].front()}, {base[e].point + offsets[e]}, back, rules.report);
+            if (offsets.empty() || shells[e].empty()) {
+                auto target = volume_target(mesh, EdgeId(e), base[e], shells[e], back, rules, options);
+                if (!is_measured(options.measured, e, mesh.edges.size())) target.straight_length = target.length = 0;
+                return target;
+            }
+            const LagrangeNode<D> node{base[e].point + offsets[e]};
+            if (!is_measured(options.measured, e, mesh.edges.size())) return node_target(mesh, EdgeId(e), node);
+            return measured_target(mesh, {EdgeId(e), shells[e].front()}, node, back, rules.report);
         },
         64);
 }
@@ -120,12 +125,16 @@ Outcome<Buffer<Vec<D>>> accurate_offsets(const QuadraticMesh<D>& mesh, const Col
         auto found = each_chunk(
             execution, offsets.size(),
             [&](std::size_t begin, std::size_t end) {
-                std::vector<HeldEdge> edges;
-                for (std::size_t e = begin; e < end; ++e)
-                    if (kinds[e] == kind && !shells[e].empty()) edges.push_back({EdgeId(e), shells[e].front()});
+                std::vector<std::size_t> chosen;
+                std::vector<BackEdge> edges;
+                for (std::size_t e = begin; e < end; ++e) {
+                    if (kinds[e] != kind || shells[e].empty()) continue;
+                    chosen.push_back(e);
+                    edges.push_back({mesh.edges.vertices[e][0], mesh.edges.vertices[e][1], shells[e]});
+                }
                 std::vector<Vec<D>> of_edges(edges.size());
                 accurate_offsets<D>(mesh, edges, back, options, of_edges);
-                for (std::size_t i = 0; i < edges.size(); ++i) offsets[edges[i].edge.index()] = of_edges[i];
+                for (std::size_t i = 0; i < chosen.size(); ++i) offsets[chosen[i]] = of_edges[i];
             },
             64);
         if (!found) return fail(found.error());
@@ -180,11 +189,12 @@ EdgeLengths in_columns(std::span<const Lengths> lengths) {
 
 template <int D>
 Outcome<EdgeLengths> edge_lengths(const EdgeSet<D>& edges, const Proposal<D>& proposal,
-                                  const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                  const Incidence<ElementId>& shells, const BackMesh<D>& back, MeasuredEdges measured,
                                   const Execution& execution) {
     const Quadrature rule = gauss_legendre(report_points);
     const auto lengths = map_each(execution, edges.size(), [&](std::size_t e) {
         if (proposal.kinds[e] != EdgeKind::volume || shells[e].empty()) return Lengths{};
+        if (!is_measured(measured, e, edges.size())) return Lengths{};
         return lengths_of(edges, EdgeId(e), proposal, shells[e].front(), back, rule, {});
     });
     if (!lengths) return fail(lengths.error());
@@ -194,11 +204,12 @@ Outcome<EdgeLengths> edge_lengths(const EdgeSet<D>& edges, const Proposal<D>& pr
 template <int D>
 Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& curved, const Proposal<D>& after,
                                      const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                     const Execution& execution) {
+                                     MeasuredEdges measured, const Execution& execution) {
     const Quadrature rule = gauss_legendre(report_points);
     const auto lengths = map_each(execution, edges.size(), [&](std::size_t e) {
         const Lengths before{curved.straight_lengths[e], curved.lengths[e]};
         if (after.kinds[e] != EdgeKind::volume || shells[e].empty()) return before;
+        if (!is_measured(measured, e, edges.size())) return before;
         const auto& [a, b] = edges.vertices[e];
         const bool same_chord =
             after.points[a] == curved.proposal.points[a] && after.points[b] == curved.proposal.points[b];
@@ -224,9 +235,9 @@ Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& c
     template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                    \
                                                   const Column<LagrangeNode<D>>&, const Execution&);                   \
     template Outcome<EdgeLengths> edge_lengths<D>(const EdgeSet<D>&, const Proposal<D>&, const Incidence<ElementId>&,  \
-                                                  const BackMesh<D>&, const Execution&);                               \
+                                                  const BackMesh<D>&, MeasuredEdges, const Execution&);                \
     template Outcome<EdgeLengths> updated_lengths<D>(const EdgeSet<D>&, const Curved<D>&, const Proposal<D>&,          \
-                                                     const Incidence<ElementId>&, const BackMesh<D>&,                  \
+                                                     const Incidence<ElementId>&, const BackMesh<D>&, MeasuredEdges,   \
                                                      const Execution&);
 
 CAMBER_INSTANTIATE(2)

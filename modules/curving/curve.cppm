@@ -16,15 +16,15 @@ struct CurveStatistics {
     std::size_t polished = 0;      ///< searches that a kink of the field stopped and a pattern search ended
     std::size_t exhausted = 0;     ///< searches that ran out of iterations
     std::size_t shortened = 0;     ///< minimisers that the finer rule found longer than the chord, and pulled back
-    std::size_t outside = 0;       ///< edges with samples beyond the back mesh
-    std::size_t lost = 0;          ///< edges with samples that were not found in it
+    std::size_t outside = 0;       ///< edges with samples beyond the back mesh, of those that were measured or searched
+    std::size_t lost = 0;          ///< edges with samples that were not found in it, likewise
 };
 
 /// A proposal for every edge, and the lengths of the volume edges on the true field.
 template <int D>
 struct Curved {
     Proposal<D> proposal;
-    Column<double> straight_lengths;  ///< by report_points; 0 on boundary edges
+    Column<double> straight_lengths;  ///< by report_points; 0 on boundary edges and on those that are not measured
     Column<double> lengths;           ///< of the proposal's edges, likewise
     CurveStatistics statistics;
 };
@@ -68,7 +68,8 @@ template <int D>
                                                 const Column<LagrangeNode<D>>& boundary_nodes,
                                                 const Execution& execution);
 
-/// Lengths on the true field of the volume edges, by report_points; 0 on boundary edges.
+/// Lengths on the true field of the volume edges, by report_points; 0 on boundary edges and on those that are not
+/// measured.
 struct EdgeLengths {
     Column<double> straight;  ///< of the chords
     Column<double> curved;
@@ -78,13 +79,14 @@ struct EdgeLengths {
 template <int D>
 [[nodiscard]] Outcome<EdgeLengths> edge_lengths(const EdgeSet<D>& edges, const Proposal<D>& proposal,
                                                 const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                                const Execution& execution);
+                                                MeasuredEdges measured, const Execution& execution);
 
 /// Lengths of a later proposal, whose vertices may have moved since `curved` was made: against the chords as they are
 /// then. What did not change is not measured again. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& curved,
                                                    const Proposal<D>& after, const Incidence<ElementId>& shells,
-                                                   const BackMesh<D>& back, const Execution& execution);
+                                                   const BackMesh<D>& back, MeasuredEdges measured,
+                                                   const Execution& execution);
 
 }  // namespace camber

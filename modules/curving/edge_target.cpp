@@ -34,10 +34,11 @@ EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const Lag
                             const CurveOptions& options) {
     if (shell.empty()) return boundary_target(mesh, edge, mesh.mid_nodes[edge]);
     if (options.aim == CurvingAim::accuracy) {
-        const HeldEdge held{edge, shell.front()};
+        const auto& [a, b] = mesh.edges.vertices[edge];
+        const BackEdge seen{a, b, shell};
         Vec<D> offset;
-        accurate_offsets<D>(mesh, {&held, 1}, back, options, {&offset, 1});
-        return node_target(mesh, held, {base.point + offset}, back, rules.report);
+        accurate_offsets<D>(mesh, {&seen, 1}, back, options, {&offset, 1});
+        return measured_target(mesh, {edge, shell.front()}, {base.point + offset}, back, rules.report);
     }
     auto search = static_cast<const EdgeMinimiserOptions&>(options);
     search.objective = options.aim == CurvingAim::length ? EdgeObjectiveKind::length : EdgeObjectiveKind::energy;
@@ -58,29 +59,27 @@ EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const Lag
 }
 
 template <int D>
-void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const HeldEdge> edges, const BackMesh<D>& back,
+void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const BackEdge> edges, const BackMesh<D>& back,
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets) {
-    if (edges.empty()) return;
     std::vector<Vec<D>> chords;
-    std::vector<Vec<D>> middles;
     chords.reserve(edges.size());
-    middles.reserve(edges.size());
-    for (const HeldEdge& held : edges) {
-        const auto& [a, b] = mesh.edges.vertices[held.edge];
-        chords.push_back(mesh.linear.points[b] - mesh.linear.points[a]);
-        middles.push_back(chord_middle(mesh, held.edge));
-    }
-    std::vector<ReferenceSample<D>> seen(edges.size());
-    back->sample_in_reference(middles, edges.front().holder, seen);
-    std::vector<FieldSample<D>> samples(edges.size());
-    for (std::size_t i = 0; i < edges.size(); ++i) samples[i] = seen[i].sample;
-    accurate_offsets<D>(chords, samples, options, offsets);
-    for (std::size_t i = 0; i < edges.size(); ++i) offsets[i] = seen[i].jacobian * offsets[i];
+    for (const BackEdge& edge : edges) chords.push_back(mesh.linear.points[edge.b] - mesh.linear.points[edge.a]);
+    std::vector<EdgeEnds<D>> ends(edges.size());
+    back->see(edges, ends);
+    accurate_offsets<D>(chords, ends, options, offsets);
 }
 
 template <int D>
-EdgeTarget<D> node_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, const LagrangeNode<D>& node,
-                          const BackMesh<D>& back, const Quadrature& report) {
+EdgeTarget<D> node_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node) {
+    const bool moved = node.point != chord_middle(mesh, edge);
+    return {.node = node,
+            .change = moved ? EdgeChange::optimised : EdgeChange::straight,
+            .flags = {.volume = 1, .curved = moved}};
+}
+
+template <int D>
+EdgeTarget<D> measured_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, const LagrangeNode<D>& node,
+                              const BackMesh<D>& back, const Quadrature& report) {
     const auto& [a, b] = mesh.edges.vertices[held.edge];
     const Vec<D>& p = mesh.linear.points[a];
     const Vec<D>& q = mesh.linear.points[b];
@@ -89,25 +88,24 @@ EdgeTarget<D> node_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, co
     const bool moved = node.point != middle;
     const EdgeLength curved =
         moved ? riemannian_length(back, QuadraticEdge<D>{p, node, q}, report, held.holder) : straight;
-    return {.node = node,
-            .change = moved ? EdgeChange::optimised : EdgeChange::straight,
-            .flags = {.volume = 1,
-                      .curved = moved,
-                      .outside = straight.outside + curved.outside > 0,
-                      .lost = straight.lost + curved.lost > 0},
-            .straight_length = straight.length,
-            .length = curved.length};
+    EdgeTarget<D> target = node_target(mesh, held.edge, node);
+    target.flags.outside = straight.outside + curved.outside > 0;
+    target.flags.lost = straight.lost + curved.lost > 0;
+    target.straight_length = straight.length;
+    target.length = curved.length;
+    return target;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                 \
-    template EdgeTarget<D> boundary_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);       \
-    template EdgeTarget<D> volume_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,          \
-                                            std::span<const ElementId>, const BackMesh<D>&, const EdgeRules&, \
-                                            const CurveOptions&);                                             \
-    template void accurate_offsets<D>(const QuadraticMesh<D>&, std::span<const HeldEdge>, const BackMesh<D>&, \
-                                      const EdgeAccuracyOptions&, std::span<Vec<D>>);                         \
-    template EdgeTarget<D> node_target<D>(const QuadraticMesh<D>&, const HeldEdge&, const LagrangeNode<D>&,   \
-                                          const BackMesh<D>&, const Quadrature&);
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template EdgeTarget<D> boundary_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);         \
+    template EdgeTarget<D> volume_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,            \
+                                            std::span<const ElementId>, const BackMesh<D>&, const EdgeRules&,   \
+                                            const CurveOptions&);                                               \
+    template void accurate_offsets<D>(const QuadraticMesh<D>&, std::span<const BackEdge>, const BackMesh<D>&,   \
+                                      const EdgeAccuracyOptions&, std::span<Vec<D>>);                           \
+    template EdgeTarget<D> node_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);             \
+    template EdgeTarget<D> measured_target<D>(const QuadraticMesh<D>&, const HeldEdge&, const LagrangeNode<D>&, \
+                                              const BackMesh<D>&, const Quadrature&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -1,4 +1,5 @@
 module;
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <tuple>
@@ -17,6 +18,21 @@ enum class CurvingAim : std::uint8_t {
     length,    ///< the Riemannian length least (paper §2.2)
 };
 
+/// Of which volume edges lengths are told: they are figures to look at, and cost more than the nodes do.
+enum class MeasuredEdges : std::uint8_t {
+    some,  ///< of a mesh of more than 131 072 edges, about as many, chosen by a hash of their numbers
+    all,
+};
+
+/// Whether the lengths of this edge, of so many, are told.
+[[nodiscard]] constexpr bool is_measured(MeasuredEdges measured, std::size_t edge, std::size_t edges) {
+    constexpr std::size_t enough = std::size_t{1} << 17;
+    if (measured == MeasuredEdges::all || edges <= enough) return true;
+    // Numbers in a mesh have patterns, the high bits of their products with 2^64/golden ratio have none.
+    const std::uint64_t hash = (std::uint64_t{edge} * 0x9e3779b97f4a7c15) >> 32;
+    return hash * edges < (std::uint64_t{enough} << 32);
+}
+
 /// How nodes of volume edges are found. `objective` of the minimiser is that of the aim.
 struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
   private:
@@ -24,6 +40,7 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
 
   public:
     CurvingAim aim = CurvingAim::accuracy;
+    MeasuredEdges measured = MeasuredEdges::all;
     double least_jacobian = 0.1;
 
     [[nodiscard]] static constexpr auto options() {
@@ -52,7 +69,7 @@ struct EdgeTarget {
     EdgeChange change = EdgeChange::straight;
     SearchFlags flags;
     /// Riemannian lengths on the true field by report_points, with the middle of the chord and with `node`; 0 on
-    /// boundary edges.
+    /// boundary edges and on those that are not measured.
     double straight_length = 0, length = 0;
 };
 
@@ -68,21 +85,25 @@ template <int D>
                                           std::span<const ElementId> shell, const BackMesh<D>& back,
                                           const EdgeRules& rules, const CurveOptions& options);
 
-/// An edge in a pack: it, and an element that holds it.
+/// An edge, and an element that holds it.
 struct HeldEdge {
     EdgeId edge;
     ElementId holder;
 };
 
 /// Offsets for accuracy, of volume edges or of others: offsets[i] is that of edges[i], from where the back mesh has its
-/// node: F D, where D is the offset of the straight edge in the reference. The field is asked for all middles at once.
+/// node: F D, where D is the offset of the straight edge in the reference. The field is asked for all at once.
 template <int D>
-void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const HeldEdge> edges, const BackMesh<D>& back,
+void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const BackEdge> edges, const BackMesh<D>& back,
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets);
 
-/// A volume edge with this node; `report` is the rule by which lengths are told.
+/// A volume edge with this node, without lengths.
 template <int D>
-[[nodiscard]] EdgeTarget<D> node_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, const LagrangeNode<D>& node,
-                                        const BackMesh<D>& back, const Quadrature& report);
+[[nodiscard]] EdgeTarget<D> node_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node);
+/// The same with its lengths by the rule `report`.
+template <int D>
+[[nodiscard]] EdgeTarget<D> measured_target(const QuadraticMesh<D>& mesh, const HeldEdge& held,
+                                            const LagrangeNode<D>& node, const BackMesh<D>& back,
+                                            const Quadrature& report);
 
 }  // namespace camber

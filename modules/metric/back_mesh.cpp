@@ -154,6 +154,14 @@ void StraightBack<D>::sample_with_recovered_gradients(std::span<const Vec<D>> po
 }
 
 template <int D>
+void StraightBack<D>::see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const {
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const auto& [a, b, shell] = edges[i];
+        out[i] = {{log_metrics[a], nodal_gradients[a]}, {log_metrics[b], nodal_gradients[b]}, false};
+    }
+}
+
+template <int D>
 BackSector<D> StraightBack<D>::sector(ElementId e, VertexId a, VertexId b) const {
     const auto gradients = barycentric_gradients(mesh, e);
     BackSector<D> sector{gradient_in(e), {}};

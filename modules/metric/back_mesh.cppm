@@ -47,12 +47,24 @@ struct BackVertex {
     LogMetric<D> log_metric;
 };
 
-/// A field as the reference mesh sees it: log(Fᵀ M F) at a point X of it with the recovered gradient in X, and F =
-/// ∂x/∂X there.
+/// An edge of the mesh that a back mesh is made on: its ends, and the elements that hold it.
+struct BackEdge {
+    VertexId a, b;
+    std::span<const ElementId> shell;
+};
+
+/// The field at an end of an edge, and the map through which the straight edge of the reference sees it.
 template <int D>
-struct ReferenceSample {
-    FieldSample<D> sample;
-    Mat<D> jacobian = Mat<D>::identity();
+struct EdgeEnd {
+    LogMetric<D> log_metric;
+    LogGradient<D> gradient{};             ///< recovered, without what the curves of the mesh itself make
+    Mat<D> jacobian = Mat<D>::identity();  ///< F = ∂x/∂X, the mean over the shell; F t is the same in each of its elements
+};
+/// F is linear along an edge: at the middle the mean of both.
+template <int D>
+struct EdgeEnds {
+    EdgeEnd<D> a, b;
+    bool is_bent = false;  ///< whether an F is not the identity
 };
 
 /// One element of the shell of an edge, seen from the edge: the field's gradient on that side, and the inward normals
@@ -89,16 +101,8 @@ class BackModel {
     virtual void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                                  std::span<FieldSample<D>> out) const = 0;
 
-    /// The field at points of the reference mesh, as that sees it. Of a straight mesh, which is its own reference:
-    /// sample_with_recovered_gradients.
-    virtual void sample_in_reference(std::span<const Vec<D>> points, ElementId hint,
-                                     std::span<ReferenceSample<D>> out) const {
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            sample_with_recovered_gradients({&points[i], 1}, hint, {&out[i].sample, 1});
-            hint = out[i].sample.location.element;
-            out[i].jacobian = Mat<D>::identity();
-        }
-    }
+    /// What edges of the mesh see: out[i] of edges[i].
+    virtual void see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const = 0;
 
     [[nodiscard]] virtual std::size_t vertex_count() const = 0;
     [[nodiscard]] virtual BackVertex<D> vertex(VertexId v) const = 0;
@@ -141,9 +145,8 @@ template <int D>
 /// The field of a mesh of degree 2, which goes along with its curves: at x(X) = X + Σ 4 ξ_i ξ_j u_e (u_e: how far the
 /// node of an edge is from the middle of its chord) the logs of the vertices as they are interpolated at X, which is
 /// found by Newton's method from x, each iterate located in the straight mesh; gradients through F⁻ᵀ, F = ∂x/∂X. Beyond
-/// the boundary the nearest point of the straight mesh stands for X. In the reference, log(Fᵀ M F) and its gradient are
-/// means over the balls of what each element sees at its corners: curves of the mesh itself are no change of the field
-/// there. A mesh whose nodes are all in the middles is a straight one. Elements that are not valid have no inverse:
+/// the boundary the nearest point of the straight mesh stands for X. What edges see is relative to the curves of the mesh
+/// itself: gradients are means over the balls of those of log(Fᵀ M F), linear in each element, brought into space. A mesh whose nodes are all in the middles is a straight one. Elements that are not valid have no inverse:
 /// points in them are where the last iterate is. Errors: those of the straight one.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_curved_back_mesh(const QuadraticMesh<D>& mesh,

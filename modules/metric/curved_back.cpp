@@ -22,6 +22,11 @@ void add_outer(Mat<D>& a, const Vec<D>& b, const Vec<D>& c) {
     for (int i = 0; i < D; ++i) a.column[i] += c[i] * b;
 }
 
+template <int D>
+void add(Mat<D>& sum, const Mat<D>& a) {
+    for (int i = 0; i < D; ++i) sum.column[i] += a.column[i];
+}
+
 /// A gradient in the reference as one in space: ∂_i = Σ_j (F⁻¹)_ji ∂_Xj.
 template <int D>
 LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) {
@@ -127,6 +132,21 @@ Vec<D> displacement_at_centre(const CurvedBack<D>& back, ElementId e) {
     return (4.0 / ((D + 1) * (D + 1))) * sum;
 }
 
+/// F = I + 4 Σ_j u_vj ⊗ ∇ξ_j at the corner v of an element.
+template <int D>
+Mat<D> jacobian_at_corner(const CurvedBack<D>& back, ElementId e, VertexId v,
+                          const std::array<Vec<D>, D + 1>& gradients) {
+    const auto& corners = back.reference.mesh.elements.vertices[e];
+    Mat<D> jacobian = Mat<D>::identity();
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto [i, j] = local_edges<D>[k];
+        if (corners[i] != v && corners[j] != v) continue;
+        const Vec<D>& u = back.displacements[back.edges.of_elements[e][k]];
+        add_outer(jacobian, 4 * u, gradients[corners[i] == v ? j : i]);
+    }
+    return jacobian;
+}
+
 }  // namespace
 
 template <int D>
@@ -205,23 +225,21 @@ void CurvedBack<D>::sample_with_recovered_gradients(std::span<const Vec<D>> poin
 }
 
 template <int D>
-void CurvedBack<D>::sample_in_reference(std::span<const Vec<D>> points, ElementId hint,
-                                        std::span<ReferenceSample<D>> out) const {
-    for (std::size_t n = 0; n < points.size(); ++n) {
-        const Location<D> location = reference.locate(points[n], hint);
-        hint = location.element;
-        const bool bent = is_bent(hint);
-        out[n] = {{.log_metric = {}, .location = location}, bent ? at(location).jacobian : Mat<D>::identity()};
-        FieldSample<D>& sample = out[n].sample;
-        for (int a = 0; a <= D; ++a) {
-            const double xi = location.xi[a];
-            if (std::abs(xi) < 1e-12) continue;  // of points on an edge
-            const SeenCorner<D> seen = seen_at(hint, a);
-            sample.log_metric.l += xi * seen.log_metric.l;
-            LogGradient<D> gradient = relative_gradients[reference.mesh.elements.vertices[hint][a]];
-            if (bent) gradient = brought<D>(gradient, transposed(seen.jacobian), transposed(seen.axes));
-            for (int i = 0; i < D; ++i) sample.gradient[i] += xi * gradient[i];
+void CurvedBack<D>::see(std::span<const BackEdge> pack, std::span<EdgeEnds<D>> out) const {
+    for (std::size_t i = 0; i < pack.size(); ++i) {
+        const auto& [a, b, shell] = pack[i];
+        out[i] = {{reference.log_metrics[a], relative_gradients[a]},
+                  {reference.log_metrics[b], relative_gradients[b]},
+                  std::ranges::any_of(shell, [&](ElementId e) { return is_bent(e); })};
+        if (!out[i].is_bent) continue;
+        out[i].a.jacobian = out[i].b.jacobian = {};
+        for (const ElementId e : shell) {
+            const auto gradients = barycentric_gradients(reference.mesh, e);
+            add(out[i].a.jacobian, jacobian_at_corner<D>(*this, e, a, gradients));
+            add(out[i].b.jacobian, jacobian_at_corner<D>(*this, e, b, gradients));
         }
+        for (EdgeEnd<D>* end : {&out[i].a, &out[i].b})
+            for (Vec<D>& column : end->jacobian.column) column *= 1.0 / static_cast<double>(shell.size());
     }
 }
 

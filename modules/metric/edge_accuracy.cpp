@@ -1,12 +1,13 @@
 module;
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <span>
 module camber.metric;
+import :packs;
 import camber.core;
 
+#pragma clang diagnostic ignored "-Wpsabi"  // all of it is inlined
 namespace camber {
 
 namespace {
@@ -20,110 +21,247 @@ constexpr double unit_length_squared = 2;
 /// The most that a node is shifted along its chord; at 1/4 the edge folds.
 constexpr double most_shift = 0.2;
 
+template <int D>
+using GradientPack = std::array<SymPack<D>, D>;
+
 /// 1 where `change` is small beside `most`, 0 far beyond.
-double resolved(double change, double most) {
-    const double share = change / most;
+[[nodiscard, gnu::always_inline]] inline Pack resolved(Pack change, double most) {
+    const Pack share = change / most;
     return 1 / (1 + share * share * share * share);
+}
+
+/// The field as the straight edge sees it, at one of its ends or at its middle.
+template <int D>
+struct SeenPack {
+    SymPack<D> log_metric;     ///< log M̂, M̂ = Fᵀ M F
+    GradientPack<D> gradient;  ///< in the reference
+    MatPack<D> jacobian;       ///< F
+};
+
+/// M^{1/2} F M̂^{-1/2} turns a tensor seen in space into one seen in the reference.
+///
+/// With Fᵀ R Λ^{1/2} = U Σ Vᵀ (needles keep their digits), M̂ = U Σ² Uᵀ and O = R V Uᵀ.
+template <int D>
+[[gnu::always_inline]] inline void see_through_map(SeenPack<D>& seen, Mask bent) {
+    const EigenPack<D> metric = eigen_system<D>(seen.log_metric);
+    // (Λ^{1/2} Rᵀ F)'s right singular vectors are U: (Λ^{1/2} Rᵀ F) U = V Σ.
+    MatPack<D> factor;
+    for (int i = 0; i < D; ++i) {
+        const Pack root = exp(metric.values[i] / 2);
+        for (int j = 0; j < D; ++j) factor(i, j) = root * dot(metric.vectors.column[i], seen.jacobian.column[j]);
+    }
+    const RightSingularPack<D> s = right_singular<D>(factor);
+    VecPack<D> logs;
+    MatPack<D> axes;  // R V, then R V Uᵀ
+    for (int i = 0; i < D; ++i) {
+        const Pack square = dot(s.columns.column[i], s.columns.column[i]);
+        logs[i] = log(square);
+        axes.column[i] = times(metric.vectors, s.columns.column[i]);
+        const Pack scale = 1 / sqrt(square);
+        for (int k = 0; k < D; ++k) axes(k, i) *= scale;
+    }
+    MatPack<D> turn;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) {
+            turn(i, j) = axes(i, 0) * s.vectors(j, 0);
+            for (int k = 1; k < D; ++k) turn(i, j) += axes(i, k) * s.vectors(j, k);
+        }
+    const SymPack<D> seen_log = composed(s.vectors, logs);
+    // A map that folds, or a metric out of range, is not followed.
+    Pack sum = packed(0);
+    for (int i = 0; i < D; ++i) sum += logs[i];
+    const Mask lanes = bent & (abs(sum) < 1e300);
+    GradientPack<D> turned;
+    for (int j = 0; j < D; ++j) turned[j] = congruence_transposed(turn, seen.gradient[j]);
+    for (int i = 0; i < D; ++i)
+        for (int k = 0; k < sym_size<D>; ++k) {
+            Pack along = seen.jacobian(0, i) * turned[0].c[k];
+            for (int j = 1; j < D; ++j) along += seen.jacobian(j, i) * turned[j].c[k];
+            seen.gradient[i].c[k] = select(lanes, along, seen.gradient[i].c[k]);
+        }
+    for (int k = 0; k < sym_size<D>; ++k) seen.log_metric.c[k] = select(lanes, seen_log.c[k], seen.log_metric.c[k]);
+}
+
+template <int D>
+[[nodiscard, gnu::always_inline]] inline SeenPack<D> seen_from_end(std::span<const EdgeEnds<D>> edges,
+                                                                   std::size_t begin, EdgeEnd<D> EdgeEnds<D>::* end) {
+    using Ends = EdgeEnds<D>;
+    SeenPack<D> seen;
+    seen.log_metric = gathered_sym<D>(edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& {
+        return (e.*end).log_metric.l;
+    });
+    for (int i = 0; i < D; ++i)
+        seen.gradient[i] = gathered_sym<D>(
+            edges, begin,
+            [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& { return (e.*end).gradient[i]; });
+    seen.jacobian = gathered_mat<D>(
+        edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Mat<D>& { return (e.*end).jacobian; });
+    return seen;
+}
+
+/// The mean of both ends.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline SeenPack<D> seen_from_middle(std::span<const EdgeEnds<D>> edges,
+                                                                      std::size_t begin) {
+    using Ends = EdgeEnds<D>;
+    const Pack bent =
+        gathered(edges, begin, [](const Ends& e) __attribute__((always_inline)) { return e.is_bent ? 1.0 : 0.0; });
+    SeenPack<D> a = seen_from_end(edges, begin, &Ends::a);
+    SeenPack<D> b = seen_from_end(edges, begin, &Ends::b);
+    if (any(bent != 0)) {
+        see_through_map(a, bent != 0);
+        see_through_map(b, bent != 0);
+    }
+    for (int k = 0; k < sym_size<D>; ++k) {
+        a.log_metric.c[k] = (a.log_metric.c[k] + b.log_metric.c[k]) / 2;
+        for (int i = 0; i < D; ++i) a.gradient[i].c[k] = (a.gradient[i].c[k] + b.gradient[i].c[k]) / 2;
+    }
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) a.jacobian(i, j) = (a.jacobian(i, j) + b.jacobian(i, j)) / 2;
+    return a;
 }
 
 /// What an edge sees in the frame of the axes at its middle.
 template <int D>
 struct EdgeFrame {
-    SpectralMetric<D> metric;
-    Vec<D> chord;                            ///< c
-    std::array<Sym<D>, D> along_axes;        ///< D_k
-    Sym<D> along_chord;                      ///< A
-    std::array<std::array<double, D>, D> x;  ///< x_ij = λ_i − λ_j
-    Sym<D> likeness;                         ///< K_ij
+    EigenPack<D> log_metric;
+    VecPack<D> sizes;                      ///< e^{λ_i}
+    VecPack<D> chord;                      ///< c
+    SymPack<D> along_chord;                ///< A
+    std::array<std::array<Pack, D>, D> x;  ///< x_ij = λ_i − λ_j
+    SymPack<D> root_likeness;              ///< sqrt K_ij
+    SymPack<D> likeness;                   ///< K_ij
 };
 
 template <int D>
-EdgeFrame<D> edge_frame(const Vec<D>& chord, const FieldSample<D>& middle) {
-    EdgeFrame<D> f{SpectralMetric<D>(middle.log_metric), {}, {}, {}, {}, {}};
-    const Mat<D> to_axes = transposed(f.metric.vectors);
-    f.chord = to_axes * chord;
-    LogGradient<D> turned;
-    for (int a = 0; a < D; ++a) turned[a] = congruence(to_axes, middle.gradient[a]);
-    for (int k = 0; k < D; ++k) {
-        for (int a = 0; a < D; ++a) f.along_axes[k] += f.metric.vectors(a, k) * turned[a];
-        f.along_chord += f.chord[k] * f.along_axes[k];
+[[nodiscard, gnu::always_inline]] inline EdgeFrame<D> edge_frame(const VecPack<D>& chord, const SeenPack<D>& middle) {
+    EdgeFrame<D> f;
+    f.log_metric = eigen_system<D>(middle.log_metric);
+    f.chord = times_transposed(f.log_metric.vectors, chord);
+    SymPack<D> along;  // ∂_e L
+    for (int k = 0; k < sym_size<D>; ++k) {
+        along.c[k] = chord[0] * middle.gradient[0].c[k];
+        for (int a = 1; a < D; ++a) along.c[k] += chord[a] * middle.gradient[a].c[k];
     }
-    for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) {
-            f.x[i][j] = f.metric.log_values[i] - f.metric.log_values[j];
-            if (j <= i) f.likeness(i, j) = std::exp(-std::abs(f.x[i][j]));
+    f.along_chord = congruence_transposed(f.log_metric.vectors, along);
+    for (int i = 0; i < D; ++i) {
+        f.sizes[i] = exp(f.log_metric.values[i]);
+        for (int j = 0; j < D; ++j) f.x[i][j] = f.log_metric.values[i] - f.log_metric.values[j];
+        for (int j = 0; j < i; ++j) {
+            const Pack root = exp(-abs(f.x[i][j]) / 2);
+            f.root_likeness(i, j) = root;
+            f.likeness(i, j) = root * root;
         }
+        f.root_likeness(i, i) = f.likeness(i, i) = packed(1);
+    }
     return f;
 }
 
 /// w(x): 1/|x| turns a change of L into an angle, where axis j is the finer one; nothing where both are alike, since
 /// what turns there are no axes.
-double turning(double x, double likeness) {
-    if (x == 0) return 0;
-    const double unlike = 1 - likeness;
-    return unlike * unlike / std::abs(x) * (x > 0 ? likeness : 1);
+[[nodiscard, gnu::always_inline]] inline Pack turning(Pack x, Pack likeness) {
+    const Pack unlike = 1 - likeness;
+    return select(x == 0, packed(0), unlike * unlike / abs(x) * select(x > 0, likeness, packed(1)));
 }
 
 /// Level sets of the coordinates whose gradients the axes are: r_j·d = (change of r_j along e)·e/8.
 template <int D>
-Vec<D> by_axes(const EdgeFrame<D>& f) {
-    Vec<D> d;
-    for (int j = 0; j < D; ++j)
+[[nodiscard, gnu::always_inline]] inline VecPack<D> by_axes(const EdgeFrame<D>& f) {
+    VecPack<D> d;
+    for (int j = 0; j < D; ++j) {
+        d[j] = packed(0);
         for (int i = 0; i < D; ++i)
             if (i != j) d[j] += turning(f.x[i][j], f.likeness(i, j)) * f.along_chord(i, j) * f.chord[i] / 8;
+    }
     // 8 |d|/|e| is the angle by which the axes turn.
-    return resolved(8 * norm(d) / norm(f.chord), most_turn) * d;
+    const Pack kept = resolved(8 * sqrt(dot(d, d)) / sqrt(dot(f.chord, f.chord)), most_turn);
+    for (int j = 0; j < D; ++j) d[j] *= kept;
+    return d;
 }
 
 template <int D>
-double metric_length(const EdgeFrame<D>& f, const Vec<D>& v) {
-    double q = 0;
-    for (int j = 0; j < D; ++j) q += f.metric.values[j] * v[j] * v[j];
-    return std::sqrt(q);
+[[nodiscard, gnu::always_inline]] inline Pack metric_length(const EdgeFrame<D>& f, const VecPack<D>& v) {
+    Pack q = f.sizes[0] * v[0] * v[0];
+    for (int j = 1; j < D; ++j) q += f.sizes[j] * v[j] * v[j];
+    return sqrt(q);
+}
+
+/// Σ_ab K_ab sqrt(K_ja K_jb) (D_j)_ab c_a c_b = ⟨R W Rᵀ, ∂_{r_j} L⟩ with W_ab = K_ab sqrt(K_ja K_jb) c_a c_b.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack change_across(const EdgeFrame<D>& f, const GradientPack<D>& gradient,
+                                                            int j) {
+    const MatPack<D>& r = f.log_metric.vectors;
+    SymPack<D> along;  // ∂_{r_j} L
+    for (int k = 0; k < sym_size<D>; ++k) {
+        along.c[k] = r(0, j) * gradient[0].c[k];
+        for (int a = 1; a < D; ++a) along.c[k] += r(a, j) * gradient[a].c[k];
+    }
+    const SymPack<D> seen = congruence_transposed(r, along);
+    VecPack<D> c;
+    for (int a = 0; a < D; ++a) c[a] = f.root_likeness(j, a) * f.chord[a];
+    Pack sum = packed(0);
+    for (int a = 0; a < D; ++a) {
+        sum += seen(a, a) * c[a] * c[a];
+        for (int b = 0; b < a; ++b) sum += 2 * f.likeness(a, b) * seen(a, b) * c[a] * c[b];
+    }
+    return sum;
 }
 
 /// The first Newton step of the energy, (∂_e L) e − ½ ∇(eᵀ L e), among axes that are alike.
 template <int D>
-Vec<D> by_sizes(const EdgeFrame<D>& f) {
-    Vec<D> d;
+[[nodiscard, gnu::always_inline]] inline VecPack<D> by_sizes(const EdgeFrame<D>& f, const GradientPack<D>& gradient) {
+    VecPack<D> d;
     for (int j = 0; j < D; ++j) {
-        double across = 0;
-        for (int a = 0; a < D; ++a)
-            for (int b = 0; b < D; ++b)
-                across += f.likeness(a, b) * std::sqrt(f.likeness(j, a) * f.likeness(j, b)) * f.along_axes[j](a, b) *
-                          f.chord[a] * f.chord[b];
-        d[j] = -across / 16;
+        d[j] = -change_across<D>(f, gradient, j) / 16;
         for (int i = 0; i < D; ++i) d[j] += f.likeness(i, j) * f.along_chord(i, j) * f.chord[i] / 8;
     }
-    const double length = metric_length(f, f.chord);
-    const double unit = std::min(1.0, unit_length_squared / (length * length));
+    const Pack length = metric_length(f, f.chord);
+    const Pack unit = min(unit_length_squared / (length * length), packed(1));
     // In one direction d = Δλ e/16.
-    return unit * resolved(16 * metric_length(f, d) / length, most_change) * d;
+    const Pack kept = unit * resolved(16 * metric_length(f, d) / length, most_change);
+    for (int j = 0; j < D; ++j) d[j] *= kept;
+    return d;
 }
 
+/// F R (by_axes + σ by_sizes), not further along the chord than `most_shift`; nothing where that is no number.
 template <int D>
-Vec<D> accurate_offset(const Vec<D>& chord, const FieldSample<D>& middle, double size_share) {
+[[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const VecPack<D>& chord, const SeenPack<D>& middle,
+                                                                    double size_share) {
     const EdgeFrame<D> f = edge_frame(chord, middle);
-    Vec<D> d = f.metric.vectors * (by_axes(f) + size_share * by_sizes(f));
-    const double shift = std::abs(dot(d, chord)) / norm_squared(chord);
-    if (shift > most_shift) d *= most_shift / shift;
-    for (int k = 0; k < D; ++k)
-        if (!std::isfinite(d[k])) return {};
-    return d;
+    const VecPack<D> axes = by_axes(f);
+    const VecPack<D> sizes = by_sizes<D>(f, middle.gradient);
+    VecPack<D> in_frame;
+    for (int j = 0; j < D; ++j) in_frame[j] = axes[j] + size_share * sizes[j];
+    VecPack<D> d = times(f.log_metric.vectors, in_frame);
+    const Pack shift = abs(dot(d, chord)) / dot(chord, chord);
+    const Pack kept = select(shift > most_shift, most_shift / shift, packed(1));
+    Pack largest = packed(0);
+    for (int j = 0; j < D; ++j) {
+        d[j] *= kept;
+        largest += abs(d[j]);
+    }
+    VecPack<D> offset = times(middle.jacobian, d);
+    for (int j = 0; j < D; ++j) offset[j] = select(largest < 1e300, offset[j], packed(0));
+    return offset;
 }
 
 }  // namespace
 
 template <int D>
-void accurate_offsets(std::span<const Vec<D>> chords, std::span<const FieldSample<D>> middles,
-                      const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets) {
-    for (std::size_t i = 0; i < offsets.size(); ++i)
-        offsets[i] = accurate_offset(chords[i], middles[i], options.size_share);
+void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> ends,
+                      const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets, Instructions set) {
+    with_instructions(set, [&]() __attribute__((always_inline)) {
+        for (std::size_t begin = 0; begin < offsets.size(); begin += pack_size) {
+            const VecPack<D> chord = gathered_vec<D>(
+                chords, begin, [](const Vec<D>& v) __attribute__((always_inline)) -> const Vec<D>& { return v; });
+            scatter<D>(accurate_offset<D>(chord, seen_from_middle<D>(ends, begin), options.size_share), begin, offsets);
+        }
+    });
 }
 
-template void accurate_offsets<2>(std::span<const Vec<2>>, std::span<const FieldSample<2>>, const EdgeAccuracyOptions&,
-                                  std::span<Vec<2>>);
-template void accurate_offsets<3>(std::span<const Vec<3>>, std::span<const FieldSample<3>>, const EdgeAccuracyOptions&,
-                                  std::span<Vec<3>>);
+template void accurate_offsets<2>(std::span<const Vec<2>>, std::span<const EdgeEnds<2>>, const EdgeAccuracyOptions&,
+                                  std::span<Vec<2>>, Instructions);
+template void accurate_offsets<3>(std::span<const Vec<3>>, std::span<const EdgeEnds<3>>, const EdgeAccuracyOptions&,
+                                  std::span<Vec<3>>, Instructions);
 
 }  // namespace camber

@@ -27,8 +27,8 @@ struct EdgeAccuracyOptions {
     friend bool operator==(const EdgeAccuracyOptions&, const EdgeAccuracyOptions&) = default;
 };
 
-/// Offsets of mid nodes from the middles of their chords, for a pack of edges: chords[i] = P_02 − P_20, middles[i] the
-/// field at the chord's middle with its recovered gradient. With L = R diag(λ) Rᵀ, c = Rᵀ e, D_k = Rᵀ(∂_k L)R (∂_k
+/// Offsets of mid nodes from where the back mesh has them: chords[i] = P_02 − P_20, ends[i] what that edge sees. L, at
+/// the middle, is the mean of log(Fᵀ M F) at the ends, and its gradient likewise. With L = R diag(λ) Rᵀ, c = Rᵀ e, D_k = Rᵀ(∂_k L)R (∂_k
 /// along axis k), A = Σ c_k D_k and x_ij = λ_i − λ_j, in the frame of the axes
 ///
 ///   8 d_j = Σ_{i≠j} w(x_ij) A_ij c_i  +  σ [ Σ_i K_ij A_ij c_i − ½ Σ_{ab} K_ab sqrt(K_ja K_jb) (D_j)_ab c_a c_b ],
@@ -37,10 +37,12 @@ struct EdgeAccuracyOptions {
 /// axes that turn, and sizes that change among axes that are alike. Where axes turn by more than they are resolved to
 /// (about a radian within the edge) the first part fades; the second where sizes change by a large factor within it,
 /// and where it is longer than √2 in the metric, so that the mesh does not resolve what the metric asks for. An
-/// offset that would shift the node along its edge by more than 1/5 of the chord is shortened to that. All three spans
-/// are of one size.
+/// offset that would shift the node along its edge by more than 1/5 of the chord is shortened to that. Through F at the
+/// middle it goes into space. All three spans are of one size. Each edge has the same bytes in any company and with
+/// any instructions.
 template <int D>
-void accurate_offsets(std::span<const Vec<D>> chords, std::span<const FieldSample<D>> middles,
-                      const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets);
+void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> ends,
+                      const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets,
+                      Instructions set = widest_instructions());
 
 }  // namespace camber

@@ -1,6 +1,7 @@
 /// Riemannian metrics: SPD algebra, log-Euclidean fields on back meshes, lengths and energies of P2 edges with their
 /// derivatives, and the node that minimises them.
 export module camber.metric;
+import :packs;
 export import :eigen;
 export import :spd;
 export import :matrix_derivatives;

@@ -25,6 +25,7 @@ class StraightBack final : public BackModel<D> {
                                std::span<FieldSample<D>> out) const override;
     void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                          std::span<FieldSample<D>> out) const override;
+    void see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const override;
     [[nodiscard]] std::size_t vertex_count() const override { return mesh.points.size(); }
     [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return {mesh.points[v], log_metrics[v]}; }
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;

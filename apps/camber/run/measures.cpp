@@ -14,8 +14,10 @@ import camber.bezier;
 import camber.cavity;
 import camber.validity;
 import camber.curving;
+import camber.config;
 import :histogram;
 import :measures;
+import :pipeline;
 import :report;
 import :state;
 
@@ -23,12 +25,18 @@ namespace camber::run {
 
 namespace {
 
-/// The values of the volume edges.
+/// The values of the volume edges, and of those whose lengths are known.
 std::vector<double> of_volume(std::span<const double> values, const Column<EdgeKind>& kinds) {
     std::vector<double> kept;
     kept.reserve(values.size());
     for (std::size_t e = 0; e < values.size(); ++e)
         if (kinds[e] == EdgeKind::volume) kept.push_back(values[e]);
+    return kept;
+}
+std::vector<double> of_measured(std::span<const double> values, const Column<double>& lengths) {
+    std::vector<double> kept;
+    for (std::size_t e = 0; e < values.size(); ++e)
+        if (lengths[e] > 0) kept.push_back(values[e]);
     return kept;
 }
 
@@ -70,6 +78,10 @@ std::vector<double> curvatures(const QuadraticMesh<D>& mesh, std::span<const Lag
     return values;
 }
 
+MeasuredEdges told_lengths(const config::Output& output) {
+    return shows_fields(output) ? MeasuredEdges::all : MeasuredEdges::some;
+}
+
 template <int D>
 EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Column<double>& straight,
                        const Column<double>& lengths) {
@@ -79,17 +91,17 @@ EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
     std::size_t n = 0;
     for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
         if (proposal.kinds[e] != EdgeKind::volume) continue;
-        r.mean_gain += gains[e];
-        r.largest_gain = std::max(r.largest_gain, gains[e]);
         r.mean_curvature += curved[e];
         r.largest_curvature = std::max(r.largest_curvature, curved[e]);
-        r.longer += gains[e] < 0;
         ++n;
+        if (!(straight[e] > 0)) continue;
+        r.mean_gain += gains[e];
+        r.largest_gain = std::max(r.largest_gain, gains[e]);
+        r.longer += gains[e] < 0;
+        ++r.measured;
     }
-    if (n > 0) {
-        r.mean_gain /= static_cast<double>(n);
-        r.mean_curvature /= static_cast<double>(n);
-    }
+    if (r.measured > 0) r.mean_gain /= static_cast<double>(r.measured);
+    if (n > 0) r.mean_curvature /= static_cast<double>(n);
     return r;
 }
 
@@ -98,18 +110,22 @@ namespace {
 template <int D>
 void count_edges(Counter& counter, const QuadraticMesh<D>& mesh, const Curved<D>& curved, const Proposal<D>& in_the_end,
                  const EdgeLengths& lengths) {
-    const auto count = [&](Quantity quantity, const char* name, std::span<const double> values) {
-        counter.count(quantity, name, of_volume(values, in_the_end.kinds));
-    };
     const auto& [proposal, straight, before, statistics] = curved;
     const auto& [chords, after] = lengths;
-    count(Quantity::length_gain, "before", length_gains(straight, before));
-    count(Quantity::length_gain, "after", length_gains(chords, after));
-    count(Quantity::length, "straight", straight.view());
-    count(Quantity::length, "before", before.view());
-    count(Quantity::length, "after", after.view());
-    count(Quantity::curvature, "before", curvatures<D>(apply_proposal(mesh, proposal), proposal.mid_nodes.view()));
-    count(Quantity::curvature, "after", curvatures<D>(apply_proposal(mesh, in_the_end), in_the_end.mid_nodes.view()));
+    const auto count_measured = [&](Quantity quantity, const char* name, std::span<const double> values) {
+        counter.count(quantity, name, of_measured(values, straight));
+    };
+    const auto count_all = [&](Quantity quantity, const char* name, const Proposal<D>& seen) {
+        const auto values = curvatures<D>(apply_proposal(mesh, seen), seen.mid_nodes.view());
+        counter.count(quantity, name, of_volume(values, in_the_end.kinds));
+    };
+    count_measured(Quantity::length_gain, "before", length_gains(straight, before));
+    count_measured(Quantity::length_gain, "after", length_gains(chords, after));
+    count_measured(Quantity::length, "straight", straight.view());
+    count_measured(Quantity::length, "before", before.view());
+    count_measured(Quantity::length, "after", after.view());
+    count_all(Quantity::curvature, "before", proposal);
+    count_all(Quantity::curvature, "after", in_the_end);
 }
 
 /// The verdicts before any correction; null when nothing was judged.

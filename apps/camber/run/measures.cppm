@@ -4,6 +4,7 @@ module;
 #include <span>
 #include <vector>
 export module camber.run:measures;
+import camber.config;
 import camber.core;
 import camber.curving;
 import camber.validity;
@@ -13,14 +14,17 @@ import :state;
 
 namespace camber::run {
 
-/// L_straight/L − 1 (paper eq. 8) of each edge; 0 where there are no lengths (boundary edges).
+/// L_straight/L − 1 (paper eq. 8) of each edge; 0 where there are no lengths.
 [[nodiscard]] std::vector<double> length_gains(const Column<double>& straight, const Column<double>& lengths);
 
 /// |P^l − M_11|/|P_20 − P_02| of each edge with these nodes; 0 for an edge of no length.
 template <int D>
 [[nodiscard]] std::vector<double> curvatures(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes);
 
-/// Gains and curvatures of the volume edges with the given lengths.
+/// Of which edges lengths are told: of all where the output shows them.
+[[nodiscard]] MeasuredEdges told_lengths(const config::Output& output);
+
+/// Gains of the volume edges that have lengths, and curvatures of all.
 template <int D>
 [[nodiscard]] EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                      const Column<double>& straight, const Column<double>& lengths);

@@ -29,7 +29,8 @@ struct OriginReport {
 struct EdgeReport {
     double mean_gain = 0, largest_gain = 0;
     double mean_curvature = 0, largest_curvature = 0;
-    std::size_t longer = 0;  ///< edges that are longer than their chords
+    std::size_t measured = 0;  ///< edges whose lengths are known: what gains and `longer` are of
+    std::size_t longer = 0;    ///< edges that are longer than their chords
 };
 
 struct MeshReport {

@@ -61,11 +61,9 @@ Json json(const BoundaryReport& b) {
     return j;
 }
 Json json(const EdgeReport& e) {
-    return {{"mean_gain", e.mean_gain},
-            {"largest_gain", e.largest_gain},
-            {"mean_curvature", e.mean_curvature},
-            {"largest_curvature", e.largest_curvature},
-            {"longer_edges", e.longer}};
+    return {{"mean_gain", e.mean_gain},           {"largest_gain", e.largest_gain},
+            {"mean_curvature", e.mean_curvature}, {"largest_curvature", e.largest_curvature},
+            {"measured_edges", e.measured},       {"longer_edges", e.longer}};
 }
 Json json(const CurveReport& c) {
     Json j{{"edges", c.edges},

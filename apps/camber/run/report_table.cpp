@@ -50,6 +50,12 @@ std::string mesh_rows(const Report& report) {
     return text;
 }
 
+/// Of how many, where lengths are not those of all.
+std::string longer_edges(const EdgeReport& edges, std::size_t volume_edges) {
+    if (edges.measured == volume_edges) return grouped(edges.longer);
+    return fmt::format("{} of {} measured", grouped(edges.longer), grouped(edges.measured));
+}
+
 std::string curve_rows(const CurveReport& c) {
     const EdgeReport* after = c.after ? &*c.after : nullptr;
     const auto pick = [&](double EdgeReport::* field) { return after == nullptr ? nullptr : &(after->*field); };
@@ -66,7 +72,7 @@ std::string curve_rows(const CurveReport& c) {
                   join_before_after(c.before.mean_curvature, pick(&EdgeReport::mean_curvature), "{:.4f}")) +
         table_row("largest curvature",
                   join_before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}")) +
-        table_row("edges longer than straight", after == nullptr ? c.before.longer : after->longer) +
+        table_row("edges longer than straight", longer_edges(after == nullptr ? c.before : *after, c.volume_edges)) +
         table_row("edges per second", grouped(static_cast<std::size_t>(c.edges_per_second)));
     if (c.outside > 0) text += table_row("edges that leave the back mesh", c.outside);
     if (c.lost > 0) text += table_row("edges with samples not located", c.lost);

@@ -146,7 +146,8 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
             const auto find = [&](const Execution& e) { return by_shape(mesh, *input, e); };
             return curve_within(run, std::move(*boundary), *input, CurvingAim::energy, find, execution);
         });
-    const CurveOptions edges = edge_options(options);
+    CurveOptions edges = edge_options(options);
+    edges.measured = told_lengths(run.config.output);
     input = make_field(run, *boundary, std::move(*input), edges.aim);
     if (!input) return fail(input.error());
     return run.step_of(options, [&](const Execution& execution) {

@@ -54,19 +54,21 @@ struct Measured {
 };
 template <int D>
 Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* field, const BackMesh<D>* straight_field,
-                                 const History<D>& history, const Execution& execution) {
+                                 const History<D>& history, MeasuredEdges which, const Execution& execution) {
     Measured<D> measured;
     const Plan<D>* const plan = end.planned();
     if (const Wanted<D>* wanted = plan ? plan->wanted() : nullptr) {
         const Proposal<D>& proposal = plan->proposal();
         const auto seen = apply_proposal(end.mesh, proposal);
         if (field) {
-            auto lengths = updated_lengths(end.mesh.edges, wanted->curved, proposal, wanted->shells, *field, execution);
+            auto lengths =
+                updated_lengths(end.mesh.edges, wanted->curved, proposal, wanted->shells, *field, which, execution);
             if (!lengths) return fail(lengths.error());
             measured.report.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
             measured.lengths = std::move(*lengths);
             if (straight_field) {
-                const auto other = edge_lengths(end.mesh.edges, proposal, wanted->shells, *straight_field, execution);
+                const auto other =
+                    edge_lengths(end.mesh.edges, proposal, wanted->shells, *straight_field, which, execution);
                 if (!other) return fail(other.error());
                 measured.report.edges_in_straight_field = edge_report(seen, proposal, other->straight, other->curved);
             }
@@ -87,7 +89,8 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
     auto made = run.step("measure", [&](const Execution& e) -> Outcome<Measured<D>> {
         if (!end) return Measured<D>{};
         const auto& other = run.state.straight_field;
-        return measure_end(*end, run.field(), other ? &*other : nullptr, run.state.history, e);
+        return measure_end(*end, run.field(), other ? &*other : nullptr, run.state.history,
+                           told_lengths(run.config.output), e);
     });
     if (!made) return fail(made.error());
     run.tell(made->report);

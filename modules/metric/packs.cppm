@@ -1,0 +1,233 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
+export module camber.metric:packs;
+import camber.core;
+
+/// Vectors, tensors and matrices of eight edges or points at a time, for kernels (core:pack).
+#pragma clang diagnostic ignored "-Wpsabi"  // all of it is inlined
+namespace camber {
+
+template <int D>
+struct VecPack {
+    std::array<Pack, D> c;
+    [[nodiscard, gnu::always_inline]] inline Pack operator[](int i) const { return c[i]; }
+    [[nodiscard, gnu::always_inline]] inline Pack& operator[](int i) { return c[i]; }
+};
+
+/// Entries as in Sym.
+template <int D>
+struct SymPack {
+    std::array<Pack, sym_size<D>> c;
+    [[nodiscard, gnu::always_inline]] inline Pack operator()(int i, int j) const { return c[Sym<D>::index(i, j)]; }
+    [[nodiscard, gnu::always_inline]] inline Pack& operator()(int i, int j) { return c[Sym<D>::index(i, j)]; }
+};
+
+/// Columns as in Mat.
+template <int D>
+struct MatPack {
+    std::array<VecPack<D>, D> column;
+    [[nodiscard, gnu::always_inline]] inline Pack operator()(int i, int j) const { return column[j][i]; }
+    [[nodiscard, gnu::always_inline]] inline Pack& operator()(int i, int j) { return column[j][i]; }
+};
+
+/// Entry k of the items from `begin`, one a lane: get(item)[k]; beyond the end, of the last item.
+template <class T, class Get>
+[[nodiscard, gnu::always_inline]] inline Pack gathered(std::span<const T> items, std::size_t begin, const Get& get) {
+    Pack p;
+    for (std::size_t lane = 0; lane < pack_size; ++lane) p[lane] = get(items[std::min(begin + lane, items.size() - 1)]);
+    return p;
+}
+template <int D, class T, class Get>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> gathered_vec(std::span<const T> items, std::size_t begin,
+                                                                 const Get& get) {
+    VecPack<D> v;
+    for (int i = 0; i < D; ++i)
+        v[i] = gathered(items, begin, [&](const T& item) __attribute__((always_inline)) { return get(item)[i]; });
+    return v;
+}
+template <int D, class T, class Get>
+[[nodiscard, gnu::always_inline]] inline SymPack<D> gathered_sym(std::span<const T> items, std::size_t begin,
+                                                                 const Get& get) {
+    SymPack<D> s;
+    for (int i = 0; i < sym_size<D>; ++i)
+        s.c[i] = gathered(items, begin, [&](const T& item) __attribute__((always_inline)) { return get(item).c[i]; });
+    return s;
+}
+template <int D, class T, class Get>
+[[nodiscard, gnu::always_inline]] inline MatPack<D> gathered_mat(std::span<const T> items, std::size_t begin,
+                                                                 const Get& get) {
+    MatPack<D> m;
+    for (int j = 0; j < D; ++j)
+        m.column[j] = gathered_vec<D>(
+            items, begin, [&](const T& item) __attribute__((always_inline)) { return get(item).column[j]; });
+    return m;
+}
+
+/// out[begin + lane] = the lane's vector, as far as `out` goes.
+template <int D>
+[[gnu::always_inline]] inline void scatter(const VecPack<D>& v, std::size_t begin, std::span<Vec<D>> out) {
+    const std::size_t n = std::min<std::size_t>(pack_size, out.size() - begin);
+    for (std::size_t lane = 0; lane < n; ++lane)
+        for (int i = 0; i < D; ++i) out[begin + lane][i] = v[i][lane];
+}
+
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack dot(const VecPack<D>& a, const VecPack<D>& b) {
+    Pack s = a[0] * b[0];
+    for (int i = 1; i < D; ++i) s += a[i] * b[i];
+    return s;
+}
+/// A v, and Aᵀ v.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> times(const MatPack<D>& a, const VecPack<D>& v) {
+    VecPack<D> r;
+    for (int i = 0; i < D; ++i) {
+        r[i] = a(i, 0) * v[0];
+        for (int j = 1; j < D; ++j) r[i] += a(i, j) * v[j];
+    }
+    return r;
+}
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> times_transposed(const MatPack<D>& a, const VecPack<D>& v) {
+    VecPack<D> r;
+    for (int i = 0; i < D; ++i) r[i] = dot(a.column[i], v);
+    return r;
+}
+/// Rᵀ S R.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline SymPack<D> congruence_transposed(const MatPack<D>& r, const SymPack<D>& s) {
+    SymPack<D> out;
+    for (int j = 0; j < D; ++j) {
+        VecPack<D> column;
+        for (int i = 0; i < D; ++i) {
+            column[i] = s(i, 0) * r(0, j);
+            for (int k = 1; k < D; ++k) column[i] += s(i, k) * r(k, j);
+        }
+        for (int i = j; i < D; ++i) out(i, j) = dot(r.column[i], column);
+    }
+    return out;
+}
+/// R diag(values) Rᵀ.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline SymPack<D> composed(const MatPack<D>& r, const VecPack<D>& values) {
+    SymPack<D> s;
+    for (int j = 0; j < D; ++j) {
+        VecPack<D> scaled;
+        for (int k = 0; k < D; ++k) scaled[k] = r(j, k) * values[k];
+        for (int i = j; i < D; ++i) {
+            Pack sum = r(i, 0) * scaled[0];
+            for (int k = 1; k < D; ++k) sum += r(i, k) * scaled[k];
+            s(i, j) = sum;
+        }
+    }
+    return s;
+}
+
+/// The tangent of Jacobi's rotation that makes two columns orthogonal: the smaller root of t² + (difference/product) t
+/// = 1; 0 in other lanes than `lanes`.
+[[nodiscard, gnu::always_inline]] inline Pack rotation_tangent(Pack difference, Pack product, Mask lanes) {
+    const Pack twice = 2 * product;
+    const Pack denominator = difference + copysign(sqrt(difference * difference + twice * twice), difference);
+    return select(lanes & (denominator != 0), twice / denominator, packed(0));
+}
+/// Columns p, q of m take the rotation.
+template <int D>
+[[gnu::always_inline]] inline void rotate_columns(MatPack<D>& m, int p, int q, Pack c, Pack s) {
+    for (int k = 0; k < D; ++k) {
+        const Pack mp = m(k, p);
+        const Pack mq = m(k, q);
+        m(k, p) = c * mp - s * mq;
+        m(k, q) = s * mp + c * mq;
+    }
+}
+
+template <int D>
+struct EigenPack {
+    VecPack<D> values;
+    MatPack<D> vectors;
+};
+
+template <int D>
+[[nodiscard, gnu::always_inline]] inline MatPack<D> identity_pack() {
+    MatPack<D> m;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) m(i, j) = packed(i == j ? 1 : 0);
+    return m;
+}
+
+/// eigen_system, eight at a time: cyclic Jacobi rotations, each lane until it has converged.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EigenPack<D> eigen_system(SymPack<D> a) {
+    MatPack<D> r = identity_pack<D>();
+    constexpr int sweeps = D == 2 ? 1 : 12;
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+        Pack off = packed(0);
+        Pack all = packed(0);
+        for (int i = 0; i < D; ++i) {
+            all += a(i, i) * a(i, i);
+            for (int j = 0; j < i; ++j) off += a(i, j) * a(i, j);
+        }
+        // Convergence is quadratic: below 1e-17 |A| the rest is rounding.
+        const Mask lanes = off > 1e-34 * all;
+        if (!any(lanes)) break;
+        for (int p = 0; p < D - 1; ++p)
+            for (int q = p + 1; q < D; ++q) {
+                const Pack apq = a(p, q);
+                const Pack t = rotation_tangent(a(q, q) - a(p, p), apq, lanes);
+                const Pack c = 1 / sqrt(t * t + 1);
+                const Pack s = t * c;
+                a(p, p) -= t * apq;
+                a(q, q) += t * apq;
+                a(p, q) = select(lanes, packed(0), apq);
+                for (int k = 0; k < D; ++k) {
+                    if (k == p || k == q) continue;
+                    const Pack akp = a(k, p);
+                    const Pack akq = a(k, q);
+                    a(k, p) = c * akp - s * akq;
+                    a(k, q) = s * akp + c * akq;
+                }
+                rotate_columns(r, p, q, c, s);
+            }
+    }
+    EigenPack<D> out{{}, r};
+    for (int i = 0; i < D; ++i) out.values[i] = a(i, i);
+    return out;
+}
+
+/// The right singular vectors V of A and its singular values, A V = columns of squared lengths `values`: one-sided
+/// Jacobi rotations (Hestenes), by which small ones keep their relative digits. `columns` is A V.
+template <int D>
+struct RightSingularPack {
+    MatPack<D> columns;
+    MatPack<D> vectors;
+};
+template <int D>
+[[nodiscard, gnu::always_inline]] inline RightSingularPack<D> right_singular(const MatPack<D>& a) {
+    RightSingularPack<D> out{a, identity_pack<D>()};
+    MatPack<D>& w = out.columns;
+    for (int sweep = 0; sweep < 30; ++sweep) {
+        Mask rotated{};
+        for (int p = 0; p < D - 1; ++p)
+            for (int q = p + 1; q < D; ++q) {
+                const Pack alpha = dot(w.column[p], w.column[p]);
+                const Pack beta = dot(w.column[q], w.column[q]);
+                const Pack gamma = dot(w.column[p], w.column[q]);
+                // The product of orthogonal columns is known to a few ulps of theirs: less would never be reached.
+                const Mask lanes = abs(gamma) > 1e-15 * sqrt(alpha * beta);
+                rotated |= lanes;
+                if (!any(lanes)) continue;
+                const Pack t = rotation_tangent(beta - alpha, gamma, lanes);
+                const Pack c = 1 / sqrt(t * t + 1);
+                const Pack s = t * c;
+                rotate_columns(w, p, q, c, s);
+                rotate_columns(out.vectors, p, q, c, s);
+            }
+        if (!any(rotated)) break;
+    }
+    return out;
+}
+
+}  // namespace camber
