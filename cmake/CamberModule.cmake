@@ -15,7 +15,8 @@ include_guard(GLOBAL)
 add_library(camber_warnings INTERFACE)
 target_compile_options(camber_warnings INTERFACE
     -Wall -Wextra -Wpedantic -Wconversion -Wno-sign-conversion -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wcast-align
-    -Woverloaded-virtual -Wextra-semi -Wimplicit-fallthrough -Wnewline-eof -Wundef)
+    -Woverloaded-virtual -Wextra-semi -Wimplicit-fallthrough -Wnewline-eof -Wundef
+    -Wno-psabi) # functions of packs (core:pack) are always inlined: no call passes one
 
 # What must agree between everything that sees a module: C++20 without extensions, threads, and sums that are not fused behind our back
 # (validity is decided by rounding errors that are accounted for).

@@ -57,8 +57,9 @@ struct BackEdge {
 template <int D>
 struct EdgeEnd {
     LogMetric<D> log_metric;
-    LogGradient<D> gradient{};             ///< recovered, without what the curves of the mesh itself make
-    Mat<D> jacobian = Mat<D>::identity();  ///< F = ∂x/∂X, the mean over the shell; F t is the same in each of its elements
+    LogGradient<D> gradient{};  ///< recovered, without what the curves of the mesh itself make
+    Mat<D> jacobian =
+        Mat<D>::identity();  ///< F = ∂x/∂X, the mean over the shell; F t is the same in each of its elements
 };
 /// F is linear along an edge: at the middle the mean of both.
 template <int D>
@@ -145,9 +146,10 @@ template <int D>
 /// The field of a mesh of degree 2, which goes along with its curves: at x(X) = X + Σ 4 ξ_i ξ_j u_e (u_e: how far the
 /// node of an edge is from the middle of its chord) the logs of the vertices as they are interpolated at X, which is
 /// found by Newton's method from x, each iterate located in the straight mesh; gradients through F⁻ᵀ, F = ∂x/∂X. Beyond
-/// the boundary the nearest point of the straight mesh stands for X. What edges see is relative to the curves of the mesh
-/// itself: gradients are means over the balls of those of log(Fᵀ M F), linear in each element, brought into space. A mesh whose nodes are all in the middles is a straight one. Elements that are not valid have no inverse:
-/// points in them are where the last iterate is. Errors: those of the straight one.
+/// the boundary the nearest point of the straight mesh stands for X. What edges see is relative to the curves of the
+/// mesh itself: gradients are means over the balls of those of log(Fᵀ M F), linear in each element, brought into space.
+/// A mesh whose nodes are all in the middles is a straight one. Elements that are not valid have no inverse: points in
+/// them are where the last iterate is. Errors: those of the straight one.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_curved_back_mesh(const QuadraticMesh<D>& mesh,
                                                          const Incidence<ElementId>& balls,

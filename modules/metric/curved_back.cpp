@@ -5,6 +5,7 @@ module;
 #include <cstddef>
 #include <span>
 #include <utility>
+#include <vector>
 module camber.metric;
 import camber.core;
 
@@ -37,25 +38,6 @@ LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) 
     return out;
 }
 
-/// M^{1/2} F M̂^{-1/2} and M̂ = Fᵀ M F, from the singular values of Fᵀ M^{1/2}: needles keep their digits.
-template <int D>
-SeenCorner<D> seen_through(const LogMetric<D>& log_metric, const Mat<D>& jacobian) {
-    const SpectralMetric<D> metric(log_metric);
-    Mat<D> factor = transposed(jacobian) * metric.vectors;
-    for (int i = 0; i < D; ++i) factor.column[i] *= std::exp(metric.log_values[i] / 2);
-    // Fᵀ R Λ^{1/2} = U Σ Vᵀ, so M̂ = U Σ² Uᵀ and O = R V Uᵀ.
-    EigenSystem<D> s = left_singular(factor);
-    Mat<D> turned;  // V Uᵀ = (Fᵀ R Λ^{1/2})ᵀ U Σ⁻¹ Uᵀ
-    for (int i = 0; i < D; ++i) {
-        const Vec<D> v = (1 / s.values[i]) * (transposed(factor) * s.vectors.column[i]);
-        add_outer(turned, v, s.vectors.column[i]);
-    }
-    for (int i = 0; i < D; ++i) s.values[i] = 2 * std::log(s.values[i]);
-    SeenCorner<D> seen{{composed(s)}, jacobian, metric.vectors * turned};
-    if (!std::isfinite(trace(seen.log_metric.l))) return {log_metric};
-    return seen;
-}
-
 /// A gradient of logs: `directions` for the derivatives, its tensors turned by `axes`.
 template <int D>
 LogGradient<D> brought(const LogGradient<D>& gradient, const Mat<D>& directions, const Mat<D>& axes) {
@@ -67,42 +49,103 @@ LogGradient<D> brought(const LogGradient<D>& gradient, const Mat<D>& directions,
     return out;
 }
 
-/// The gradient of what an element sees, linear between its corners.
+/// F = I + 4 Σ_j u_vj ⊗ ∇ξ_j at the corner v of an element.
 template <int D>
-LogGradient<D> gradient_seen(const CurvedBack<D>& back, ElementId e) {
-    if (!back.is_bent(e)) return back.reference.gradient_in(e);
-    const auto gradients = barycentric_gradients(back.reference.mesh, e);
-    const Sym<D> first = back.seen_at(e, 0).log_metric.l;
-    LogGradient<D> seen{};
-    for (int a = 1; a <= D; ++a) {
-        const Sym<D> difference = back.seen_at(e, a).log_metric.l - first;
-        for (int i = 0; i < D; ++i) seen[i] += gradients[a][i] * difference;
+Mat<D> jacobian_at_corner(const CurvedBack<D>& back, ElementId e, VertexId v,
+                          const std::array<Vec<D>, D + 1>& gradients) {
+    const auto& corners = back.reference.mesh.elements.vertices[e];
+    Mat<D> jacobian = Mat<D>::identity();
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto [i, j] = local_edges<D>[k];
+        if (corners[i] != v && corners[j] != v) continue;
+        const Vec<D>& u = back.displacements[back.edges.of_elements[e][k]];
+        add_outer(jacobian, 4 * u, gradients[corners[i] == v ? j : i]);
     }
-    return seen;
+    return jacobian;
 }
 
-/// The mean over the ball of a vertex of `seen`, one an element, each brought into space by the map at its corner.
+/// What elements see of the field at their corners, gathered and then found in packs.
 template <int D>
-LogGradient<D> relative_gradient(const CurvedBack<D>& back, VertexId v, std::span<const ElementId> ball,
-                                 const Buffer<LogGradient<D>>& seen) {
-    LogGradient<D> sum{};
-    double weight = 0;
-    for (const ElementId e : ball) {
-        const double volume = std::abs(Frame<D>(back.reference.mesh, e).determinant);
-        if (!(volume > 0)) continue;
-        LogGradient<D> gradient = seen[e.index()];
-        if (back.is_bent(e)) {
-            const auto& corners = back.reference.mesh.elements.vertices[e];
-            const auto own = static_cast<int>(std::ranges::find(corners, v) - corners.begin());
-            const SeenCorner<D> there = back.seen_at(e, own);
-            gradient = brought<D>(gradient, transposed(inverse(there.jacobian)), there.axes);
-        }
-        for (int i = 0; i < D; ++i) sum[i] += volume * gradient[i];
-        weight += volume;
+struct SeenCorners {
+    std::vector<LogMetric<D>> log_metrics;
+    std::vector<Mat<D>> jacobians;
+    std::vector<SeenMetric<D>> seen;
+
+    void clear() {
+        log_metrics.clear();
+        jacobians.clear();
     }
-    if (weight > 0)
-        for (Sym<D>& g : sum) g *= 1 / weight;
-    return sum;
+    void add(const LogMetric<D>& log_metric, const Mat<D>& jacobian) {
+        log_metrics.push_back(log_metric);
+        jacobians.push_back(jacobian);
+    }
+    void see() {
+        seen.resize(jacobians.size());
+        see_through<D>(log_metrics, jacobians, seen);
+    }
+};
+
+/// The gradients of what elements see, linear between their corners.
+template <int D>
+void gradients_seen(const CurvedBack<D>& back, std::size_t begin, std::size_t end, std::span<LogGradient<D>> out) {
+    const LinearMesh<D>& mesh = back.reference.mesh;
+    SeenCorners<D> corners;
+    for (std::size_t e = begin; e < end; ++e) {
+        if (!back.is_bent(ElementId(e))) continue;
+        const auto gradients = barycentric_gradients(mesh, ElementId(e));
+        for (const VertexId v : mesh.elements.vertices[e])
+            corners.add(back.reference.log_metrics[v], jacobian_at_corner<D>(back, ElementId(e), v, gradients));
+    }
+    corners.see();
+    std::size_t next = 0;
+    for (std::size_t e = begin; e < end; ++e) {
+        out[e] = back.reference.gradient_in(ElementId(e));
+        if (!back.is_bent(ElementId(e))) continue;
+        const SeenMetric<D>* const seen = &corners.seen[next];
+        next += D + 1;
+        const auto gradients = barycentric_gradients(mesh, ElementId(e));
+        out[e] = {};
+        for (int a = 1; a <= D; ++a) {
+            const Sym<D> difference = seen[a].log_metric.l - seen[0].log_metric.l;
+            for (int i = 0; i < D; ++i) out[e][i] += gradients[a][i] * difference;
+        }
+    }
+}
+
+/// The means over the balls of vertices of `seen`, one an element, each brought into space by the map at its corner.
+template <int D>
+void relative_gradients(const CurvedBack<D>& back, const Incidence<ElementId>& balls,
+                        std::span<const LogGradient<D>> seen, std::size_t begin, std::size_t end,
+                        std::span<LogGradient<D>> out) {
+    const LinearMesh<D>& mesh = back.reference.mesh;
+    SeenCorners<D> corners;
+    for (std::size_t v = begin; v < end; ++v)
+        for (const ElementId e : balls[v])
+            if (back.is_bent(e))
+                corners.add(back.reference.log_metrics[v],
+                            jacobian_at_corner<D>(back, e, VertexId(v), barycentric_gradients(mesh, e)));
+    corners.see();
+    std::size_t next = 0;
+    for (std::size_t v = begin; v < end; ++v) {
+        LogGradient<D> sum{};
+        double weight = 0;
+        for (const ElementId e : balls[v]) {
+            const bool bent = back.is_bent(e);
+            const std::size_t corner = next;
+            next += bent ? 1 : 0;
+            const double volume = std::abs(Frame<D>(mesh, e).determinant);
+            if (!(volume > 0)) continue;
+            LogGradient<D> gradient = seen[e.index()];
+            if (bent)
+                gradient =
+                    brought<D>(gradient, transposed(inverse(corners.jacobians[corner])), corners.seen[corner].axes);
+            for (int i = 0; i < D; ++i) sum[i] += volume * gradient[i];
+            weight += volume;
+        }
+        if (weight > 0)
+            for (Sym<D>& g : sum) g *= 1 / weight;
+        out[v] = sum;
+    }
 }
 
 /// The point of the reference mesh that has this location.
@@ -132,21 +175,6 @@ Vec<D> displacement_at_centre(const CurvedBack<D>& back, ElementId e) {
     return (4.0 / ((D + 1) * (D + 1))) * sum;
 }
 
-/// F = I + 4 Σ_j u_vj ⊗ ∇ξ_j at the corner v of an element.
-template <int D>
-Mat<D> jacobian_at_corner(const CurvedBack<D>& back, ElementId e, VertexId v,
-                          const std::array<Vec<D>, D + 1>& gradients) {
-    const auto& corners = back.reference.mesh.elements.vertices[e];
-    Mat<D> jacobian = Mat<D>::identity();
-    for (int k = 0; k < edges_per_simplex<D>; ++k) {
-        const auto [i, j] = local_edges<D>[k];
-        if (corners[i] != v && corners[j] != v) continue;
-        const Vec<D>& u = back.displacements[back.edges.of_elements[e][k]];
-        add_outer(jacobian, 4 * u, gradients[corners[i] == v ? j : i]);
-    }
-    return jacobian;
-}
-
 }  // namespace
 
 template <int D>
@@ -166,15 +194,6 @@ Bent<D> CurvedBack<D>::at(const Location<D>& location) const {
         add_outer(bent.jacobian, 4 * u, location.xi[i] * gradients[j] + location.xi[j] * gradients[i]);
     }
     return bent;
-}
-
-template <int D>
-SeenCorner<D> CurvedBack<D>::seen_at(ElementId e, int corner) const {
-    const LogMetric<D>& there = reference.log_metrics[reference.mesh.elements.vertices[e][corner]];
-    if (!is_bent(e)) return {there};
-    Location<D> location{.element = e, .xi = {}};
-    location.xi[corner] = 1;
-    return seen_through(there, at(location).jacobian);
 }
 
 template <int D>
@@ -273,13 +292,17 @@ Outcome<BackMesh<D>> make_curved_back_mesh(const QuadraticMesh<D>& mesh, const I
     back.reference = std::move(*straight);
     back.edges = mesh.edges;
     back.displacements = std::move(*displacements);
-    const auto seen = map_each(execution, mesh.linear.elements.size(),
-                               [&](std::size_t e) { return gradient_seen(back, ElementId(e)); });
-    if (!seen) return fail(seen.error());
-    auto gradients = map_each(execution, mesh.linear.points.size(),
-                              [&](std::size_t v) { return relative_gradient<D>(back, VertexId(v), balls[v], *seen); });
-    if (!gradients) return fail(gradients.error());
-    back.relative_gradients = std::move(*gradients);
+    Buffer<LogGradient<D>> seen(mesh.linear.elements.size());
+    auto done = each_chunk(execution, seen.size(),
+                           [&](std::size_t begin, std::size_t end) { gradients_seen<D>(back, begin, end, seen); });
+    if (!done) return fail(done.error());
+    Buffer<LogGradient<D>> gradients(mesh.linear.points.size());
+    done = each_chunk(
+        execution, gradients.size(),
+        [&](std::size_t begin, std::size_t end) { relative_gradients<D>(back, balls, seen, begin, end, gradients); },
+        64);
+    if (!done) return fail(done.error());
+    back.relative_gradients = std::move(gradients);
     return BackMesh<D>(std::move(back));
 }
 

@@ -16,14 +16,6 @@ struct Bent {
     Mat<D> jacobian;  ///< F = ∂x/∂X
 };
 
-/// What an element sees of the field at one of its corners.
-template <int D>
-struct SeenCorner {
-    LogMetric<D> log_metric;               ///< log M̂, M̂ = Fᵀ M F
-    Mat<D> jacobian = Mat<D>::identity();  ///< F
-    Mat<D> axes = Mat<D>::identity();      ///< O = M^{1/2} F M̂^{-1/2}, orthogonal: M̂'s frame to M's
-};
-
 /// The back mesh of degree 2: a straight one, its reference, and the displacement of the nodes.
 template <int D>
 class CurvedBack final : public BackModel<D> {
@@ -48,7 +40,6 @@ class CurvedBack final : public BackModel<D> {
 
     [[nodiscard]] bool is_bent(ElementId e) const;
     [[nodiscard]] Bent<D> at(const Location<D>& location) const;
-    [[nodiscard]] SeenCorner<D> seen_at(ElementId e, int corner) const;
 };
 
 }  // namespace camber

@@ -7,7 +7,6 @@ module camber.metric;
 import :packs;
 import camber.core;
 
-#pragma clang diagnostic ignored "-Wpsabi"  // all of it is inlined
 namespace camber {
 
 namespace {
@@ -32,61 +31,33 @@ using GradientPack = std::array<SymPack<D>, D>;
 
 /// The field as the straight edge sees it, at one of its ends or at its middle.
 template <int D>
-struct SeenPack {
+struct EdgeSight {
     SymPack<D> log_metric;     ///< log M̂, M̂ = Fᵀ M F
     GradientPack<D> gradient;  ///< in the reference
     MatPack<D> jacobian;       ///< F
 };
 
-/// M^{1/2} F M̂^{-1/2} turns a tensor seen in space into one seen in the reference.
-///
-/// With Fᵀ R Λ^{1/2} = U Σ Vᵀ (needles keep their digits), M̂ = U Σ² Uᵀ and O = R V Uᵀ.
+/// The field at an end as the straight edge sees it, where that is bent.
 template <int D>
-[[gnu::always_inline]] inline void see_through_map(SeenPack<D>& seen, Mask bent) {
-    const EigenPack<D> metric = eigen_system<D>(seen.log_metric);
-    // (Λ^{1/2} Rᵀ F)'s right singular vectors are U: (Λ^{1/2} Rᵀ F) U = V Σ.
-    MatPack<D> factor;
-    for (int i = 0; i < D; ++i) {
-        const Pack root = exp(metric.values[i] / 2);
-        for (int j = 0; j < D; ++j) factor(i, j) = root * dot(metric.vectors.column[i], seen.jacobian.column[j]);
-    }
-    const RightSingularPack<D> s = right_singular<D>(factor);
-    VecPack<D> logs;
-    MatPack<D> axes;  // R V, then R V Uᵀ
-    for (int i = 0; i < D; ++i) {
-        const Pack square = dot(s.columns.column[i], s.columns.column[i]);
-        logs[i] = log(square);
-        axes.column[i] = times(metric.vectors, s.columns.column[i]);
-        const Pack scale = 1 / sqrt(square);
-        for (int k = 0; k < D; ++k) axes(k, i) *= scale;
-    }
-    MatPack<D> turn;
-    for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) {
-            turn(i, j) = axes(i, 0) * s.vectors(j, 0);
-            for (int k = 1; k < D; ++k) turn(i, j) += axes(i, k) * s.vectors(j, k);
-        }
-    const SymPack<D> seen_log = composed(s.vectors, logs);
-    // A map that folds, or a metric out of range, is not followed.
-    Pack sum = packed(0);
-    for (int i = 0; i < D; ++i) sum += logs[i];
-    const Mask lanes = bent & (abs(sum) < 1e300);
+[[gnu::always_inline]] inline void see_through_map(EdgeSight<D>& sight, Mask bent) {
+    const SeenPack<D> seen = seen_through<D>(sight.log_metric, sight.jacobian);
     GradientPack<D> turned;
-    for (int j = 0; j < D; ++j) turned[j] = congruence_transposed(turn, seen.gradient[j]);
+    for (int j = 0; j < D; ++j) turned[j] = congruence_transposed(seen.axes, sight.gradient[j]);
     for (int i = 0; i < D; ++i)
         for (int k = 0; k < sym_size<D>; ++k) {
-            Pack along = seen.jacobian(0, i) * turned[0].c[k];
-            for (int j = 1; j < D; ++j) along += seen.jacobian(j, i) * turned[j].c[k];
-            seen.gradient[i].c[k] = select(lanes, along, seen.gradient[i].c[k]);
+            Pack along = sight.jacobian(0, i) * turned[0].c[k];
+            for (int j = 1; j < D; ++j) along += sight.jacobian(j, i) * turned[j].c[k];
+            sight.gradient[i].c[k] = select(bent, along, sight.gradient[i].c[k]);
         }
-    for (int k = 0; k < sym_size<D>; ++k) seen.log_metric.c[k] = select(lanes, seen_log.c[k], seen.log_metric.c[k]);
+    for (int k = 0; k < sym_size<D>; ++k)
+        sight.log_metric.c[k] = select(bent, seen.log_metric.c[k], sight.log_metric.c[k]);
 }
 
 template <int D>
-[[nodiscard, gnu::always_inline]] inline SeenPack<D> seen_from_end(std::span<const EdgeEnds<D>> edges,
-                                                                   std::size_t begin, EdgeEnd<D> EdgeEnds<D>::* end) {
+[[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_end(std::span<const EdgeEnds<D>> edges,
+                                                                    std::size_t begin, EdgeEnd<D> EdgeEnds<D>::* end) {
     using Ends = EdgeEnds<D>;
-    SeenPack<D> seen;
+    EdgeSight<D> seen;
     seen.log_metric = gathered_sym<D>(edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& {
         return (e.*end).log_metric.l;
     });
@@ -101,13 +72,13 @@ template <int D>
 
 /// The mean of both ends.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline SeenPack<D> seen_from_middle(std::span<const EdgeEnds<D>> edges,
-                                                                      std::size_t begin) {
+[[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_middle(std::span<const EdgeEnds<D>> edges,
+                                                                       std::size_t begin) {
     using Ends = EdgeEnds<D>;
     const Pack bent =
         gathered(edges, begin, [](const Ends& e) __attribute__((always_inline)) { return e.is_bent ? 1.0 : 0.0; });
-    SeenPack<D> a = seen_from_end(edges, begin, &Ends::a);
-    SeenPack<D> b = seen_from_end(edges, begin, &Ends::b);
+    EdgeSight<D> a = seen_from_end(edges, begin, &Ends::a);
+    EdgeSight<D> b = seen_from_end(edges, begin, &Ends::b);
     if (any(bent != 0)) {
         see_through_map(a, bent != 0);
         see_through_map(b, bent != 0);
@@ -134,7 +105,7 @@ struct EdgeFrame {
 };
 
 template <int D>
-[[nodiscard, gnu::always_inline]] inline EdgeFrame<D> edge_frame(const VecPack<D>& chord, const SeenPack<D>& middle) {
+[[nodiscard, gnu::always_inline]] inline EdgeFrame<D> edge_frame(const VecPack<D>& chord, const EdgeSight<D>& middle) {
     EdgeFrame<D> f;
     f.log_metric = eigen_system<D>(middle.log_metric);
     f.chord = times_transposed(f.log_metric.vectors, chord);
@@ -225,7 +196,7 @@ template <int D>
 
 /// F R (by_axes + σ by_sizes), not further along the chord than `most_shift`; nothing where that is no number.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const VecPack<D>& chord, const SeenPack<D>& middle,
+[[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const VecPack<D>& chord, const EdgeSight<D>& middle,
                                                                     double size_share) {
     const EdgeFrame<D> f = edge_frame(chord, middle);
     const VecPack<D> axes = by_axes(f);

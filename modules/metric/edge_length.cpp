@@ -1,5 +1,6 @@
 module;
-#include <cmath>
+#include <algorithm>
+#include <array>
 #include <cstddef>
 module camber.metric;
 import camber.core;
@@ -11,12 +12,24 @@ template <int D>
 EdgeLength riemannian_length(const BackMesh<D>& back, const QuadraticEdge<D>& edge, const Quadrature& rule,
                              ElementId hint) {
     EdgeLength out;
+    std::array<LogMetric<D>, edge_pack> metrics;
+    std::array<Vec<D>, edge_pack> velocities;
+    std::array<double, edge_pack> speeds{};
+    std::size_t begin = 0, n = 0;
+    const auto add = [&] {
+        metric_norms<D>({metrics.data(), n}, {velocities.data(), n}, {speeds.data(), n});
+        for (std::size_t i = 0; i < n; ++i) out.length += rule.w[begin + i] * speeds[i];
+        begin += n;
+        n = 0;
+    };
     each_value_along(back, edge, rule, hint, [&](std::size_t q, const FieldSample<D>& sample) {
         out.outside += sample.location.placement == Placement::outside;
         out.lost += sample.location.placement == Placement::lost;
-        const SpectralMetric<D> metric(sample.log_metric);
-        out.length += rule.w[q] * std::sqrt(metric.length_squared(edge.derivative(rule.t[q])));
+        metrics[n] = sample.log_metric;
+        velocities[n++] = edge.derivative(rule.t[q]);
+        if (n == edge_pack) add();
     });
+    add();
     return out;
 }
 
@@ -29,9 +42,17 @@ EdgeField<D> edge_field(const BackMesh<D>& back, const QuadraticEdge<D>& edge, E
 template <int D>
 double riemannian_length(const EdgeField<D>& field, const QuadraticEdge<D>& edge, const Quadrature& rule) {
     double length = 0;
-    for (std::size_t q = 0; q < rule.size(); ++q) {
-        const SpectralMetric<D> metric(field.at(rule.t[q]));
-        length += rule.w[q] * std::sqrt(metric.length_squared(edge.derivative(rule.t[q])));
+    std::array<LogMetric<D>, edge_pack> metrics;
+    std::array<Vec<D>, edge_pack> velocities;
+    std::array<double, edge_pack> speeds{};
+    for (std::size_t begin = 0; begin < rule.size(); begin += edge_pack) {
+        const std::size_t n = std::min(edge_pack, rule.size() - begin);
+        for (std::size_t i = 0; i < n; ++i) {
+            metrics[i] = field.at(rule.t[begin + i]);
+            velocities[i] = edge.derivative(rule.t[begin + i]);
+        }
+        metric_norms<D>({metrics.data(), n}, {velocities.data(), n}, {speeds.data(), n});
+        for (std::size_t i = 0; i < n; ++i) length += rule.w[begin + i] * speeds[i];
     }
     return length;
 }

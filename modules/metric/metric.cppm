@@ -4,6 +4,7 @@ export module camber.metric;
 import :packs;
 export import :eigen;
 export import :spd;
+export import :batches;
 export import :matrix_derivatives;
 export import :natural;
 export import :tensors;

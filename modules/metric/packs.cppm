@@ -7,7 +7,6 @@ export module camber.metric:packs;
 import camber.core;
 
 /// Vectors, tensors and matrices of eight edges or points at a time, for kernels (core:pack).
-#pragma clang diagnostic ignored "-Wpsabi"  // all of it is inlined
 namespace camber {
 
 template <int D>
@@ -197,8 +196,8 @@ template <int D>
     return out;
 }
 
-/// The right singular vectors V of A and its singular values, A V = columns of squared lengths `values`: one-sided
-/// Jacobi rotations (Hestenes), by which small ones keep their relative digits. `columns` is A V.
+/// The right singular vectors V of A, and A V, whose columns are orthogonal and as long as the singular values:
+/// one-sided Jacobi rotations (Hestenes), by which small ones keep their relative digits.
 template <int D>
 struct RightSingularPack {
     MatPack<D> columns;
@@ -228,6 +227,46 @@ template <int D>
         if (!any(rotated)) break;
     }
     return out;
+}
+
+/// A metric seen through a map F: log M̂ = log(Fᵀ M F), and O = M^{1/2} F M̂^{-1/2}.
+template <int D>
+struct SeenPack {
+    SymPack<D> log_metric;
+    MatPack<D> axes;
+};
+/// With Λ^{1/2} Rᵀ F = V Σ Uᵀ (needles keep their digits): M̂ = U Σ² Uᵀ and O = R V Uᵀ. M itself where F is singular.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline SeenPack<D> seen_through(const SymPack<D>& log_metric,
+                                                                  const MatPack<D>& jacobian) {
+    const EigenPack<D> metric = eigen_system<D>(log_metric);
+    MatPack<D> factor;
+    for (int i = 0; i < D; ++i) {
+        const Pack root = exp(metric.values[i] / 2);
+        for (int j = 0; j < D; ++j) factor(i, j) = root * dot(metric.vectors.column[i], jacobian.column[j]);
+    }
+    const RightSingularPack<D> s = right_singular<D>(factor);
+    VecPack<D> logs;
+    MatPack<D> turned;  // R V
+    Pack sum = packed(0);
+    for (int i = 0; i < D; ++i) {
+        const Pack square = dot(s.columns.column[i], s.columns.column[i]);
+        logs[i] = log(square);
+        sum += logs[i];
+        turned.column[i] = times(metric.vectors, s.columns.column[i]);
+        const Pack scale = 1 / sqrt(square);
+        for (int k = 0; k < D; ++k) turned(k, i) *= scale;
+    }
+    const Mask lanes = abs(sum) < 1e300;
+    SeenPack<D> seen{composed(s.vectors, logs), {}};
+    for (int k = 0; k < sym_size<D>; ++k) seen.log_metric.c[k] = select(lanes, seen.log_metric.c[k], log_metric.c[k]);
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) {
+            Pack axis = turned(i, 0) * s.vectors(j, 0);
+            for (int k = 1; k < D; ++k) axis += turned(i, k) * s.vectors(j, k);
+            seen.axes(i, j) = select(lanes, axis, packed(i == j ? 1 : 0));
+        }
+    return seen;
 }
 
 }  // namespace camber

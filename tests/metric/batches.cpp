@@ -1,0 +1,129 @@
+// Closed forms in packs: what the scalar ones give, and the same bytes with any instructions in any company.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+#include <rapidcheck.h>
+
+#include "dice.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.metric;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+constexpr std::array every_set{Instructions::baseline, Instructions::avx2, Instructions::avx512};
+
+template <int D>
+LogMetric<D> random_log(Dice& dice, double range) {
+    Vec<D> values = dice.vector<D>(-range, range);
+    if (dice.below(4) == 0) values[1] = values[0];
+    return {congruence(dice.rotation<D>(), Sym<D>::diagonal(values))};
+}
+
+/// in(i) … of `n` items by `batch(first, count, set)`, which returns what it made: all at once, and one by one.
+template <class Out>
+void same_in_any_company(std::size_t n, const auto& batch) {
+    std::vector<Out> alone;
+    for (std::size_t i = 0; i < n; ++i) alone.push_back(batch(i, std::size_t{1}, Instructions::baseline)[0]);
+    for (const Instructions set : every_set)
+        if (has(set)) RC_ASSERT(batch(0, n, set) == alone);
+}
+
+template <int D>
+void laws() {
+    property("norms are those of the decomposed metric", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const std::size_t n = 1 + dice.below(20);
+        std::vector<LogMetric<D>> metrics;
+        std::vector<Vec<D>> vectors;
+        for (std::size_t i = 0; i < n; ++i) {
+            metrics.push_back(random_log<D>(dice, 28));
+            vectors.push_back(dice.vector<D>(-1, 1));
+        }
+        const auto norms = [&](std::size_t first, std::size_t count, Instructions set) {
+            std::vector<double> out(count);
+            metric_norms<D>(std::span(metrics).subspan(first, count), std::span(vectors).subspan(first, count), out,
+                            set);
+            return out;
+        };
+        same_in_any_company<double>(n, norms);
+        const auto all = norms(0, n, Instructions::baseline);
+        for (std::size_t i = 0; i < n; ++i) {
+            const double expected = std::sqrt(SpectralMetric<D>(metrics[i]).length_squared(vectors[i]));
+            RC_ASSERT(std::abs(all[i] - expected) <= 1e-11 * expected);
+        }
+    });
+    property("natural metrics are those of single simplices, of needles and pancakes too", [](std::uint64_t seed) {
+        Dice dice(seed);
+        std::vector<std::array<Vec<D>, D + 1>> simplices(1 + dice.below(20));
+        for (auto& p : simplices) {
+            const Mat<D> turn = dice.rotation<D>();
+            for (Vec<D>& corner : p) {
+                corner = dice.vector<D>(-1, 1);
+                corner[0] *= 1e-6;
+                corner = turn * corner;
+            }
+        }
+        const auto naturals = [&](std::size_t first, std::size_t count, Instructions set) {
+            std::vector<LogMetric<D>> out(count);
+            natural_log_metrics<D>(std::span(simplices).subspan(first, count), out, set);
+            return out;
+        };
+        same_in_any_company<LogMetric<D>>(simplices.size(), naturals);
+        const auto all = naturals(0, simplices.size(), Instructions::baseline);
+        for (std::size_t i = 0; i < simplices.size(); ++i) {
+            const LogMetric<D> expected = natural_log_metric<D>(simplices[i]);
+            RC_ASSERT(norm(all[i].l - expected.l) <= 1e-11 * norm(expected.l));
+        }
+    });
+    property("seen through a map: M̂ measures v as M measures F v, and O takes one root to the other",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 std::vector<LogMetric<D>> metrics(1 + dice.below(20));
+                 std::vector<Mat<D>> jacobians(metrics.size());
+                 for (std::size_t i = 0; i < metrics.size(); ++i) {
+                     metrics[i] = random_log<D>(dice, 14);
+                     jacobians[i] = Mat<D>::identity();
+                     for (Vec<D>& column : jacobians[i].column) column += dice.vector<D>(-0.3, 0.3);
+                 }
+                 const auto seen = [&](std::size_t first, std::size_t count, Instructions set) {
+                     std::vector<SeenMetric<D>> out(count);
+                     see_through<D>(std::span(metrics).subspan(first, count),
+                                    std::span(jacobians).subspan(first, count), out, set);
+                     return out;
+                 };
+                 same_in_any_company<SeenMetric<D>>(metrics.size(), seen);
+                 const auto all = seen(0, metrics.size(), Instructions::baseline);
+                 const Vec<D> v = dice.vector<D>(-1, 1);
+                 for (std::size_t i = 0; i < metrics.size(); ++i) {
+                     const SpectralMetric<D> metric(metrics[i]), through(all[i].log_metric);
+                     const double expected = metric.length_squared(jacobians[i] * v);
+                     RC_ASSERT(std::abs(through.length_squared(v) - expected) <= 1e-6 * expected);
+                     const Mat<D> turned = all[i].axes * transposed(all[i].axes);
+                     for (int a = 0; a < D; ++a)
+                         for (int b = 0; b < D; ++b) RC_ASSERT(std::abs(turned(a, b) - (a == b)) <= 1e-12);
+                 }
+             });
+    property("seen through a map that is singular: itself", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const LogMetric<D> metric = random_log<D>(dice, 10);
+        const Mat<D> flat{};
+        SeenMetric<D> seen;
+        see_through<D>({&metric, 1}, {&flat, 1}, {&seen, 1});
+        RC_ASSERT(seen == (SeenMetric<D>{metric}));
+    });
+}
+
+}  // namespace
+
+TEST_CASE("batches of closed forms: triangles") { laws<2>(); }
+TEST_CASE("batches of closed forms: tetrahedra") { laws<3>(); }
