@@ -1,0 +1,54 @@
+// The paper's discrete field: log-metrics at the vertices of a straight mesh, linear in each tetrahedron.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "matrix.hpp"
+
+namespace paper {
+
+inline constexpr std::uint32_t nobody = 0xffffffffU;
+
+struct BackVertex {
+    Vector point;
+    Symmetric log_metric;
+};
+/// A tetrahedron: its vertices, and who is across the face opposite each (`nobody` beyond the boundary).
+struct BackElement {
+    std::array<std::uint32_t, 4> vertices;
+    std::array<std::uint32_t, 4> neighbours;
+};
+
+struct BackField {
+    std::vector<BackVertex> vertices;
+    std::vector<BackElement> elements;
+};
+
+/// A point's element, its barycentric coordinates there and their gradients; `steps`: elements that were looked at.
+struct Place {
+    std::uint32_t element = nobody;
+    std::array<double, 4> u{};
+    std::array<Vector, 4> gradient{};
+    int steps = 0;
+};
+
+/// Walks from `hint` through the face that hides p most. None where that leads out of the mesh.
+[[nodiscard]] std::optional<Place> locate(const BackField& field, const Vector& p, std::uint32_t hint);
+
+/// log M = Σ u_j log M_j, and with N = 3 its gradient Σ ∇u_j log M_j.
+template <std::size_t N>
+[[nodiscard]] inline Jet<N> log_metric_at(const BackField& field, const Place& place) {
+    Jet<N> sum{};
+    for (std::size_t j = 0; j < 4; ++j) {
+        const Symmetric& log = field.vertices[field.elements[place.element].vertices[j]].log_metric;
+        add(sum.value, place.u[j], log);
+        for (std::size_t n = 0; n < N; ++n) add(sum.slope[n], place.gradient[j][n], log);
+    }
+    return sum;
+}
+
+}  // namespace paper

@@ -1,0 +1,78 @@
+#include "minimise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "back_field.hpp"
+#include "edge.hpp"
+#include "matrix.hpp"
+
+namespace paper {
+
+namespace {
+
+/// The BFGS update of an inverse Hessian by a step and a change of gradient; none where curvature is not positive.
+void update(Symmetric& h, const Vector& step, const Vector& change) {
+    const double product = dot(step, change);
+    const Vector hc = h * change;
+    const double size = dot(change, hc);
+    if (!(product > 1e-8 * size) || !(product > 0)) return;  // equal where h is the inverse Hessian already
+    const double factor = (1 + size / product) / product;
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j <= i; ++j)
+            h(i, j) += factor * step[i] * step[j] - (hc[i] * step[j] + step[i] * hc[j]) / product;
+}
+
+constexpr double armijo = 1e-4;
+constexpr int most_steps = 8;
+
+/// The length of the step along `direction` that Armijo's rule takes, by quadratic interpolation; 0 where none lowers
+/// the value, which becomes that of the step.
+double line_search(Edge& edge, const Vector& node, const Vector& direction, double slope, double& value) {
+    double step = 1;
+    for (int attempt = 0; attempt < most_steps; ++attempt) {
+        const double trial = edge.value(node + step * direction);
+        if (trial < value + armijo * step * slope) {
+            value = trial;
+            return step;
+        }
+        const double lowest = -slope * step * step / (2 * (trial - value - slope * step));
+        step = std::isfinite(trial) ? std::clamp(lowest, 0.1 * step, 0.5 * step) : 0.5 * step;
+    }
+    return 0;
+}
+
+}  // namespace
+
+Minimum minimise(const BackField& field, std::uint32_t a, std::uint32_t b, std::uint32_t hint, const Options& options) {
+    Edge edge(field, options.along, a, b, hint);
+    Minimum at;
+    at.node = edge.middle();
+    Length length = edge.value_and_gradient(at.node);
+    at.straight_length = length.value;
+    Symmetric h = 3 * length.value / 16 * edge.inverse_metric(at.node);
+    for (; edge.work().iterations < options.max_iterations; ++edge.work().iterations) {
+        const Vector direction = -1.0 * (h * length.gradient);
+        const double slope = dot(length.gradient, direction);
+        if (!(-slope > options.tolerance * length.value)) break;
+        double value = length.value;
+        const double step = line_search(edge, at.node, direction, slope, value);
+        if (step == 0) break;
+        const Vector moved = step * direction;
+        at.node = at.node + moved;
+        if (length.value - value < options.tolerance * length.value) {
+            length.value = value;
+            break;
+        }
+        const Length next = edge.value_and_gradient(at.node);
+        update(h, moved, next.gradient - length.gradient);
+        length = next;
+    }
+    at.length = length.value;
+    at.work = edge.work();
+    return at;
+}
+
+}  // namespace paper
