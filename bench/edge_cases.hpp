@@ -55,6 +55,9 @@ inline double true_length(const EdgeCase& c, EdgeId edge, const Vec<3>& node) {
 
 inline EdgeCase case_of(const LinearMesh<3>& mesh, const Column<LogMetric<3>>& logs) {
     const Execution all;
+    for (const auto& [p, q, r, s] : mesh.elements.vertices)
+        if (!(signed_volume<3>(std::array{mesh.points[p], mesh.points[q], mesh.points[r], mesh.points[s]}) > 0))
+            throw std::runtime_error("the mesh has elements that are turned over");
     EdgeCase c;
     c.mesh = elevate(mesh, all).value();
     c.kinds = find_features(mesh, c.mesh.edges, FeatureOptions<3>{}, all).value().edge_kinds;
@@ -102,7 +105,9 @@ inline EdgeCase file_case(const std::string& paths) {
 }
 
 /// UGAWG polar-1 with sizes 0.77 of its own (anisotropy 100), on a box that is mapped to it: the quarter of a pipe
-/// 0.2 ≤ r ≤ 0.9, with cells of about one length in the metric; or the file that CAMBER_BENCH_POLAR names.
+/// 0.2 ≤ r ≤ 0.9, with cells of about one length in the metric; or the file that CAMBER_BENCH_POLAR names. Vertices are
+/// off their lattice along r and z alone: chords around the layer sag by two of its sizes, so that with others straight
+/// elements would be turned over.
 inline EdgeCase polar_case(const char* file) {
     if (file != nullptr) return file_case(file);
     const PolarOneField field{.scale = 0.77};
@@ -112,13 +117,14 @@ inline EdgeCase polar_case(const char* file) {
     const auto distance = [&](double rho) { return field.least_size / growth * std::expm1(growth * rho); };
     BoxOptions<3> box;
     box.low = {{-coordinate(0.3), 0, 0}};
-    box.high = {{coordinate(0.4), std::numbers::pi / 2, 1}};
+    box.high = {{coordinate(0.4), 10, 1}};
     box.cells = {56, 10, 13};
     LinearMesh<3> mesh = generate(box).value();
     Buffer<Vec<3>> points = take(mesh.points);
     for (Vec<3>& p : points) {
         const double r = field.radius + std::copysign(distance(std::abs(p[0])), p[0]);
-        p = {{r * std::cos(p[1]), r * std::sin(p[1]), p[2]}};
+        const double angle = std::numbers::pi / 20 * std::round(p[1]);
+        p = {{r * std::cos(angle), r * std::sin(angle), p[2]}};
     }
     mesh.points = std::move(points);
     return case_of(mesh, log_metrics_of<3>(AnalyticField<3>(field), mesh.points.view(), Execution{}).value());
