@@ -12,9 +12,9 @@
 //
 // edges_per_second by one core. true_length: the mean over the edges of the curved edge's Riemannian length over the
 // straight one's, both in the field of the back mesh by 16 pieces of 4 Gauss points; true_length_p99: the percentile 99
-// of that; longer: the share of edges that are longer than their chords by more than 1e-9. Of an edge, in the mean: evaluations and exponentials (the
-// paper's), its walks and the elements that they looked at; samples: points at which a back mesh was asked (each is a
-// location and, but for a few, a decomposition).
+// of that; longer: the share of edges that are longer than their chords by more than 1e-9. Of an edge, in the mean:
+// evaluations and exponentials (the paper's), its walks and the elements that they looked at; samples: points at which
+// a back mesh was asked (each is a location and, but for a few, a decomposition).
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -165,8 +165,7 @@ void by_default(benchmark::State& state, const EdgeCase& c) {
     const CurveOptions options;
     Buffer<Vec<3>> offsets;
     for (auto _ : state) {
-        offsets =
-            accurate_offsets(c.mesh, c.kinds, EdgeKind::volume, c.shell, c.back, options, {.threads = 1}).value();
+        offsets = accurate_offsets(c.mesh, c.kinds, EdgeKind::volume, c.shell, c.back, options, {.threads = 1}).value();
         benchmark::DoNotOptimize(offsets.data());
     }
     std::vector<Vec<3>> nodes;
@@ -180,7 +179,8 @@ void add(const std::string& name, std::function<void(benchmark::State&)> run) {
 
 bool registered() {
     using Made = const EdgeCase& (*)();
-    for (const auto& [field, made] : {std::pair<std::string, Made>{"natural", natural}, {"polar", polar}, {"rotating", rotating}}) {
+    for (const auto& [field, made] :
+         {std::pair<std::string, Made>{"natural", natural}, {"polar", polar}, {"rotating", rotating}}) {
         const Made get = made;
         add("edge/paper_reference/" + field, [=](auto& state) { by_the_paper(state, get(), paper::Along::nodes); });
         add("edge/paper_points/" + field, [=](auto& state) { by_the_paper(state, get(), paper::Along::points); });

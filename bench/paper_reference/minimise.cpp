@@ -27,6 +27,7 @@ void update(Symmetric& h, const Vector& step, const Vector& change) {
 
 constexpr double armijo = 1e-4;
 constexpr int most_steps = 8;
+constexpr double longest_step = 0.25;  ///< in chords
 
 /// The length of the step along `direction` that Armijo's rule takes, by quadratic interpolation; 0 where none lowers
 /// the value, which becomes that of the step.
@@ -52,11 +53,16 @@ Minimum minimise(const BackField& field, std::uint32_t a, std::uint32_t b, std::
     at.node = edge.middle();
     Length length = edge.value_and_gradient(at.node);
     at.straight_length = length.value;
+    const Vector chord = field.vertices[b].point - field.vertices[a].point;
+    const double longest = longest_step * std::sqrt(dot(chord, chord));
     Symmetric h = 3 * length.value / 16 * edge.inverse_metric(at.node);
     for (; edge.work().iterations < options.max_iterations; ++edge.work().iterations) {
-        const Vector direction = -1.0 * (h * length.gradient);
+        Vector direction = -1.0 * (h * length.gradient);
+        const double promise = -dot(length.gradient, direction);
+        if (const double size = std::sqrt(dot(direction, direction)); size > longest)
+            direction = longest / size * direction;
         const double slope = dot(length.gradient, direction);
-        if (!(-slope > options.tolerance * length.value)) break;
+        if (!(promise > options.tolerance * length.value)) break;
         double value = length.value;
         const double step = line_search(edge, at.node, direction, slope, value);
         if (step == 0) break;

@@ -1,4 +1,5 @@
-// The paper's node of an edge: the one whose edge is shortest on three points (§2.2.2), by BFGS from the chord's middle.
+// The paper's node of an edge: the one whose edge is shortest on three points (§2.2.2), by BFGS from the chord's
+// middle.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +26,8 @@ struct Minimum {
 
 /// BFGS in physical coordinates with Armijo's rule. The first inverse Hessian is that of a constant metric, in which
 /// the Hessian across the chord is 16 M/(3 length): physical coordinates alone would have its condition, 10^12 at
-/// anisotropy 10^6. The node stays in the mesh: steps that lead out of it are shortened. No allocation.
+/// anisotropy 10^6. No step is longer than a quarter of the chord, which matters where a mesh does not resolve its
+/// metric. The node stays in the mesh: steps that lead out of it are shortened. No allocation.
 [[nodiscard]] Minimum minimise(const BackField& field, std::uint32_t a, std::uint32_t b, std::uint32_t hint,
                                const Options& options);
 

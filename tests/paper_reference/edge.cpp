@@ -4,13 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "dice.hpp"
-#include "meshes.hpp"
-#include "property.hpp"
 #include "back_field.hpp"
+#include "dice.hpp"
 #include "edge.hpp"
 #include "matrix.hpp"
+#include "meshes.hpp"
 #include "minimise.hpp"
+#include "property.hpp"
 
 import camber.core;
 import camber.metric;

@@ -5,9 +5,9 @@
 #include <cstdint>
 
 #include "dice.hpp"
-#include "property.hpp"
 #include "exponential.hpp"
 #include "matrix.hpp"
+#include "property.hpp"
 
 import camber.core;
 import camber.metric;
