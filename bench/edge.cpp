@@ -100,7 +100,7 @@ void by_the_paper(benchmark::State& state, const EdgeCase& c, paper::Along along
     }
     count_lengths(state, c, nodes);
     const auto an_edge = [&](double count) { return count / static_cast<double>(c.edges.size()); };
-    state.counters["iterations"] = an_edge(work.iterations);
+    state.counters["bfgs_iterations"] = an_edge(work.iterations);
     state.counters["exponentials"] = an_edge(3.0 * work.values);
     state.counters["exponentials_with_derivatives"] = an_edge(3.0 * work.gradients);
     state.counters["walks"] = an_edge(work.walks);
@@ -169,6 +169,7 @@ void by_default(benchmark::State& state, const EdgeCase& c) {
         benchmark::DoNotOptimize(offsets.data());
     }
     std::vector<Vec<3>> nodes;
+    nodes.reserve(c.edges.size());
     for (const EdgeId e : c.edges) nodes.push_back(c.mesh.mid_nodes[e].point + offsets[e.index()]);
     count_lengths(state, c, nodes);
 }
