@@ -127,6 +127,7 @@ class CountingBack final : public BackModel<3> {
         *samples_ += points.size();
         back_->sample_with_recovered_gradients(points, hint, out);
     }
+    void see(std::span<const BackEdge> edges, std::span<EdgeEnds<3>> out) const override { back_->see(edges, out); }
     [[nodiscard]] std::size_t vertex_count() const override { return back_->vertex_count(); }
     [[nodiscard]] BackVertex<3> vertex(VertexId v) const override { return back_->vertex(v); }
     [[nodiscard]] BackSector<3> sector(ElementId e, VertexId a, VertexId b) const override {

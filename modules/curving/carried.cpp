@@ -2,6 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <span>
+#include <vector>
 module camber.curving;
 import :by_element;
 import camber.core;
@@ -30,12 +31,30 @@ template <int D>
 Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes(const QuadraticMesh<D>& mesh,
                                                   std::span<const LagrangeNode<D>> extended,
                                                   const Column<LogMetric<D>>& log_metrics, const Execution& execution) {
-    return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
-        const LagrangeNode<D> middle = middle_of(mesh, e);
-        const Vec<D> u = extended[e].point - middle.point;
-        for (const VertexId v : mesh.edges.vertices[e])
-            if (!(SpectralMetric<D>(log_metrics[v]).length_squared(u) < negligible * negligible)) return extended[e];
-        return middle;
+    return guarded([&]() -> Outcome<Buffer<LagrangeNode<D>>> {
+        Buffer<LagrangeNode<D>> nodes(mesh.edges.size());
+        auto done = each_chunk(execution, nodes.size(), [&](std::size_t begin, std::size_t end) {
+            // Of each edge that moves its displacement, in the metrics of both ends.
+            std::vector<std::size_t> moved;
+            std::vector<LogMetric<D>> metrics;
+            std::vector<Vec<D>> displacements;
+            for (std::size_t e = begin; e < end; ++e) {
+                nodes[e] = middle_of(mesh, e);
+                if (extended[e] == nodes[e]) continue;
+                moved.push_back(e);
+                for (const VertexId v : mesh.edges.vertices[e]) {
+                    metrics.push_back(log_metrics[v]);
+                    displacements.push_back(extended[e].point - nodes[e].point);
+                }
+            }
+            std::vector<double> lengths(metrics.size());
+            metric_norms<D>(metrics, displacements, lengths);
+            for (std::size_t i = 0; i < moved.size(); ++i)
+                if (!(lengths[2 * i] < negligible && lengths[2 * i + 1] < negligible))
+                    nodes[moved[i]] = extended[moved[i]];
+        });
+        if (!done) return fail(done.error());
+        return nodes;
     });
 }
 

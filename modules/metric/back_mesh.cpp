@@ -81,14 +81,43 @@ LogGradient<D> StraightBack<D>::recovered_gradient_at(const Location<D>& locatio
     return gradient;
 }
 
+namespace {
+
+template <int D>
+Outcome<Done> check_rows(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& log_metrics) {
+    if (log_metrics.size() == mesh.points.size()) return Done{};
+    return fail(ErrorKind::input,
+                "the metric has " + std::to_string(log_metrics.size()) + " rows, the mesh " +
+                    std::to_string(mesh.points.size()) + " vertices",
+                {}, {}, "give the metric of this mesh");
+}
+
+/// Of each vertex the mean over its ball, weighted by volume.
+template <int D>
+Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back, const Incidence<ElementId>& balls,
+                                               const Execution& execution) {
+    return map_each(execution, back.mesh.points.size(), [&](std::size_t v) {
+        LogGradient<D> sum{};
+        double weight = 0;
+        for (const ElementId e : balls[v]) {
+            const double volume = std::abs(Frame<D>(back.mesh, e).determinant);
+            if (!(volume > 0)) continue;
+            const LogGradient<D> g = back.gradient_in(e);
+            for (int i = 0; i < D; ++i) sum[i] += volume * g[i];
+            weight += volume;
+        }
+        if (weight > 0)
+            for (Sym<D>& g : sum) g *= 1 / weight;
+        return sum;
+    });
+}
+
+}  // namespace
+
 template <int D>
 Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                             Column<LogMetric<D>> log_metrics, const Execution& execution) {
-    if (log_metrics.size() != mesh.points.size())
-        return fail(ErrorKind::input,
-                    "the metric has " + std::to_string(log_metrics.size()) + " rows, the mesh " +
-                        std::to_string(mesh.points.size()) + " vertices",
-                    {}, {}, "give the metric of this mesh");
+    if (auto fits = check_rows(mesh, log_metrics); !fits) return fail(fits.error());
     StraightBack<D> back;
     back.mesh = mesh;
     back.log_metrics = std::move(log_metrics);
@@ -102,23 +131,25 @@ Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Inc
         for (const Vec<D>& p : face_points<D>(mesh, back.boundary[f])) boxes[f].include(p);
     }
     back.boundary_tree = BoxTree<D>(boxes);
-    auto gradients = map_each(execution, mesh.points.size(), [&](std::size_t v) {
-        LogGradient<D> sum{};
-        double weight = 0;
-        for (const ElementId e : balls[v]) {
-            const double volume = std::abs(Frame<D>(mesh, e).determinant);
-            if (!(volume > 0)) continue;
-            const LogGradient<D> g = back.gradient_in(e);
-            for (int i = 0; i < D; ++i) sum[i] += volume * g[i];
-            weight += volume;
-        }
-        if (weight > 0)
-            for (Sym<D>& g : sum) g *= 1 / weight;
-        return sum;
-    });
+    auto gradients = mean_gradients(back, balls, execution);
     if (!gradients) return fail(gradients.error());
     back.nodal_gradients = std::move(*gradients);
     return back;
+}
+
+template <int D>
+Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, const Incidence<ElementId>& balls,
+                                        Column<LogMetric<D>> log_metrics, const Execution& execution) {
+    const auto* const curved = dynamic_cast<const CurvedBack<D>*>(&*back);
+    const StraightBack<D>* const straight = curved ? &curved->reference : straight_part(back);
+    if (!straight) return fail(ErrorKind::internal, "there is no straight mesh behind this back mesh");
+    if (auto fits = check_rows(straight->mesh, log_metrics); !fits) return fail(fits.error());
+    StraightBack<D> other = *straight;
+    other.log_metrics = std::move(log_metrics);
+    auto gradients = mean_gradients(other, balls, execution);
+    if (!gradients) return fail(gradients.error());
+    other.nodal_gradients = std::move(*gradients);
+    return BackMesh<D>(std::move(other));
 }
 
 template <int D>
@@ -179,6 +210,8 @@ BackSector<D> StraightBack<D>::sector(ElementId e, VertexId a, VertexId b) const
                                                             Column<LogMetric<D>>, const Execution&);           \
     template Outcome<BackMesh<D>> make_back_mesh<D>(const LinearMesh<D>&, const Incidence<ElementId>&,         \
                                                     Column<LogMetric<D>>, const Execution&);                   \
+    template Outcome<BackMesh<D>> straight_back_mesh<D>(const BackMesh<D>&, const Incidence<ElementId>&,       \
+                                                        Column<LogMetric<D>>, const Execution&);               \
     template std::array<Vec<D>, D + 1> barycentric_gradients<D>(const LinearMesh<D>&, ElementId);
 
 CAMBER_INSTANTIATE(2)

@@ -155,6 +155,12 @@ template <int D>
                                                          const Incidence<ElementId>& balls,
                                                          Column<LogMetric<D>> log_metrics, const Execution& execution);
 
+/// The straight mesh behind a back mesh of the functions above, with other logs at its vertices; what location needs is
+/// shared. Errors: those of make_back_mesh; a model of another kind (internal).
+template <int D>
+[[nodiscard]] Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, const Incidence<ElementId>& balls,
+                                                      Column<LogMetric<D>> log_metrics, const Execution& execution);
+
 /// ∇u_i of the barycentric coordinates of an element; they sum to zero.
 template <int D>
 [[nodiscard]] std::array<Vec<D>, D + 1> barycentric_gradients(const LinearMesh<D>& mesh, ElementId e);

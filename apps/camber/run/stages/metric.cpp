@@ -3,7 +3,6 @@ module;
 #include <array>
 #include <cstddef>
 #include <optional>
-#include <span>
 #include <utility>
 module camber.run;
 import camber.core;
@@ -38,16 +37,19 @@ Outcome<double> largest_anisotropy(const Column<LogMetric<D>>& field, const Exec
 }
 
 template <int D>
-Outcome<Field<D>> field_of(const MetricInput<D>& input, const config::Metric& metric,
-                           std::span<const config::MetricOperation> operations, const Execution& execution) {
+Outcome<SourcedMetric<D>> log_metrics_of(const MetricInput<D>& input, const config::Pipeline& config,
+                                         const Execution& execution) {
+    auto made = make_log_metrics(input, config.metric, execution);
+    if (made) return apply_operations(std::move(*made), input, config.metric_operations, execution);
+    Error& error = made.error();
+    if (error.kind == ErrorKind::usage && error.where.empty()) error.where = "/metric";
+    return made;
+}
+
+template <int D>
+Outcome<Field<D>> field_of(const MetricInput<D>& input, const config::Pipeline& config, const Execution& execution) {
     const LinearMesh<D>& mesh = input.mesh.linear;
-    auto made = make_log_metrics(input, metric, execution);
-    if (!made) {
-        Error error = made.error();
-        if (error.kind == ErrorKind::usage && error.where.empty()) error.where = "/metric";
-        return fail(std::move(error));
-    }
-    made = apply_operations(std::move(*made), input, operations, execution);
+    auto made = log_metrics_of(input, config, execution);
     if (!made) return fail(made.error());
     const auto volume = complexity(mesh, made->log_metrics, execution);
     if (!volume) return fail(volume.error());
@@ -71,7 +73,7 @@ struct MadeField {
 template <int D>
 Outcome<MadeField<D>> straight_field(const MetricInput<D>& input, const config::Pipeline& config,
                                      const Execution& execution) {
-    auto field = field_of<D>(input, config.metric, config.metric_operations, execution);
+    auto field = field_of<D>(input, config, execution);
     if (!field) return fail(field.error());
     const auto around = balls(input.mesh.linear, execution);
     if (!around) return fail(around.error());
@@ -83,7 +85,7 @@ Outcome<MadeField<D>> straight_field(const MetricInput<D>& input, const config::
 template <int D>
 Outcome<MadeField<D>> carried_field(MetricInput<D> input, const Incidence<ElementId>& shells,
                                     const config::Pipeline& config, const Execution& execution) {
-    auto field = field_of<D>(input, config.metric, config.metric_operations, execution);
+    auto field = field_of<D>(input, config, execution);
     if (!field) return fail(field.error());
     const auto around = balls(input.mesh.linear, execution);
     if (!around) return fail(around.error());
@@ -97,9 +99,11 @@ Outcome<MadeField<D>> carried_field(MetricInput<D> input, const Incidence<Elemen
     auto back = make_curved_back_mesh(bent, *around, std::move(field->log_metrics), execution);
     if (!back) return fail(back.error());
     input.extended = {};
-    auto straight = straight_field(input, config, execution);
-    if (!straight) return straight;
-    return MadeField<D>{std::move(*back), std::move(straight->back), nodes, std::move(field->report),
+    auto straight = log_metrics_of(input, config, execution);
+    if (!straight) return fail(straight.error());
+    auto beside = straight_back_mesh(*back, *around, std::move(straight->log_metrics), execution);
+    if (!beside) return fail(beside.error());
+    return MadeField<D>{std::move(*back), std::move(*beside), nodes, std::move(field->report),
                         std::move(field->notices)};
 }
 
