@@ -20,6 +20,7 @@ import camber.commands;
 import camber.config;
 import camber.io;
 import camber.run;
+import camber.shapes;
 
 namespace {
 
@@ -32,6 +33,7 @@ constexpr const char* description =
     "  camber run configs/spheres.json                   run a pipeline\n"
     "  camber check wing-p2.meshb                        is it a good mesh?\n"
     "  camber convert wing-p2.meshb -o wing-p2.vtu       for ParaView\n"
+    "  camber generate shell -o shell.meshb              a mesh to try things on\n"
     "  camber explain curve                              what a stage does, and its options\n";
 
 constexpr const char* exit_codes =
@@ -54,6 +56,7 @@ struct Verb {
     CurveArguments curve;
     RepairArguments repair;
     ConvertArguments convert;
+    GenerateArguments generate;
     PlotArguments plot;
     CheckArguments check;
     InfoArguments info;
@@ -252,6 +255,46 @@ void add_convert(CLI::App& app, Verb& verb) {
     convert->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
 }
 
+void add_generate(CLI::App& app, Verb& verb) {
+    CLI::App* generate = app.add_subcommand(
+        "generate",
+        "A straight mesh of a shape, without a file: to try things on, and at any size.\n\n"
+        "  camber generate shell -o shell.meshb --set inner_size=0.3 --set inner_layer/count=5   between two spheres\n"
+        "  camber generate shell --structure prisms --elements 2e7 -o big.meshb                  fast at any size\n"
+        "  camber generate annulus -o ring.mesh --elements 1000                                  between two circles\n"
+        "  camber generate box -o box.msh --set 'cells=[20, 10, 10]' --set 'high=[2, 1, 1]'      a lattice, cut\n"
+        "  camber generate rectangle -o square.vtu --set 'grading=[1, 50]' --set warp=0.04       the same in 2D, "
+        "mapped\n"
+        "  camber generate bump -o channel.mesh --set floor_layer/count=8                        a channel's floor\n"
+        "  camber generate '{\"box\": {\"cells\": [9, 9, 9]}}' -o box.meshb                      as configs say it\n"
+        "  camber generate configs/spheres.json -o spheres.meshb                                 what a config begins "
+        "with\n\n"
+        "The options of a shape: camber explain shell (annulus, box, rectangle, bump, layer); those of layers are "
+        "inner_layer/count and so on. The same options give the same bytes, whatever the threads. More: "
+        "docs/algorithms/delaunay-and-shapes.md");
+    GenerateArguments& a = verb.generate;
+    generate->add_option("shape", a.shape, "A shape's name, its JSON, or a file with that or with a config")
+        ->required();
+    generate
+        ->add_option(
+            "-o,--output", a.output,
+            "Where the mesh goes (" + camber::listed(camber::endings_written(camber::mesh_formats()), ", ") + ")")
+        ->required();
+    generate->add_option("--set", a.settings, "One option of the shape: path=value")->type_name("PATH=VALUE");
+    generate
+        ->add_option("--elements", a.elements,
+                     "About so many tetrahedra or triangles (within 20 per cent, but for very few): sizes or cells are "
+                     "scaled, layers stay as they are")
+        ->check(CLI::Range(1.0, static_cast<double>(camber::max_entities)));
+    add_words(generate, "--structure", a.structure,
+              "Of a shell or annulus: " + std::string(camber::option_of(&camber::ShellOptions<3>::structure).sentence));
+    generate->add_option("--format", a.format, "The format, by its name, whatever the ending of the output")
+        ->option_text(camber::listed(camber::names_written(camber::mesh_formats()), "|", "|"));
+    generate->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
+        ->check(CLI::NonNegativeNumber);
+    generate->add_flag("--print-config", a.print_config, "Print the pipeline that makes this mesh, and stop");
+}
+
 void add_plot(CLI::App& app, Verb& verb) {
     CLI::App* plot =
         app.add_subcommand("plot",
@@ -278,6 +321,7 @@ int dispatch(const CLI::App& app, const Verb& verb) {
     if (app.got_subcommand("repair")) return repair_command(verb.repair);
     if (app.got_subcommand("plot")) return plot_command(verb.plot);
     if (app.got_subcommand("convert")) return convert_command(verb.convert);
+    if (app.got_subcommand("generate")) return generate_command(verb.generate);
     if (app.got_subcommand("check")) return check_command(verb.check);
     if (app.got_subcommand("info")) return info_command(verb.info);
     if (app.got_subcommand("explain")) return explain_command(verb.topic);
@@ -333,6 +377,7 @@ int main(int argc, char** argv) {
         add_curve(app, verb);
         add_repair(app, verb);
         add_convert(app, verb);
+        add_generate(app, verb);
         add_plot(app, verb);
         add_check(app, verb);
         add_others(app, verb);

@@ -3,9 +3,10 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
-#include <set>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 module camber.shapes;
@@ -16,17 +17,72 @@ namespace camber {
 namespace {
 
 template <int D>
-Outcome<Done> check_volumes(const LinearMesh<D>& mesh) {
-    for (std::size_t e = 0; e < mesh.elements.size(); ++e)
-        if (!(determinant(mesh.points, mesh.elements.vertices[e]) > 0))
-            return fail(ErrorKind::usage, "the generator made an element without positive volume", {},
-                        Entity{simplex_name<D>, e + 1}, "the sizes do not fit together");
-    return Done{};
+Outcome<Done> check_volumes(const LinearMesh<D>& mesh, const Execution& execution) {
+    const std::size_t n = mesh.elements.size();
+    const auto first = reduce_each(
+        execution, n, n,
+        [&](std::size_t& found, std::size_t e) {
+            if (found == n && !(determinant(mesh.points, mesh.elements.vertices[e]) > 0)) found = e;
+        },
+        [](std::size_t a, std::size_t b) { return std::min(a, b); });
+    if (!first) return fail(first.error());
+    if (*first == n) return Done{};
+    return fail(ErrorKind::usage, "the generator made an element without positive volume", {},
+                Entity{simplex_name<D>, *first + 1}, "the sizes do not fit together");
+}
+
+/// The elements whose faces can be facets, rising: those with D marked vertices.
+template <int D>
+Outcome<std::vector<std::size_t>> elements_near_facets(const LinearMesh<D>& mesh, const Buffer<std::uint8_t>& marked,
+                                                       const Execution& execution) {
+    return reduce_each(
+        execution, mesh.elements.size(), std::vector<std::size_t>{},
+        [&](std::vector<std::size_t>& near, std::size_t e) {
+            int count = 0;
+            for (const VertexId v : mesh.elements.vertices[e]) count += marked[v.index()];
+            if (count >= D) near.push_back(e);
+        },
+        [](std::vector<std::size_t> a, const std::vector<std::size_t>& b) {
+            a.insert(a.end(), b.begin(), b.end());
+            return a;
+        });
+}
+
+/// The part of a mesh that has facets, and which of its vertices may have them.
+template <int D>
+struct NearFacets {
+    LinearMesh<D> mesh;
+    Buffer<std::uint8_t> marked;  ///< one a vertex
+};
+
+template <int D>
+Outcome<NearFacets<D>> near_facets(const LinearMesh<D>& mesh, const MayHaveFacets& may_have_facets,
+                                   const Execution& execution) {
+    auto marked = map_each(execution, mesh.points.size(), [&](std::size_t v) -> std::uint8_t {
+        return !may_have_facets || may_have_facets(VertexId(v)) ? 1 : 0;
+    });
+    if (!marked) return fail(marked.error());
+    if (!may_have_facets) return NearFacets<D>{mesh, std::move(*marked)};
+    const auto near = elements_near_facets(mesh, *marked, execution);
+    if (!near) return fail(near.error());
+    Buffer<SimplexVertices<D>> vertices(near->size());
+    Buffer<Reference> materials(near->size());
+    for (std::size_t k = 0; k < near->size(); ++k) {
+        vertices[k] = mesh.elements.vertices[(*near)[k]];
+        materials[k] = mesh.elements.references[(*near)[k]];
+    }
+    NearFacets<D> part{{}, std::move(*marked)};
+    part.mesh.points = mesh.points;
+    part.mesh.elements = {std::move(vertices), std::move(materials), {}};
+    return part;
 }
 
 template <int D>
-Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& mesh, const FacetReference<D>& facet_reference) {
-    const Execution execution;
+Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& whole, const FacetReference<D>& facet_reference,
+                                          const MayHaveFacets& may_have_facets, const Execution& execution) {
+    const auto part = near_facets(whole, may_have_facets, execution);
+    if (!part) return fail(part.error());
+    const LinearMesh<D>& mesh = part->mesh;
     const auto around = balls(mesh, execution);
     if (!around) return fail(around.error());
     const auto adjacent = neighbours(mesh, *around, execution);
@@ -41,51 +97,75 @@ Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& mesh, const Facet
             SimplexVertices<D - 1> facet;
             const auto local = face_opposite<D>(opposite);
             for (int i = 0; i < D; ++i) facet[i] = mesh.elements.vertices[e][local[i]];
+            // A face with another vertex has its neighbour in the rest of the mesh.
+            if (std::any_of(facet.begin(), facet.end(), [&](VertexId v) { return part->marked[v.index()] == 0; }))
+                continue;
             vertices.push_back(facet);
             references.push_back(facet_reference(facet));
         }
     return Simplices<D - 1>{std::move(vertices), std::move(references), {}};
 }
 
-/// The references of the facets at each vertex: bounded by few, so a small sorted list.
-template <int D>
-std::map<VertexId, std::set<Reference>> references_at_vertices(const LinearMesh<D>& mesh) {
-    std::map<VertexId, std::set<Reference>> at;
-    for (std::size_t f = 0; f < mesh.facets.size(); ++f)
-        for (const VertexId v : mesh.facets.vertices[f]) at[v].insert(mesh.facets.references[f]);
-    return at;
+/// Pairs in rising order, each once: (where, a reference there).
+template <class Key>
+using ReferencesAt = std::vector<std::pair<Key, Reference>>;
+
+template <class Key>
+void order(ReferencesAt<Key>& at) {
+    std::sort(at.begin(), at.end());
+    at.erase(std::unique(at.begin(), at.end()), at.end());
+}
+
+/// f(key, its references rising) for each key in rising order.
+template <class Key, class F>
+void each_key(const ReferencesAt<Key>& at, F&& f) {
+    std::vector<Reference> found;
+    for (std::size_t i = 0; i < at.size();) {
+        found.clear();
+        const std::size_t first = i;
+        for (; i < at.size() && at[i].first == at[first].first; ++i) found.push_back(at[i].second);
+        f(at[first].first, found);
+    }
 }
 
 template <int D>
-Column<Reference> vertex_references(std::size_t count, const std::map<VertexId, std::set<Reference>>& at) {
-    Buffer<Reference> references(count, Reference{0});
-    for (const auto& [v, found] : at) references[v.index()] = *found.begin();
-    return references;
+ReferencesAt<VertexId> references_at_vertices(const LinearMesh<D>& mesh) {
+    ReferencesAt<VertexId> at;
+    at.reserve(D * mesh.facets.size());
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f)
+        for (const VertexId v : mesh.facets.vertices[f]) at.emplace_back(v, mesh.facets.references[f]);
+    order(at);
+    return at;
 }
 
 /// Edges between facets of two references; numbered in the order of the pairs.
 void add_ridges(LinearMesh<3>& mesh) {
-    std::map<std::array<VertexId, 2>, std::set<Reference>> at;
+    using Edge = std::array<VertexId, 2>;
+    ReferencesAt<Edge> at;
+    at.reserve(3 * mesh.facets.size());
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
         for (int i = 0; i < 3; ++i) {
             const auto& facet = mesh.facets.vertices[f];
-            const VertexId a = facet[i], b = facet[(i + 1) % 3];
-            at[{std::min(a, b), std::max(a, b)}].insert(mesh.facets.references[f]);
+            const auto [low, high] = std::minmax(facet[i], facet[(i + 1) % 3]);
+            at.emplace_back(Edge{low, high}, mesh.facets.references[f]);
         }
-    std::map<std::set<Reference>, Reference> numbers;
-    for (const auto& [edge, found] : at)
-        if (found.size() > 1) numbers.try_emplace(found, 0);
+    order(at);
+    std::map<std::vector<Reference>, Reference> numbers;
+    Buffer<Edge> edges;
+    each_key(at, [&](const Edge& edge, const std::vector<Reference>& found) {
+        if (found.size() < 2) return;
+        edges.push_back(edge);
+        numbers.try_emplace(found, 0);
+    });
     Reference next = 0;
-    for (auto& [pair, number] : numbers) number = ++next;
-    Buffer<std::array<VertexId, 2>> edges;
+    for (auto& [meeting, number] : numbers) number = ++next;
     Buffer<Reference> references;
     Buffer<std::uint32_t> ridges;
-    for (const auto& [edge, found] : at) {
-        if (found.size() < 2) continue;
-        ridges.push_back(static_cast<std::uint32_t>(edges.size()));
-        edges.push_back(edge);
+    each_key(at, [&](const Edge&, const std::vector<Reference>& found) {
+        if (found.size() < 2) return;
+        ridges.push_back(static_cast<std::uint32_t>(references.size()));
         references.push_back(numbers.at(found));
-    }
+    });
     mesh.edges = {std::move(edges), std::move(references), {}};
     mesh.ridges = std::move(ridges);
 }
@@ -94,29 +174,34 @@ void add_ridges(LinearMesh<3>& mesh) {
 
 template <int D>
 Outcome<LinearMesh<D>> bounded_mesh(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements,
-                                    Buffer<Reference> materials, const FacetReference<D>& facet_reference) {
+                                    Buffer<Reference> materials, const FacetReference<D>& facet_reference,
+                                    const MayHaveFacets& may_have_facets, const Execution& execution) {
     LinearMesh<D> mesh;
     const std::size_t count = points.size();
     mesh.points = std::move(points);
-    mesh.point_references = Buffer<Reference>(count, Reference{0});
     mesh.elements = {std::move(elements), std::move(materials), {}};
-    if (auto checked = check_volumes(mesh); !checked) return fail(checked.error());
-    auto facets = boundary_facets<D>(mesh, facet_reference);
+    if (auto checked = check_volumes(mesh, execution); !checked) return fail(checked.error());
+    auto facets = boundary_facets<D>(mesh, facet_reference, may_have_facets, execution);
     if (!facets) return fail(facets.error());
     mesh.facets = std::move(*facets);
-    const auto at = references_at_vertices(mesh);
-    mesh.point_references = vertex_references<D>(count, at);
+    Buffer<Reference> point_references(count, Reference{0});
     Buffer<VertexId> corners;
-    for (const auto& [v, found] : at)
+    each_key(references_at_vertices(mesh), [&](VertexId v, const std::vector<Reference>& found) {
+        point_references[v.index()] = found.front();
         if (found.size() >= std::size_t{D}) corners.push_back(v);
+    });
+    mesh.point_references = std::move(point_references);
     mesh.corners = std::move(corners);
     if constexpr (D == 3) add_ridges(mesh);
     return mesh;
 }
 
-template Outcome<LinearMesh<2>> bounded_mesh<2>(Buffer<Vec<2>>, Buffer<SimplexVertices<2>>, Buffer<Reference>,
-                                                const FacetReference<2>&);
-template Outcome<LinearMesh<3>> bounded_mesh<3>(Buffer<Vec<3>>, Buffer<SimplexVertices<3>>, Buffer<Reference>,
-                                                const FacetReference<3>&);
+#define CAMBER_INSTANTIATE(D)                                                                                      \
+    template Outcome<LinearMesh<D>> bounded_mesh<D>(Buffer<Vec<D>>, Buffer<SimplexVertices<D>>, Buffer<Reference>, \
+                                                    const FacetReference<D>&, const MayHaveFacets&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

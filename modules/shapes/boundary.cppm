@@ -11,21 +11,29 @@ export namespace camber {
 template <int D>
 using FacetReference = std::function<Reference(const SimplexVertices<D - 1>&)>;
 
+/// Whether a vertex may have facets: true at all that have, asked from any thread. Where it is false nothing is looked
+/// for, which makes large meshes fast. None: nothing is known.
+using MayHaveFacets = std::function<bool(VertexId)>;
+
 /// A whole mesh from its points and elements: facets on the boundary, outwards oriented, and between elements of
 /// different materials, out of the one of lower number; vertices with the least reference of their facets, inner ones
 /// with 0; where references meet, corners (2D) or ridges and corners (3D: where ridges end or more than two meet).
-/// Errors: an element without positive volume (usage: the sizes do not fit together).
+/// Errors: an element without positive volume (usage: the sizes do not fit together); stopped.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> bounded_mesh(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements,
-                                                  Buffer<Reference> materials,
-                                                  const FacetReference<D>& facet_reference);
+                                                  Buffer<Reference> materials, const FacetReference<D>& facet_reference,
+                                                  const MayHaveFacets& may_have_facets = {},
+                                                  const Execution& execution = {});
 
 /// The same of one material: reference 1.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> bounded_mesh(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements,
-                                                  const FacetReference<D>& facet_reference) {
+                                                  const FacetReference<D>& facet_reference,
+                                                  const MayHaveFacets& may_have_facets = {},
+                                                  const Execution& execution = {}) {
     Buffer<Reference> materials(elements.size(), Reference{1});
-    return bounded_mesh<D>(std::move(points), std::move(elements), std::move(materials), facet_reference);
+    return bounded_mesh<D>(std::move(points), std::move(elements), std::move(materials), facet_reference,
+                           may_have_facets, execution);
 }
 
 /// D! times the volume (area in 2D) of an element.

@@ -41,7 +41,7 @@ struct BumpOptions {
 /// b(x).
 [[nodiscard]] double floor_height(const BumpOptions& options, double x);
 
-/// Errors: usage (sizes that do not fit together).
-[[nodiscard]] Outcome<LinearMesh<2>> generate(const BumpOptions& options);
+/// Errors: usage (sizes that do not fit together); stopped.
+[[nodiscard]] Outcome<LinearMesh<2>> generate(const BumpOptions& options, const Execution& execution = {});
 
 }  // namespace camber

@@ -1,6 +1,9 @@
 module;
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -18,33 +21,57 @@ double volume(const Buffer<Vec<3>>& p, const SimplexVertices<3>& s) {
     return det(p[s[1].index()] - p[s[0].index()], p[s[2].index()] - p[s[0].index()], p[s[3].index()] - p[s[0].index()]);
 }
 
+/// Vertices marked from any thread, all to the same value.
+using Marks = std::vector<std::uint8_t>;
+
+/// Marks the vertices of elements that lost too much, among those with a vertex that has just moved; whether there are
+/// any.
+template <int D>
+Outcome<bool> mark_complaints(const Buffer<Vec<D>>& points, const Buffer<Vec<D>>& at,
+                              std::span<const SimplexVertices<D>> elements, double least, const Marks& just_moved,
+                              Marks& halve, const Execution& execution) {
+    std::atomic<bool> any = false;
+    auto done = each(execution, elements.size(), [&](std::size_t e) {
+        const auto& element = elements[e];
+        if (std::none_of(element.begin(), element.end(), [&](VertexId v) { return just_moved[v.index()] != 0; }))
+            return;
+        if (volume(at, element) >= least * volume(points, element)) return;
+        any.store(true, std::memory_order_relaxed);
+        for (const VertexId v : element) std::atomic_ref(halve[v.index()]).store(1, std::memory_order_relaxed);
+    });
+    if (!done) return fail(done.error());
+    return any.load();
+}
+
 }  // namespace
 
 template <int D>
-void move_points(Buffer<Vec<D>>& points, std::span<const Vec<D>> moved, std::span<const SimplexVertices<D>> elements,
-                 double least) {
+Outcome<Done> move_points(Buffer<Vec<D>>& points, std::span<const Vec<D>> moved,
+                          std::span<const SimplexVertices<D>> elements, double least, const Execution& execution) {
     constexpr int halvings = 12;
-    std::vector<double> part(points.size(), 1.0);
+    Buffer<double> part(points.size(), 1.0);
     Buffer<Vec<D>> at(moved.begin(), moved.end());
+    Marks just_moved(points.size(), 1);
     for (int round = 0; round < halvings; ++round) {
-        std::vector<bool> halve(points.size(), false);
-        bool any = false;
-        for (const auto& element : elements) {
-            if (volume(at, element) >= least * volume(points, element)) continue;
-            any = true;
-            for (const VertexId v : element) halve[v.index()] = true;
-        }
-        if (!any) break;
-        for (std::size_t v = 0; v < points.size(); ++v) {
-            if (!halve[v]) continue;
+        Marks halve(points.size(), 0);
+        const auto any = mark_complaints<D>(points, at, elements, least, just_moved, halve, execution);
+        if (!any) return fail(any.error());
+        if (!*any) break;
+        auto done = each(execution, points.size(), [&](std::size_t v) {
+            if (halve[v] == 0) return;
             part[v] = round + 1 == halvings ? 0.0 : part[v] / 2;
             at[v] = points[v] + part[v] * (moved[v] - points[v]);
-        }
+        });
+        if (!done) return done;
+        just_moved = std::move(halve);
     }
     points = std::move(at);
+    return Done{};
 }
 
-template void move_points<2>(Buffer<Vec<2>>&, std::span<const Vec<2>>, std::span<const SimplexVertices<2>>, double);
-template void move_points<3>(Buffer<Vec<3>>&, std::span<const Vec<3>>, std::span<const SimplexVertices<3>>, double);
+template Outcome<Done> move_points<2>(Buffer<Vec<2>>&, std::span<const Vec<2>>, std::span<const SimplexVertices<2>>,
+                                      double, const Execution&);
+template Outcome<Done> move_points<3>(Buffer<Vec<3>>&, std::span<const Vec<3>>, std::span<const SimplexVertices<3>>,
+                                      double, const Execution&);
 
 }  // namespace camber

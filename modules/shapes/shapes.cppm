@@ -11,3 +11,4 @@ export import :shell;
 export import :shell_core;
 export import :box;
 export import :bump;
+export import :amount;

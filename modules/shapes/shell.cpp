@@ -1,9 +1,8 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
-#include <numbers>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <utility>
@@ -18,25 +17,6 @@ namespace camber {
 
 namespace {
 
-/// About how many points a shell takes: volume over that of a regular simplex' share of a point, and the layers.
-template <int D>
-double expected_points(const ShellOptions<D>& o) {
-    const auto on_sphere = [](double radius, double size) {
-        return D == 2 ? 2 * std::numbers::pi * radius / size
-                      : 8 * std::numbers::pi * radius * radius / (std::numbers::sqrt3 * size * size);
-    };
-    constexpr int samples = 1024;
-    const double step = (o.outer_radius - o.inner_radius) / samples;
-    double points = (o.inner_layer.count + 1) * on_sphere(o.inner_radius, o.inner_size) +
-                    (o.outer_layer.count + 1) * on_sphere(o.outer_radius, o.outer_size);
-    for (int k = 0; k < samples; ++k) {
-        const double share = (k + 0.5) / samples;
-        const double size = std::lerp(o.inner_size, o.outer_size, share);
-        points += on_sphere(std::lerp(o.inner_radius, o.outer_radius, share), size) * step / size;
-    }
-    return points;
-}
-
 template <int D>
 Outcome<Done> check(const ShellOptions<D>& o) {
     const auto bad = [](std::string what) { return fail(ErrorKind::usage, std::move(what)); };
@@ -49,41 +29,63 @@ Outcome<Done> check(const ShellOptions<D>& o) {
             return bad("a boundary layer needs a positive first height and growth");
     if (!(thickness(o.inner_layer) + thickness(o.outer_layer) < o.outer_radius - o.inner_radius))
         return bad("the boundary layers are thicker than the shell");
-    if (!(expected_points(o) * 6 < static_cast<double>(max_entities)))
+    if (!(expected_elements(o) < static_cast<double>(max_entities)))
         return bad("a shell of too many points for these sizes");
     return Done{};
+}
+
+/// The vertices of the facets, rising; the facets then name them by their places there.
+template <int D>
+std::vector<VertexId> own_numbers(Buffer<SimplexVertices<D - 1>>& facets) {
+    std::vector<VertexId> used;
+    used.reserve(D * facets.size());
+    for (const auto& facet : facets) used.insert(used.end(), facet.begin(), facet.end());
+    used |= ranges::actions::sort | ranges::actions::unique;
+    const std::size_t first = used.empty() ? 0 : used.front().index();
+    std::vector<VertexId> number(used.empty() ? 0 : used.back().index() - first + 1);
+    for (std::size_t k = 0; k < used.size(); ++k) number[used[k].index() - first] = VertexId(k);
+    for (auto& facet : facets)
+        for (VertexId& v : facet) v = number[v.index() - first];
+    return used;
 }
 
 /// Rows of prisms from `facets` (of the core) to spheres of these radii, one after the other; the last row's vertices
 /// become the side's. Radii fall towards the inner sphere and rise towards the outer one.
 template <int D>
-void add_layers(ShellCore<D>& core, std::span<const SimplexVertices<D - 1>> facets, std::span<const double> radii,
-                ShellSide side, const Noise& noise) {
-    const std::size_t base_points = core.points.size();
-    std::vector<VertexId> last(base_points);
-    std::vector<VertexId> used;
-    for (const auto& facet : facets) used.insert(used.end(), facet.begin(), facet.end());
-    used |= ranges::actions::sort | ranges::actions::unique;
-    for (const VertexId v : used) last[v.index()] = v;
+Outcome<Done> add_layers(ShellCore<D>& core, Buffer<SimplexVertices<D - 1>> facets, std::span<const double> radii,
+                         ShellSide side, const Noise& noise, const Execution& execution) {
+    if (radii.empty()) return Done{};
+    const std::vector<VertexId> wall = own_numbers<D>(facets);
+    const bool inwards = side == ShellSide::inner;
+    const std::size_t n = wall.size(), old_points = core.points.size(), old_elements = core.elements.size();
+    for (const VertexId v : wall)
+        core.sides[v.index()] = inwards ? ShellSide::above_inner_layer : ShellSide::above_outer_layer;
+    core.points.resize(old_points + radii.size() * n);
+    core.sides.resize(core.points.size(), ShellSide::between);
+    std::fill(core.sides.end() - static_cast<std::ptrdiff_t>(n), core.sides.end(), side);
+    core.elements.resize(old_elements + radii.size() * D * facets.size());
+    Buffer<std::uint64_t> ranks(n);
     for (std::size_t k = 0; k < radii.size(); ++k) {
-        std::vector<VertexId> next(base_points);
-        for (const VertexId v : used) {
-            next[v.index()] = VertexId(core.points.size());
-            core.points.push_back(radii[k] * normalised(core.points[v.index()]));
-            core.sides.push_back(side);
-            core.sides[last[v.index()].index()] = k > 0                      ? ShellSide::between
-                                                  : side == ShellSide::inner ? ShellSide::above_inner_layer
-                                                                             : ShellSide::above_outer_layer;
-        }
-        const bool inwards = side == ShellSide::inner;
-        extrude<D>(facets, inwards ? next : last, inwards ? last : next, noise.stream(k), core.elements);
-        last = std::move(next);
+        const Noise of_row = noise.stream(k);
+        const auto next = [&](VertexId v) { return VertexId(old_points + k * n + v.index()); };
+        const auto last = [&](VertexId v) { return k == 0 ? wall[v.index()] : VertexId(next(v).index() - n); };
+        auto done = each(execution, n, [&](std::size_t v) {
+            ranks[v] = of_row.bits(wall[v].index());
+            core.points[next(VertexId(v)).index()] = radii[k] * normalised(core.points[wall[v].index()]);
+        });
+        if (!done) return done;
+        const std::span row = std::span(core.elements).subspan(old_elements + k * D * facets.size(), D * facets.size());
+        done = inwards ? extrude<D>(facets, ranks, next, last, row, execution)
+                       : extrude<D>(facets, ranks, last, next, row, execution);
+        if (!done) return done;
     }
+    return Done{};
 }
 
 /// Adds the layers; the materials of all elements.
 template <int D>
-Buffer<Reference> add_layers(ShellCore<D>& core, const ShellOptions<D>& o, const Noise& noise) {
+Outcome<Buffer<Reference>> add_layers(ShellCore<D>& core, const ShellOptions<D>& o, const Noise& noise,
+                                      const Execution& execution) {
     std::vector<double> inner, outer;
     for (const double d : layer_distances(o.inner_layer)) inner.push_back(o.inner_radius + d);
     for (const double d : layer_distances(o.outer_layer)) outer.push_back(o.outer_radius - d);
@@ -96,10 +98,15 @@ Buffer<Reference> add_layers(ShellCore<D>& core, const ShellOptions<D>& o, const
     };
     to_wall(inner, o.inner_radius);
     to_wall(outer, o.outer_radius);
-    Buffer<Reference> materials(core.elements.size(), Reference{1});
-    add_layers<D>(core, core.inner, inner, ShellSide::inner, noise.stream(1));
+    Buffer<Reference> materials;
+    const std::size_t facets = core.inner.size() * inner.size() + core.outer.size() * outer.size();
+    materials.reserve(core.elements.size() + D * facets);
+    materials.resize(core.elements.size(), Reference{1});
+    auto done = add_layers<D>(core, std::move(core.inner), inner, ShellSide::inner, noise.stream(1), execution);
+    if (!done) return fail(done.error());
     materials.resize(core.elements.size(), o.inner_layer.material);
-    add_layers<D>(core, core.outer, outer, ShellSide::outer, noise.stream(2));
+    done = add_layers<D>(core, std::move(core.outer), outer, ShellSide::outer, noise.stream(2), execution);
+    if (!done) return fail(done.error());
     materials.resize(core.elements.size(), o.outer_layer.material);
     return materials;
 }
@@ -114,30 +121,39 @@ Reference reference_on(ShellSide side, const ShellOptions<D>& o) {
     }
 }
 
+template <int D>
+Outcome<ShellCore<D>> core_of(const ShellOptions<D>& options, const Noise& noise, const Execution& execution) {
+    const ShellSizes sizes = core_sizes(options);
+    if (options.structure == ShellStructure::prisms)
+        return prism_core<D>(sizes, options.inner_layer.count + options.outer_layer.count, noise, execution);
+    return unstructured_core<D>(sizes, noise, execution);
+}
+
+template <int D>
+Outcome<LinearMesh<D>> generate_shell(const ShellOptions<D>& options, const Execution& execution) {
+    if (auto checked = check(options); !checked) return fail(checked.error());
+    const Noise noise{options.seed};
+    auto core = core_of(options, noise, execution);
+    if (!core) return fail(core.error());
+    auto materials = add_layers(*core, options, noise.stream(400), execution);
+    if (!materials) return fail(materials.error());
+    auto moved = each(execution, core->points.size(), [&](std::size_t v) { core->points[v] += options.centre; });
+    if (!moved) return fail(moved.error());
+    const Buffer<ShellSide> sides = std::move(core->sides);
+    return bounded_mesh<D>(
+        std::move(core->points), std::move(core->elements), std::move(*materials),
+        [&](const SimplexVertices<D - 1>& facet) { return reference_on(sides[facet[0].index()], options); },
+        [&](VertexId v) { return sides[v.index()] != ShellSide::between; }, execution);
+}
+
 }  // namespace
 
 template <int D>
-Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options) {
-    if (auto checked = check(options); !checked) return fail(checked.error());
-    const Noise noise{options.seed};
-    const ShellSizes sizes{options.inner_radius + thickness(options.inner_layer),
-                           options.outer_radius - thickness(options.outer_layer), options.inner_size,
-                           options.outer_size, options.jitter};
-    Outcome<ShellCore<D>> core;
-    if (options.structure == ShellStructure::prisms)
-        core = prism_core<D>(sizes, noise);
-    else
-        core = unstructured_core<D>(sizes, noise);
-    if (!core) return fail(core.error());
-    Buffer<Reference> materials = add_layers(*core, options, noise.stream(400));
-    for (Vec<D>& p : core->points) p += options.centre;
-    const Buffer<ShellSide> sides = std::move(core->sides);
-    return bounded_mesh<D>(
-        std::move(core->points), std::move(core->elements), std::move(materials),
-        [&](const SimplexVertices<D - 1>& facet) { return reference_on(sides[facet[0].index()], options); });
+Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution& execution) {
+    return guarded([&] { return generate_shell(options, execution); });
 }
 
-template Outcome<LinearMesh<2>> generate<2>(const ShellOptions<2>&);
-template Outcome<LinearMesh<3>> generate<3>(const ShellOptions<3>&);
+template Outcome<LinearMesh<2>> generate<2>(const ShellOptions<2>&, const Execution&);
+template Outcome<LinearMesh<3>> generate<3>(const ShellOptions<3>&, const Execution&);
 
 }  // namespace camber

@@ -72,8 +72,8 @@ struct ShellOptions {
 };
 
 /// Vertices of the two boundaries lie on the spheres to rounding. Errors: usage (radii, sizes and layers that do not
-/// fit together).
+/// fit together); stopped.
 template <int D>
-[[nodiscard]] Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options);
+[[nodiscard]] Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution& execution = {});
 
 }  // namespace camber

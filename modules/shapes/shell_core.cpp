@@ -163,12 +163,11 @@ Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& 
 
 /// Sorts the boundary facets into inner and outer; both have frames that point away from the centre.
 template <int D>
-Outcome<Done> find_walls(ShellCore<D>& core) {
+Outcome<Done> find_walls(ShellCore<D>& core, const Execution& execution) {
     LinearMesh<D> mesh;
     mesh.points = core.points;
     mesh.elements.vertices = core.elements;
     mesh.elements.references = Buffer<Reference>(core.elements.size(), Reference{1});
-    const Execution execution;
     auto around = balls(mesh, execution);
     if (!around) return fail(around.error());
     auto adjacent = neighbours(mesh, *around, execution);
@@ -203,7 +202,7 @@ double quality(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c, const Vec<3>& 
 }
 
 template <int D>
-Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& noise) {
+Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& noise, const Execution& execution) {
     ShellCore<D> core;
     const auto radii = level_radii<D>(sizes);
     for (std::size_t k = 0; k < radii.size(); ++k) {
@@ -214,56 +213,82 @@ Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& no
         add_points<D>(core, radii[k], points_on_sphere<D>(radii[k], size), side, sizes.jitter * size, noise.stream(k));
     }
     if (auto done = improve(core, sizes, noise); !done) return fail(done.error());
-    if (auto done = find_walls(core); !done) return fail(done.error());
+    if (auto done = find_walls(core, execution); !done) return fail(done.error());
     return core;
 }
 
 template <int D>
-ShellCore<D> prism_core(const ShellSizes& sizes, const Noise& noise) {
+PrismCounts prism_counts(const ShellSizes& sizes) {
     const double cuts = D == 2 ? 2 * std::numbers::pi * sizes.inner_radius / (5 * sizes.inner_size)
                                : 1.2046 * sizes.inner_radius / sizes.inner_size;
-    auto sphere = icosphere<D>(std::max(1, static_cast<int>(std::lround(cuts))));
     // The same triangles at each radius: a step's height follows from their size there.
     const double ratio = 1 + 0.8 * sizes.inner_size / sizes.inner_radius;
-    const long rows = std::max(1L, std::lround(std::log(sizes.outer_radius / sizes.inner_radius) / std::log(ratio)));
+    const double rows = std::log(sizes.outer_radius / sizes.inner_radius) / std::log(ratio);
+    return {std::max(1.0, std::round(cuts)), std::max(1.0, std::round(rows))};
+}
+
+namespace {
+
+/// The radii of the rows of vertices.
+std::vector<double> row_radii(const ShellSizes& sizes, std::size_t rows) {
     const double step = std::pow(sizes.outer_radius / sizes.inner_radius, 1.0 / static_cast<double>(rows));
+    std::vector<double> radii{sizes.inner_radius};
+    while (radii.size() <= rows) radii.push_back(radii.back() * step);
+    radii.back() = sizes.outer_radius;
+    return radii;
+}
+
+/// Sets the core's points and sides on spheres of these radii; where jitter would have the points.
+template <int D>
+Outcome<Buffer<Vec<D>>> place_rows(ShellCore<D>& core, const ShellSizes& sizes, const std::vector<double>& radii,
+                                   const Buffer<Vec<D>>& directions, const Noise& noise, const Execution& execution) {
+    const std::size_t count = directions.size();
+    core.points = Buffer<Vec<D>>(radii.size() * count);
+    core.sides = Buffer<ShellSide>(radii.size() * count);
+    return map_each(execution, core.points.size(), [&](std::size_t v) {
+        const std::size_t k = v / count;
+        const double shift = sizes.jitter * sizes.inner_size * radii[k] / sizes.inner_radius;
+        core.sides[v] = k == 0 ? ShellSide::inner : k + 1 == radii.size() ? ShellSide::outer : ShellSide::between;
+        core.points[v] = radii[k] * directions[v % count];
+        const Vec<D> away = core.points[v] + shift * noise.template vector<D>(v);
+        return core.sides[v] == ShellSide::between ? away : radii[k] * normalised(away);
+    });
+}
+
+}  // namespace
+
+template <int D>
+Outcome<ShellCore<D>> prism_core(const ShellSizes& sizes, int layers, const Noise& noise, const Execution& execution) {
+    const PrismCounts counts = prism_counts<D>(sizes);
+    auto sphere = icosphere<D>(static_cast<int>(counts.cuts));
+    const auto rows = static_cast<std::size_t>(counts.rows);
     const std::size_t count = sphere.points.size();
     ShellCore<D> core;
-    Buffer<Vec<D>> moved;
-    double radius = sizes.inner_radius;
-    for (long k = 0; k <= rows; ++k, radius *= step) {
-        if (k == rows) radius = sizes.outer_radius;
-        const ShellSide side = k == 0 ? ShellSide::inner : k == rows ? ShellSide::outer : ShellSide::between;
-        const double shift = sizes.jitter * sizes.inner_size * radius / sizes.inner_radius;
-        for (std::size_t v = 0; v < count; ++v) {
-            const Vec<D> p = radius * sphere.points[v];
-            const Vec<D> away = p + shift * noise.template vector<D>(core.points.size());
-            core.points.push_back(p);
-            moved.push_back(side == ShellSide::between ? away : radius * normalised(away));
-            core.sides.push_back(side);
-        }
-    }
-    std::vector<VertexId> bottom(count), top(count);
-    for (std::size_t k = 0; k < static_cast<std::size_t>(rows); ++k) {
-        for (std::size_t v = 0; v < count; ++v) {
-            bottom[v] = VertexId(k * count + v);
-            top[v] = VertexId((k + 1) * count + v);
-        }
-        extrude<D>(sphere.facets, bottom, top, noise.stream(300 + k), core.elements);
-    }
+    auto moved = place_rows(core, sizes, row_radii(sizes, rows), sphere.points, noise, execution);
+    if (!moved) return fail(moved.error());
+    core.elements.reserve(D * sphere.facets.size() * (rows + static_cast<std::size_t>(layers)));
+    core.elements.resize(D * sphere.facets.size() * rows);
+    auto done = extrude_rows<D>(sphere.facets, count, rows, noise, 300, core.elements, execution);
+    if (!done) return fail(done.error());
     core.inner = sphere.facets;
     core.outer = std::move(sphere.facets);
     for (auto& facet : core.outer)
-        for (VertexId& v : facet) v = VertexId(v.index() + static_cast<std::size_t>(rows) * count);
-    move_points<D>(core.points, moved, core.elements, 0.2);
-    for (std::size_t v = 0; v < core.points.size(); ++v)
+        for (VertexId& v : facet) v = VertexId(v.index() + rows * count);
+    if (done = move_points<D>(core.points, *moved, core.elements, 0.2, execution); !done) return fail(done.error());
+    done = each(execution, core.points.size(), [&](std::size_t v) {
         if (core.sides[v] != ShellSide::between) core.points[v] = kept(core.points[v], core.sides[v], sizes);
+    });
+    if (!done) return fail(done.error());
     return core;
 }
 
-template Outcome<ShellCore<2>> unstructured_core<2>(const ShellSizes&, const Noise&);
-template Outcome<ShellCore<3>> unstructured_core<3>(const ShellSizes&, const Noise&);
-template ShellCore<2> prism_core<2>(const ShellSizes&, const Noise&);
-template ShellCore<3> prism_core<3>(const ShellSizes&, const Noise&);
+#define CAMBER_INSTANTIATE(D)                                                                               \
+    template Outcome<ShellCore<D>> unstructured_core<D>(const ShellSizes&, const Noise&, const Execution&); \
+    template PrismCounts prism_counts<D>(const ShellSizes&);                                                \
+    template Outcome<ShellCore<D>> prism_core<D>(const ShellSizes&, int, const Noise&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -2,7 +2,9 @@ module;
 #include <cstdint>
 export module camber.shapes:shell_core;
 import camber.core;
+import :layers;
 import :random;
+import :shell;
 
 export namespace camber {
 
@@ -27,14 +29,31 @@ struct ShellSizes {
     }
 };
 
-/// Delaunay, after spreading and after moving the vertices of flat elements. The boundary of the hole is the star of a
-/// vertex at the centre, which is taken out. Errors: usage (a point so near to a sphere that it pierces it).
+/// Of the shell without its layers.
 template <int D>
-[[nodiscard]] Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& noise);
+[[nodiscard]] ShellSizes core_sizes(const ShellOptions<D>& o) {
+    return {o.inner_radius + thickness(o.inner_layer), o.outer_radius - thickness(o.outer_layer), o.inner_size,
+            o.outer_size, o.jitter};
+}
 
-/// Rows of prisms over an icosphere.
+/// Delaunay, after spreading and after moving the vertices of flat elements. The boundary of the hole is the star of a
+/// vertex at the centre, which is taken out. Errors: usage (a point so near to a sphere that it pierces it); stopped.
 template <int D>
-[[nodiscard]] ShellCore<D> prism_core(const ShellSizes& sizes, const Noise& noise);
+[[nodiscard]] Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& noise,
+                                                      const Execution& execution);
+
+/// How often the icosphere's edges are cut (the circle's fifths in 2D) for edges of inner_size, and the rows of prisms
+/// that then have regular heights.
+struct PrismCounts {
+    double cuts, rows;
+};
+template <int D>
+[[nodiscard]] PrismCounts prism_counts(const ShellSizes& sizes);
+
+/// Rows of prisms over an icosphere. Has room for the prisms of `layers` more rows. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<ShellCore<D>> prism_core(const ShellSizes& sizes, int layers, const Noise& noise,
+                                               const Execution& execution);
 
 /// 1 for the regular simplex, 0 for a flat one, negative when inverted.
 [[nodiscard]] double quality(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c);

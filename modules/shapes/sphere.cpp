@@ -4,7 +4,6 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -46,7 +45,7 @@ Buffer<Vec<2>> circle(std::size_t n, double start) {
 /// Points of the icosphere by exact lattice weights on the icosahedron's corners, so that faces share them.
 class IcosphereBuilder {
   public:
-    explicit IcosphereBuilder(int n) : n_(n) {}
+    explicit IcosphereBuilder(int n) : n_(n), side_(static_cast<std::size_t>(n) + 1) {}
 
     UnitSphere<3> build() {
         constexpr double g = std::numbers::phi;
@@ -55,6 +54,10 @@ class IcosphereBuilder {
             corners_.push_back({{0, a, b}});
             corners_.push_back({{b, 0, a}});
         }
+        const std::size_t squares = (side_ - 1) * (side_ - 1);
+        sphere_.points.reserve(10 * squares + 2);
+        sphere_.facets.reserve(20 * squares);
+        on_edges_.resize(12 * 12);
         // Faces of the icosahedron: triples at the least distance, 2.
         for (int a = 0; a < 12; ++a)
             for (int b = a + 1; b < 12; ++b)
@@ -68,6 +71,7 @@ class IcosphereBuilder {
 
     void add_face(std::array<int, 3> face) {
         if (det(corners_[face[0]], corners_[face[1]], corners_[face[2]]) < 0) std::swap(face[0], face[1]);
+        inside_.assign(side_ * side_, VertexId());
         const auto at = [&](int i, int j) { return vertex(face, {n_ - i - j, i, j}); };
         for (int i = 0; i < n_; ++i)
             for (int j = 0; i + j < n_; ++j) {
@@ -77,22 +81,39 @@ class IcosphereBuilder {
     }
 
     VertexId vertex(const std::array<int, 3>& face, const std::array<int, 3>& weights) {
-        std::vector<std::pair<int, int>> key;
-        for (int k = 0; k < 3; ++k)
-            if (weights[k] > 0) key.emplace_back(face[k], weights[k]);
-        std::sort(key.begin(), key.end());
-        const auto [found, fresh] = vertices_.try_emplace(key, VertexId(sphere_.points.size()));
-        if (fresh) {
-            Vec<3> p;
-            for (const auto& [corner, weight] : key) p += static_cast<double>(weight) * corners_[corner];
-            sphere_.points.push_back(normalised(p));
+        VertexId& id = place(face, weights);
+        if (id.valid()) return id;
+        id = VertexId(sphere_.points.size());
+        std::array<int, 3> order{0, 1, 2};
+        std::sort(order.begin(), order.end(), [&](int a, int b) { return face[a] < face[b]; });
+        Vec<3> p;
+        for (const int k : order)
+            if (weights[k] > 0) p += static_cast<double>(weights[k]) * corners_[face[k]];
+        sphere_.points.push_back(normalised(p));
+        return id;
+    }
+
+    /// Where the id of a lattice point is kept: with a corner, an edge of the icosahedron, or the face under way.
+    VertexId& place(const std::array<int, 3>& face, const std::array<int, 3>& weights) {
+        for (int k = 0; k < 3; ++k) {
+            if (weights[k] == n_) return at_corners_[face[k]];
+            if (weights[k] > 0) continue;
+            int low = (k + 1) % 3, high = (k + 2) % 3;
+            if (weights[low] == 0 || weights[high] == 0) continue;
+            if (face[low] > face[high]) std::swap(low, high);
+            auto& edge = on_edges_[static_cast<std::size_t>(face[low]) * 12 + face[high]];
+            edge.resize(side_);
+            return edge[weights[low]];
         }
-        return found->second;
+        return inside_[side_ * weights[1] + weights[2]];
     }
 
     int n_;
+    std::size_t side_;
     std::vector<Vec<3>> corners_;
-    std::map<std::vector<std::pair<int, int>>, VertexId> vertices_;
+    std::array<VertexId, 12> at_corners_;
+    std::vector<std::vector<VertexId>> on_edges_;  ///< by lesser corner × 12 + greater, then by the lesser's weight
+    std::vector<VertexId> inside_;
     UnitSphere<3> sphere_;
 };
 

@@ -59,7 +59,7 @@ class CommandLine(unittest.TestCase):
 
     def test_help_names_every_verb(self):
         text = self.camber("--help").stdout
-        for verb in ("run", "curve", "repair", "convert", "plot", "check", "info", "explain", "schema"):
+        for verb in ("run", "curve", "repair", "convert", "generate", "plot", "check", "info", "explain", "schema"):
             self.assertIn(verb, text)
             self.assertEqual(self.camber(verb, "--help").returncode, 0)
         self.assertIn("Exit codes", text)

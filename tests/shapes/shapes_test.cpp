@@ -1,8 +1,12 @@
 #include "mesh_laws.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <map>
 #include <set>
+#include <stop_token>
+#include <type_traits>
 
 #include "property.hpp"
 
@@ -46,6 +50,33 @@ TEST_CASE("the sides of a box are planes to the last bit") {
         const int side = mesh->facets.references[f] - 1;
         for (const VertexId v : mesh->facets.vertices[f]) CHECK(mesh->points[v][side / 2] == sides[side]);
     }
+}
+
+TEST_CASE("a box that is graded and bent is sound, and its sides stay") {
+    const auto mapped = [](auto options) {
+        constexpr int D = sizeof options.cells / sizeof(int);
+        for (int i = 0; i < D; ++i) {
+            options.cells[i] = *rc::gen::inRange(1, D == 2 ? 9 : 5);
+            options.grading[i] = std::pow(10.0, 0.1 * *rc::gen::inRange(-20, 21));
+            options.high[i] = *rc::gen::inRange(1, 9);
+        }
+        options.warp = 0.005 * *rc::gen::inRange(-10, 11);
+        options.jitter = 0.1 * *rc::gen::inRange(0, 6);
+        const auto mesh = generate(options);
+        RC_ASSERT(mesh.has_value());
+        double box = 1;
+        for (int i = 0; i < D; ++i) box *= options.high[i];
+        check_sound(*mesh, 1, D == 2 ? std::set<Reference>{1, 2, 3, 4} : std::set<Reference>{1, 2, 3, 4, 5, 6});
+        RC_ASSERT(std::abs(total_volume(*mesh) / box - 1) < 1e-12);
+    };
+    property("mapped 2D", [&] { mapped(BoxOptions<2>{}); });
+    property("mapped 3D", [&] { mapped(BoxOptions<3>{}); }, {.count = 30});
+}
+
+TEST_CASE("cells are a geometric series of the ratio that was asked for") {
+    const auto mesh = generate(BoxOptions<2>{.cells = {4, 1}, .grading = {27, 1}, .jitter = 0});
+    REQUIRE(mesh.has_value());
+    for (int k = 0; k <= 4; ++k) CHECK(mesh->points[k][0] == doctest::Approx((std::pow(3, k) - 1) / 80));
 }
 
 TEST_CASE("a shell is sound, with and without layers") {
@@ -170,6 +201,99 @@ TEST_CASE("the same options give the same mesh, another seed another one") {
     same(ShellOptions<3>{.inner_size = 0.8, .outer_size = 2});
 }
 
+namespace {
+
+/// Small ones of every kind, with layers and interfaces.
+template <class F>
+void each_kind(F&& f) {
+    const BoundaryLayer layer{.count = 3, .first_height = 0.01, .growth = 1.5, .material = 2};
+    for (const auto structure : {ShellStructure::unstructured, ShellStructure::prisms}) {
+        f(ShellOptions<2>{.inner_size = 0.3, .outer_size = 0.6, .inner_layer = layer, .structure = structure});
+        f(ShellOptions<3>{.centre = {{1, 2, 3}},
+                          .inner_size = 0.7,
+                          .outer_size = 2,
+                          .inner_layer = layer,
+                          .outer_layer = {.count = 2, .material = 4},
+                          .structure = structure});
+    }
+    f(BoxOptions<2>{.cells = {30, 40}, .jitter = 0.5});
+    f(BoxOptions<3>{.cells = {9, 7, 8}, .warp = 0.05, .jitter = 0.5});
+    f(BumpOptions{.cells = {40, 10}, .floor_layer = layer, .jitter = 0.5});
+}
+
+}  // namespace
+
+TEST_CASE("any number of threads gives the same mesh") {
+    each_kind([](const auto& options) {
+        const auto one = generate(options, Execution{.threads = 1});
+        REQUIRE(one.has_value());
+        for (const int threads : {2, 3}) CHECK(*generate(options, Execution{.threads = threads}) == *one);
+    });
+}
+
+TEST_CASE("facets are the same where nobody says which vertices may have them") {
+    each_kind([]<class Options>(const Options& options) {
+        const auto mesh = generate(options);
+        REQUIRE(mesh.has_value());
+        constexpr int D = std::remove_cvref_t<decltype(*mesh)>::dimension;
+        std::map<SimplexVertices<D - 1>, Reference> references;
+        for (std::size_t f = 0; f < mesh->facets.size(); ++f)
+            references[mesh->facets.vertices[f]] = mesh->facets.references[f];
+        const auto again =
+            bounded_mesh<D>(take(mesh->points), take(mesh->elements.vertices), take(mesh->elements.references),
+                            [&](const SimplexVertices<D - 1>& facet) { return references.at(facet); });
+        REQUIRE(again.has_value());
+        CHECK(*again == *mesh);
+    });
+}
+
+TEST_CASE("elements are as many as the formulas say") {
+    each_kind([]<class Options>(const Options& options) {
+        const auto mesh = generate(options);
+        REQUIRE(mesh.has_value());
+        const auto count = static_cast<double>(mesh->elements.size());
+        bool exact = true;
+        if constexpr (requires { options.structure; }) exact = options.structure == ShellStructure::prisms;
+        if (exact)
+            CHECK(expected_elements(options) == count);
+        else
+            CHECK(expected_elements(options) == doctest::Approx(count).epsilon(0.2));
+    });
+}
+
+TEST_CASE("about as many elements as were asked for") {
+    property("with_elements", [] {
+        const double count = std::pow(10, 0.01 * *rc::gen::inRange(350, 900));
+        const auto near = [&](const auto& options, double wanted) {
+            const double off = std::log(expected_elements(with_elements(options, wanted)) / wanted);
+            RC_ASSERT(std::abs(off) < std::log(1.2));
+        };
+        near(BoxOptions<2>{}, count);
+        near(BoxOptions<3>{.cells = {*rc::gen::inRange(1, 9), 3, 2}}, count);
+        near(BumpOptions{.floor_layer = {.count = *rc::gen::inRange(0, 9)}}, count);
+        near(ShellOptions<2>{}, count);
+        near(ShellOptions<3>{.outer_radius = *rc::gen::inRange(2, 9) + 0.0}, count);
+        near(ShellOptions<2>{.structure = ShellStructure::prisms}, count);
+        near(ShellOptions<3>{.structure = ShellStructure::prisms}, 10 * count);
+    });
+    const auto shell = with_elements(ShellOptions<3>{.inner_layer = {.count = 3}}, 3000);
+    CHECK(shell.inner_layer == ShellOptions<3>{.inner_layer = {.count = 3}}.inner_layer);
+    CHECK(shell.outer_size / shell.inner_size == doctest::Approx(3));
+    const auto mesh = generate(shell);
+    REQUIRE(mesh.has_value());
+    CHECK(mesh->elements.size() == doctest::Approx(3000).epsilon(0.2));
+}
+
+TEST_CASE("the wish to stop is heard") {
+    std::stop_source source;
+    source.request_stop();
+    each_kind([&](const auto& options) {
+        const auto mesh = generate(options, Execution{.stop = source.get_token()});
+        REQUIRE_FALSE(mesh.has_value());
+        CHECK(mesh.error().kind == ErrorKind::stopped);
+    });
+}
+
 TEST_CASE("sizes that do not fit together are refused") {
     const auto refused = [](const auto& options) {
         const auto mesh = generate(options);
@@ -186,4 +310,5 @@ TEST_CASE("sizes that do not fit together are refused") {
     refused(ShellOptions<2>{.inner_size = 1e-12, .outer_size = 1e-12});
     refused(ShellOptions<3>{.inner_layer = {.count = 100, .first_height = 1, .growth = 1}});
     refused(BumpOptions{.bump_height = 2});
+    refused(BumpOptions{.cells = {2000000, 2000000}});
 }

@@ -14,6 +14,7 @@ import camber.core;
 import camber.config;
 import camber.io;
 import camber.run;
+import camber.shapes;
 
 export namespace camber::app {
 
@@ -55,6 +56,17 @@ struct ConvertArguments {
     int threads = 0;
 };
 [[nodiscard]] int convert_command(const ConvertArguments& arguments);
+
+struct GenerateArguments {
+    std::string shape;                        ///< its name, its JSON, or a file of that or of a pipeline
+    std::string output, format;               ///< a format's name; empty: that of the output's ending
+    std::vector<std::string> settings;        ///< path=value among the shape's options
+    std::optional<ShellStructure> structure;  ///< of a shell or annulus; none: that of the options
+    std::optional<double> elements;           ///< about so many; none: as the options say
+    int threads = 0;
+    bool print_config = false;
+};
+[[nodiscard]] int generate_command(const GenerateArguments& arguments);
 
 struct PlotArguments {
     std::string report, output;  ///< report.json; a folder, or one file .svg

@@ -34,7 +34,7 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
     const config::Input& input = pipeline.input;
     const auto* file = std::get_if<config::FilePath>(&input.source);
     auto mesh = file != nullptr ? read_mesh(file->path, input.flat, execution)
-                                : run::generate_shape(std::get<config::Shape>(input.source));
+                                : run::generate_shape(std::get<config::Shape>(input.source), execution);
     if (!mesh) return fail(mesh.error());
     if (!mesh->fields.empty())
         mesh->notices.push_back(

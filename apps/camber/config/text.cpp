@@ -29,13 +29,26 @@ namespace camber::config {
 namespace {
 
 /// A part given as an argument: JSON when it looks so, else one word.
-template <class T>
-Outcome<T> read_part(std::string_view text, std::string_view name) {
+Outcome<Json> parse_part(std::string_view text, std::string_view name) {
     const auto first = text.find_first_not_of(" \t\n");
     const bool is_json = first != std::string_view::npos && (text[first] == '{' || text[first] == '"');
-    Outcome<Json> json = is_json ? parse_json(text, name) : Outcome<Json>(Json(std::string(text)));
+    return is_json ? parse_json(text, name) : Outcome<Json>(Json(std::string(text)));
+}
+
+template <class T>
+Outcome<T> read_part(std::string_view text, std::string_view name) {
+    auto json = parse_part(text, name);
     if (!json) return fail(json.error());
     return Codec<T>::read(*json, {std::string(name), ""}, {});
+}
+
+/// The shape that JSON describes alone, or as the input of a whole pipeline.
+Outcome<Shape> shape_of(const Json& json, const Place& place) {
+    if (!json.is_object() || !json.contains("input")) return Codec<Shape>::read(json, place, {});
+    auto pipeline = Codec<Pipeline>::read(json, place, {});
+    if (!pipeline) return fail(std::move(pipeline.error()));
+    if (auto* shape = std::get_if<Shape>(&pipeline->input.source)) return std::move(*shape);
+    return bad(place.at("input"), "reads a mesh, it generates none", "use camber convert, or camber run");
 }
 
 void put_below(FilePath& file, std::string_view folder) {
@@ -72,6 +85,22 @@ Outcome<Metric> read_metric(std::string_view text, std::string_view name) {
 Outcome<Geometry> read_geometry(std::string_view text, std::string_view name) {
     return read_part<Geometry>(text, name);
 }
+
+Outcome<Shape> read_shape(std::string_view text, std::string_view name, std::span<const std::string> overrides) {
+    auto json = parse_part(text, name);
+    if (!json) return fail(json.error());
+    auto shape = shape_of(*json, {std::string(name), ""});
+    if (!shape || overrides.empty()) return shape;
+    // Overrides may name what the text leaves to the defaults.
+    Json options = Codec<Shape>::options(*shape);
+    for (const std::string& assignment : overrides)
+        if (auto done = override_value(options, assignment); !done) return fail(done.error());
+    return Codec<Shape>::read(Json{{name_of(*shape), std::move(options)}}, {"--set", ""}, {});
+}
+
+std::string name_of(const Shape& shape) { return Codec<Shape>::key(shape); }
+
+std::vector<std::string> shape_names() { return Codec<Shape>::keys(); }
 
 std::string write_pipeline(const Pipeline& pipeline) {
     return Codec<Pipeline>::write(pipeline).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

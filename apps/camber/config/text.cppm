@@ -22,6 +22,14 @@ export namespace camber::config {
 [[nodiscard]] Outcome<Metric> read_metric(std::string_view text, std::string_view name);
 [[nodiscard]] Outcome<Geometry> read_geometry(std::string_view text, std::string_view name);
 
+/// A shape to generate, as an argument or a file gives it: its name, JSON such as {"shell": {…}}, or a whole pipeline
+/// whose input is generated. `overrides` are `path=value` among the shape's options (`inner_layer/count=3`).
+[[nodiscard]] Outcome<Shape> read_shape(std::string_view text, std::string_view name,
+                                        std::span<const std::string> overrides = {});
+/// shell, annulus …: the word of a shape, and all of them.
+[[nodiscard]] std::string name_of(const Shape& shape);
+[[nodiscard]] std::vector<std::string> shape_names();
+
 /// The whole pipeline with every default, as JSON; `read_pipeline` of it gives the same value.
 [[nodiscard]] std::string write_pipeline(const Pipeline& pipeline);
 

@@ -124,10 +124,10 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     return run;
 }
 
-Outcome<DecodedMesh> generate_shape(const config::Shape& shape) {
+Outcome<DecodedMesh> generate_shape(const config::Shape& shape, const Execution& execution) {
     return std::visit(
-        [](const auto& options) -> Outcome<DecodedMesh> {
-            auto mesh = generate(options);
+        [&](const auto& options) -> Outcome<DecodedMesh> {
+            auto mesh = generate(options, execution);
             if (!mesh) return fail(mesh.error());
             return DecodedMesh{AnyMesh(std::move(*mesh)), {}};
         },

@@ -33,6 +33,6 @@ struct Run {
 [[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around);
 
 /// The mesh of a config's shape.
-[[nodiscard]] Outcome<DecodedMesh> generate_shape(const config::Shape& shape);
+[[nodiscard]] Outcome<DecodedMesh> generate_shape(const config::Shape& shape, const Execution& execution = {});
 
 }  // namespace camber::run

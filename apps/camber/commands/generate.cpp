@@ -1,0 +1,186 @@
+module;
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <fmt/format.h>
+module camber.commands;
+import camber.core;
+import camber.app_shell;
+import camber.config;
+import camber.io;
+import camber.run;
+import camber.shapes;
+import :ending;
+import :execute;
+import :formats;
+import :named_files;
+
+namespace camber::app {
+
+namespace {
+
+/// Whether the argument is a file's path: no JSON, and with an ending or a folder.
+bool names_file(std::string_view text) {
+    return text.find_first_of("{\"") == std::string_view::npos && text.find_first_of("./\\") != std::string_view::npos;
+}
+
+Outcome<config::Shape> read_shape(const GenerateArguments& a) {
+    if (!names_file(a.shape)) return config::read_shape(a.shape, "shape", a.settings);
+    auto bytes = read_file(a.shape);
+    if (!bytes) return fail(std::move(bytes.error()));
+    return config::read_shape(as_text(*bytes), a.shape, a.settings);
+}
+
+Outcome<config::Shape> with_structure(config::Shape shape, ShellStructure structure) {
+    const bool has = std::visit(
+        [&](auto& options) {
+            if constexpr (requires { options.structure; }) {
+                options.structure = structure;
+                return true;
+            }
+            return false;
+        },
+        shape);
+    if (has) return shape;
+    return fail(ErrorKind::usage, "--structure is for shell and annulus", config::name_of(shape), {}, "leave it out");
+}
+
+double expected(const config::Shape& shape) {
+    return std::visit([](const auto& options) { return expected_elements(options); }, shape);
+}
+
+/// A number of elements for people: 20000000, 1.5e+09.
+std::string count_text(double elements) { return fmt::format("{:.8g}", std::round(elements)); }
+
+/// The shape in about so many elements. Errors: usage (its layers alone are twice as many).
+Outcome<config::Shape> with_count(const config::Shape& shape, double elements) {
+    config::Shape scaled =
+        std::visit([&](const auto& options) { return config::Shape(with_elements(options, elements)); }, shape);
+    const double nearest = expected(scaled);
+    const auto off_by = [&](double factor) { return nearest > factor * elements || nearest < elements / factor; };
+    const std::string what =
+        "comes in steps: " + count_text(nearest) + " elements are nearest to " + count_text(elements);
+    if (off_by(2))
+        return fail(ErrorKind::usage, what, config::name_of(shape), {}, "ask for more, or give it fewer layers");
+    if (off_by(1.2)) tell("note: " + config::name_of(shape) + " " + what);
+    return scaled;
+}
+
+Outcome<config::Shape> shape_of(const GenerateArguments& a) {
+    auto shape = read_shape(a);
+    if (shape && a.structure) shape = with_structure(std::move(*shape), *a.structure);
+    if (shape && a.elements) shape = with_count(*shape, *a.elements);
+    return shape;
+}
+
+bool is_unstructured(const config::Shape& shape) {
+    return std::visit(
+        [](const auto& options) {
+            if constexpr (requires { options.structure; }) return options.structure == ShellStructure::unstructured;
+            return false;
+        },
+        shape);
+}
+
+/// Refused before the work begins: what the machine cannot hold.
+Outcome<Done> check_memory(const config::Shape& shape) {
+    // Peaks of 10^6 elements, of any format, were below this: 30 to 90 bytes for prisms and lattices, 210 for Delaunay.
+    constexpr double program = 1e7;
+    if (!(expected(shape) < static_cast<double>(max_entities))) return Done{};  // the generator says why not
+    const double needed = program + (is_unstructured(shape) ? 220 : 100) * expected(shape);
+    const MemoryLimit limit = memory_limit();
+    if (!(needed > static_cast<double>(limit.bytes))) return Done{};
+    return fail(ErrorKind::memory,
+                fmt::format("{} elements need about {} of memory, and {} gives {}", count_text(expected(shape)),
+                            readable(static_cast<std::size_t>(needed)), limit.source, readable(limit.bytes)),
+                config::name_of(shape), {}, "give it more, or ask for fewer: --elements");
+}
+
+/// Those of shells that are slow to make.
+void warn_of_time(const config::Shape& shape) {
+    constexpr double per_second = 65000, noticed = 60;
+    const double seconds = expected(shape) / per_second;
+    if (is_unstructured(shape) && seconds > noticed)
+        tell(fmt::format("note: unstructured takes about {:.0f} s for {} elements; --structure prisms some seconds",
+                         seconds, count_text(expected(shape))));
+}
+
+config::Pipeline pipeline_of_shape(const config::Shape& shape, const GenerateArguments& a) {
+    config::Pipeline pipeline;
+    pipeline.input.source = shape;
+    pipeline.stages = {};
+    pipeline.threads = a.threads;
+    pipeline.output.mesh = a.output;
+    return pipeline;
+}
+
+Outcome<Done> check_names(const GenerateArguments& a) {
+    std::vector<NamedFile> files;
+    if (names_file(a.shape)) files.push_back({a.shape, "the config", Role::input});
+    files.push_back({a.output, "-o", Role::output_mesh});
+    return check_named_files(files);
+}
+
+Outcome<Done> check_output(const GenerateArguments& a) {
+    if (auto made = make_folder_of(a.output); !made) return made;
+    return check_writable(a.output);
+}
+
+/// What was made, and what it cost.
+struct Made {
+    run::PlanSize size;
+    Usage generating, writing;
+};
+
+Outcome<Made> generate_and_write(const config::Shape& shape, const MeshFormat& format, const GenerateArguments& a) {
+    Progress progress;
+    const Execution execution{.threads = a.threads, .stop = stop_on_signals(), .progress = progress.ticks()};
+    progress.begin("generate");
+    const Meter generating;
+    const auto mesh = run::generate_shape(shape, execution);
+    if (!mesh) return fail(mesh.error());
+    const Usage generated = generating.read();
+    progress.begin("write");
+    const Meter writing;
+    auto done = write_mesh(format, mesh->mesh, {}, EncodeOptions{}, a.output, execution);
+    if (!done) return fail(std::move(done.error()));
+    progress.wipe();
+    for (const Notice& notice : format.losses(mesh->mesh)) tell("note: " + notice.what);
+    return Made{run::plan_size(mesh->mesh), generated, writing.read()};
+}
+
+std::string text_of(const Made& made, const config::Shape& shape, const std::string& output) {
+    const bool flat = made.size.dimension == 2;
+    std::string text = fmt::format("{}: {} {}, {} vertices, {} boundary {}\n", config::name_of(shape),
+                                   made.size.elements, flat ? "triangles" : "tetrahedra", made.size.vertices,
+                                   made.size.facets, flat ? "edges" : "triangles");
+    text += fmt::format("  generated in {:.2f} s", made.generating.seconds);
+    if (made.generating.peak_bytes > 0) text += fmt::format(" (at most {})", readable(made.generating.peak_bytes));
+    return text + fmt::format(", written in {:.2f} s\nwrote {}\n", made.writing.seconds, output);
+}
+
+}  // namespace
+
+int generate_command(const GenerateArguments& arguments) {
+    if (auto distinct = check_names(arguments); !distinct) return report_error(distinct.error());
+    const auto shape = shape_of(arguments);
+    if (!shape) return report_error(shape.error());
+    if (arguments.print_config) return end_with(config::write_pipeline(pipeline_of_shape(*shape, arguments)));
+    const auto format = format_to_write(mesh_formats(), arguments.output, arguments.format);
+    if (!format) return report_error(format.error());
+    if (auto enough = check_memory(*shape); !enough) return report_error(enough.error());
+    if (auto output = check_output(arguments); !output) return report_error(output.error());
+    warn_of_time(*shape);
+    const auto made = generate_and_write(*shape, **format, arguments);
+    if (!made) return report_error(made.error());
+    return end_with(text_of(*made, *shape, arguments.output));
+}
+
+}  // namespace camber::app
