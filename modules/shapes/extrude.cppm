@@ -48,15 +48,16 @@ template <int D>
 [[nodiscard]] Outcome<Done> extrude_rows(std::span<const SimplexVertices<D - 1>> base, std::size_t count,
                                          std::size_t rows, const Noise& noise, std::uint64_t first_stream,
                                          std::span<SimplexVertices<D>> elements, const Execution& execution) {
+    const Execution quiet = without_progress(execution);  // each row is a loop of its own
     Buffer<std::uint64_t> ranks(count);
     for (std::size_t k = 0; k < rows; ++k) {
         const Noise of_row = noise.stream(first_stream + k);
-        auto drawn = each(execution, count, [&](std::size_t v) { ranks[v] = of_row.bits(v); });
+        auto drawn = each(quiet, count, [&](std::size_t v) { ranks[v] = of_row.bits(v); });
         if (!drawn) return drawn;
         auto done = extrude<D>(
             base, ranks, [&](VertexId v) { return VertexId(k * count + v.index()); },
             [&](VertexId v) { return VertexId((k + 1) * count + v.index()); },
-            elements.subspan(k * D * base.size(), D * base.size()), execution);
+            elements.subspan(k * D * base.size(), D * base.size()), quiet);
         if (!done) return done;
     }
     return Done{};

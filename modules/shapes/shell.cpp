@@ -135,7 +135,7 @@ Outcome<LinearMesh<D>> generate_shell(const ShellOptions<D>& options, const Exec
     const Noise noise{options.seed};
     auto core = core_of(options, noise, execution);
     if (!core) return fail(core.error());
-    auto materials = add_layers(*core, options, noise.stream(400), execution);
+    auto materials = add_layers(*core, options, noise.stream(400), without_progress(execution));
     if (!materials) return fail(materials.error());
     auto moved = each(execution, core->points.size(), [&](std::size_t v) { core->points[v] += options.centre; });
     if (!moved) return fail(moved.error());

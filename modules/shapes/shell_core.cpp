@@ -84,7 +84,7 @@ Outcome<Buffer<SimplexVertices<D>>> carved(const ShellCore<D>& core, const Noise
 
 /// One step of springs that push only, each a little longer than the wanted length: the points spread.
 template <int D>
-void spread(ShellCore<D>& core, const ShellSizes& sizes) {
+Outcome<Done> spread(ShellCore<D>& core, const ShellSizes& sizes, const Execution& execution) {
     std::vector<std::array<VertexId, 2>> edges;
     for (const auto& s : core.elements)
         for (const auto& [i, j] : local_edges<D>) edges.push_back({std::min(s[i], s[j]), std::max(s[i], s[j])});
@@ -98,8 +98,8 @@ void spread(ShellCore<D>& core, const ShellSizes& sizes) {
         push[b.index()] += 0.15 * (wanted - length) / length * way;
         push[a.index()] -= 0.15 * (wanted - length) / length * way;
     }
-    for (std::size_t v = 0; v < core.points.size(); ++v)
-        core.points[v] = kept(core.points[v] + push[v], core.sides[v], sizes);
+    return each(execution, core.points.size(),
+                [&](std::size_t v) { core.points[v] = kept(core.points[v] + push[v], core.sides[v], sizes); });
 }
 
 template <int D>
@@ -112,20 +112,22 @@ double quality_of(const Buffer<Vec<D>>& p, const SimplexVertices<D>& s) {
 
 /// Moves the vertices of elements below `enough` at random; the worst quality before.
 template <int D>
-double shake(ShellCore<D>& core, const ShellSizes& sizes, double enough, const Noise& noise) {
+Outcome<double> shake(ShellCore<D>& core, const ShellSizes& sizes, double enough, const Noise& noise,
+                      const Execution& execution) {
     double worst = 1;
-    std::vector<bool> move(core.points.size(), false);
+    std::vector<std::uint8_t> move(core.points.size(), 0);
     for (const auto& s : core.elements) {
         const double q = quality_of<D>(core.points, s);
         worst = std::min(worst, q);
         if (q < enough)
-            for (const VertexId v : s) move[v.index()] = true;
+            for (const VertexId v : s) move[v.index()] = 1;
     }
-    for (std::size_t v = 0; v < core.points.size(); ++v) {
-        if (!move[v]) continue;
+    auto done = each(execution, core.points.size(), [&](std::size_t v) {
+        if (move[v] == 0) return;
         const double step = (core.sides[v] == ShellSide::between ? 0.1 : 0.04) * sizes.at(norm(core.points[v]));
         core.points[v] = kept(core.points[v] + step * noise.template vector<D>(v), core.sides[v], sizes);
-    }
+    });
+    if (!done) return fail(done.error());
     return worst;
 }
 
@@ -139,21 +141,22 @@ Outcome<Done> triangulate(ShellCore<D>& core, const Noise& noise) {
 
 /// Spreads, then shakes until no element is flat or some rounds have passed; keeps the best round.
 template <int D>
-Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& noise) {
+Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& noise, const Execution& execution) {
     constexpr int spreads = 8, shakes = 30;
     constexpr double enough = 0.15;
     for (int k = 0; k < spreads; ++k) {
         if (auto done = triangulate(core, noise); !done) return done;
-        spread(core, sizes);
+        if (auto done = spread(core, sizes, execution); !done) return done;
     }
     ShellCore<D> best;
     double best_worst = -2;
     for (int k = 0; k < shakes && best_worst < enough; ++k) {
         if (auto done = triangulate(core, noise); !done) return done;
         ShellCore<D> before = core;
-        const double worst = shake(core, sizes, enough, noise.stream(200 + k));
-        if (worst > best_worst) {
-            best_worst = worst;
+        const auto worst = shake(core, sizes, enough, noise.stream(200 + k), execution);
+        if (!worst) return fail(worst.error());
+        if (*worst > best_worst) {
+            best_worst = *worst;
             best = std::move(before);
         }
     }
@@ -212,7 +215,7 @@ Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& no
                                                        : ShellSide::between;
         add_points<D>(core, radii[k], points_on_sphere<D>(radii[k], size), side, sizes.jitter * size, noise.stream(k));
     }
-    if (auto done = improve(core, sizes, noise); !done) return fail(done.error());
+    if (auto done = improve(core, sizes, noise, without_progress(execution)); !done) return fail(done.error());
     if (auto done = find_walls(core, execution); !done) return fail(done.error());
     return core;
 }

@@ -47,7 +47,7 @@ Outcome<Shape> shape_of(const Json& json, const Place& place) {
     if (!json.is_object() || !json.contains("input")) return Codec<Shape>::read(json, place, {});
     auto pipeline = Codec<Pipeline>::read(json, place, {});
     if (!pipeline) return fail(std::move(pipeline.error()));
-    if (auto* shape = std::get_if<Shape>(&pipeline->input.source)) return std::move(*shape);
+    if (auto* shape = std::get_if<Shape>(&pipeline->input.source)) return *shape;
     return bad(place.at("input"), "reads a mesh, it generates none", "use camber convert, or camber run");
 }
 
