@@ -75,7 +75,7 @@ Outcome<config::Shape> with_count(const config::Shape& shape, double elements) {
 
 Outcome<config::Shape> shape_of(const GenerateArguments& a) {
     auto shape = read_shape(a);
-    if (shape && a.structure) shape = with_structure(std::move(*shape), *a.structure);
+    if (shape && a.structure) shape = with_structure(*shape, *a.structure);
     if (shape && a.elements) shape = with_count(*shape, *a.elements);
     return shape;
 }
