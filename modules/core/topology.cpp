@@ -45,41 +45,40 @@ std::array<VertexId, N> sorted_vertices(std::array<VertexId, N> v) {
     return v;
 }
 
+/// A face around its lowest vertex: its other vertices, rising, and whose it is.
 template <int D>
-SimplexVertices<D - 1> face_vertices(const SimplexVertices<D>& element, int opposite) {
-    SimplexVertices<D - 1> face;
-    const auto local = face_opposite<D>(opposite);
-    for (int i = 0; i < D; ++i) face[i] = element[local[i]];
-    return face;
-}
+struct FaceAround {
+    std::array<VertexId, D - 1> others;
+    ElementId element;
+    std::uint32_t opposite = 0;
+};
 
-/// The local vertex of `element` that is not on `face`, or −1 when face is not a face of it.
+/// The faces whose lowest vertex is v, of all elements of its ball; equal ones side by side, by rising element.
 template <int D>
-int vertex_opposite(const SimplexVertices<D>& element, const SimplexVertices<D - 1>& face) {
-    int opposite = -1;
-    for (int i = 0; i <= D; ++i) {
-        if (std::find(face.begin(), face.end(), element[i]) != face.end()) continue;
-        if (opposite >= 0) return -1;
-        opposite = i;
+void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, VertexId v,
+                  std::vector<FaceAround<D>>& faces) {
+    faces.clear();
+    for (const ElementId e : balls[v]) {
+        const auto& corners = mesh.elements.vertices[e];
+        for (int opposite = 0; opposite <= D; ++opposite) {
+            if (corners[opposite] == v) continue;
+            FaceAround<D> face{{}, e, static_cast<std::uint32_t>(opposite)};
+            bool lowest = true;
+            int n = 0;
+            for (int i = 0; i <= D; ++i) {
+                if (i == opposite || corners[i] == v) continue;
+                lowest = lowest && corners[i] > v;
+                face.others[n++] = corners[i];
+            }
+            if (!lowest) continue;
+            if constexpr (D == 3)
+                if (face.others[1] < face.others[0]) std::swap(face.others[0], face.others[1]);
+            faces.push_back(face);
+        }
     }
-    return opposite;
-}
-
-/// Marks in `links` of a face: no neighbour, or more than one.
-constexpr std::uint32_t crowded = 0xfffffffeU;
-
-template <int D>
-ElementId across(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, std::size_t e, int opposite) {
-    const auto face = face_vertices<D>(mesh.elements.vertices[e], opposite);
-    const auto fewest = *std::min_element(face.begin(), face.end(),
-                                          [&](VertexId a, VertexId b) { return balls[a].size() < balls[b].size(); });
-    ElementId found;
-    for (const ElementId other : balls[fewest]) {
-        if (other.index() == e || vertex_opposite<D>(mesh.elements.vertices[other], face) < 0) continue;
-        if (found.valid()) return ElementId(std::size_t{crowded});
-        found = other;
-    }
-    return found;
+    std::sort(faces.begin(), faces.end(), [](const FaceAround<D>& a, const FaceAround<D>& b) {
+        return a.others != b.others ? a.others < b.others : a.element < b.element;
+    });
 }
 
 /// The simplices of every kind around each vertex, to collect edges from.
@@ -202,18 +201,42 @@ Outcome<Incidence<EdgeId>> feature_edge_balls(const LinearMesh<D>& mesh, const E
 template <int D>
 Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                   const Execution& execution) {
-    auto links = map_each(execution, mesh.elements.size(), [&](std::size_t e) {
-        std::array<ElementId, D + 1> of;
-        for (int i = 0; i <= D; ++i) of[i] = across(mesh, balls, e, i);
-        return of;
+    return guarded([&]() -> Outcome<Neighbours<D>> {
+        Buffer<std::array<ElementId, D + 1>> links(mesh.elements.size());
+        // Each face is of one vertex, so that no two threads write one link; chunk by chunk the first crowded element.
+        constexpr std::size_t grain = 1024;
+        const std::size_t n = mesh.points.size();
+        std::vector<ElementId> crowded((n + grain - 1) / grain);
+        auto done = each(execution, links.size(), [&](std::size_t e) { links[e].fill(ElementId{}); }, 4096);
+        if (!done) return fail(done.error());
+        done = each_chunk(
+            execution, n,
+            [&](std::size_t begin, std::size_t end) {
+                std::vector<FaceAround<D>> faces;
+                ElementId& first = crowded[begin / grain];
+                for (std::size_t v = begin; v < end; ++v) {
+                    faces_around<D>(mesh, balls, VertexId(v), faces);
+                    for (std::size_t i = 1; i < faces.size(); ++i) {
+                        const FaceAround<D>& a = faces[i - 1];
+                        const FaceAround<D>& b = faces[i];
+                        if (a.others != b.others) continue;
+                        const bool third = i > 1 && faces[i - 2].others == a.others;
+                        if (third && (!first.valid() || faces[i - 2].element < first)) first = faces[i - 2].element;
+                        links[a.element.index()][a.opposite] = b.element;
+                        links[b.element.index()][b.opposite] = a.element;
+                    }
+                }
+            },
+            grain);
+        if (!done) return fail(done.error());
+        ElementId first;
+        for (const ElementId e : crowded)
+            if (e.valid() && (!first.valid() || e < first)) first = e;
+        if (first.valid())
+            return fail(ErrorKind::input, "shares a face with more than one other element", {},
+                        Entity{simplex_name<D>, first.index() + 1}, "elements must not overlap or be listed twice");
+        return Neighbours<D>(std::move(links));
     });
-    if (!links) return fail(links.error());
-    for (std::size_t e = 0; e < links->size(); ++e)
-        for (const ElementId other : (*links)[e])
-            if (other.value == crowded)
-                return fail(ErrorKind::input, "shares a face with more than one other element", {},
-                            Entity{simplex_name<D>, e + 1}, "elements must not overlap or be listed twice");
-    return Neighbours<D>(std::move(*links));
 }
 
 template <int D>

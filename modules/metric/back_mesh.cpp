@@ -92,6 +92,33 @@ Outcome<Done> check_rows(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& 
                 {}, {}, "give the metric of this mesh");
 }
 
+/// Adds the element's gradient times its volume, and the volume (both D! times), to a mean: det J ∇ξ_a are cofactors,
+/// and nothing is divided by. Slim elements are measured with care (see Frame).
+template <int D>
+void add_weighted_gradient(const StraightBack<D>& back, ElementId e, LogGradient<D>& sum, double& weight) {
+    const auto& v = back.mesh.elements.vertices[e];
+    Mat<D> sides;
+    double lengths_squared = 1;
+    for (int a = 0; a < D; ++a) {
+        sides.column[a] = back.mesh.points[v[a + 1]] - back.mesh.points[v[0]];
+        lengths_squared *= norm_squared(sides.column[a]);
+    }
+    auto cofactor = cofactors(sides);
+    double determinant = dot(cofactor[0], sides.column[0]);
+    if (!(lengths_squared < 1e8 * determinant * determinant)) {
+        const Frame<D> frame(back.mesh, e);
+        determinant = frame.determinant;
+        if (determinant == 0) return;
+        for (int a = 0; a < D; ++a) cofactor[a] = determinant * frame.gradient[a + 1];
+    }
+    const double sign = determinant < 0 ? -1 : 1;
+    for (int a = 0; a < D; ++a) {
+        const Sym<D> difference = back.log_metrics[v[a + 1]].l - back.log_metrics[v[0]].l;
+        for (int i = 0; i < D; ++i) sum[i] += (sign * cofactor[a][i]) * difference;
+    }
+    weight += std::abs(determinant);
+}
+
 /// Of each vertex the mean over its ball, weighted by volume.
 template <int D>
 Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back, const Incidence<ElementId>& balls,
@@ -99,13 +126,7 @@ Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back, cons
     return map_each(execution, back.mesh.points.size(), [&](std::size_t v) {
         LogGradient<D> sum{};
         double weight = 0;
-        for (const ElementId e : balls[v]) {
-            const double volume = std::abs(Frame<D>(back.mesh, e).determinant);
-            if (!(volume > 0)) continue;
-            const LogGradient<D> g = back.gradient_in(e);
-            for (int i = 0; i < D; ++i) sum[i] += volume * g[i];
-            weight += volume;
-        }
+        for (const ElementId e : balls[v]) add_weighted_gradient<D>(back, e, sum, weight);
         if (weight > 0)
             for (Sym<D>& g : sum) g *= 1 / weight;
         return sum;

@@ -99,8 +99,10 @@ void gradients_seen(const CurvedBack<D>& back, std::size_t begin, std::size_t en
     corners.see();
     std::size_t next = 0;
     for (std::size_t e = begin; e < end; ++e) {
-        out[e] = back.reference.gradient_in(ElementId(e));
-        if (!back.is_bent(ElementId(e))) continue;
+        if (!back.is_bent(ElementId(e))) {
+            out[e] = back.reference.gradient_in(ElementId(e));
+            continue;
+        }
         const SeenMetric<D>* const seen = &corners.seen[next];
         next += D + 1;
         const auto gradients = barycentric_gradients(mesh, ElementId(e));
@@ -110,6 +112,15 @@ void gradients_seen(const CurvedBack<D>& back, std::size_t begin, std::size_t en
             for (int i = 0; i < D; ++i) out[e][i] += gradients[a][i] * difference;
         }
     }
+}
+
+/// D! times the volume; what is lost in slim elements does not count in a mean.
+template <int D>
+double volume_of(const LinearMesh<D>& mesh, ElementId e) {
+    const auto& v = mesh.elements.vertices[e];
+    Mat<D> sides;
+    for (int a = 0; a < D; ++a) sides.column[a] = mesh.points[v[a + 1]] - mesh.points[v[0]];
+    return std::abs(det(sides));
 }
 
 /// The means over the balls of vertices of `seen`, one an element, each brought into space by the map at its corner.
@@ -133,7 +144,7 @@ void relative_gradients(const CurvedBack<D>& back, const Incidence<ElementId>& b
             const bool bent = back.is_bent(e);
             const std::size_t corner = next;
             next += bent ? 1 : 0;
-            const double volume = std::abs(Frame<D>(mesh, e).determinant);
+            const double volume = volume_of(mesh, e);
             if (!(volume > 0)) continue;
             LogGradient<D> gradient = seen[e.index()];
             if (bent)
