@@ -4,6 +4,8 @@ module;
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -43,42 +45,6 @@ template <std::size_t N>
 std::array<VertexId, N> sorted_vertices(std::array<VertexId, N> v) {
     std::sort(v.begin(), v.end());
     return v;
-}
-
-/// A face around its lowest vertex: its other vertices, rising, and whose it is.
-template <int D>
-struct FaceAround {
-    std::array<VertexId, D - 1> others;
-    ElementId element;
-    std::uint32_t opposite = 0;
-};
-
-/// The faces whose lowest vertex is v, of all elements of its ball; equal ones side by side, by rising element.
-template <int D>
-void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, VertexId v,
-                  std::vector<FaceAround<D>>& faces) {
-    faces.clear();
-    for (const ElementId e : balls[v]) {
-        const auto& corners = mesh.elements.vertices[e];
-        for (int opposite = 0; opposite <= D; ++opposite) {
-            if (corners[opposite] == v) continue;
-            FaceAround<D> face{{}, e, static_cast<std::uint32_t>(opposite)};
-            bool lowest = true;
-            int n = 0;
-            for (int i = 0; i <= D; ++i) {
-                if (i == opposite || corners[i] == v) continue;
-                lowest = lowest && corners[i] > v;
-                face.others[n++] = corners[i];
-            }
-            if (!lowest) continue;
-            if constexpr (D == 3)
-                if (face.others[1] < face.others[0]) std::swap(face.others[0], face.others[1]);
-            faces.push_back(face);
-        }
-    }
-    std::sort(faces.begin(), faces.end(), [](const FaceAround<D>& a, const FaceAround<D>& b) {
-        return a.others != b.others ? a.others < b.others : a.element < b.element;
-    });
 }
 
 /// The simplices of every kind around each vertex, to collect edges from.
@@ -199,42 +165,58 @@ Outcome<Incidence<EdgeId>> feature_edge_balls(const LinearMesh<D>& mesh, const E
 }
 
 template <int D>
+void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, VertexId v,
+                  std::vector<FaceAround<D>>& faces) {
+    faces.clear();
+    for (const ElementId e : balls[v]) {
+        const auto& corners = mesh.elements.vertices[e];
+        for (int opposite = 0; opposite <= D; ++opposite) {
+            FaceAround<D> face{{}, {e, static_cast<std::uint32_t>(opposite)}};
+            bool has_v = false, higher = true;
+            int n = 0;
+            for (int i = 0; i <= D && higher; ++i) {
+                if (i == opposite) continue;
+                if (corners[i] == v && !has_v)
+                    has_v = true;
+                else if (corners[i] > v && n < D - 1)
+                    face.others[n++] = corners[i];
+                else
+                    higher = false;
+            }
+            if (!has_v || !higher) continue;
+            if constexpr (D == 3)
+                if (face.others[1] < face.others[0]) std::swap(face.others[0], face.others[1]);
+            faces.push_back(face);
+        }
+    }
+    std::sort(faces.begin(), faces.end(), [](const FaceAround<D>& a, const FaceAround<D>& b) {
+        return a.others != b.others ? a.others < b.others : a.face.element < b.face.element;
+    });
+}
+
+template <int D>
 Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                   const Execution& execution) {
     return guarded([&]() -> Outcome<Neighbours<D>> {
         Buffer<std::array<ElementId, D + 1>> links(mesh.elements.size());
-        // Each face is of one vertex, so that no two threads write one link; chunk by chunk the first crowded element.
-        constexpr std::size_t grain = 1024;
-        const std::size_t n = mesh.points.size();
-        std::vector<ElementId> crowded((n + grain - 1) / grain);
-        auto done = each(execution, links.size(), [&](std::size_t e) { links[e].fill(ElementId{}); }, 4096);
+        auto done = each(execution, links.size(), [&](std::size_t e) { links[e].fill(ElementId{}); });
         if (!done) return fail(done.error());
-        done = each_chunk(
-            execution, n,
-            [&](std::size_t begin, std::size_t end) {
-                std::vector<FaceAround<D>> faces;
-                ElementId& first = crowded[begin / grain];
-                for (std::size_t v = begin; v < end; ++v) {
-                    faces_around<D>(mesh, balls, VertexId(v), faces);
-                    for (std::size_t i = 1; i < faces.size(); ++i) {
-                        const FaceAround<D>& a = faces[i - 1];
-                        const FaceAround<D>& b = faces[i];
-                        if (a.others != b.others) continue;
-                        const bool third = i > 1 && faces[i - 2].others == a.others;
-                        if (third && (!first.valid() || faces[i - 2].element < first)) first = faces[i - 2].element;
-                        links[a.element.index()][a.opposite] = b.element;
-                        links[b.element.index()][b.opposite] = a.element;
-                    }
-                }
-            },
-            grain);
+        std::atomic<std::uint32_t> crowded{std::numeric_limits<std::uint32_t>::max()};  // the lowest such element
+        done = each_face(mesh, balls, execution, [&](std::span<const FaceAround<D>> on) {
+            if (on.size() == 1) return;
+            const auto& [a, b] = std::pair(on[0].face, on[1].face);
+            links[a.element.index()][a.opposite] = b.element;
+            links[b.element.index()][b.opposite] = a.element;
+            if (on.size() == 2) return;
+            std::uint32_t lowest = crowded;
+            while (a.element.value < lowest && !crowded.compare_exchange_weak(lowest, a.element.value)) {
+            }
+        });
         if (!done) return fail(done.error());
-        ElementId first;
-        for (const ElementId e : crowded)
-            if (e.valid() && (!first.valid() || e < first)) first = e;
-        if (first.valid())
+        if (crowded != std::numeric_limits<std::uint32_t>::max())
             return fail(ErrorKind::input, "shares a face with more than one other element", {},
-                        Entity{simplex_name<D>, first.index() + 1}, "elements must not overlap or be listed twice");
+                        Entity{simplex_name<D>, crowded + std::size_t{1}},
+                        "elements must not overlap or be listed twice");
         return Neighbours<D>(std::move(links));
     });
 }
@@ -346,6 +328,8 @@ EdgeId find_edge(const EdgeSet<D>& edges, VertexId a, VertexId b) {
     template Outcome<Incidence<EdgeId>> feature_edge_balls<D>(const LinearMesh<D>&, const Execution&); \
     template Outcome<Neighbours<D>> neighbours<D>(const LinearMesh<D>&, const Incidence<ElementId>&,   \
                                                   const Execution&);                                   \
+    template void faces_around<D>(const LinearMesh<D>&, const Incidence<ElementId>&, VertexId,         \
+                                  std::vector<FaceAround<D>>&);                                        \
     template Buffer<ElementFace> boundary_faces<D>(const Neighbours<D>&);                              \
     template Outcome<EdgeSet<D>> unique_edges<D>(const LinearMesh<D>&, const Execution&);              \
     template Outcome<Incidence<ElementId>> shells<D>(const EdgeSet<D>&, const Execution&);             \

@@ -3,8 +3,10 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 export module camber.core:topology;
 import :column;
+import :each;
 import :execution;
 import :ids;
 import :mesh;
@@ -54,6 +56,35 @@ template <int D>
 /// Feature edges around each vertex, by their index in LinearMesh::edges.
 template <int D>
 [[nodiscard]] Outcome<Incidence<EdgeId>> feature_edge_balls(const LinearMesh<D>& mesh, const Execution& execution);
+
+/// A face of an element, named by its lowest vertex and the others, which rise.
+template <int D>
+struct FaceAround {
+    std::array<VertexId, D - 1> others;
+    ElementFace face;
+};
+
+/// The faces of which v is the lowest vertex, of all elements of its ball: equal ones side by side, by rising element.
+/// Faces that name a vertex twice are left out.
+template <int D>
+void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, VertexId v,
+                  std::vector<FaceAround<D>>& faces);
+
+/// visit(faces) with all elements on a face, for each face, in parallel; needs the balls of the same mesh.
+template <int D, class Visit>
+[[nodiscard]] Outcome<Done> each_face(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
+                                      const Execution& execution, Visit&& visit) {
+    return each_chunk(execution, balls.size(), [&](std::size_t begin, std::size_t end) {
+        std::vector<FaceAround<D>> faces;
+        for (std::size_t v = begin; v < end; ++v) {
+            faces_around<D>(mesh, balls, VertexId(v), faces);
+            for (std::size_t first = 0, last = 0; first < faces.size(); first = last) {
+                while (last < faces.size() && faces[last].others == faces[first].others) ++last;
+                visit(std::span<const FaceAround<D>>(faces).subspan(first, last - first));
+            }
+        }
+    });
+}
 
 /// The element across each face; needs the balls of the same mesh.
 template <int D>

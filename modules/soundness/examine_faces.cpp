@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 module camber.soundness;
 import camber.core;
@@ -26,18 +27,28 @@ Outcome<Buffer<std::uint32_t>> twins(const Column<std::array<VertexId, N>>& simp
     });
 }
 
-/// The element that counts with that face beside e.
+/// Across each face of each element the other one that counts.
 template <int D>
-std::uint32_t across(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t e, int opposite) {
-    const auto face = face_of<D>(mesh.elements.vertices[e], opposite);
-    std::uint32_t found = nobody;
-    for (const ElementId other : x.elements_of[loneliest(face, x.elements_of)]) {
-        if (other.index() == e || !x.element_counts(other.index())) continue;
-        if (!has_all(mesh.elements.vertices[other], face)) continue;
-        if (found != nobody) return several;
-        found = other.value;
-    }
-    return found;
+Outcome<Buffer<std::array<std::uint32_t, D + 1>>> across(const LinearMesh<D>& mesh, const Examination<D>& x,
+                                                         const Execution& execution) {
+    auto links = map_each(execution, mesh.elements.size(), [](std::size_t) {
+        std::array<std::uint32_t, D + 1> none;
+        none.fill(nobody);
+        return none;
+    });
+    if (!links) return links;
+    auto done = each_face(mesh, x.elements_of, execution, [&](std::span<const FaceAround<D>> on) {
+        for (const auto& [others, face] : on) {
+            std::uint32_t& link = (*links)[face.element.index()][face.opposite];
+            for (const FaceAround<D>& other : on) {
+                const ElementId beside = other.face.element;
+                if (beside == face.element || !x.element_counts(beside.index())) continue;
+                link = link == nobody ? beside.value : several;
+            }
+        }
+    });
+    if (!done) return fail(done.error());
+    return links;
 }
 
 template <int D>
@@ -132,11 +143,7 @@ Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& x, const 
     if (!facet_twins) return fail(facet_twins.error());
     x.facet_twins = std::move(*facet_twins);
 
-    auto neighbours = map_each(execution, n, [&](std::size_t e) {
-        std::array<std::uint32_t, D + 1> of{};
-        for (int i = 0; i <= D; ++i) of[i] = across(mesh, x, e, i);
-        return of;
-    });
+    auto neighbours = across(mesh, x, execution);
     if (!neighbours) return fail(neighbours.error());
     x.neighbours = std::move(*neighbours);
     auto sides = map_each(execution, mesh.facets.size(), [&](std::size_t f) { return elements_beside(mesh, x, f); });

@@ -19,11 +19,10 @@ TEST_CASE("the estimate of a run's memory") {
     });
     SUBCASE("peaks measured with two threads") {
         CHECK(estimated_peak_bytes(278, 1141, 3) == doctest::Approx(10.39e6).epsilon(0.1));
-        CHECK(estimated_peak_bytes(19379, 102979, 3) == doctest::Approx(50.16e6).epsilon(0.1));
-        CHECK(estimated_peak_bytes(54936, 317520, 3) == doctest::Approx(118.25e6).epsilon(0.1));
-        CHECK(estimated_peak_bytes(185193, 1053696, 3) == doctest::Approx(379.63e6).epsilon(0.1));
-        CHECK(estimated_peak_bytes(368574, 2163840, 3) == doctest::Approx(711.41e6).epsilon(0.1));
-        CHECK(estimated_peak_bytes(361201, 720000, 2) == doctest::Approx(223.74e6).epsilon(0.1));
+        CHECK(estimated_peak_bytes(46705, 275608, 3) == doctest::Approx(158.4e6).epsilon(0.1));
+        CHECK(estimated_peak_bytes(172086, 1008000, 3) == doctest::Approx(558.8e6).epsilon(0.1));
+        CHECK(estimated_peak_bytes(845388, 4998000, 3) == doctest::Approx(2568e6).epsilon(0.1));
+        CHECK(estimated_peak_bytes(151054, 300731, 2) == doctest::Approx(141.8e6).epsilon(0.1));
     }
     SUBCASE("sizes beyond all memory do not wrap around") {
         constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
