@@ -303,18 +303,22 @@ Outcome<BackMesh<D>> make_curved_back_mesh(const QuadraticMesh<D>& mesh, const I
     back.reference = std::move(*straight);
     back.edges = mesh.edges;
     back.displacements = std::move(*displacements);
-    Buffer<LogGradient<D>> seen(mesh.linear.elements.size());
-    auto done = each_chunk(execution, seen.size(),
-                           [&](std::size_t begin, std::size_t end) { gradients_seen<D>(back, begin, end, seen); });
-    if (!done) return fail(done.error());
-    Buffer<LogGradient<D>> gradients(mesh.linear.points.size());
-    done = each_chunk(
-        execution, gradients.size(),
-        [&](std::size_t begin, std::size_t end) { relative_gradients<D>(back, balls, seen, begin, end, gradients); },
-        64);
-    if (!done) return fail(done.error());
-    back.relative_gradients = std::move(gradients);
-    return BackMesh<D>(std::move(back));
+    return guarded([&]() -> Outcome<BackMesh<D>> {
+        Buffer<LogGradient<D>> seen(mesh.linear.elements.size());
+        auto done = each_chunk(execution, seen.size(),
+                               [&](std::size_t begin, std::size_t end) { gradients_seen<D>(back, begin, end, seen); });
+        if (!done) return fail(done.error());
+        Buffer<LogGradient<D>> gradients(mesh.linear.points.size());
+        done = each_chunk(
+            execution, gradients.size(),
+            [&](std::size_t begin, std::size_t end) {
+                relative_gradients<D>(back, balls, seen, begin, end, gradients);
+            },
+            64);
+        if (!done) return fail(done.error());
+        back.relative_gradients = std::move(gradients);
+        return BackMesh<D>(std::move(back));
+    });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                    \

@@ -93,32 +93,34 @@ Outcome<Buffer<LogMetric<D>>> curved_natural_log_metrics(const QuadraticMesh<D>&
     const LinearMesh<D>& linear = mesh.linear;
     const auto straight = of_elements(linear, execution);
     if (!straight) return straight;
-    Buffer<LogMetric<D>> logs(linear.points.size());
-    auto done = each_chunk(
-        execution, logs.size(),
-        [&](std::size_t begin, std::size_t end) {
-            // What the curved ones among the elements of each ball count as, in the order of the balls.
-            std::vector<Corners<D>> simplices;
-            std::vector<char> is_curved;
-            for (std::size_t v = begin; v < end; ++v)
-                for (const ElementId e : balls[v]) {
-                    const auto& corners = linear.elements.vertices[e];
-                    const auto corner = std::find(corners.begin(), corners.end(), VertexId(v)) - corners.begin();
-                    const auto bent = tangent_simplex(mesh, e, static_cast<int>(corner));
-                    is_curved.push_back(bent.has_value());
-                    if (bent) simplices.push_back(*bent);
-                }
-            std::vector<LogMetric<D>> curved(simplices.size());
-            natural_log_metrics<D>(simplices, curved);
-            std::size_t item = 0, next = 0;
-            for (std::size_t v = begin; v < end; ++v)
-                logs[v] = mean_over(linear, balls[v], [&](ElementId e) -> const LogMetric<D>& {
-                    return is_curved[item++] ? curved[next++] : (*straight)[e.index()];
-                });
-        },
-        64);
-    if (!done) return fail(done.error());
-    return logs;
+    return guarded([&]() -> Outcome<Buffer<LogMetric<D>>> {
+        Buffer<LogMetric<D>> logs(linear.points.size());
+        auto done = each_chunk(
+            execution, logs.size(),
+            [&](std::size_t begin, std::size_t end) {
+                // What the curved ones among the elements of each ball count as, in the order of the balls.
+                std::vector<Corners<D>> simplices;
+                std::vector<char> is_curved;
+                for (std::size_t v = begin; v < end; ++v)
+                    for (const ElementId e : balls[v]) {
+                        const auto& corners = linear.elements.vertices[e];
+                        const auto corner = std::find(corners.begin(), corners.end(), VertexId(v)) - corners.begin();
+                        const auto bent = tangent_simplex(mesh, e, static_cast<int>(corner));
+                        is_curved.push_back(bent.has_value());
+                        if (bent) simplices.push_back(*bent);
+                    }
+                std::vector<LogMetric<D>> curved(simplices.size());
+                natural_log_metrics<D>(simplices, curved);
+                std::size_t item = 0, next = 0;
+                for (std::size_t v = begin; v < end; ++v)
+                    logs[v] = mean_over(linear, balls[v], [&](ElementId e) -> const LogMetric<D>& {
+                        return is_curved[item++] ? curved[next++] : (*straight)[e.index()];
+                    });
+            },
+            64);
+        if (!done) return fail(done.error());
+        return logs;
+    });
 }
 
 template <int D>
