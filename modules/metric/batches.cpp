@@ -55,7 +55,7 @@ void natural_log_metrics(std::span<const std::array<Vec<D>, D + 1>> simplices, s
     const Mat<D> reference = inverse(regular_simplex<D>());
     with_instructions(set, [&]() __attribute__((always_inline)) {
         each_pack(metrics.size(), [&](std::size_t begin) __attribute__((always_inline)) {
-            std::array<VecPack<D>, D + 1> p;
+            std::array<VecPack<D>, D + 1> p{};
             for (int i = 0; i <= D; ++i)
                 p[i] = gathered_vec<D>(simplices, begin,
                                        [&](const Simplex& s)

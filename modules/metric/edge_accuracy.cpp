@@ -57,7 +57,7 @@ template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_end(std::span<const EdgeEnds<D>> edges,
                                                                     std::size_t begin, EdgeEnd<D> EdgeEnds<D>::* end) {
     using Ends = EdgeEnds<D>;
-    EdgeSight<D> seen;
+    EdgeSight<D> seen{};
     seen.log_metric = gathered_sym<D>(edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& {
         return (e.*end).log_metric.l;
     });
@@ -96,17 +96,17 @@ template <int D>
 template <int D>
 struct EdgeFrame {
     EigenPack<D> log_metric;
-    VecPack<D> sizes;                      ///< e^{λ_i}
-    VecPack<D> chord;                      ///< c
-    SymPack<D> along_chord;                ///< A
-    std::array<std::array<Pack, D>, D> x;  ///< x_ij = λ_i − λ_j
-    SymPack<D> root_likeness;              ///< sqrt K_ij
-    SymPack<D> likeness;                   ///< K_ij
+    VecPack<D> sizes;                        ///< e^{λ_i}
+    VecPack<D> chord;                        ///< c
+    SymPack<D> along_chord;                  ///< A
+    std::array<std::array<Pack, D>, D> x{};  ///< x_ij = λ_i − λ_j
+    SymPack<D> root_likeness;                ///< sqrt K_ij
+    SymPack<D> likeness;                     ///< K_ij
 };
 
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeFrame<D> edge_frame(const VecPack<D>& chord, const EdgeSight<D>& middle) {
-    EdgeFrame<D> f;
+    EdgeFrame<D> f{};
     f.log_metric = eigen_system<D>(middle.log_metric);
     f.chord = times_transposed(f.log_metric.vectors, chord);
     SymPack<D> along;  // ∂_e L

@@ -11,7 +11,7 @@ namespace camber {
 
 template <int D>
 struct VecPack {
-    std::array<Pack, D> c;
+    std::array<Pack, D> c{};
     [[nodiscard, gnu::always_inline]] inline Pack operator[](int i) const { return c[i]; }
     [[nodiscard, gnu::always_inline]] inline Pack& operator[](int i) { return c[i]; }
 };
@@ -19,7 +19,7 @@ struct VecPack {
 /// Entries as in Sym.
 template <int D>
 struct SymPack {
-    std::array<Pack, sym_size<D>> c;
+    std::array<Pack, sym_size<D>> c{};
     [[nodiscard, gnu::always_inline]] inline Pack operator()(int i, int j) const { return c[Sym<D>::index(i, j)]; }
     [[nodiscard, gnu::always_inline]] inline Pack& operator()(int i, int j) { return c[Sym<D>::index(i, j)]; }
 };
@@ -27,7 +27,7 @@ struct SymPack {
 /// Columns as in Mat.
 template <int D>
 struct MatPack {
-    std::array<VecPack<D>, D> column;
+    std::array<VecPack<D>, D> column{};
     [[nodiscard, gnu::always_inline]] inline Pack operator()(int i, int j) const { return column[j][i]; }
     [[nodiscard, gnu::always_inline]] inline Pack& operator()(int i, int j) { return column[j][i]; }
 };
@@ -35,7 +35,7 @@ struct MatPack {
 /// Entry k of the items from `begin`, one a lane: get(item)[k]; beyond the end, of the last item.
 template <class T, class Get>
 [[nodiscard, gnu::always_inline]] inline Pack gathered(std::span<const T> items, std::size_t begin, const Get& get) {
-    Pack p;
+    Pack p{};
     for (std::size_t lane = 0; lane < pack_size; ++lane) p[lane] = get(items[std::min(begin + lane, items.size() - 1)]);
     return p;
 }

@@ -32,7 +32,7 @@ template <int D>
 Outcome<Buffer<std::array<std::uint32_t, D + 1>>> across(const LinearMesh<D>& mesh, const Examination<D>& x,
                                                          const Execution& execution) {
     auto links = map_each(execution, mesh.elements.size(), [](std::size_t) {
-        std::array<std::uint32_t, D + 1> none;
+        std::array<std::uint32_t, D + 1> none{};
         none.fill(nobody);
         return none;
     });

@@ -93,7 +93,8 @@ void curve_laws(const std::array<int, D>& cells) {
                          ++relaxed;
                      }
                  after.mid_nodes = nodes;
-                 const auto lengths = updated_lengths(b.mesh.edges, c, after, b.shells, b.back, MeasuredEdges::some, alone)->curved;
+                 const auto lengths =
+                     updated_lengths(b.mesh.edges, c, after, b.shells, b.back, MeasuredEdges::some, alone)->curved;
                  for (std::size_t e = 0; e < nodes.size(); ++e) {
                      const bool same = after.mid_nodes[e] == c.proposal.mid_nodes[e];
                      const double expected = same ? c.lengths[e] : c.straight_lengths[e];
@@ -119,7 +120,8 @@ void curve_laws(const std::array<int, D>& cells) {
                      nodes[e].point = midpoint(straight.points[p], straight.points[q]);
                  }
                  straight.mid_nodes = std::move(nodes);
-                 const auto lengths = *updated_lengths(edges, c, straight, b.shells, b.back, MeasuredEdges::some, alone);
+                 const auto lengths =
+                     *updated_lengths(edges, c, straight, b.shells, b.back, MeasuredEdges::some, alone);
                  std::size_t moved = 0;
                  for (std::size_t e = 0; e < edges.size(); ++e) {
                      RC_ASSERT(std::abs(lengths.curved[e] - lengths.straight[e]) <= 1e-12 * lengths.straight[e]);

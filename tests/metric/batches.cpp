@@ -33,6 +33,7 @@ LogMetric<D> random_log(Dice& dice, double range) {
 template <class Out>
 void same_in_any_company(std::size_t n, const auto& batch) {
     std::vector<Out> alone;
+    alone.reserve(n);
     for (std::size_t i = 0; i < n; ++i) alone.push_back(batch(i, std::size_t{1}, Instructions::baseline)[0]);
     for (const Instructions set : every_set)
         if (has(set)) RC_ASSERT(batch(0, n, set) == alone);
