@@ -10,7 +10,7 @@ namespace camber {
 
 namespace {
 
-/// Of all items, a pack at a time: scattered(begin, …) is asked for each.
+/// kernel(begin) for each pack of n items.
 template <class Kernel>
 [[gnu::always_inline]] inline void each_pack(std::size_t n, const Kernel& kernel) {
     for (std::size_t begin = 0; begin < n; begin += pack_size) kernel(begin);
