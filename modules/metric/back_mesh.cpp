@@ -108,7 +108,7 @@ void add_weighted_gradient(const StraightBack<D>& back, ElementId e, LogGradient
     if (!(lengths_squared < 1e8 * determinant * determinant)) {
         const Frame<D> frame(back.mesh, e);
         determinant = frame.determinant;
-        if (determinant == 0) return;
+        if (!(std::abs(determinant) > 0)) return;
         for (int a = 0; a < D; ++a) cofactor[a] = determinant * frame.gradient[a + 1];
     }
     const double sign = determinant < 0 ? -1 : 1;
