@@ -1,0 +1,507 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+module camber.dynamic;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+/// The columns of a mesh as buffers, while it changes.
+template <int D>
+struct Draft {
+    explicit Draft(DynamicMesh<D> mesh)
+        : points(take(std::move(mesh.points))),
+          point_references(take(std::move(mesh.point_references))),
+          states(take(std::move(mesh.states))),
+          element_of(take(std::move(mesh.element_of))),
+          elements(take(std::move(mesh.elements.vertices))),
+          element_references(take(std::move(mesh.elements.references))),
+          element_entities(take(std::move(mesh.elements.entities))),
+          element_marks(take(std::move(mesh.elements.marks))),
+          across(take(std::move(mesh.across))),
+          edges_of(take(std::move(mesh.edges_of))),
+          edges(take(std::move(mesh.edges))),
+          line_of(take(std::move(mesh.line_of))),
+          facets(take(std::move(mesh.facets.vertices))),
+          facet_references(take(std::move(mesh.facets.references))),
+          facet_entities(take(std::move(mesh.facets.entities))),
+          facet_marks(take(std::move(mesh.facets.marks))),
+          sides(take(std::move(mesh.sides))),
+          lines(take(std::move(mesh.lines))),
+          line_references(take(std::move(mesh.line_references))),
+          line_entities(take(std::move(mesh.line_entities))),
+          line_marks(take(std::move(mesh.line_marks))),
+          free_vertices(take(std::move(mesh.free.vertices))),
+          free_edges(take(std::move(mesh.free.edges))),
+          free_lines(take(std::move(mesh.free.lines))),
+          free_facets(take(std::move(mesh.free.facets))),
+          free_elements(take(std::move(mesh.free.elements))),
+          geometry(std::move(mesh.geometry)),
+          groups(std::move(mesh.groups)) {}
+
+    [[nodiscard]] DynamicMesh<D> mesh() && {
+        DynamicMesh<D> out;
+        out.points = std::move(points);
+        out.point_references = std::move(point_references);
+        out.states = std::move(states);
+        out.element_of = std::move(element_of);
+        out.elements = {std::move(elements), std::move(element_references), std::move(element_entities),
+                        std::move(element_marks)};
+        out.across = std::move(across);
+        out.edges_of = std::move(edges_of);
+        out.edges = std::move(edges);
+        out.line_of = std::move(line_of);
+        out.facets = {std::move(facets), std::move(facet_references), std::move(facet_entities),
+                      std::move(facet_marks)};
+        out.sides = std::move(sides);
+        out.lines = std::move(lines);
+        out.line_references = std::move(line_references);
+        out.line_entities = std::move(line_entities);
+        out.line_marks = std::move(line_marks);
+        out.free = {std::move(free_vertices), std::move(free_edges), std::move(free_lines), std::move(free_facets),
+                    std::move(free_elements)};
+        out.geometry = std::move(geometry);
+        out.groups = std::move(groups);
+        out.stamp = new_stamp();
+        return out;
+    }
+
+    Buffer<Vec<D>> points;
+    Buffer<Reference> point_references;
+    Buffer<VertexState> states;
+    Buffer<ElementId> element_of;
+    Buffer<SimplexVertices<D>> elements;
+    Buffer<Reference> element_references, element_entities;
+    Buffer<Marks> element_marks;
+    Buffer<std::array<Across, D + 1>> across;
+    Buffer<std::array<EdgeId, edges_per_simplex<D>>> edges_of;
+    Buffer<std::array<VertexId, 2>> edges;
+    Buffer<LineId> line_of;
+    Buffer<SimplexVertices<D - 1>> facets;
+    Buffer<Reference> facet_references, facet_entities;
+    Buffer<Marks> facet_marks;
+    Buffer<FacetSides> sides;
+    Buffer<EdgeId> lines;
+    Buffer<Reference> line_references, line_entities;
+    Buffer<Marks> line_marks;
+    Buffer<std::uint32_t> free_vertices, free_edges, free_lines, free_facets, free_elements;
+    GivenGeometry<D> geometry;
+    Column<Group> groups;
+};
+
+/// Places for new entities of one kind in one patch: those of the removed ones, rising, then free ones, then new ones
+/// by `grow`. What is left over of the removed ones becomes free.
+template <class Id, class Grow>
+class Places {
+  public:
+    Places(std::vector<Id>& own, Buffer<std::uint32_t>& free, Grow grow) : own_(own), free_(free), grow_(grow) {}
+    Id next() {
+        if (used_ < own_.size()) return own_[used_++];
+        if (free_.empty()) return grow_();
+        const Id id(std::size_t{free_.back()});
+        free_.pop_back();
+        return id;
+    }
+    template <class Clear>
+    void release(Clear clear) {
+        for (; used_ < own_.size(); ++used_) {
+            clear(own_[used_]);
+            free_.push_back(own_[used_].value);
+        }
+    }
+
+  private:
+    std::vector<Id>& own_;
+    Buffer<std::uint32_t>& free_;
+    Grow grow_;
+    std::size_t used_ = 0;
+};
+
+template <class Id, class Ids>
+void append(std::vector<Id>& to, const Ids& ids) {
+    to.insert(to.end(), ids.begin(), ids.end());
+}
+template <class Id>
+std::vector<Id> rising(std::vector<Id> ids) {
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    return ids;
+}
+
+/// A new element, gathered before any place is written on.
+template <int D>
+struct NewElement {
+    SimplexVertices<D> vertices;
+    std::array<EdgeId, edges_per_simplex<D>> edges;
+    std::array<Across, D + 1> across;
+    Reference reference = 0, entity = 0;
+};
+template <int D>
+struct NewFacet {
+    SimplexVertices<D - 1> vertices;
+    Reference reference = 0, entity = 0;
+    Marks marks;
+};
+struct NewLine {
+    VertexId end;
+    Reference reference = 0, entity = 0;
+    Marks marks;
+};
+/// What is beyond an open face, and its own place for what is on this side.
+struct Beyond {
+    Across outside;
+    int place = 0;
+};
+
+template <int D>
+class Committing {
+  public:
+    explicit Committing(DynamicMesh<D> mesh) : d_(std::move(mesh)) {}
+
+    void apply(const TopologyPatch<D>& patch) {
+        const Star<D>& star = patch.star;
+        const VertexId point = put_point(patch);
+        gather(patch, point);
+        number_edges(patch, point);
+        const std::vector<FacetId> facets = put_facets(patch, point);
+        put_elements(patch, facets);
+        put_lines(patch);
+        for (const VertexId v : star.vanishing) {
+            d_.element_of[v.index()] = {};
+            d_.states[v.index()] = {};
+            d_.free_vertices.push_back(v.value);
+        }
+        append(changes_.vertices.removed, star.vanishing);
+        changes_.points.push_back(point);
+    }
+    [[nodiscard]] ChangedMesh<D> changed() && { return {std::move(d_).mesh(), std::move(changes_)}; }
+
+  private:
+    VertexId put_point(const TopologyPatch<D>& patch) {
+        const auto& [vertex, place, reference] = patch.point;
+        if (vertex.valid()) {
+            if (place && *place != d_.points[vertex.index()]) {
+                d_.points[vertex.index()] = *place;
+                d_.states[vertex.index()].marks |= Mark::moved;
+            }
+            return vertex;
+        }
+        VertexId v(d_.points.size());
+        if (!d_.free_vertices.empty()) {
+            v = VertexId(std::size_t{d_.free_vertices.back()});
+            d_.free_vertices.pop_back();
+        } else {
+            d_.points.push_back({});
+            d_.point_references.push_back(0);
+            d_.states.push_back({});
+            d_.element_of.push_back({});
+        }
+        d_.points[v.index()] = place.value_or(Vec<D>{});
+        d_.point_references[v.index()] = reference;
+        d_.states[v.index()] = {patch.star.place, Mark::moved};
+        changes_.vertices.created.push_back(v);
+        return v;
+    }
+
+    /// The new elements but for their edges at the point and the faces there.
+    void gather(const TopologyPatch<D>& patch, VertexId point) {
+        const Star<D>& star = patch.star;
+        static_cast<void>(find_faces<D>(d_.elements, d_.edges_of, star, patch.point.vertex, names_, faces_));
+        vertices_.clear();
+        for (std::uint32_t i = 0; i < star.boundary.size(); ++i) vertices_.put(star.boundary[i], i);
+        elements_.clear();
+        beyond_.clear();
+        for (const ElementFace& open : star.joined) {
+            const std::size_t from = open.element.index();
+            const int opposite = static_cast<int>(open.opposite);
+            NewElement<D> made{d_.elements[from],
+                               d_.edges_of[from],
+                               {},
+                               d_.element_references[from],
+                               d_.element_entities.empty() ? 0 : d_.element_entities[from]};
+            made.vertices[opposite] = point;
+            made.across[opposite] = d_.across[from][opposite];
+            elements_.push_back(made);
+            beyond_.push_back(beyond(open));
+        }
+        kept_beyond_.clear();
+        for (const ElementFace& open : star.kept) kept_beyond_.push_back(beyond(open));
+        lines_.clear();
+        for (const auto& [line, opposite] : star.lines) {
+            const std::size_t l = line.index();
+            lines_.push_back({d_.edges[d_.lines[l].index()][1 - opposite], d_.line_references[l], d_.line_entities[l],
+                              d_.line_marks[l]});
+        }
+    }
+
+    [[nodiscard]] Beyond beyond(const ElementFace& open) const {
+        const Across across = d_.across[open.element.index()][static_cast<int>(open.opposite)];
+        if (!across.valid()) return {};
+        if (across.is_facet()) return {across, d_.sides[across.facet().index()][0] == open.element ? 0 : 1};
+        const auto& faces = d_.across[across.element().index()];
+        return {across, static_cast<int>(std::find(faces.begin(), faces.end(), Across(open.element)) - faces.begin())};
+    }
+    /// What is beyond an open face has `element` on this side now.
+    void turn_to(const Beyond& there, ElementId element) {
+        if (there.outside.is_facet())
+            d_.sides[there.outside.facet().index()][there.place] = element;
+        else if (there.outside.valid())
+            d_.across[there.outside.element().index()][there.place] = Across(element);
+    }
+
+    /// The edges at the point: those that the cavity has already, and new ones.
+    void number_edges(const TopologyPatch<D>& patch, VertexId point) {
+        const Star<D>& star = patch.star;
+        to_point_.assign(star.boundary.size(), EdgeId{});
+        std::vector<EdgeId> old;
+        for (const ElementId e : patch.removed.elements) {
+            append(old, d_.edges_of[e.index()]);
+            const auto& v = d_.elements[e.index()];
+            const int held = patch.point.vertex.valid() ? local_vertex(v, point) : -1;
+            for (int i = 0; held >= 0 && i <= D; ++i)
+                if (const std::uint32_t at = i == held ? FlatMap<VertexId>::none : vertices_.find(v[i]);
+                    at != FlatMap<VertexId>::none)
+                    to_point_[at] = d_.edges_of[e.index()][edge_between<D>[i][held]];
+        }
+        stay_.clear();
+        for (const ElementFace& open : star.joined)
+            for (int k = 0; k < edges_per_simplex<D>; ++k)
+                if (const auto [i, j] = local_edges<D>[k];
+                    i != static_cast<int>(open.opposite) && j != static_cast<int>(open.opposite))
+                    stay_.put(d_.edges_of[open.element.index()][k], 0);
+        for (const EdgeId e : to_point_)
+            if (e.valid()) stay_.put(e, 0);
+        old = rising(std::move(old));
+        std::erase_if(old, [&](EdgeId e) { return stay_.contains(e); });
+        append(changes_.edges.removed, old);
+        Places places(old, d_.free_edges, [&] {
+            d_.edges.push_back({});
+            if (D == 3) d_.line_of.push_back({});
+            return EdgeId(d_.edges.size() - 1);
+        });
+        for (std::size_t i = 0; i < to_point_.size(); ++i) {
+            if (to_point_[i].valid()) continue;
+            const EdgeId e = to_point_[i] = places.next();
+            d_.edges[e.index()] = {std::min(point, star.boundary[i]), std::max(point, star.boundary[i])};
+            if (D == 3) d_.line_of[e.index()] = {};
+            changes_.edges.created.push_back(e);
+        }
+        places.release([&](EdgeId e) {
+            d_.edges[e.index()] = {};
+            if (D == 3) d_.line_of[e.index()] = {};
+        });
+        for (std::size_t j = 0; j < elements_.size(); ++j) {
+            const int opposite = static_cast<int>(star.joined[j].opposite);
+            for (int i = 0; i <= D; ++i)
+                if (i != opposite)
+                    elements_[j].edges[edge_between<D>[i][opposite]] =
+                        to_point_[vertices_.find(elements_[j].vertices[i])];
+        }
+    }
+
+    /// The new facets, by the order of the star; their sides are put with the elements.
+    std::vector<FacetId> put_facets(const TopologyPatch<D>& patch, VertexId point) {
+        const Star<D>& star = patch.star;
+        std::vector<NewFacet<D>> made;
+        made.reserve(star.facets.size());
+        for (const auto& [facet, opposite] : star.facets) {
+            const std::size_t from = facet.index();
+            made.push_back({d_.facets[from], d_.facet_references[from],
+                            d_.facet_entities.empty() ? 0 : d_.facet_entities[from], d_.facet_marks[from]});
+            made.back().vertices[opposite] = point;
+        }
+        // Which faces at the point they are on: by the side that each keeps.
+        for (StarFace& face : faces_) face.facet = FlatMap<VertexId>::none;
+        for (std::uint32_t f = 0; f < star.facets.size(); ++f) faces_[names_.find(kept_side(star.facets[f]))].facet = f;
+        std::vector<FacetId> own = rising(patch.removed.facets);
+        append(changes_.facets.removed, own);
+        Places places(own, d_.free_facets, [&] {
+            d_.facets.push_back({});
+            d_.facet_references.push_back(0);
+            if (!d_.facet_entities.empty()) d_.facet_entities.push_back(0);
+            d_.facet_marks.push_back({});
+            d_.sides.push_back({});
+            return FacetId(d_.facets.size() - 1);
+        });
+        std::vector<FacetId> ids;
+        ids.reserve(made.size());
+        for (const NewFacet<D>& facet : made) {
+            const FacetId f = places.next();
+            d_.facets[f.index()] = facet.vertices;
+            d_.facet_references[f.index()] = facet.reference;
+            if (!d_.facet_entities.empty()) d_.facet_entities[f.index()] = facet.entity;
+            d_.facet_marks[f.index()] = facet.marks;
+            d_.sides[f.index()] = {};
+            ids.push_back(f);
+        }
+        append(changes_.facets.created, ids);
+        places.release([&](FacetId f) {
+            d_.facets[f.index()].fill(VertexId{});
+            d_.sides[f.index()] = {};
+            d_.facet_marks[f.index()] = {};
+        });
+        return ids;
+    }
+    /// The side of a removed facet that its new one keeps.
+    [[nodiscard]] SideId<D> kept_side(const JoinedFacet& joined) const {
+        const auto& facet = d_.facets[joined.facet.index()];
+        const int k = static_cast<int>(joined.opposite);
+        if constexpr (D == 2) {
+            return facet[1 - k];
+        } else {
+            const std::size_t e = d_.sides[joined.facet.index()][0].index();
+            const int a = local_vertex(d_.elements[e], facet[(k + 1) % 3]);
+            const int b = local_vertex(d_.elements[e], facet[(k + 2) % 3]);
+            return d_.edges_of[e][edge_between<3>[a][b]];
+        }
+    }
+
+    void put_elements(const TopologyPatch<D>& patch, const std::vector<FacetId>& facets) {
+        std::vector<ElementId> own = rising(patch.removed.elements);
+        append(changes_.elements.removed, own);
+        Places places(own, d_.free_elements, [&] {
+            d_.elements.push_back({});
+            d_.element_references.push_back(0);
+            if (!d_.element_entities.empty()) d_.element_entities.push_back(0);
+            d_.element_marks.push_back({});
+            d_.across.push_back({});
+            d_.edges_of.push_back({});
+            return ElementId(d_.elements.size() - 1);
+        });
+        ids_.clear();
+        for (std::size_t j = 0; j < elements_.size(); ++j) ids_.push_back(places.next());
+        places.release([&](ElementId e) {
+            d_.elements[e.index()].fill(VertexId{});
+            d_.across[e.index()] = {};
+            d_.edges_of[e.index()] = {};
+            d_.element_marks[e.index()] = {};
+        });
+        append(changes_.elements.created, ids_);
+        join_faces(facets);
+        for (std::size_t j = 0; j < elements_.size(); ++j) {
+            const std::size_t e = ids_[j].index();
+            d_.elements[e] = elements_[j].vertices;
+            d_.element_references[e] = elements_[j].reference;
+            if (!d_.element_entities.empty()) d_.element_entities[e] = elements_[j].entity;
+            d_.element_marks[e] = {};
+            d_.across[e] = elements_[j].across;
+            d_.edges_of[e] = elements_[j].edges;
+            for (const VertexId v : elements_[j].vertices) d_.element_of[v.index()] = ids_[j];
+            turn_to(beyond_[j], ids_[j]);
+        }
+    }
+    void join_faces(const std::vector<FacetId>& facets) {
+        for (const StarFace& face : faces_) {
+            const auto& [first, second] = face.sides;
+            if (face.facet != FlatMap<VertexId>::none) {
+                const FacetId f = facets[face.facet];
+                for (std::uint32_t s = 0; s < face.count; ++s) {
+                    elements_[face.sides[s].of].across[face.sides[s].local] = Across(f);
+                    d_.sides[f.index()][s] = ids_[face.sides[s].of];
+                }
+            } else if (second.kept) {  // kept ones come last
+                elements_[first.of].across[first.local] = kept_beyond_[second.of].outside;
+                turn_to(kept_beyond_[second.of], ids_[first.of]);
+            } else {
+                elements_[first.of].across[first.local] = Across(ids_[second.of]);
+                elements_[second.of].across[second.local] = Across(ids_[first.of]);
+            }
+        }
+    }
+
+    void put_lines(const TopologyPatch<D>& patch) {
+        if (patch.removed.lines.empty()) return;
+        std::vector<LineId> own = rising(patch.removed.lines);
+        append(changes_.lines.removed, own);
+        for (const LineId l : own)
+            if (LineId& at = d_.line_of[d_.lines[l.index()].index()]; at == l) at = {};
+        Places places(own, d_.free_lines, [&] {
+            d_.lines.push_back({});
+            d_.line_references.push_back(0);
+            d_.line_entities.push_back(0);
+            d_.line_marks.push_back({});
+            return LineId(d_.lines.size() - 1);
+        });
+        for (const NewLine& line : lines_) {
+            const LineId l = places.next();
+            const EdgeId edge = to_point_[vertices_.find(line.end)];
+            d_.lines[l.index()] = edge;
+            d_.line_references[l.index()] = line.reference;
+            d_.line_entities[l.index()] = line.entity;
+            d_.line_marks[l.index()] = line.marks;
+            d_.line_of[edge.index()] = l;
+            changes_.lines.created.push_back(l);
+        }
+        places.release([&](LineId l) {
+            d_.lines[l.index()] = {};
+            d_.line_marks[l.index()] = {};
+        });
+    }
+
+    Draft<D> d_;
+    TopologyChanges changes_;
+    FlatMap<SideId<D>> names_;
+    FlatMap<VertexId> vertices_;
+    FlatMap<EdgeId> stay_;
+    std::vector<StarFace> faces_;
+    std::vector<NewElement<D>> elements_;
+    std::vector<NewLine> lines_;
+    std::vector<Beyond> beyond_, kept_beyond_;
+    std::vector<EdgeId> to_point_;
+    std::vector<ElementId> ids_;
+};
+
+auto refused(std::string what) { return fail(ErrorKind::internal, std::move(what)); }
+
+/// Asked before anything is changed: patches of this mesh that do not get into each other's way.
+template <int D>
+Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const TopologyPatch<D>> patches) {
+    std::vector<ElementId> elements;
+    std::vector<VertexId> vanishing;
+    std::vector<std::array<VertexId, 2>> edges;
+    for (const TopologyPatch<D>& patch : patches) {
+        if (patch.planned_for != mesh.stamp) return refused("a patch was planned for another mesh");
+        append(elements, patch.removed.elements);
+        append(vanishing, patch.star.vanishing);
+        if (const VertexId p = patch.point.vertex; p.valid())
+            for (const VertexId v : patch.star.boundary) edges.push_back({std::min(p, v), std::max(p, v)});
+    }
+    std::sort(elements.begin(), elements.end());
+    const auto twice = std::adjacent_find(elements.begin(), elements.end());
+    if (twice != elements.end())
+        return fail(ErrorKind::internal, "two patches remove one element", {},
+                    Entity{simplex_name<D>, twice->index() + 1});
+    std::sort(edges.begin(), edges.end());
+    if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return refused("two patches make one edge");
+    std::sort(vanishing.begin(), vanishing.end());
+    for (const TopologyPatch<D>& patch : patches)
+        if (std::binary_search(vanishing.begin(), vanishing.end(), patch.point.vertex))
+            return refused("a patch removes the point of another one");
+    return Done{};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<ChangedMesh<D>> commit(DynamicMesh<D> mesh, std::span<const TopologyPatch<D>> patches) {
+    return guarded([&]() -> Outcome<ChangedMesh<D>> {
+        if (auto checked = check_patches(mesh, patches); !checked) return fail(checked.error());
+        if (patches.empty()) return ChangedMesh<D>{std::move(mesh), {}};
+        Committing<D> committing(std::move(mesh));
+        for (const TopologyPatch<D>& patch : patches) committing.apply(patch);
+        return std::move(committing).changed();
+    });
+}
+
+template Outcome<ChangedMesh<2>> commit<2>(DynamicMesh<2>, std::span<const TopologyPatch<2>>);
+template Outcome<ChangedMesh<3>> commit<3>(DynamicMesh<3>, std::span<const TopologyPatch<3>>);
+
+}  // namespace camber

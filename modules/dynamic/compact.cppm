@@ -1,0 +1,23 @@
+module;
+#include <cstddef>
+export module camber.dynamic:compact;
+import camber.core;
+import :mesh;
+
+export namespace camber {
+
+/// A mesh without free places, and where its entities went from those of the mesh that changes.
+template <int D>
+struct CompactMesh {
+    LinearMesh<D> mesh;
+    EdgeSet<D> edges;
+    MeshMaps maps;
+};
+
+/// The mesh as it is: entities keep their order. Lines are edges of the mesh but for those that it did not list when it
+/// was made. Directions and associations are those of vertices that have not gone; places on entities (parameters,
+/// distances) are dropped where a vertex has moved. Errors: stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<CompactMesh<D>> compacted(const DynamicMesh<D>& mesh, const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,29 @@
+module;
+#include <cstddef>
+#include <span>
+export module camber.dynamic:make;
+import camber.core;
+import :mesh;
+
+export namespace camber {
+
+/// Where the boundary and interfaces break, beyond what the mesh lists: edges of kind `ridge` (3D), one a unique edge,
+/// and vertices that are corners. camber.surface finds them (`find_features`); none: an empty span.
+struct BreaksOfMesh {
+    std::span<const EdgeKind> edge_kinds;
+    std::span<const VertexId> corners;
+};
+
+/// The mesh with all that changes of it need. Lines are the edges that the mesh lists, those of kind `ridge`, and
+/// those with other than two facets or with facets of two references (3D). Vertices are corners by the mesh's word,
+/// by `breaks`, and where they have other than two lines, or lines of two references; in 2D where they have other than
+/// two facets, or facets of two references. What cannot be changed soundly is held: vertices of no element, of facets
+/// or listed edges on no element, and where the mesh touches itself in a vertex or an edge only. Errors: a face of the
+/// boundary, or between two references, that has no facet (camber.soundness prepares meshes so that there is none),
+/// more than two elements on a face (input); `edges` or `breaks` of another mesh (internal); more than 2^31 − 2
+/// elements (unsupported); stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                   const BreaksOfMesh& breaks, const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,65 @@
+module;
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+export module camber.dynamic:patch;
+import camber.core;
+import :cavity;
+import :mesh;
+
+export namespace camber {
+
+/// The point of a patch: a vertex of the mesh, which may move with it, or a new one.
+template <int D>
+struct PatchPoint {
+    VertexId vertex;                   ///< invalid: a new one
+    std::optional<Vec<D>> place = {};  ///< of a new one, or where the vertex moves
+    Reference reference = 0;           ///< of a new one
+    friend bool operator==(const PatchPoint&, const PatchPoint&) = default;
+};
+
+/// What replaces a cavity, the whole change of topology: planned against one value of a mesh, and put in place by
+/// `commit` in that one only.
+template <int D>
+struct TopologyPatch {
+    Stamp planned_for;  ///< the mesh's
+    PatchPoint<D> point;
+    CavityParts<D> removed;
+    Star<D> star;  ///< of `removed` and the point, as the function `star` gave it
+};
+
+/// What became of the entities of one kind. A place may be of one that is removed and of one that is created.
+template <class Id>
+struct IdChanges {
+    std::vector<Id> removed, created;
+    friend bool operator==(const IdChanges&, const IdChanges&) = default;
+};
+
+/// The map of a commit, old → new: who is not removed keeps its id. Fields and metrics follow by it.
+struct TopologyChanges {
+    IdChanges<VertexId> vertices;
+    IdChanges<EdgeId> edges;
+    IdChanges<LineId> lines;
+    IdChanges<FacetId> facets;
+    IdChanges<ElementId> elements;
+    std::vector<VertexId> points;  ///< the point of each patch
+    friend bool operator==(const TopologyChanges&, const TopologyChanges&) = default;
+};
+
+template <int D>
+struct ChangedMesh {
+    DynamicMesh<D> mesh;
+    TopologyChanges changes;
+};
+
+/// The last verb for topology: the patches' simplices in the place of their cavities, at the cost of the patches. New
+/// entities take the places of those that their patch removes, rising; then free ones, the last that became free first;
+/// then new ones at the end. As if one patch after the other; what they give is the same up to the numbers of
+/// entities in any order. Give the mesh away (std::move), or all of it is copied. Errors (internal): patches
+/// planned for another mesh, that overlap, that make the same edge, or one whose point another removes; memory, after
+/// which the mesh is lost.
+template <int D>
+[[nodiscard]] Outcome<ChangedMesh<D>> commit(DynamicMesh<D> mesh, std::span<const TopologyPatch<D>> patches);
+
+}  // namespace camber
