@@ -27,3 +27,4 @@ export import :intersection;
 export import :operations;
 export import :gradation;
 export import :surface_metric;
+export import :unit_mesh;

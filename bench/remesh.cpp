@@ -1,0 +1,126 @@
+// A straight mesh brought to a metric by the passes of camber.remesh: what each did, its time, and how near to unit the mesh is. A
+// program with arguments, not a timed test:
+//
+//     remesh MESH SOLUTION [--finer 2] [--rounds 4] [--threads 0] [--check]
+//
+// finer: the metric's sizes divided by this; check: the whole topology after each pass.
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.io;
+import camber.dynamic;
+import camber.surface;
+import camber.remesh;
+
+using namespace camber;
+
+namespace {
+
+struct Arguments {
+    std::string mesh, solution;
+    double finer = 1;
+    int rounds = 4;
+    int threads = 0;
+    bool check = false;
+};
+
+template <class T>
+T must(Outcome<T> outcome) {
+    if (outcome) return std::move(*outcome);
+    std::fprintf(stderr, "%s\n", describe(outcome.error()).c_str());
+    std::exit(1);
+}
+
+std::vector<std::byte> bytes_of(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    const std::vector<char> chars{std::istreambuf_iterator<char>(file), {}};
+    const auto bytes = std::as_bytes(std::span(chars));
+    return {bytes.begin(), bytes.end()};
+}
+
+Column<LogMetric<3>> metrics_of(const Arguments& a, const Execution& execution) {
+    const auto solution = must(decode_solution(bytes_of(a.solution), a.solution, execution)).solution;
+    const auto precision = solution.single_precision ? TensorPrecision::four_bytes : TensorPrecision::eight_bytes;
+    auto logs = must(log_metrics_of_tensors<3>(solution.values.view(), precision, execution)).log_metrics;
+    for (LogMetric<3>& m : logs)
+        for (int i = 0; i < 3; ++i) m.l(i, i) += 2 * std::log(a.finer);
+    return Column<LogMetric<3>>(std::move(logs));
+}
+
+Arguments arguments(std::span<char*> given) {
+    Arguments a;
+    for (std::size_t i = 1; i < given.size(); ++i) {
+        const std::string_view word = given[i];
+        const auto number = [&] { return i + 1 < given.size() ? std::atof(given[++i]) : 0.0; };
+        if (word == "--finer") a.finer = number();
+        else if (word == "--rounds") a.rounds = static_cast<int>(number());
+        else if (word == "--threads") a.threads = static_cast<int>(number());
+        else if (word == "--check") a.check = true;
+        else (a.mesh.empty() ? a.mesh : a.solution) = word;
+    }
+    return a;
+}
+
+void tell(const Remeshing<3>& r, const Execution& execution) {
+    const auto s = must(unit_mesh_statistics(r, execution));
+    std::printf("    %zu vertices, %zu elements; unit edges %.2f %%, lengths %.3f to %.3f, mean %.3f; quality %.2e, mean %.3f\n",
+                r.mesh.vertex_count(), s.elements, 100 * s.unit_share(), s.shortest, s.longest, s.mean_length,
+                s.worst_quality, s.mean_quality);
+}
+
+template <class Pass>
+Remeshing<3> step(const char* name, Remeshing<3> r, const Arguments& a, const Execution& execution, Pass&& pass) {
+    const auto begin = std::chrono::steady_clock::now();
+    auto done = must(pass(std::move(r)));
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const auto& s = done.statistics;
+    std::printf("%-9s %6.2f s %8zu proposals %8zu accepted (%.0f a second), %zu rounds; rejected:", name, seconds,
+                s.proposals, s.accepted, static_cast<double>(s.accepted) / seconds, s.rounds);
+    constexpr std::array names{"",     "empty",  "required", "surface", "line",     "ball",
+                               "exists", "volume", "quality",  "length",  "geometry", "waits"};
+    for (std::size_t i = 1; i < names.size(); ++i)
+        if (s.rejected[i] > 0) std::printf(" %s %zu", names[i], s.rejected[i]);
+    std::printf("\n");
+    tell(done.state, execution);
+    if (a.check) must(check_consistency(done.state.mesh, execution));
+    return std::move(done.state);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const Arguments a = arguments({argv, static_cast<std::size_t>(argc)});
+    const Execution execution{.threads = a.threads};
+    const auto mesh = std::get<LinearMesh<3>>(must(decode_mesh(bytes_of(a.mesh), a.mesh, execution)).mesh);
+    const auto edges = must(unique_edges(mesh, execution));
+    const auto features = must(find_features(mesh, edges, FeatureOptions<3>{}, execution));
+    std::vector<VertexId> corners;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+        if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
+    const auto around = must(balls(mesh, execution));
+    const RemeshingGoal<3> goal{must(make_back_mesh(mesh, around, metrics_of(a, execution), execution)), {}};
+    Remeshing<3> r = must(begin_remeshing(mesh, edges, {features.edge_kinds.view(), corners}, goal, execution));
+    tell(r, execution);
+    for (int round = 0; round < a.rounds; ++round) {
+        r = step("collapse", std::move(r), a, execution, [&](Remeshing<3> state) { return collapse<3>(std::move(state), goal, {}, execution); });
+        r = step("split", std::move(r), a, execution, [&](Remeshing<3> state) { return split<3>(std::move(state), goal, {}, execution); });
+        r = step("swap", std::move(r), a, execution, [&](Remeshing<3> state) { return swap<3>(std::move(state), goal, {}, execution); });
+        r = step("smooth", std::move(r), a, execution, [&](Remeshing<3> state) { return smooth<3>(std::move(state), goal, {}, execution); });
+    }
+    return 0;
+}

@@ -1,0 +1,90 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+module camber.remesh;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+class Collapses final : public Pass<D> {
+  public:
+    explicit Collapses(const CollapseOptions& options) : options_(options) {}
+
+    [[nodiscard]] double order_of(double length) const { return length < options_.shortest ? length : infinite_order; }
+
+    [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
+        const EdgeId edge(std::size_t{task.id});
+        if (r.mesh.is_free(edge) || !(length_of(r, edge) < options_.shortest)) return {};
+        const auto& [a, b] = r.mesh.edges[edge];
+        // Into the end where the worst element is better; where both do not go, the first that may, to say why.
+        std::optional<LimitedWish<D>> best;
+        double best_quality = -std::numeric_limits<double>::infinity();
+        for (const auto& [v, w] : {std::pair{a, b}, std::pair{b, a}}) {
+            LimitedWish<D> wished;
+            cavity_of_vertex(r.mesh, v, wished.wish.cavity);
+            if (!may_collapse(r.mesh, wished.wish.cavity, v, w)) continue;
+            const double quality = worst_after(r, wished.wish.cavity.elements, v, w);
+            if (best && !(quality > best_quality)) continue;
+            wished.wish.join_to(r, w);
+            wished.limits.longest = options_.longest;
+            wished.limits.least_quality =
+                std::min(options_.least_quality, worst_quality(r, wished.wish.cavity.elements));
+            wished.limits.corrections = 0;
+            best_quality = quality;
+            best = std::move(wished);
+        }
+        return best;
+    }
+    void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const override {
+        for (const EdgeId e : changes.edges.created)
+            if (!r.mesh.is_free(e))
+                if (const double order = order_of(length_of(r, e)); order < infinite_order)
+                    tasks.push_back(task(order, e));
+    }
+
+  private:
+    [[nodiscard]] static double worst_after(const Remeshing<D>& r, const std::vector<ElementId>& around, VertexId v,
+                                            VertexId w) {
+        double worst = std::numeric_limits<double>::infinity();
+        for (const ElementId e : around) {
+            const auto& vertices = r.mesh.elements.vertices[e];
+            if (local_vertex(vertices, w) >= 0) continue;
+            worst = std::min(worst, quality_with(r, e, local_vertex(vertices, v), r.mesh.points[w],
+                                                 r.metrics[w].measure));
+        }
+        return worst;
+    }
+
+    const CollapseOptions& options_;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<Remeshed<D>> collapse(Remeshing<D> state, const RemeshingGoal<D>&, const CollapseOptions& options,
+                              const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    const Collapses<D> pass(options);
+    auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
+    if (!tasks) return fail(tasks.error());
+    auto statistics = run_pass<D>(state, pass, std::move(*tasks), execution);
+    if (!statistics) return fail(statistics.error());
+    return Remeshed<D>{std::move(state), *statistics};
+}
+
+template Outcome<Remeshed<2>> collapse<2>(Remeshing<2>, const RemeshingGoal<2>&, const CollapseOptions&,
+                                          const Execution&);
+template Outcome<Remeshed<3>> collapse<3>(Remeshing<3>, const RemeshingGoal<3>&, const CollapseOptions&,
+                                          const Execution&);
+
+}  // namespace camber

@@ -1,0 +1,100 @@
+module;
+#include <cstddef>
+#include <tuple>
+export module camber.remesh:passes;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+import camber.surface;
+import :measures;
+import :plan;
+import :rounds;
+import :state;
+
+export namespace camber {
+
+/// What a step of remeshing gives: the mesh, and what was done.
+template <int D>
+struct Remeshed {
+    Remeshing<D> state;
+    PassStatistics statistics;
+};
+
+/// Edges that are longer than `longest` are split, at the middle by length, the longest first.
+struct SplitOptions {
+    double longest = longest_unit_edge;
+    double shortest = 0.6;  ///< no edge shorter than this is made
+    double least_quality = 0.05;  ///< of new elements, unless what they replace is worse
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = SplitOptions;
+        return std::tuple(
+            option("longest", &S::longest, "edges that are longer are split").unit("lengths in the metric").above(0),
+            option("shortest", &S::shortest, "no edge shorter than this is made").unit("lengths in the metric").at_least(0),
+            option("least_quality", &S::least_quality, "of new elements, unless what they replace is worse")
+                .at_least(0)
+                .below(1));
+    }
+    friend bool operator==(const SplitOptions&, const SplitOptions&) = default;
+};
+template <int D>
+[[nodiscard]] Outcome<Remeshed<D>> split(Remeshing<D> state, const RemeshingGoal<D>& goal, const SplitOptions& options,
+                                         const Execution& execution);
+
+/// One end of each edge that is shorter than `shortest` goes into the other, the shortest first.
+struct CollapseOptions {
+    double shortest = shortest_unit_edge;
+    double longest = longest_unit_edge;  ///< no edge longer than this is made
+    double least_quality = 0.1;          ///< of new elements, unless what they replace is worse
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = CollapseOptions;
+        return std::tuple(
+            option("shortest", &S::shortest, "edges that are shorter are collapsed").unit("lengths in the metric").above(0),
+            option("longest", &S::longest, "no edge longer than this is made").unit("lengths in the metric").above(0),
+            option("least_quality", &S::least_quality, "of new elements, unless what they replace is worse")
+                .at_least(0)
+                .below(1));
+    }
+    friend bool operator==(const CollapseOptions&, const CollapseOptions&) = default;
+};
+template <int D>
+[[nodiscard]] Outcome<Remeshed<D>> collapse(Remeshing<D> state, const RemeshingGoal<D>& goal,
+                                            const CollapseOptions& options, const Execution& execution);
+
+/// Edges and faces of elements whose quality is below `wanted` are swapped where that makes the worst element better:
+/// the one of their ends, or of the vertices around them, is joined to what they leave that wins most.
+struct SwapOptions {
+    double wanted = 0.6;
+    double gain = 1.02;  ///< the worst quality, after by before
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = SwapOptions;
+        return std::tuple(option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
+                          option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1));
+    }
+    friend bool operator==(const SwapOptions&, const SwapOptions&) = default;
+};
+template <int D>
+[[nodiscard]] Outcome<Remeshed<D>> swap(Remeshing<D> state, const RemeshingGoal<D>& goal, const SwapOptions& options,
+                                        const Execution& execution);
+
+/// Vertices inside go to where their edges are nearer to unit, as far as the worst element around them becomes better.
+struct SmoothOptions {
+    double wanted = 0.8;
+    double gain = 1.01;
+    int sweeps = 2;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = SmoothOptions;
+        return std::tuple(option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
+                          option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1),
+                          option("sweeps", &S::sweeps, "sweeps over the vertices").at_least(0).at_most(100));
+    }
+    friend bool operator==(const SmoothOptions&, const SmoothOptions&) = default;
+};
+template <int D>
+[[nodiscard]] Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal,
+                                          const SmoothOptions& options, const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,156 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+module camber.remesh;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+import camber.validity;
+
+namespace camber {
+
+namespace {
+
+RejectionReason reason_of(StarFailure failure) {
+    switch (failure) {
+        case StarFailure::none: return RejectionReason::none;
+        case StarFailure::empty: return RejectionReason::empty;
+        case StarFailure::required: return RejectionReason::required;
+        case StarFailure::surface: return RejectionReason::surface;
+        case StarFailure::line: return RejectionReason::line;
+        case StarFailure::ball: return RejectionReason::ball;
+        case StarFailure::exists: return RejectionReason::exists;
+    }
+    return RejectionReason::empty;
+}
+
+/// Area times normal; 2D: length times normal.
+Vec<2> facet_normal(const std::array<Vec<2>, 2>& p) { return {{p[1][1] - p[0][1], p[0][0] - p[1][0]}}; }
+Vec<3> facet_normal(const std::array<Vec<3>, 3>& p) { return cross(p[1] - p[0], p[2] - p[0]); }
+
+/// What the judge finds wrong, and at which joined face.
+struct Fault {
+    RejectionReason reason = RejectionReason::none;
+    std::size_t joined = 0;
+};
+
+template <int D>
+class Planning {
+  public:
+    Planning(const Remeshing<D>& r, const CavityWish<D>& wish, const PatchLimits& limits, PlanWorkspace<D>& workspace,
+             TopologyPatch<D>& out)
+        : r_(r), wish_(wish), limits_(limits), w_(workspace), out_(out) {}
+
+    [[nodiscard]] PlanResult run() {
+        PlanResult result;
+        out_.removed = wish_.cavity;
+        for (;; ++result.corrections) {
+            const StarFailure failure = star(r_.mesh, out_.removed, wish_.point, w_.star, out_.star);
+            if (failure != StarFailure::none) {
+                result.rejected = reason_of(failure);
+                return result;
+            }
+            const Fault fault = judge(result.worst_quality);
+            result.rejected = fault.reason;
+            if (fault.reason == RejectionReason::none) break;
+            if (result.corrections == limits_.corrections || !correct(fault)) return result;
+        }
+        out_.planned_for = r_.mesh.stamp;
+        out_.point = {wish_.point, {}, wish_.reference};
+        if (!wish_.point.valid() || wish_.place != r_.mesh.points[wish_.point]) out_.point.place = wish_.place;
+        return result;
+    }
+
+  private:
+    [[nodiscard]] Fault judge(double& worst) const {
+        if (const RejectionReason reason = judge_facets(); reason != RejectionReason::none) return {reason, nowhere};
+        for (const VertexId v : out_.star.boundary) {
+            const double length =
+                edge_length(wish_.metric.measure, r_.metrics[v].measure, r_.mesh.points[v] - wish_.place);
+            if (length < limits_.shortest || length > limits_.longest) return {RejectionReason::length, nowhere};
+        }
+        worst = std::numeric_limits<double>::infinity();
+        for (std::size_t j = 0; j < out_.star.joined.size(); ++j) {
+            const auto& [element, opposite] = out_.star.joined[j];
+            const double quality =
+                quality_with(r_, element, static_cast<int>(opposite), wish_.place, wish_.metric.measure);
+            if (!(quality > least_certain) && !(signed_volume<D>(corners(out_.star.joined[j])) > 0))
+                return {RejectionReason::volume, j};
+            if (!(quality > limits_.least_quality)) return {RejectionReason::quality, j};
+            worst = std::min(worst, quality);
+        }
+        return {};
+    }
+    /// Above this the sign of a quality is that of the volume, whatever rounding did (in coordinates that are not far
+    /// off compared with the element); below, volumes are asked exactly.
+    static constexpr double least_certain = 1e-3;
+    static constexpr std::size_t nowhere = static_cast<std::size_t>(-1);
+
+    [[nodiscard]] std::array<Vec<D>, D + 1> corners(const ElementFace& open) const {
+        std::array<Vec<D>, D + 1> p;
+        for (int i = 0; i <= D; ++i)
+            p[i] = i == static_cast<int>(open.opposite) ? wish_.place
+                                                        : r_.mesh.points[r_.mesh.elements.vertices[open.element][i]];
+        return p;
+    }
+
+    /// New facets look where those that they replace look.
+    [[nodiscard]] RejectionReason judge_facets() const {
+        for (const auto& [facet, opposite] : out_.star.facets) {
+            const Reference reference = r_.mesh.facets.references[facet];
+            std::array<Vec<D>, D> p = facet_corners(facet);
+            const Vec<D> own = facet_normal(p);
+            p[opposite] = wish_.place;
+            const Vec<D> now = facet_normal(p);
+            Vec<D> mean{};
+            for (const FacetId f : out_.removed.facets)
+                if (r_.mesh.facets.references[f] == reference) {
+                    const Vec<D> n = facet_normal(facet_corners(f));
+                    mean += dot(n, own) < 0 ? -n : n;  // facets are turned any way round
+                }
+            const double lengths = norm(mean) * norm(now);
+            if (!(dot(mean, now) > limits_.facet_cosine * lengths)) return RejectionReason::geometry;
+        }
+        return RejectionReason::none;
+    }
+    [[nodiscard]] std::array<Vec<D>, D> facet_corners(FacetId f) const {
+        std::array<Vec<D>, D> p;
+        for (int i = 0; i < D; ++i) p[i] = r_.mesh.points[r_.mesh.facets.vertices[f][i]];
+        return p;
+    }
+
+    /// The cavity made to fit; false where it cannot be.
+    [[nodiscard]] bool correct(const Fault& fault) {
+        if (fault.joined == nowhere) return false;
+        const auto& [element, opposite] = out_.star.joined[fault.joined];
+        const Across across = r_.mesh.across[element][static_cast<int>(opposite)];
+        if (!across.valid() || !across.is_element()) return false;
+        out_.removed.elements.push_back(across.element());
+        return true;
+    }
+
+    const Remeshing<D>& r_;
+    const CavityWish<D>& wish_;
+    const PatchLimits& limits_;
+    PlanWorkspace<D>& w_;
+    TopologyPatch<D>& out_;
+};
+
+}  // namespace
+
+template <int D>
+PlanResult plan(const Remeshing<D>& r, const CavityWish<D>& wish, const PatchLimits& limits,
+                PlanWorkspace<D>& workspace, TopologyPatch<D>& out) {
+    return Planning<D>(r, wish, limits, workspace, out).run();
+}
+
+template PlanResult plan<2>(const Remeshing<2>&, const CavityWish<2>&, const PatchLimits&, PlanWorkspace<2>&,
+                            TopologyPatch<2>&);
+template PlanResult plan<3>(const Remeshing<3>&, const CavityWish<3>&, const PatchLimits&, PlanWorkspace<3>&,
+                            TopologyPatch<3>&);
+
+}  // namespace camber

@@ -1,0 +1,80 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+export module camber.remesh:plan;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+import :state;
+
+export namespace camber {
+
+/// The P1 cavity operator (paper §1.3): a cavity and a point, joined, judged, corrected where that helps.
+
+/// An operation as it is wished for.
+template <int D>
+struct CavityWish {
+    CavityParts<D> cavity;
+    VertexId point;          ///< of the mesh; invalid: a new one
+    Vec<D> place;            ///< of a new one, or where it moves
+    VertexMetric<D> metric;  ///< there
+    Reference reference = 0;
+
+    /// To a vertex as it is.
+    void join_to(const Remeshing<D>& r, VertexId v) {
+        point = v;
+        place = r.mesh.points[v];
+        metric = r.metrics[v];
+    }
+};
+
+/// What is asked of the new simplices.
+struct PatchLimits {
+    double least_quality = 0;  ///< of each new element: above this
+    double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< edges at the point, in the metric
+    /// The least cosine between a new facet's normal and that of the facets that it replaces (their mean).
+    double facet_cosine = 0.7;
+    /// Elements that may join the cavity, or leave it, to make it fit.
+    int corrections = 8;
+};
+
+/// Why a wish was not granted. The first are those of StarFailure.
+enum class RejectionReason : std::uint8_t {
+    none,
+    empty,
+    required,
+    surface,
+    line,
+    ball,
+    exists,
+    volume,    ///< an element would be inverted or flat
+    quality,   ///< below least_quality
+    length,    ///< an edge at the point out of bounds
+    geometry,  ///< facets would turn too far
+    waits,     ///< another patch was in the way: in a later round
+};
+inline constexpr std::size_t rejection_reasons = 12;
+
+template <int D>
+struct PlanWorkspace {
+    StarWorkspace<D> star;
+    CavityParts<D> cavity;
+};
+
+/// What came of a wish.
+struct PlanResult {
+    RejectionReason rejected = RejectionReason::none;
+    double worst_quality = 0;  ///< of the new elements, where nothing is rejected
+    int corrections = 0;
+};
+
+/// Joins and judges: the signs of volumes are exact. `out` means something only where nothing is rejected; the mesh is
+/// as it was in any case. Where an element would be inverted or bad, that across its outer face joins the cavity, up to
+/// `corrections` times, or, for a point that is new, its own leaves.
+template <int D>
+[[nodiscard]] PlanResult plan(const Remeshing<D>& r, const CavityWish<D>& wish, const PatchLimits& limits,
+                              PlanWorkspace<D>& workspace, TopologyPatch<D>& out);
+
+}  // namespace camber

@@ -1,0 +1,9 @@
+/// A straight mesh brought to a metric: the P1 cavity operator on wishes, and the passes split, collapse, swap and
+/// smooth.
+export module camber.remesh;
+export import :state;
+export import :measures;
+export import :plan;
+export import :rounds;
+export import :passes;
+import :candidates;

@@ -1,0 +1,171 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <unordered_set>
+#include <utility>
+#include <vector>
+module camber.remesh;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+
+namespace camber {
+
+namespace {
+
+/// So many tasks are planned in a round: few against the mesh, so that few are in one another's way.
+std::size_t window_of(std::size_t elements) { return std::clamp<std::size_t>(elements / 64, 32, 8192); }
+
+/// Elements that patches of a round remove, and edges that they make.
+class Claims {
+  public:
+    void begin(std::size_t elements) {
+        claimed_.resize(std::max(elements, claimed_.size()), 0);
+        ++round_;
+        edges_.clear();
+    }
+    template <int D>
+    [[nodiscard]] bool take(const TopologyPatch<D>& patch) {
+        for (const ElementId e : patch.removed.elements)
+            if (claimed_[e.index()] == round_) return false;
+        if (const VertexId p = patch.point.vertex; p.valid()) {
+            for (const VertexId v : patch.star.boundary)
+                if (edges_.contains(key(p, v))) return false;
+            for (const VertexId v : patch.star.boundary) edges_.insert(key(p, v));
+        }
+        for (const ElementId e : patch.removed.elements) claimed_[e.index()] = round_;
+        return true;
+    }
+
+  private:
+    [[nodiscard]] static std::uint64_t key(VertexId a, VertexId b) {
+        return std::uint64_t{std::min(a, b).value} << 32U | std::max(a, b).value;
+    }
+    std::vector<std::uint32_t> claimed_;
+    std::unordered_set<std::uint64_t> edges_;
+    std::uint32_t round_ = 0;
+};
+
+/// What came of a task.
+template <int D>
+struct Planned {
+    bool wished = false;
+    PlanResult result;
+    TopologyPatch<D> patch;
+    VertexMetric<D> metric;
+};
+
+template <int D>
+class Rounds {
+  public:
+    Rounds(Remeshing<D>& r, const Pass<D>& pass, std::vector<Task> tasks, const Execution& execution)
+        : r_(r), pass_(pass), tasks_(std::move(tasks)), execution_(execution) {
+        std::ranges::make_heap(tasks_, later);
+    }
+
+    [[nodiscard]] Outcome<PassStatistics> run() {
+        const Execution quiet = without_progress(execution_);
+        while (!tasks_.empty()) {
+            take_front();
+            auto planned = plan_front(quiet);
+            if (!planned) return fail(planned.error());
+            auto committed = choose_and_commit(*planned);
+            if (!committed) return fail(committed.error());
+            done_ += front_.size();
+            if (execution_.progress) execution_.progress(done_, done_ + tasks_.size());
+        }
+        return statistics_;
+    }
+
+  private:
+    static bool later(const Task& a, const Task& b) { return b < a; }
+    void put(const Task& task) {
+        tasks_.push_back(task);
+        std::ranges::push_heap(tasks_, later);
+    }
+    void take_front() {
+        front_.clear();
+        for (std::size_t n = std::min(window_of(r_.mesh.element_count()), tasks_.size()); n > 0; --n) {
+            std::ranges::pop_heap(tasks_, later);
+            front_.push_back(tasks_.back());
+            tasks_.pop_back();
+        }
+    }
+    [[nodiscard]] Outcome<std::vector<Planned<D>>> plan_front(const Execution& execution) {
+        std::vector<Planned<D>> planned(front_.size());
+        constexpr std::size_t grain = 16;  // tens of microseconds each
+        auto done = each_chunk(
+            execution, front_.size(),
+            [&](std::size_t begin, std::size_t end) {
+                PlanWorkspace<D> workspace;
+                for (std::size_t i = begin; i < end; ++i) {
+                    const std::optional<LimitedWish<D>> wish = pass_.wish(r_, front_[i]);
+                    planned[i].wished = wish.has_value();
+                    if (!wish) continue;
+                    planned[i].metric = wish->wish.metric;
+                    planned[i].result = plan(r_, wish->wish, wish->limits, workspace, planned[i].patch);
+                }
+            },
+            grain);
+        if (!done) return fail(done.error());
+        return planned;
+    }
+    [[nodiscard]] Outcome<Done> choose_and_commit(std::vector<Planned<D>>& planned) {
+        claims_.begin(r_.mesh.elements.size());
+        std::vector<TopologyPatch<D>> patches;
+        std::vector<VertexMetric<D>> metrics;
+        for (std::size_t i = 0; i < planned.size(); ++i) {
+            auto& [wished, result, patch, metric] = planned[i];
+            if (!wished) continue;
+            ++statistics_.proposals;
+            if (result.rejected == RejectionReason::none && !claims_.take(patch)) {
+                result.rejected = RejectionReason::waits;
+                put(front_[i]);
+            }
+            if (result.rejected != RejectionReason::none) {
+                ++statistics_.rejected[static_cast<std::size_t>(result.rejected)];
+                continue;
+            }
+            ++statistics_.accepted;
+            statistics_.corrections += static_cast<std::size_t>(result.corrections);
+            patches.push_back(std::move(patch));
+            metrics.push_back(metric);
+        }
+        if (patches.empty()) return Done{};
+        auto changed = commit<D>(std::move(r_.mesh), patches);
+        if (!changed) return fail(changed.error());
+        r_.mesh = std::move(changed->mesh);
+        auto of_vertices = take(std::move(r_.metrics));
+        of_vertices.resize(r_.mesh.points.size());
+        for (std::size_t i = 0; i < metrics.size(); ++i) of_vertices[changed->changes.points[i].index()] = metrics[i];
+        r_.metrics = std::move(of_vertices);
+        ++statistics_.rounds;
+        std::vector<Task> followers;
+        pass_.follow(r_, changed->changes, followers);
+        for (const Task& task : followers) put(task);
+        return Done{};
+    }
+
+    Remeshing<D>& r_;
+    const Pass<D>& pass_;
+    std::vector<Task> tasks_, front_;
+    const Execution& execution_;
+    Claims claims_;
+    PassStatistics statistics_;
+    std::size_t done_ = 0;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<PassStatistics> run_pass(Remeshing<D>& r, const Pass<D>& pass, std::vector<Task> tasks,
+                                 const Execution& execution) {
+    return guarded([&] { return Rounds<D>(r, pass, std::move(tasks), execution).run(); });
+}
+
+template Outcome<PassStatistics> run_pass<2>(Remeshing<2>&, const Pass<2>&, std::vector<Task>, const Execution&);
+template Outcome<PassStatistics> run_pass<3>(Remeshing<3>&, const Pass<3>&, std::vector<Task>, const Execution&);
+
+}  // namespace camber

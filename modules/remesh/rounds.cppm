@@ -1,0 +1,88 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <tuple>
+#include <vector>
+export module camber.remesh:rounds;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+import :measures;
+import :plan;
+import :state;
+
+export namespace camber {
+
+/// What a pass did.
+struct PassStatistics {
+    std::size_t rounds = 0;     ///< commits
+    std::size_t proposals = 0;  ///< wishes that were planned
+    std::size_t accepted = 0;
+    std::size_t corrections = 0;  ///< elements that joined cavities of accepted ones
+    std::array<std::size_t, rejection_reasons> rejected{};
+
+    [[nodiscard]] std::size_t of(RejectionReason reason) const { return rejected[static_cast<std::size_t>(reason)]; }
+    PassStatistics& operator+=(const PassStatistics& other) {
+        rounds += other.rounds;
+        proposals += other.proposals;
+        accepted += other.accepted;
+        corrections += other.corrections;
+        for (std::size_t i = 0; i < rejected.size(); ++i) rejected[i] += other.rejected[i];
+        return *this;
+    }
+    friend bool operator==(const PassStatistics&, const PassStatistics&) = default;
+};
+
+}  // namespace camber
+
+namespace camber {
+
+/// A wish and what is asked of it.
+template <int D>
+struct LimitedWish {
+    CavityWish<D> wish;
+    PatchLimits limits;
+};
+
+/// A thing to be done at an entity: the least `order` first. Numbers of entities are taken again, so a task may come to
+/// speak of another one: whoever makes a wish of it looks whether there is reason for one.
+struct Task {
+    double order = 0;
+    std::uint64_t rank = 0;  ///< where orders are equal
+    std::uint32_t id = 0;
+    friend bool operator<(const Task& a, const Task& b) {
+        return std::tie(a.order, a.rank, a.id) < std::tie(b.order, b.rank, b.id);
+    }
+};
+template <class Tag>
+[[nodiscard]] Task task(double order, Id<Tag> id) {
+    return {order, spread_rank(id), id.value};
+}
+
+/// One pass: how a task becomes a wish, and what tasks a commit brings.
+template <int D>
+class Pass {
+  public:
+    virtual ~Pass() = default;
+    /// Nothing where there is no reason for one. Asked by several threads.
+    [[nodiscard]] virtual std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const = 0;
+    virtual void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const = 0;
+
+  protected:
+    Pass() = default;
+    Pass(const Pass&) = default;
+    Pass(Pass&&) = default;
+    Pass& operator=(const Pass&) = default;
+    Pass& operator=(Pass&&) = default;
+};
+
+/// Does the tasks, and those that come of them, in rounds: the first are planned together against one mesh; of those
+/// patches the first is taken, then each that removes no element and makes no edge of one before; one commit. Threads
+/// have no say in it. Errors: of commit; stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<PassStatistics> run_pass(Remeshing<D>& r, const Pass<D>& pass, std::vector<Task> tasks,
+                                               const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,111 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+module camber.remesh;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+class Moves final : public Pass<D> {
+  public:
+    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options) : goal_(goal), options_(options) {}
+
+    [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
+        const VertexId v(std::size_t{task.id});
+        const VertexState& state = r.mesh.states[v];
+        if (r.mesh.is_free(v) || state.place != VertexPlace::inside || state.marks.has(Mark::required) ||
+            state.marks.has(Mark::held))
+            return {};
+        LimitedWish<D> wished;
+        auto& [wish, limits] = wished;
+        cavity_of_vertex(r.mesh, v, wish.cavity);
+        const double before = worst_quality(r, wish.cavity.elements);
+        if (!(before < options_.wanted)) return {};
+        const Vec<D> here = r.mesh.points[v];
+        const Vec<D> step = centre_of_unit_edges(r, wish.cavity.elements, v) - here;
+        const double least = options_.gain * std::max(before, 0.0);
+        for (double share = 1; share > 0.2; share /= 2) {
+            const Vec<D> place = here + share * step;
+            const FieldSample<D> sample = sample_value(goal_.field, place, r.metrics[v].back);
+            const VertexMetric<D> metric(sample.log_metric, sample.location.element);
+            if (!(worst_at(r, wish.cavity.elements, v, place, metric.measure, least) > least)) continue;
+            wish.point = v;
+            wish.place = place;
+            wish.metric = metric;
+            limits.least_quality = least;
+            limits.corrections = 0;
+            return wished;
+        }
+        return {};
+    }
+    void follow(const Remeshing<D>&, const TopologyChanges&, std::vector<Task>&) const override {}
+
+  private:
+    /// The mean of where v would be for each of its edges to have length 1 at its other end.
+    [[nodiscard]] static Vec<D> centre_of_unit_edges(const Remeshing<D>& r, const std::vector<ElementId>& around,
+                                                     VertexId v) {
+        const Vec<D> here = r.mesh.points[v];
+        Vec<D> sum{};
+        double weights = 0;
+        for (const ElementId e : around) {
+            const auto& vertices = r.mesh.elements.vertices[e];
+            for (const VertexId w : vertices) {
+                if (w == v) continue;
+                const Vec<D> edge = here - r.mesh.points[w];
+                const double length = edge_length(r.metrics[v].measure, r.metrics[w].measure, edge);
+                sum += r.mesh.points[w] + (1 / length) * edge;
+                weights += 1;
+            }
+        }
+        return weights > 0 ? sum / weights : here;
+    }
+    [[nodiscard]] static double worst_at(const Remeshing<D>& r, const std::vector<ElementId>& around, VertexId v,
+                                         const Vec<D>& place, const MeasuringMetric<D>& metric, double least) {
+        double worst = std::numeric_limits<double>::infinity();
+        for (const ElementId e : around) {
+            worst = std::min(worst, quality_with(r, e, local_vertex(r.mesh.elements.vertices[e], v), place, metric));
+            if (!(worst > least)) break;
+        }
+        return worst;
+    }
+
+    const RemeshingGoal<D>& goal_;
+    const SmoothOptions& options_;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal, const SmoothOptions& options,
+                            const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    const Moves<D> pass(goal, options);
+    Remeshed<D> out{std::move(state), {}};
+    for (int sweep = 0; sweep < options.sweeps; ++sweep) {
+        std::vector<Task> tasks;
+        tasks.reserve(out.state.mesh.points.size());
+        for (std::size_t v = 0; v < out.state.mesh.points.size(); ++v)
+            if (!out.state.mesh.is_free(VertexId(v))) tasks.push_back(task(0, VertexId(v)));
+        auto statistics = run_pass<D>(out.state, pass, std::move(tasks), execution);
+        if (!statistics) return fail(statistics.error());
+        out.statistics += *statistics;
+        if (statistics->accepted == 0) break;
+    }
+    return out;
+}
+
+template Outcome<Remeshed<2>> smooth<2>(Remeshing<2>, const RemeshingGoal<2>&, const SmoothOptions&, const Execution&);
+template Outcome<Remeshed<3>> smooth<3>(Remeshing<3>, const RemeshingGoal<3>&, const SmoothOptions&, const Execution&);
+
+}  // namespace camber

@@ -1,0 +1,101 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <vector>
+module camber.remesh;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+import camber.surface;
+
+namespace camber {
+
+namespace {
+
+/// Where along an edge half of its length is: ∫_0^t a^(1−s) b^s ds is half of ∫_0^1.
+double half_of_length(double a, double b) {
+    const double log_ratio = std::log(b / a);
+    if (std::abs(log_ratio) < 1e-6) return 0.5;
+    return std::clamp(std::log((1 + b / a) / 2) / log_ratio, 0.2, 0.8);
+}
+
+template <int D>
+class Splits final : public Pass<D> {
+  public:
+    Splits(const RemeshingGoal<D>& goal, const SplitOptions& options) : goal_(goal), options_(options) {}
+
+    [[nodiscard]] double order_of(double length) const { return length > options_.longest ? -length : infinite_order; }
+
+    [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
+        const EdgeId edge(std::size_t{task.id});
+        if (r.mesh.is_free(edge) || !(length_of(r, edge) > options_.longest)) return {};
+        const auto [element, local] = element_with_edge(r.mesh, edge);
+        if (!element.valid()) return {};
+        LimitedWish<D> wished;
+        auto& wish = wished.wish;
+        cavity_of_edge(r.mesh, element, local, wish.cavity);
+        const auto& [a, b] = r.mesh.edges[edge];
+        const Vec<D> chord = r.mesh.points[b] - r.mesh.points[a];
+        const double t = half_of_length(std::sqrt(r.metrics[a].measure.length_squared(chord)),
+                                        std::sqrt(r.metrics[b].measure.length_squared(chord)));
+        wish.place = on_geometry(r.mesh, edge, wish.cavity, r.mesh.points[a] + t * chord);
+        wish.reference = reference_at(r.mesh, wish.cavity);
+        const FieldSample<D> sample = sample_value(goal_.field, wish.place, r.metrics[a].back);
+        wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
+        wished.limits.shortest = options_.shortest;
+        wished.limits.least_quality = std::min(options_.least_quality, 0.5 * worst_quality(r, wish.cavity.elements));
+        return wished;
+    }
+    void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const override {
+        for (const EdgeId e : changes.edges.created)
+            if (!r.mesh.is_free(e))
+                if (const double order = order_of(length_of(r, e)); order < infinite_order)
+                    tasks.push_back(task(order, e));
+    }
+
+  private:
+    /// A point of an edge of the boundary belongs on the geometry.
+    [[nodiscard]] Vec<D> on_geometry(const DynamicMesh<D>& mesh, EdgeId edge, const CavityParts<D>& cavity,
+                                     const Vec<D>& p) const {
+        if (!goal_.geometry || cavity.facets.empty()) return p;
+        EdgeSite<D> site;
+        site.kind = cavity.lines.empty() ? EdgeKind::surface : EdgeKind::ridge;
+        for (int i = 0; i < 2; ++i) site.ends[i] = mesh.points[mesh.edges[edge][i]];
+        for (const FacetId f : cavity.facets) {
+            FacetSite<D> facet{{}, mesh.facets.references[f], {}};
+            for (int i = 0; i < D; ++i) facet.corners[i] = mesh.points[mesh.facets.vertices[f][i]];
+            site.facets.push_back(facet);
+        }
+        return (*goal_.geometry)->on_edge(site, p).point;
+    }
+    [[nodiscard]] static Reference reference_at(const DynamicMesh<D>& mesh, const CavityParts<D>& cavity) {
+        if (!cavity.lines.empty()) return mesh.line_references[cavity.lines.front()];
+        return cavity.facets.empty() ? 0 : mesh.facets.references[cavity.facets.front()];
+    }
+
+    const RemeshingGoal<D>& goal_;
+    const SplitOptions& options_;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<Remeshed<D>> split(Remeshing<D> state, const RemeshingGoal<D>& goal, const SplitOptions& options,
+                           const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    const Splits<D> pass(goal, options);
+    auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
+    if (!tasks) return fail(tasks.error());
+    auto statistics = run_pass<D>(state, pass, std::move(*tasks), execution);
+    if (!statistics) return fail(statistics.error());
+    return Remeshed<D>{std::move(state), *statistics};
+}
+
+template Outcome<Remeshed<2>> split<2>(Remeshing<2>, const RemeshingGoal<2>&, const SplitOptions&, const Execution&);
+template Outcome<Remeshed<3>> split<3>(Remeshing<3>, const RemeshingGoal<3>&, const SplitOptions&, const Execution&);
+
+}  // namespace camber

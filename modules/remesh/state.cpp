@@ -1,0 +1,81 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+module camber.remesh;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+
+namespace camber {
+
+template <int D>
+Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const BreaksOfMesh& breaks,
+                                      const RemeshingGoal<D>& goal, const Execution& execution) {
+    auto made = make_dynamic(mesh, edges, breaks, execution);
+    if (!made) return fail(made.error());
+    auto metrics = map_each(execution, mesh.points.size(), [&](std::size_t v) {
+        const ElementId hint = made->element_of[v].valid() ? made->element_of[v] : ElementId(std::size_t{0});
+        const FieldSample<D> sample = sample_value(goal.field, mesh.points[v], hint);
+        return VertexMetric<D>(sample.log_metric, sample.location.element);
+    });
+    if (!metrics) return fail(metrics.error());
+    return Remeshing<D>{std::move(*made), std::move(*metrics)};
+}
+
+template <int D>
+Outcome<UnitMeshStatistics> unit_mesh_statistics(const Remeshing<D>& r, const Execution& execution) {
+    const auto add = [](UnitMeshStatistics a, const UnitMeshStatistics& b) {
+        if (b.edges > 0) {
+            a.shortest = a.edges > 0 ? std::min(a.shortest, b.shortest) : b.shortest;
+            a.longest = std::max(a.longest, b.longest);
+        }
+        a.edges += b.edges;
+        a.unit_edges += b.unit_edges;
+        a.elements += b.elements;
+        a.mean_length += b.mean_length;
+        a.worst_quality = std::min(a.worst_quality, b.worst_quality);
+        a.mean_quality += b.mean_quality;
+        return a;
+    };
+    const auto edges = reduce_each(
+        execution, r.mesh.edges.size(), UnitMeshStatistics{},
+        [&](UnitMeshStatistics& s, std::size_t e) {
+            if (r.mesh.is_free(EdgeId(e))) return;
+            const double length = length_of(r, EdgeId(e));
+            s.shortest = s.edges > 0 ? std::min(s.shortest, length) : length;
+            s.longest = std::max(s.longest, length);
+            ++s.edges;
+            s.unit_edges += length >= shortest_unit_edge && length <= longest_unit_edge ? 1 : 0;
+            s.mean_length += length;
+        },
+        add);
+    if (!edges) return fail(edges.error());
+    const auto elements = reduce_each(
+        execution, r.mesh.elements.size(), UnitMeshStatistics{},
+        [&](UnitMeshStatistics& s, std::size_t e) {
+            if (r.mesh.is_free(ElementId(e))) return;
+            const double quality = quality_of(r, ElementId(e));
+            ++s.elements;
+            s.worst_quality = std::min(s.worst_quality, quality);
+            s.mean_quality += quality;
+        },
+        add);
+    if (!elements) return fail(elements.error());
+    UnitMeshStatistics all = add(*edges, *elements);
+    if (all.edges > 0) all.mean_length /= static_cast<double>(all.edges);
+    if (all.elements > 0) all.mean_quality /= static_cast<double>(all.elements);
+    return all;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template Outcome<Remeshing<D>> begin_remeshing<D>(const LinearMesh<D>&, const EdgeSet<D>&,                  \
+                                                      const BreaksOfMesh&, const RemeshingGoal<D>&,             \
+                                                      const Execution&);                                        \
+    template Outcome<UnitMeshStatistics> unit_mesh_statistics<D>(const Remeshing<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

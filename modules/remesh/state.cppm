@@ -1,0 +1,45 @@
+module;
+#include <cstddef>
+#include <optional>
+export module camber.remesh:state;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+import camber.surface;
+
+export namespace camber {
+
+/// The metric at a vertex, as it is given and ready to measure with, and where in the back mesh that is.
+template <int D>
+struct VertexMetric {
+    LogMetric<D> log_metric;
+    MeasuringMetric<D> measure;
+    ElementId back;
+
+    VertexMetric() = default;
+    VertexMetric(const LogMetric<D>& given, ElementId at) : log_metric(given), measure(given), back(at) {}
+    friend bool operator==(const VertexMetric&, const VertexMetric&) = default;
+};
+
+/// A mesh that is brought to a metric: an immutable value between two commits.
+template <int D>
+struct Remeshing {
+    DynamicMesh<D> mesh;
+    Column<VertexMetric<D>> metrics;  ///< one a vertex
+};
+
+/// What the mesh is brought to: the field, which new vertices ask for theirs, and the geometry on which those of the
+/// boundary lie (none: the mesh's own straight facets).
+template <int D>
+struct RemeshingGoal {
+    BackMesh<D> field;
+    std::optional<Geometry<D>> geometry;
+};
+
+/// The mesh with its metric at each vertex, which is asked of the field. Errors: those of make_dynamic.
+template <int D>
+[[nodiscard]] Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                    const BreaksOfMesh& breaks, const RemeshingGoal<D>& goal,
+                                                    const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,135 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+module camber.remesh;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+
+namespace camber {
+
+namespace {
+
+/// The best of the swaps that were looked at.
+template <int D>
+struct BestSwap {
+    CavityParts<D> cavity;
+    VertexId point;
+    double before = 0;
+    double gain = 0;  ///< worst quality after by before
+};
+
+template <int D>
+class Swaps final : public Pass<D> {
+  public:
+    explicit Swaps(const SwapOptions& options) : options_(options) {}
+
+    [[nodiscard]] double order_of(double quality) const { return quality < options_.wanted ? quality : infinite_order; }
+
+    [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
+        const ElementId e(std::size_t{task.id});
+        if (r.mesh.is_free(e) || !(quality_of(r, e) < options_.wanted)) return {};
+        BestSwap<D> best;
+        best.gain = options_.gain;
+        for (int k = 0; k < edges_per_simplex<D>; ++k) look_at_edge(r, e, k, best);
+        if constexpr (D == 3)
+            for (int face = 0; face <= D; ++face) look_at_face(r, e, face, best);
+        if (!best.point.valid()) return {};
+        LimitedWish<D> wished;
+        wished.wish.cavity = std::move(best.cavity);
+        wished.wish.join_to(r, best.point);
+        wished.limits.least_quality = options_.gain * std::max(best.before, 0.0);
+        wished.limits.corrections = 0;
+        return wished;
+    }
+    void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const override {
+        for (const ElementId e : changes.elements.created)
+            if (!r.mesh.is_free(e))
+                if (const double order = order_of(quality_of(r, e)); order < infinite_order)
+                    tasks.push_back(task(order, e));
+    }
+
+  private:
+    /// The elements around an edge without it, joined to each vertex around it; on the boundary to those of its facets.
+    void look_at_edge(const Remeshing<D>& r, ElementId e, int k, BestSwap<D>& best) const {
+        if (r.mesh.line_at(r.mesh.edges_of[e][k]).valid()) return;
+        CavityParts<D> cavity;
+        cavity_of_edge(r.mesh, e, k, cavity);
+        const VertexId a = r.mesh.elements.vertices[e][local_edges<D>[k][0]];
+        const VertexId b = r.mesh.elements.vertices[e][local_edges<D>[k][1]];
+        if (D == 2 && !cavity.facets.empty()) return;
+        std::vector<VertexId> ring;
+        const auto add = [&](const auto& simplex) {
+            for (const VertexId v : simplex)
+                if (v != a && v != b && std::ranges::find(ring, v) == ring.end()) ring.push_back(v);
+        };
+        if (cavity.facets.empty())
+            for (const ElementId s : cavity.elements) add(r.mesh.elements.vertices[s]);
+        else
+            for (const FacetId f : cavity.facets) add(r.mesh.facets.vertices[f]);
+        const double before = worst_quality(r, cavity.elements);
+        for (const VertexId p : ring) {
+            const double least = best.gain * std::max(before, 0.0);
+            const double after = worst_without(r, cavity.elements, {a, b}, p, least);
+            if (after > least) best = {cavity, p, before, before > 0 ? after / before : infinite_order};
+        }
+    }
+    /// Stops where an element is no better than `least`.
+    [[nodiscard]] static double worst_without(const Remeshing<D>& r, const std::vector<ElementId>& elements,
+                                              const std::array<VertexId, 2>& edge, VertexId p, double least) {
+        double worst = std::numeric_limits<double>::infinity();
+        for (const ElementId s : elements) {
+            const auto& vertices = r.mesh.elements.vertices[s];
+            if (local_vertex(vertices, p) >= 0) continue;
+            for (const VertexId v : edge) {
+                worst = std::min(worst, quality_with(r, s, local_vertex(vertices, v), r.mesh.points[p],
+                                                     r.metrics[p].measure));
+                if (!(worst > least)) return worst;
+            }
+        }
+        return worst;
+    }
+    /// Two elements without their face, joined to one of the two vertices opposite it: three elements.
+    void look_at_face(const Remeshing<D>& r, ElementId e, int face, BestSwap<D>& best) const {
+        CavityParts<D> cavity;
+        cavity_of_face(r.mesh, e, face, cavity);
+        if (cavity.elements.size() != 2 || !cavity.facets.empty()) return;
+        const VertexId p = r.mesh.elements.vertices[e][face];
+        const ElementId other = cavity.elements[1];
+        const auto& vertices = r.mesh.elements.vertices[other];
+        const double before = worst_quality(r, cavity.elements);
+        const double least = best.gain * std::max(before, 0.0);
+        double after = std::numeric_limits<double>::infinity();
+        for (int i = 0; i <= D && after > least; ++i)
+            if (local_vertex(r.mesh.elements.vertices[e], vertices[i]) >= 0)
+                after = std::min(after, quality_with(r, other, i, r.mesh.points[p], r.metrics[p].measure));
+        if (after > least) best = {cavity, p, before, before > 0 ? after / before : infinite_order};
+    }
+
+    const SwapOptions& options_;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<Remeshed<D>> swap(Remeshing<D> state, const RemeshingGoal<D>&, const SwapOptions& options,
+                          const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    const Swaps<D> pass(options);
+    auto tasks =
+        element_tasks(state, [&](double quality) { return pass.order_of(quality); }, without_progress(execution));
+    if (!tasks) return fail(tasks.error());
+    auto statistics = run_pass<D>(state, pass, std::move(*tasks), execution);
+    if (!statistics) return fail(statistics.error());
+    return Remeshed<D>{std::move(state), *statistics};
+}
+
+template Outcome<Remeshed<2>> swap<2>(Remeshing<2>, const RemeshingGoal<2>&, const SwapOptions&, const Execution&);
+template Outcome<Remeshed<3>> swap<3>(Remeshing<3>, const RemeshingGoal<3>&, const SwapOptions&, const Execution&);
+
+}  // namespace camber
