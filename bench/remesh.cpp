@@ -1,10 +1,10 @@
-// A straight mesh brought to a metric by the passes of camber.remesh: what each did, its time, and how near to unit the mesh is. A
-// program with arguments, not a timed test:
+// A straight mesh brought to a metric by the passes of camber.remesh: what each did, its time, and how near to unit the
+// mesh is. A program with arguments, not a timed test:
 //
 //     remesh MESH SOLUTION [--finer 2] [--rounds 4] [--threads 0] [--check]
 //
 // finer: the metric's sizes divided by this; check: the whole topology after each pass.
-#include <charconv>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -66,21 +66,28 @@ Arguments arguments(std::span<char*> given) {
     Arguments a;
     for (std::size_t i = 1; i < given.size(); ++i) {
         const std::string_view word = given[i];
-        const auto number = [&] { return i + 1 < given.size() ? std::atof(given[++i]) : 0.0; };
-        if (word == "--finer") a.finer = number();
-        else if (word == "--rounds") a.rounds = static_cast<int>(number());
-        else if (word == "--threads") a.threads = static_cast<int>(number());
-        else if (word == "--check") a.check = true;
-        else (a.mesh.empty() ? a.mesh : a.solution) = word;
+        const auto number = [&] { return i + 1 < given.size() ? std::strtod(given[++i], nullptr) : 0.0; };
+        if (word == "--finer")
+            a.finer = number();
+        else if (word == "--rounds")
+            a.rounds = static_cast<int>(number());
+        else if (word == "--threads")
+            a.threads = static_cast<int>(number());
+        else if (word == "--check")
+            a.check = true;
+        else
+            (a.mesh.empty() ? a.mesh : a.solution) = word;
     }
     return a;
 }
 
 void tell(const Remeshing<3>& r, const Execution& execution) {
     const auto s = must(unit_mesh_statistics(r, execution));
-    std::printf("    %zu vertices, %zu elements; unit edges %.2f %%, lengths %.3f to %.3f, mean %.3f; quality %.2e, mean %.3f\n",
-                r.mesh.vertex_count(), s.elements, 100 * s.unit_share(), s.shortest, s.longest, s.mean_length,
-                s.worst_quality, s.mean_quality);
+    std::printf(
+        "    %zu vertices, %zu elements; unit edges %.2f %%, lengths %.3f to %.3f, mean %.3f; quality %.2e, mean "
+        "%.3f\n",
+        r.mesh.vertex_count(), s.elements, 100 * s.unit_share(), s.shortest, s.longest, s.mean_length, s.worst_quality,
+        s.mean_quality);
 }
 
 template <class Pass>
@@ -91,7 +98,7 @@ Remeshing<3> step(const char* name, Remeshing<3> r, const Arguments& a, const Ex
     const auto& s = done.statistics;
     std::printf("%-9s %6.2f s %8zu proposals %8zu accepted (%.0f a second), %zu rounds; rejected:", name, seconds,
                 s.proposals, s.accepted, static_cast<double>(s.accepted) / seconds, s.rounds);
-    constexpr std::array names{"",     "empty",  "required", "surface", "line",     "ball",
+    constexpr std::array names{"",       "empty",  "required", "surface", "line",     "ball",
                                "exists", "volume", "quality",  "length",  "geometry", "waits"};
     for (std::size_t i = 1; i < names.size(); ++i)
         if (s.rejected[i] > 0) std::printf(" %s %zu", names[i], s.rejected[i]);
@@ -117,10 +124,14 @@ int main(int argc, char** argv) {
     Remeshing<3> r = must(begin_remeshing(mesh, edges, {features.edge_kinds.view(), corners}, goal, execution));
     tell(r, execution);
     for (int round = 0; round < a.rounds; ++round) {
-        r = step("collapse", std::move(r), a, execution, [&](Remeshing<3> state) { return collapse<3>(std::move(state), goal, {}, execution); });
-        r = step("split", std::move(r), a, execution, [&](Remeshing<3> state) { return split<3>(std::move(state), goal, {}, execution); });
-        r = step("swap", std::move(r), a, execution, [&](Remeshing<3> state) { return swap<3>(std::move(state), goal, {}, execution); });
-        r = step("smooth", std::move(r), a, execution, [&](Remeshing<3> state) { return smooth<3>(std::move(state), goal, {}, execution); });
+        r = step("collapse", std::move(r), a, execution,
+                 [&](Remeshing<3> state) { return collapse<3>(std::move(state), goal, {}, execution); });
+        r = step("split", std::move(r), a, execution,
+                 [&](Remeshing<3> state) { return split<3>(std::move(state), goal, {}, execution); });
+        r = step("swap", std::move(r), a, execution,
+                 [&](Remeshing<3> state) { return swap<3>(std::move(state), goal, {}, execution); });
+        r = step("smooth", std::move(r), a, execution,
+                 [&](Remeshing<3> state) { return smooth<3>(std::move(state), goal, {}, execution); });
     }
     return 0;
 }

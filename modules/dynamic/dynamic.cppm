@@ -10,4 +10,6 @@ export import :star;
 export import :patch;
 export import :compact;
 export import :consistency;
+import :draft;
 import :flat_map;
+import :starring;

@@ -59,8 +59,8 @@ class Collapses final : public Pass<D> {
         for (const ElementId e : around) {
             const auto& vertices = r.mesh.elements.vertices[e];
             if (local_vertex(vertices, w) >= 0) continue;
-            worst = std::min(worst, quality_with(r, e, local_vertex(vertices, v), r.mesh.points[w],
-                                                 r.metrics[w].measure));
+            worst =
+                std::min(worst, quality_with(r, e, local_vertex(vertices, v), r.mesh.points[w], r.metrics[w].measure));
         }
         return worst;
     }

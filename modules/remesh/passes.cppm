@@ -23,14 +23,16 @@ struct Remeshed {
 /// Edges that are longer than `longest` are split, at the middle by length, the longest first.
 struct SplitOptions {
     double longest = longest_unit_edge;
-    double shortest = 0.6;  ///< no edge shorter than this is made
+    double shortest = 0.6;        ///< no edge shorter than this is made
     double least_quality = 0.05;  ///< of new elements, unless what they replace is worse
 
     [[nodiscard]] static constexpr auto options() {
         using S = SplitOptions;
         return std::tuple(
             option("longest", &S::longest, "edges that are longer are split").unit("lengths in the metric").above(0),
-            option("shortest", &S::shortest, "no edge shorter than this is made").unit("lengths in the metric").at_least(0),
+            option("shortest", &S::shortest, "no edge shorter than this is made")
+                .unit("lengths in the metric")
+                .at_least(0),
             option("least_quality", &S::least_quality, "of new elements, unless what they replace is worse")
                 .at_least(0)
                 .below(1));
@@ -50,7 +52,9 @@ struct CollapseOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = CollapseOptions;
         return std::tuple(
-            option("shortest", &S::shortest, "edges that are shorter are collapsed").unit("lengths in the metric").above(0),
+            option("shortest", &S::shortest, "edges that are shorter are collapsed")
+                .unit("lengths in the metric")
+                .above(0),
             option("longest", &S::longest, "no edge longer than this is made").unit("lengths in the metric").above(0),
             option("least_quality", &S::least_quality, "of new elements, unless what they replace is worse")
                 .at_least(0)
@@ -70,8 +74,9 @@ struct SwapOptions {
 
     [[nodiscard]] static constexpr auto options() {
         using S = SwapOptions;
-        return std::tuple(option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
-                          option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1));
+        return std::tuple(
+            option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
+            option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1));
     }
     friend bool operator==(const SwapOptions&, const SwapOptions&) = default;
 };
@@ -87,9 +92,10 @@ struct SmoothOptions {
 
     [[nodiscard]] static constexpr auto options() {
         using S = SmoothOptions;
-        return std::tuple(option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
-                          option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1),
-                          option("sweeps", &S::sweeps, "sweeps over the vertices").at_least(0).at_most(100));
+        return std::tuple(
+            option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
+            option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1),
+            option("sweeps", &S::sweeps, "sweeps over the vertices").at_least(0).at_most(100));
     }
     friend bool operator==(const SmoothOptions&, const SmoothOptions&) = default;
 };

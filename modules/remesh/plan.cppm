@@ -32,7 +32,7 @@ struct CavityWish {
 
 /// What is asked of the new simplices.
 struct PatchLimits {
-    double least_quality = 0;  ///< of each new element: above this
+    double least_quality = 0;                                                ///< of each new element: above this
     double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< edges at the point, in the metric
     /// The least cosine between a new facet's normal and that of the facets that it replaces (their mean).
     double facet_cosine = 0.7;

@@ -62,7 +62,7 @@ class Rounds {
   public:
     Rounds(Remeshing<D>& r, const Pass<D>& pass, std::vector<Task> tasks, const Execution& execution)
         : r_(r), pass_(pass), tasks_(std::move(tasks)), execution_(execution) {
-        std::ranges::make_heap(tasks_, later);
+        std::make_heap(tasks_.begin(), tasks_.end(), later);
     }
 
     [[nodiscard]] Outcome<PassStatistics> run() {
@@ -83,12 +83,12 @@ class Rounds {
     static bool later(const Task& a, const Task& b) { return b < a; }
     void put(const Task& task) {
         tasks_.push_back(task);
-        std::ranges::push_heap(tasks_, later);
+        std::push_heap(tasks_.begin(), tasks_.end(), later);
     }
     void take_front() {
         front_.clear();
         for (std::size_t n = std::min(window_of(r_.mesh.element_count()), tasks_.size()); n > 0; --n) {
-            std::ranges::pop_heap(tasks_, later);
+            std::pop_heap(tasks_.begin(), tasks_.end(), later);
             front_.push_back(tasks_.back());
             tasks_.pop_back();
         }

@@ -68,10 +68,9 @@ Outcome<UnitMeshStatistics> unit_mesh_statistics(const Remeshing<D>& r, const Ex
     return all;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                   \
-    template Outcome<Remeshing<D>> begin_remeshing<D>(const LinearMesh<D>&, const EdgeSet<D>&,                  \
-                                                      const BreaksOfMesh&, const RemeshingGoal<D>&,             \
-                                                      const Execution&);                                        \
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<Remeshing<D>> begin_remeshing<D>(const LinearMesh<D>&, const EdgeSet<D>&, const BreaksOfMesh&, \
+                                                      const RemeshingGoal<D>&, const Execution&);                   \
     template Outcome<UnitMeshStatistics> unit_mesh_statistics<D>(const Remeshing<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

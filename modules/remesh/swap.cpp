@@ -87,8 +87,8 @@ class Swaps final : public Pass<D> {
             const auto& vertices = r.mesh.elements.vertices[s];
             if (local_vertex(vertices, p) >= 0) continue;
             for (const VertexId v : edge) {
-                worst = std::min(worst, quality_with(r, s, local_vertex(vertices, v), r.mesh.points[p],
-                                                     r.metrics[p].measure));
+                worst = std::min(worst,
+                                 quality_with(r, s, local_vertex(vertices, v), r.mesh.points[p], r.metrics[p].measure));
                 if (!(worst > least)) return worst;
             }
         }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "domains.hpp"
+#include "dynamic_measures.hpp"
 #include "property.hpp"
 
 import camber.core;
@@ -27,20 +28,10 @@ namespace {
 enum class Kind : std::uint8_t { split, insert, insert_on_face, collapse, swap_edge, swap_face, reinsert, move, any };
 constexpr std::size_t kinds = 9;
 
-template <int D>
-double volume_of(const DynamicMesh<D>& mesh, const SimplexVertices<D>& v) {
-    std::array<Vec<D>, D + 1> p;
-    for (int i = 0; i <= D; ++i) p[i] = mesh.points[v[i]];
-    return orientation(p);
-}
-
 /// D! times a simplex's volume, (D − 1)! times its area: its size, for a given reference.
 double size_of(const std::array<Vec<2>, 2>& p) { return distance(p[0], p[1]); }
 double size_of(const std::array<Vec<3>, 3>& p) { return norm(cross(p[1] - p[0], p[2] - p[0])); }
 double size_of(const std::array<Vec<3>, 2>& p) { return distance(p[0], p[1]); }
-
-/// Sums over simplices of one dimension, by reference.
-using Sizes = std::map<std::pair<int, Reference>, double>;
 
 /// The elements of a star are not inverted, and it fills what was taken out, reference by reference.
 template <int D>
@@ -223,52 +214,6 @@ std::ptrdiff_t euler(const DynamicMesh<D>& mesh) {
     const auto n = [](std::size_t count) { return static_cast<std::ptrdiff_t>(count); };
     if (D == 2) return n(vertices) - n(faces) + n(mesh.element_count());
     return n(vertices) - n(mesh.edge_count()) + n(faces) - n(mesh.element_count());
-}
-
-/// Area of facets by reference, length of lines by reference, volume by material: what a flat domain keeps.
-template <int D>
-Sizes measures(const DynamicMesh<D>& mesh) {
-    Sizes sums;
-    for (std::size_t e = 0; e < mesh.elements.size(); ++e)
-        if (!mesh.is_free(ElementId(e)))
-            sums[{D, mesh.elements.references[e]}] += volume_of(mesh, mesh.elements.vertices[e]);
-    for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
-        if (mesh.is_free(FacetId(f))) continue;
-        const auto& v = mesh.facets.vertices[f];
-        const Vec<D> side = mesh.points[v[1]] - mesh.points[v[0]];
-        if constexpr (D == 2)
-            sums[{1, mesh.facets.references[f]}] += norm(side);
-        else
-            sums[{2, mesh.facets.references[f]}] += norm(cross(side, mesh.points[v[2]] - mesh.points[v[0]]));
-    }
-    for (std::size_t l = 0; l < mesh.lines.size(); ++l)
-        if (!mesh.is_free(LineId(l))) {
-            const auto& [a, b] = mesh.edges[mesh.lines[l]];
-            sums[{0, mesh.line_references[l]}] += distance(mesh.points[a], mesh.points[b]);
-        }
-    return sums;
-}
-
-/// The simplices by the coordinates of their vertices: the same however they are numbered.
-template <int D>
-auto by_places(const DynamicMesh<D>& mesh) {
-    std::vector<std::vector<std::array<double, D>>> all;
-    const auto add = [&](const auto& vertices, Reference reference) {
-        std::vector<std::array<double, D>> simplex;
-        simplex.reserve(vertices.size() + 1);
-        for (const VertexId v : vertices) simplex.push_back(mesh.points[v].c);
-        std::sort(simplex.begin(), simplex.end());
-        simplex.push_back({static_cast<double>(reference)});
-        all.push_back(std::move(simplex));
-    };
-    for (std::size_t e = 0; e < mesh.elements.size(); ++e)
-        if (!mesh.is_free(ElementId(e))) add(mesh.elements.vertices[e], mesh.elements.references[e]);
-    for (std::size_t f = 0; f < mesh.facets.size(); ++f)
-        if (!mesh.is_free(FacetId(f))) add(mesh.facets.vertices[f], mesh.facets.references[f]);
-    for (std::size_t l = 0; l < mesh.lines.size(); ++l)
-        if (!mesh.is_free(LineId(l))) add(mesh.edges[mesh.lines[l]], mesh.line_references[l]);
-    std::sort(all.begin(), all.end());
-    return all;
 }
 
 template <int D>

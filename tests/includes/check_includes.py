@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 # header: the names that it gives. One with several headers has what it needs from any of them.
 TABLE = """
-algorithm: adjacent_find all_of any_of binary_search clamp copy copy_n count count_if fill find inplace_merge find_if is_sorted lower_bound max
+algorithm: adjacent_find all_of any_of binary_search clamp copy copy_n count count_if fill find inplace_merge find_if is_sorted lower_bound make_heap pop_heap push_heap max
     max_element min min_element minmax minmax_element next_permutation none_of nth_element partial_sort remove_if reverse shuffle
     sort stable_sort swap_ranges transform unique upper_bound equal_range for_each rotate merge is_permutation equal fill_n replace
     ranges::adjacent_find ranges::all_of ranges::any_of ranges::binary_search ranges::copy ranges::count ranges::count_if

@@ -1,0 +1,46 @@
+// Domains with a metric to be brought to.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include "dice.hpp"
+#include "domains.hpp"
+#include "meshes.hpp"
+
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+import camber.surface;
+import camber.remesh;
+
+namespace camber::testing {
+
+/// Sizes of about `size`, smaller towards a plane, anisotropic along random axes.
+template <int D>
+Column<LogMetric<D>> metrics_over(const LinearMesh<D>& mesh, double size, Dice& dice) {
+    const Mat<D> axes = dice.rotation<D>();
+    const double anisotropy = dice.uniform(1, 3);
+    Buffer<LogMetric<D>> logs(mesh.points.size());
+    for (std::size_t v = 0; v < logs.size(); ++v) {
+        Vec<D> sizes;
+        for (int i = 0; i < D; ++i) sizes[i] = size * (1 + 0.3 * mesh.points[v][0]);
+        sizes[0] /= anisotropy;
+        logs[v] = log_metric_of_sizes<D>(sizes, axes);
+    }
+    return logs;
+}
+
+template <int D>
+RemeshingGoal<D> goal_over(const LinearMesh<D>& mesh, double size, Dice& dice) {
+    return {must(make_back_mesh(mesh, must(balls(mesh, alone)), metrics_over(mesh, size, dice), alone)), {}};
+}
+
+template <int D>
+Remeshing<D> begun(const LinearMesh<D>& mesh, const RemeshingGoal<D>& goal) {
+    return must(begin_remeshing(mesh, must(unique_edges(mesh, alone)), {}, goal, alone));
+}
+
+}  // namespace camber::testing

@@ -1,0 +1,106 @@
+// One wish: granted, or rejected with the reason, and the mesh as it was.
+#include <array>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "dice.hpp"
+#include "domains.hpp"
+#include "goals.hpp"
+#include "meshes.hpp"
+
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+import camber.surface;
+import camber.remesh;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+/// Two by two by two cells, all of one size.
+struct Fixture {
+    LinearMesh<3> mesh = [] {
+        LatticeOptions<3> options;
+        options.cells = {2, 2, 2};
+        return with_references<3>(lattice_mesh(options), options.cells, false);
+    }();
+    Dice dice{1};
+    RemeshingGoal<3> goal = goal_over(mesh, 1, dice);
+    Remeshing<3> r = begun(mesh, goal);
+    PlanWorkspace<3> workspace;
+    TopologyPatch<3> patch;
+
+    VertexId at(const Vec<3>& p) const {
+        for (std::size_t v = 0; v < mesh.points.size(); ++v)
+            if (mesh.points[v] == p) return VertexId(v);
+        return {};
+    }
+    CavityWish<3> collapse_of(VertexId v, VertexId into) const {
+        CavityWish<3> wish;
+        cavity_of_vertex(r.mesh, v, wish.cavity);
+        wish.join_to(r, into);
+        return wish;
+    }
+    PlanResult planned(const CavityWish<3>& wish, const PatchLimits& limits = {}) {
+        return plan(r, wish, limits, workspace, patch);
+    }
+};
+
+}  // namespace
+
+TEST_CASE_FIXTURE(Fixture, "a collapse along a line is granted, and one of a corner is not") {
+    const auto along = planned(collapse_of(at({{1, 0, 0}}), at({{0, 0, 0}})));
+    // The interface ends on this line: its vertex is a corner.
+    CHECK(along.rejected == RejectionReason::required);
+    CHECK(planned(collapse_of(at({{0, 1, 0}}), at({{0, 0, 0}}))).rejected == RejectionReason::none);
+    CHECK(planned(collapse_of(at({{0, 0, 0}}), at({{0, 1, 0}}))).rejected == RejectionReason::required);
+}
+
+TEST_CASE_FIXTURE(Fixture, "each reason for a rejection") {
+    const CavityWish<3> good = collapse_of(at({{0, 1, 0}}), at({{0, 0, 0}}));
+    CHECK(planned(good, {.longest = 0.1}).rejected == RejectionReason::length);
+    CHECK(planned(good, {.shortest = 100}).rejected == RejectionReason::length);
+    CHECK(planned(good, {.least_quality = 0.999, .corrections = 0}).rejected == RejectionReason::quality);
+    // A vertex of a flat side moved off it: the facets would turn.
+    CavityWish<3> move = collapse_of(at({{0, 1, 1}}), at({{0, 1, 1}}));
+    move.place = {{0.9, 1, 1}};
+    CHECK(planned(move).rejected == RejectionReason::geometry);
+    // A vertex inside moved out of its ball.
+    CavityWish<3> out = collapse_of(at({{1, 1, 1}}), at({{1, 1, 1}}));
+    out.place = {{3, 1, 1}};
+    CHECK(planned(out, {.facet_cosine = -1, .corrections = 0}).rejected == RejectionReason::volume);
+    CavityWish<3> nothing;
+    CHECK(planned(nothing).rejected == RejectionReason::empty);
+    CHECK(check_consistency(r.mesh, alone).has_value());
+}
+
+TEST_CASE_FIXTURE(Fixture, "a cavity is corrected: elements that would be inverted join it") {
+    // A point near a face of one element, outside of it: from there the face looks the wrong way.
+    const ElementId e(3);
+    CavityWish<3> wish;
+    wish.cavity.elements = {e};
+    const auto corner = corners(mesh, e.index());
+    bool corrected = false;
+    for (int face = 0; face < 4 && !corrected; ++face) {
+        const Across across = r.mesh.across[e][face];
+        if (!across.is_element()) continue;
+        Vec<3> middle{};
+        for (int i = 0; i < 4; ++i)
+            if (i != face) middle += corner[i] / 3;
+        wish.place = middle + 0.05 * (middle - corner[face]);
+        wish.metric = r.metrics[0];
+        CHECK(planned(wish, {.corrections = 0}).rejected == RejectionReason::volume);
+        const auto result = planned(wish);
+        CHECK(result.rejected == RejectionReason::none);
+        CHECK(result.corrections == 1);
+        CHECK(patch.removed.elements == std::vector{e, across.element()});
+        const auto changed = must(commit<3>(r.mesh, {&patch, 1})).mesh;
+        CHECK(check_consistency(changed, alone).has_value());
+        CHECK(changed.element_count() == mesh.elements.size() + 4);
+        corrected = true;
+    }
+    CHECK(corrected);
+}
