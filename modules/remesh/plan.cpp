@@ -52,7 +52,8 @@ class Planning {
             const StarFailure failure = star(r_.mesh, out_.removed, wish_.point, w_.star, out_.star);
             if (failure != StarFailure::none) {
                 result.rejected = reason_of(failure);
-                return result;
+                if (result.corrections == limits_.corrections || !shrink()) return result;
+                continue;
             }
             const Fault fault = judge(result.worst_quality);
             result.rejected = fault.reason;
@@ -123,13 +124,26 @@ class Planning {
         return p;
     }
 
+    /// Half of the elements that may leave the cavity do: the later ones are farther off. False where none may.
+    [[nodiscard]] bool shrink() {
+        auto& elements = out_.removed.elements;
+        if (wish_.holders == 0 || elements.size() <= wish_.holders) return false;
+        elements.resize(wish_.holders + (elements.size() - wish_.holders) / 2);
+        return true;
+    }
     /// The cavity made to fit; false where it cannot be.
     [[nodiscard]] bool correct(const Fault& fault) {
         if (fault.joined == nowhere) return false;
-        const auto& [element, opposite] = out_.star.joined[fault.joined];
+        const auto [element, opposite] = out_.star.joined[fault.joined];
+        auto& elements = out_.removed.elements;
+        const auto at = std::ranges::find(elements, element);
+        if (wish_.holders > 0 && static_cast<std::size_t>(at - elements.begin()) >= wish_.holders) {
+            elements.erase(at);
+            return true;
+        }
         const Across across = r_.mesh.across[element][static_cast<int>(opposite)];
         if (!across.valid() || !across.is_element()) return false;
-        out_.removed.elements.push_back(across.element());
+        elements.push_back(across.element());
         return true;
     }
 

@@ -20,6 +20,8 @@ struct CavityWish {
     VertexId point;          ///< of the mesh; invalid: a new one
     Vec<D> place;            ///< of a new one, or where it moves
     VertexMetric<D> metric;  ///< there
+    /// The first so many of the cavity's elements hold the point; the others may leave it again to make it fit.
+    std::size_t holders = 0;
     Reference reference = 0;
 
     /// To a vertex as it is.
@@ -71,8 +73,8 @@ struct PlanResult {
 };
 
 /// Joins and judges: the signs of volumes are exact. `out` means something only where nothing is rejected; the mesh is
-/// as it was in any case. Where an element would be inverted or bad, that across its outer face joins the cavity, up to
-/// `corrections` times, or, for a point that is new, its own leaves.
+/// as it was in any case. Where an element would be inverted or bad, the one that it comes of leaves the cavity if it
+/// may (see `holders`), otherwise the one across its outer face joins it: up to `corrections` times.
 template <int D>
 [[nodiscard]] PlanResult plan(const Remeshing<D>& r, const CavityWish<D>& wish, const PatchLimits& limits,
                               PlanWorkspace<D>& workspace, TopologyPatch<D>& out);

@@ -4,6 +4,8 @@ export module camber.remesh;
 export import :state;
 export import :measures;
 export import :plan;
+export import :delaunay;
 export import :rounds;
 export import :passes;
+export import :to_metric;
 import :candidates;

@@ -46,8 +46,11 @@ class Splits final : public Pass<D> {
         wish.reference = reference_at(r.mesh, wish.cavity);
         const FieldSample<D> sample = sample_value(goal_.field, wish.place, r.metrics[a].back);
         wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
+        wish.holders = wish.cavity.elements.size();
+        grow_delaunay(r, wish.place, wish.metric.measure, most_elements, wish.cavity);
+        wished.limits.corrections = 16;
         wished.limits.shortest = options_.shortest;
-        wished.limits.least_quality = std::min(options_.least_quality, 0.5 * worst_quality(r, wish.cavity.elements));
+        wished.limits.least_quality = std::min(options_.least_quality, 0.9 * worst_quality(r, wish.cavity.elements));
         return wished;
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const override {
@@ -58,6 +61,7 @@ class Splits final : public Pass<D> {
     }
 
   private:
+    static constexpr std::size_t most_elements = 64;
     /// A point of an edge of the boundary belongs on the geometry.
     [[nodiscard]] Vec<D> on_geometry(const DynamicMesh<D>& mesh, EdgeId edge, const CavityParts<D>& cavity,
                                      const Vec<D>& p) const {

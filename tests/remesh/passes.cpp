@@ -110,11 +110,12 @@ TEST_CASE("a box becomes unit in a size of its own") {
     RemeshingGoal<3> goal;
     Buffer<LogMetric<3>> logs(mesh.points.size(), log_metric_of_sizes<3>({{0.4, 0.4, 0.4}}));
     goal.field = must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<3>>(std::move(logs)), alone));
-    Remeshing<3> r = begun(mesh, goal);
-    CHECK(must(unit_mesh_statistics(r, alone)).unit_share() == 0);
-    PassStatistics all;
-    for (int round = 0; round < 3; ++round) r = one_round(std::move(r), goal, alone, all);
+    const auto [r, told] = must(bring_to_metric<3>(begun(mesh, goal), goal, {}, alone));
+    CHECK(told.before.unit_share() == 0);
+    CHECK(told.rounds > 1);
+    CHECK(told.split.accepted > told.collapse.accepted);
     const auto s = must(unit_mesh_statistics(r, alone));
+    CHECK(s.unit_share() == told.after.unit_share());
     INFO(s.unit_share() << " of " << s.edges << " edges are unit, worst quality " << s.worst_quality);
     CHECK(s.unit_share() > 0.9);
     CHECK(s.worst_quality > 0.1);

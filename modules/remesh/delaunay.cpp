@@ -1,0 +1,60 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+module camber.remesh;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+
+namespace camber {
+
+template <int D>
+bool is_in_metric_sphere(const Remeshing<D>& r, ElementId e, const Vec<D>& point, const MeasuringMetric<D>& metric) {
+    // Seen from the point, where the metric is the identity: the vertices' differences y_i to it. The origin lies in
+    // the sphere through them where their lifted determinant |y_i, |y_i|²| has the sign of the element's volume.
+    std::array<Vec<D>, D + 1> y;
+    std::array<double, D + 1> squares{};
+    for (int i = 0; i <= D; ++i) {
+        const Vec<D> x = r.mesh.points[r.mesh.elements.vertices[e][i]] - point;
+        for (int k = 0; k < D; ++k) y[i][k] = dot(metric.rows[k], x);
+        squares[i] = norm_squared(y[i]);
+    }
+    // Expanded along the last column; volumes of the simplices of the point and a face, outward faces.
+    double lifted = 0;
+    double volume = 0;
+    for (int i = 0; i <= D; ++i) {
+        const auto face = face_opposite<D>(i);
+        Mat<D> sides;
+        for (int k = 0; k < D; ++k) sides.column[k] = y[face[k]];
+        const double part = det(sides);
+        lifted += part * squares[i];
+        volume += part;
+    }
+    return volume > 0 ? lifted > 0 : lifted < 0;
+}
+
+template <int D>
+void grow_delaunay(const Remeshing<D>& r, const Vec<D>& point, const MeasuringMetric<D>& metric, std::size_t most,
+                   CavityParts<D>& cavity) {
+    auto& elements = cavity.elements;
+    for (std::size_t i = 0; i < elements.size() && elements.size() < most; ++i)
+        for (int face = 0; face <= D; ++face) {
+            const Across across = r.mesh.across[elements[i]][face];
+            if (!across.valid() || !across.is_element()) continue;
+            const ElementId next = across.element();
+            if (std::ranges::find(elements, next) != elements.end()) continue;
+            if (elements.size() < most && is_in_metric_sphere(r, next, point, metric)) elements.push_back(next);
+        }
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template bool is_in_metric_sphere<D>(const Remeshing<D>&, ElementId, const Vec<D>&, const MeasuringMetric<D>&); \
+    template void grow_delaunay<D>(const Remeshing<D>&, const Vec<D>&, const MeasuringMetric<D>&, std::size_t,      \
+                                   CavityParts<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

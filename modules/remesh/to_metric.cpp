@@ -1,0 +1,82 @@
+module;
+#include <cstddef>
+#include <utility>
+module camber.remesh;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+
+namespace camber {
+
+namespace {
+
+/// One pass after another, as long as none fails.
+template <int D>
+class Driving {
+  public:
+    Driving(Remeshing<D> state, const RemeshingGoal<D>& goal, const Execution& execution)
+        : state_(std::move(state)), goal_(goal), execution_(execution) {}
+
+    template <class Options>
+    using Verb = Outcome<Remeshed<D>> (*)(Remeshing<D>, const RemeshingGoal<D>&, const Options&, const Execution&);
+
+    template <class Options>
+    [[nodiscard]] Outcome<Done> pass(Verb<Options> verb, const Options& options, PassStatistics& statistics) {
+        auto done = verb(std::move(state_), goal_, options, execution_);
+        if (!done) return fail(done.error());
+        state_ = std::move(done->state);
+        statistics += done->statistics;
+        return Done{};
+    }
+    [[nodiscard]] Outcome<UnitMeshStatistics> measured() const { return unit_mesh_statistics(state_, execution_); }
+    [[nodiscard]] Remeshing<D> state() && { return std::move(state_); }
+
+  private:
+    Remeshing<D> state_;
+    const RemeshingGoal<D>& goal_;
+    const Execution& execution_;
+};
+
+bool has_settled(const UnitMeshStatistics& before, const UnitMeshStatistics& after, std::size_t changed_vertices,
+                 double least_change) {
+    const auto vertices = static_cast<double>(after.edges) / 7;  // of tetrahedra; of triangles fewer edges each
+    return after.unit_share() - before.unit_share() < least_change &&
+           static_cast<double>(changed_vertices) < least_change * vertices;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<BroughtToMetric<D>> bring_to_metric(Remeshing<D> state, const RemeshingGoal<D>& goal,
+                                            const ToMetricOptions& options, const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    Driving<D> driving(std::move(state), goal, execution);
+    ToMetricStatistics s;
+    const auto begin = driving.measured();
+    if (!begin) return fail(begin.error());
+    s.before = s.after = *begin;
+    for (; s.rounds < options.rounds; ++s.rounds) {
+        const UnitMeshStatistics before = s.after;
+        const std::size_t changes = s.collapse.accepted + s.split.accepted;
+        const auto done = driving.pass(&collapse<D>, options.collapse, s.collapse)
+                              .and_then([&](Done) { return driving.pass(&split<D>, options.split, s.split); })
+                              .and_then([&](Done) { return driving.pass(&swap<D>, options.swap, s.swap); })
+                              .and_then([&](Done) { return driving.pass(&smooth<D>, options.smooth, s.smooth); });
+        if (!done) return fail(done.error());
+        const auto now = driving.measured();
+        if (!now) return fail(now.error());
+        s.after = *now;
+        if (has_settled(before, s.after, s.collapse.accepted + s.split.accepted - changes, options.least_change)) {
+            ++s.rounds;
+            break;
+        }
+    }
+    return BroughtToMetric<D>{std::move(driving).state(), s};
+}
+
+template Outcome<BroughtToMetric<2>> bring_to_metric<2>(Remeshing<2>, const RemeshingGoal<2>&, const ToMetricOptions&,
+                                                        const Execution&);
+template Outcome<BroughtToMetric<3>> bring_to_metric<3>(Remeshing<3>, const RemeshingGoal<3>&, const ToMetricOptions&,
+                                                        const Execution&);
+
+}  // namespace camber
