@@ -14,7 +14,7 @@ export namespace camber {
 template <int D>
 struct MeasuringMetric {
     std::array<Vec<D>, D> rows{};
-    double density = 0;  ///< sqrt(det M): volume in the metric by volume
+    double density_root = 0;  ///< (sqrt(det M))^(1/(D + 1)): their product over an element is the volume's factor
 
     MeasuringMetric() = default;
     explicit MeasuringMetric(const LogMetric<D>& log_metric) {
@@ -24,7 +24,7 @@ struct MeasuringMetric {
             rows[i] = std::exp(e.values[i] / 2) * e.vectors.column[i];
             trace += e.values[i];
         }
-        density = std::exp(trace / 2);
+        density_root = std::exp(trace / (2 * (D + 1)));
     }
     /// vᵀ M v.
     [[nodiscard]] double length_squared(const Vec<D>& v) const {
@@ -52,16 +52,17 @@ template <int D>
     return logarithmic_mean(std::sqrt(from.length_squared(edge)), std::sqrt(to.length_squared(edge)));
 }
 
-/// Mean ratio in the metric, with the sign of the volume: 12 (3V)^(2/3) / Σ l², in 2D 4 √3 A / Σ l²; 1 for the regular
-/// simplex. V is the volume by the geometric mean of the vertices' densities, l² of an edge the mean of its ends'; in a
-/// constant metric both are exact.
+/// How far an element is from the regular simplex in the metric, with the sign of its volume: the power D/2 of
+/// metric_quality, which needs no root of the volume: 36 √12 V/(Σ l²)^(3/2), in 2D 4 √3 A / Σ l². V is the volume by
+/// the geometric mean of the vertices' densities, l² of an edge the mean of its ends'; in a constant metric both are
+/// exact.
 template <int D>
-[[nodiscard]] double metric_quality(const std::array<Vec<D>, D + 1>& corners,
-                                    const std::array<const MeasuringMetric<D>*, D + 1>& metrics) {
+[[nodiscard]] double metric_shape(const std::array<Vec<D>, D + 1>& corners,
+                                  const std::array<const MeasuringMetric<D>*, D + 1>& metrics) {
     Mat<D> sides;
     for (int i = 0; i < D; ++i) sides.column[i] = corners[i + 1] - corners[0];
     double density = 1;
-    for (const auto* m : metrics) density *= m->density;
+    for (const auto* m : metrics) density *= m->density_root;
     double squares = 0;
     for (const auto& [a, b] : local_edges<D>) {
         const Vec<D> edge = corners[b] - corners[a];
@@ -69,14 +70,24 @@ template <int D>
     }
     squares /= 2;
     if (!(squares > 0)) return 0;
-    if constexpr (D == 2) {
-        const double area = det(sides) / 2 * std::cbrt(density);
-        return 4 * std::sqrt(3.0) * area / squares;
-    } else {
-        const double volume = det(sides) / 6 * std::sqrt(std::sqrt(density));
-        const double root = std::cbrt(3 * std::abs(volume));
-        return std::copysign(12 * root * root / squares, volume);
-    }
+    const double measure = det(sides) * density;
+    if constexpr (D == 2) return 2 * std::sqrt(3.0) * measure / squares;
+    // 12 (3V)^(2/3) to the power 3/2, V a sixth of the determinant.
+    return 6 * std::sqrt(12.0) * measure / (squares * std::sqrt(squares));
+}
+
+/// Mean ratio in the metric, with the sign of the volume: 12 (3V)^(2/3) / Σ l², in 2D 4 √3 A / Σ l²; 1 for the regular
+/// simplex. See metric_shape.
+[[nodiscard]] inline double quality_of_shape(double shape, int dimension) {
+    return dimension == 2 ? shape : std::copysign(std::cbrt(shape * shape), shape);
+}
+[[nodiscard]] inline double shape_of_quality(double quality, int dimension) {
+    return dimension == 2 ? quality : std::copysign(std::abs(quality) * std::sqrt(std::abs(quality)), quality);
+}
+template <int D>
+[[nodiscard]] double metric_quality(const std::array<Vec<D>, D + 1>& corners,
+                                    const std::array<const MeasuringMetric<D>*, D + 1>& metrics) {
+    return quality_of_shape(metric_shape<D>(corners, metrics), D);
 }
 
 }  // namespace camber

@@ -32,9 +32,9 @@ template <int D>
 }
 
 template <int D>
-[[nodiscard]] double worst_quality(const Remeshing<D>& r, const std::vector<ElementId>& elements) {
+[[nodiscard]] double worst_shape(const Remeshing<D>& r, const std::vector<ElementId>& elements) {
     double worst = std::numeric_limits<double>::infinity();
-    for (const ElementId e : elements) worst = std::min(worst, quality_of(r, e));
+    for (const ElementId e : elements) worst = std::min(worst, shape_of(r, e));
     return worst;
 }
 
@@ -58,7 +58,7 @@ template <int D, class OrderOf>
         });
 }
 
-/// The same for elements by their quality.
+/// The same for elements by their shape.
 template <int D, class OrderOf>
 [[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Remeshing<D>& r, OrderOf&& order_of,
                                                        const Execution& execution) {
@@ -66,7 +66,7 @@ template <int D, class OrderOf>
         execution, r.mesh.elements.size(), std::vector<Task>{},
         [&](std::vector<Task>& tasks, std::size_t e) {
             if (r.mesh.is_free(ElementId(e))) return;
-            if (const double order = order_of(quality_of(r, ElementId(e))); order < infinite_order)
+            if (const double order = order_of(shape_of(r, ElementId(e))); order < infinite_order)
                 tasks.push_back(task(order, ElementId(e)));
         },
         [](std::vector<Task> a, std::vector<Task> b) {

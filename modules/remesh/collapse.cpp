@@ -28,19 +28,19 @@ class Collapses final : public Pass<D> {
         const auto& [a, b] = r.mesh.edges[edge];
         // Into the end where the worst element is better; where both do not go, the first that may, to say why.
         std::optional<LimitedWish<D>> best;
-        double best_quality = -std::numeric_limits<double>::infinity();
+        double best_shape = -std::numeric_limits<double>::infinity();
         for (const auto& [v, w] : {std::pair{a, b}, std::pair{b, a}}) {
             LimitedWish<D> wished;
             cavity_of_vertex(r.mesh, v, wished.wish.cavity);
             if (!may_collapse(r.mesh, wished.wish.cavity, v, w)) continue;
-            const double quality = worst_after(r, wished.wish.cavity.elements, v, w);
-            if (best && !(quality > best_quality)) continue;
+            const double shape = worst_after(r, wished.wish.cavity.elements, v, w);
+            if (best && !(shape > best_shape)) continue;
             wished.wish.join_to(r, w);
             wished.limits.longest = options_.longest;
-            wished.limits.least_quality =
-                std::min(options_.least_quality, worst_quality(r, wished.wish.cavity.elements));
+            wished.limits.least_shape =
+                std::min(shape_of_quality(options_.least_quality, D), worst_shape(r, wished.wish.cavity.elements));
             wished.limits.corrections = 0;
-            best_quality = quality;
+            best_shape = shape;
             best = std::move(wished);
         }
         return best;
@@ -60,7 +60,7 @@ class Collapses final : public Pass<D> {
             const auto& vertices = r.mesh.elements.vertices[e];
             if (local_vertex(vertices, w) >= 0) continue;
             worst =
-                std::min(worst, quality_with(r, e, local_vertex(vertices, v), r.mesh.points[w], r.metrics[w].measure));
+                std::min(worst, shape_with(r, e, local_vertex(vertices, v), r.mesh.points[w], r.metrics[w].measure));
         }
         return worst;
     }

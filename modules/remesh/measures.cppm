@@ -9,30 +9,27 @@ import :state;
 
 export namespace camber {
 
-/// The length of an edge in the metric, and the quality of an element (metric_quality).
+/// The length of an edge in the metric, and the metric_shape of an element.
 template <int D>
 [[nodiscard]] inline double length_of(const Remeshing<D>& r, EdgeId edge) {
     const auto& [a, b] = r.mesh.edges[edge];
     return edge_length(r.metrics[a].measure, r.metrics[b].measure, r.mesh.points[b] - r.mesh.points[a]);
 }
 template <int D>
-[[nodiscard]] inline double quality_of(const Remeshing<D>& r, const SimplexVertices<D>& vertices) {
+[[nodiscard]] inline double shape_of(const Remeshing<D>& r, ElementId e) {
     std::array<Vec<D>, D + 1> corners;
     std::array<const MeasuringMetric<D>*, D + 1> metrics;
+    const auto& vertices = r.mesh.elements.vertices[e];
     for (int i = 0; i <= D; ++i) {
         corners[i] = r.mesh.points[vertices[i]];
         metrics[i] = &r.metrics[vertices[i]].measure;
     }
-    return metric_quality<D>(corners, metrics);
-}
-template <int D>
-[[nodiscard]] inline double quality_of(const Remeshing<D>& r, ElementId e) {
-    return quality_of(r, r.mesh.elements.vertices[e]);
+    return metric_shape<D>(corners, metrics);
 }
 /// The same with a point in the place of a local vertex.
 template <int D>
-[[nodiscard]] inline double quality_with(const Remeshing<D>& r, ElementId e, int local, const Vec<D>& place,
-                                         const MeasuringMetric<D>& metric) {
+[[nodiscard]] inline double shape_with(const Remeshing<D>& r, ElementId e, int local, const Vec<D>& place,
+                                       const MeasuringMetric<D>& metric) {
     std::array<Vec<D>, D + 1> corners;
     std::array<const MeasuringMetric<D>*, D + 1> metrics;
     const auto& vertices = r.mesh.elements.vertices[e];
@@ -40,7 +37,7 @@ template <int D>
         corners[i] = i == local ? place : r.mesh.points[vertices[i]];
         metrics[i] = i == local ? &metric : &r.metrics[vertices[i]].measure;
     }
-    return metric_quality<D>(corners, metrics);
+    return metric_shape<D>(corners, metrics);
 }
 
 /// How near to unit a mesh is: a unit mesh has edges between 1/√2 and √2.

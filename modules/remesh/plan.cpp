@@ -55,7 +55,7 @@ class Planning {
                 if (result.corrections == limits_.corrections || !shrink()) return result;
                 continue;
             }
-            const Fault fault = judge(result.worst_quality);
+            const Fault fault = judge(result.worst_shape);
             result.rejected = fault.reason;
             if (fault.reason == RejectionReason::none) break;
             if (result.corrections == limits_.corrections || !correct(fault)) return result;
@@ -77,16 +77,15 @@ class Planning {
         worst = std::numeric_limits<double>::infinity();
         for (std::size_t j = 0; j < out_.star.joined.size(); ++j) {
             const auto& [element, opposite] = out_.star.joined[j];
-            const double quality =
-                quality_with(r_, element, static_cast<int>(opposite), wish_.place, wish_.metric.measure);
-            if (!(quality > least_certain) && !(signed_volume<D>(corners(out_.star.joined[j])) > 0))
+            const double shape = shape_with(r_, element, static_cast<int>(opposite), wish_.place, wish_.metric.measure);
+            if (!(shape > least_certain) && !(signed_volume<D>(corners(out_.star.joined[j])) > 0))
                 return {RejectionReason::volume, j};
-            if (!(quality > limits_.least_quality)) return {RejectionReason::quality, j};
-            worst = std::min(worst, quality);
+            if (!(shape > limits_.least_shape)) return {RejectionReason::quality, j};
+            worst = std::min(worst, shape);
         }
         return {};
     }
-    /// Above this the sign of a quality is that of the volume, whatever rounding did (in coordinates that are not far
+    /// Above this the sign of a shape is that of the volume, whatever rounding did (in coordinates that are not far
     /// off compared with the element); below, volumes are asked exactly.
     static constexpr double least_certain = 1e-3;
     static constexpr std::size_t nowhere = static_cast<std::size_t>(-1);

@@ -34,7 +34,7 @@ struct CavityWish {
 
 /// What is asked of the new simplices.
 struct PatchLimits {
-    double least_quality = 0;                                                ///< of each new element: above this
+    double least_shape = 0;  ///< metric_shape of each new element: above this
     double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< edges at the point, in the metric
     /// The least cosine between a new facet's normal and that of the facets that it replaces (their mean).
     double facet_cosine = 0.7;
@@ -52,7 +52,7 @@ enum class RejectionReason : std::uint8_t {
     ball,
     exists,
     volume,    ///< an element would be inverted or flat
-    quality,   ///< below least_quality
+    quality,   ///< an element below least_shape
     length,    ///< an edge at the point out of bounds
     geometry,  ///< facets would turn too far
     waits,     ///< another patch was in the way: in a later round
@@ -68,7 +68,7 @@ struct PlanWorkspace {
 /// What came of a wish.
 struct PlanResult {
     RejectionReason rejected = RejectionReason::none;
-    double worst_quality = 0;  ///< of the new elements, where nothing is rejected
+    double worst_shape = 0;  ///< of the new elements, where nothing is rejected
     int corrections = 0;
 };
 

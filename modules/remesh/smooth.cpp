@@ -19,7 +19,8 @@ namespace {
 template <int D>
 class Moves final : public Pass<D> {
   public:
-    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options) : goal_(goal), options_(options) {}
+    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options)
+        : goal_(goal), wanted_(shape_of_quality(options.wanted, D)), gain_(shape_of_quality(options.gain, D)) {}
 
     [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
         const VertexId v(std::size_t{task.id});
@@ -30,11 +31,11 @@ class Moves final : public Pass<D> {
         LimitedWish<D> wished;
         auto& [wish, limits] = wished;
         cavity_of_vertex(r.mesh, v, wish.cavity);
-        const double before = worst_quality(r, wish.cavity.elements);
-        if (!(before < options_.wanted)) return {};
+        const double before = worst_shape(r, wish.cavity.elements);
+        if (!(before < wanted_)) return {};
         const Vec<D> here = r.mesh.points[v];
         const Vec<D> step = centre_of_unit_edges(r, wish.cavity.elements, v) - here;
-        const double least = options_.gain * std::max(before, 0.0);
+        const double least = gain_ * std::max(before, 0.0);
         for (double share = 1; share > 0.2; share /= 2) {
             const Vec<D> place = here + share * step;
             const FieldSample<D> sample = sample_value(goal_.field, place, r.metrics[v].back);
@@ -43,7 +44,7 @@ class Moves final : public Pass<D> {
             wish.point = v;
             wish.place = place;
             wish.metric = metric;
-            limits.least_quality = least;
+            limits.least_shape = least;
             limits.corrections = 0;
             return wished;
         }
@@ -74,14 +75,14 @@ class Moves final : public Pass<D> {
                                          const Vec<D>& place, const MeasuringMetric<D>& metric, double least) {
         double worst = std::numeric_limits<double>::infinity();
         for (const ElementId e : around) {
-            worst = std::min(worst, quality_with(r, e, local_vertex(r.mesh.elements.vertices[e], v), place, metric));
+            worst = std::min(worst, shape_with(r, e, local_vertex(r.mesh.elements.vertices[e], v), place, metric));
             if (!(worst > least)) break;
         }
         return worst;
     }
 
     const RemeshingGoal<D>& goal_;
-    const SmoothOptions& options_;
+    double wanted_, gain_;  ///< of shapes
 };
 
 }  // namespace

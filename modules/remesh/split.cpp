@@ -50,7 +50,8 @@ class Splits final : public Pass<D> {
         grow_delaunay(r, wish.place, wish.metric.measure, most_elements, wish.cavity);
         wished.limits.corrections = 16;
         wished.limits.shortest = options_.shortest;
-        wished.limits.least_quality = std::min(options_.least_quality, 0.9 * worst_quality(r, wish.cavity.elements));
+        wished.limits.least_shape =
+            std::min(shape_of_quality(options_.least_quality, D), 0.9 * worst_shape(r, wish.cavity.elements));
         return wished;
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const override {

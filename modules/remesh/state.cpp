@@ -55,7 +55,7 @@ Outcome<UnitMeshStatistics> unit_mesh_statistics(const Remeshing<D>& r, const Ex
         execution, r.mesh.elements.size(), UnitMeshStatistics{},
         [&](UnitMeshStatistics& s, std::size_t e) {
             if (r.mesh.is_free(ElementId(e))) return;
-            const double quality = quality_of(r, ElementId(e));
+            const double quality = quality_of_shape(shape_of(r, ElementId(e)), D);
             ++s.elements;
             s.worst_quality = std::min(s.worst_quality, quality);
             s.mean_quality += quality;

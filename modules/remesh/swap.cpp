@@ -21,21 +21,22 @@ struct BestSwap {
     CavityParts<D> cavity;
     VertexId point;
     double before = 0;
-    double gain = 0;  ///< worst quality after by before
+    double gain = 0;  ///< worst shape after by before
 };
 
 template <int D>
 class Swaps final : public Pass<D> {
   public:
-    explicit Swaps(const SwapOptions& options) : options_(options) {}
+    explicit Swaps(const SwapOptions& options)
+        : wanted_(shape_of_quality(options.wanted, D)), gain_(shape_of_quality(options.gain, D)) {}
 
-    [[nodiscard]] double order_of(double quality) const { return quality < options_.wanted ? quality : infinite_order; }
+    [[nodiscard]] double order_of(double shape) const { return shape < wanted_ ? shape : infinite_order; }
 
     [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
         const ElementId e(std::size_t{task.id});
-        if (r.mesh.is_free(e) || !(quality_of(r, e) < options_.wanted)) return {};
+        if (r.mesh.is_free(e) || !(shape_of(r, e) < wanted_)) return {};
         BestSwap<D> best;
-        best.gain = options_.gain;
+        best.gain = gain_;
         for (int k = 0; k < edges_per_simplex<D>; ++k) look_at_edge(r, e, k, best);
         if constexpr (D == 3)
             for (int face = 0; face <= D; ++face) look_at_face(r, e, face, best);
@@ -43,14 +44,14 @@ class Swaps final : public Pass<D> {
         LimitedWish<D> wished;
         wished.wish.cavity = std::move(best.cavity);
         wished.wish.join_to(r, best.point);
-        wished.limits.least_quality = options_.gain * std::max(best.before, 0.0);
+        wished.limits.least_shape = gain_ * std::max(best.before, 0.0);
         wished.limits.corrections = 0;
         return wished;
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const override {
         for (const ElementId e : changes.elements.created)
             if (!r.mesh.is_free(e))
-                if (const double order = order_of(quality_of(r, e)); order < infinite_order)
+                if (const double order = order_of(shape_of(r, e)); order < infinite_order)
                     tasks.push_back(task(order, e));
     }
 
@@ -72,7 +73,7 @@ class Swaps final : public Pass<D> {
             for (const ElementId s : cavity.elements) add(r.mesh.elements.vertices[s]);
         else
             for (const FacetId f : cavity.facets) add(r.mesh.facets.vertices[f]);
-        const double before = worst_quality(r, cavity.elements);
+        const double before = worst_shape(r, cavity.elements);
         for (const VertexId p : ring) {
             const double least = best.gain * std::max(before, 0.0);
             const double after = worst_without(r, cavity.elements, {a, b}, p, least);
@@ -88,7 +89,7 @@ class Swaps final : public Pass<D> {
             if (local_vertex(vertices, p) >= 0) continue;
             for (const VertexId v : edge) {
                 worst = std::min(worst,
-                                 quality_with(r, s, local_vertex(vertices, v), r.mesh.points[p], r.metrics[p].measure));
+                                 shape_with(r, s, local_vertex(vertices, v), r.mesh.points[p], r.metrics[p].measure));
                 if (!(worst > least)) return worst;
             }
         }
@@ -102,16 +103,16 @@ class Swaps final : public Pass<D> {
         const VertexId p = r.mesh.elements.vertices[e][face];
         const ElementId other = cavity.elements[1];
         const auto& vertices = r.mesh.elements.vertices[other];
-        const double before = worst_quality(r, cavity.elements);
+        const double before = worst_shape(r, cavity.elements);
         const double least = best.gain * std::max(before, 0.0);
         double after = std::numeric_limits<double>::infinity();
         for (int i = 0; i <= D && after > least; ++i)
             if (local_vertex(r.mesh.elements.vertices[e], vertices[i]) >= 0)
-                after = std::min(after, quality_with(r, other, i, r.mesh.points[p], r.metrics[p].measure));
+                after = std::min(after, shape_with(r, other, i, r.mesh.points[p], r.metrics[p].measure));
         if (after > least) best = {cavity, p, before, before > 0 ? after / before : infinite_order};
     }
 
-    const SwapOptions& options_;
+    double wanted_, gain_;  ///< of shapes
 };
 
 }  // namespace
@@ -121,8 +122,7 @@ Outcome<Remeshed<D>> swap(Remeshing<D> state, const RemeshingGoal<D>&, const Swa
                           const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     const Swaps<D> pass(options);
-    auto tasks =
-        element_tasks(state, [&](double quality) { return pass.order_of(quality); }, without_progress(execution));
+    auto tasks = element_tasks(state, [&](double shape) { return pass.order_of(shape); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());
     auto statistics = run_pass<D>(state, pass, std::move(*tasks), execution);
     if (!statistics) return fail(statistics.error());

@@ -63,7 +63,7 @@ TEST_CASE_FIXTURE(Fixture, "each reason for a rejection") {
     const CavityWish<3> good = collapse_of(at({{0, 1, 0}}), at({{0, 0, 0}}));
     CHECK(planned(good, {.longest = 0.1}).rejected == RejectionReason::length);
     CHECK(planned(good, {.shortest = 100}).rejected == RejectionReason::length);
-    CHECK(planned(good, {.least_quality = 0.999, .corrections = 0}).rejected == RejectionReason::quality);
+    CHECK(planned(good, {.least_shape = 0.999, .corrections = 0}).rejected == RejectionReason::quality);
     // A vertex of a flat side moved off it: the facets would turn.
     CavityWish<3> move = collapse_of(at({{0, 1, 1}}), at({{0, 1, 1}}));
     move.place = {{0.9, 1, 1}};
