@@ -84,7 +84,8 @@ template <int D>
 [[nodiscard]] Outcome<Remeshed<D>> swap(Remeshing<D> state, const RemeshingGoal<D>& goal, const SwapOptions& options,
                                         const Execution& execution);
 
-/// Vertices inside go to where their edges are nearer to unit, as far as the worst element around them becomes better.
+/// Vertices inside, and those of smooth surfaces where there is a geometry, go to where their edges are nearer to unit,
+/// as far as the worst element around them becomes better.
 struct SmoothOptions {
     double wanted = 0.8;
     double gain = 1.01;

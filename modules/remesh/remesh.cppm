@@ -9,3 +9,4 @@ export import :rounds;
 export import :passes;
 export import :to_metric;
 import :candidates;
+import :on_geometry;

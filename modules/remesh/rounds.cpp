@@ -51,7 +51,7 @@ class Claims {
 /// What came of a task.
 template <int D>
 struct Planned {
-    bool wished = false;
+    bool wished = false, shortened = false;
     PlanResult result;
     TopologyPatch<D> patch;
     VertexMetric<D> metric;
@@ -100,24 +100,34 @@ class Rounds {
             execution, front_.size(),
             [&](std::size_t begin, std::size_t end) {
                 PlanWorkspace<D> workspace;
-                for (std::size_t i = begin; i < end; ++i) {
-                    const std::optional<LimitedWish<D>> wish = pass_.wish(r_, front_[i]);
-                    planned[i].wished = wish.has_value();
-                    if (!wish) continue;
-                    planned[i].metric = wish->wish.metric;
-                    planned[i].result = plan(r_, wish->wish, wish->limits, workspace, planned[i].patch);
-                }
+                for (std::size_t i = begin; i < end; ++i) plan_task(front_[i], workspace, planned[i]);
             },
             grain);
         if (!done) return fail(done.error());
         return planned;
+    }
+    void plan_task(const Task& task, PlanWorkspace<D>& workspace, Planned<D>& out) const {
+        std::optional<LimitedWish<D>> wish = pass_.wish(r_, task);
+        out.wished = wish.has_value();
+        for (double share = 1; wish;) {
+            out.metric = wish->wish.metric;
+            out.shortened = share < 1;
+            out.result = plan(r_, wish->wish, wish->limits, workspace, out.patch);
+            if (!lies_badly(out.result.rejected) || share == 0) return;
+            share = share > 0.2 ? share / 2 : 0;
+            wish = pass_.shortened(r_, task, share);
+        }
+    }
+    [[nodiscard]] static bool lies_badly(RejectionReason reason) {
+        return reason == RejectionReason::volume || reason == RejectionReason::quality ||
+               reason == RejectionReason::geometry;
     }
     [[nodiscard]] Outcome<Done> choose_and_commit(std::vector<Planned<D>>& planned) {
         claims_.begin(r_.mesh.elements.size());
         std::vector<TopologyPatch<D>> patches;
         std::vector<VertexMetric<D>> metrics;
         for (std::size_t i = 0; i < planned.size(); ++i) {
-            auto& [wished, result, patch, metric] = planned[i];
+            auto& [wished, shortened, result, patch, metric] = planned[i];
             if (!wished) continue;
             ++statistics_.proposals;
             if (result.rejected == RejectionReason::none && !claims_.take(patch)) {
@@ -129,6 +139,7 @@ class Rounds {
                 continue;
             }
             ++statistics_.accepted;
+            statistics_.shortened += shortened ? 1 : 0;
             statistics_.corrections += static_cast<std::size_t>(result.corrections);
             patches.push_back(std::move(patch));
             metrics.push_back(metric);

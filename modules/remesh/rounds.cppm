@@ -20,7 +20,8 @@ struct PassStatistics {
     std::size_t rounds = 0;     ///< commits
     std::size_t proposals = 0;  ///< wishes that were planned
     std::size_t accepted = 0;
-    std::size_t corrections = 0;  ///< elements that joined cavities of accepted ones
+    std::size_t corrections = 0;  ///< elements that joined or left cavities of accepted ones
+    std::size_t shortened = 0;    ///< accepted points that went a part of their way to the geometry only
     std::array<std::size_t, rejection_reasons> rejected{};
 
     [[nodiscard]] std::size_t of(RejectionReason reason) const { return rejected[static_cast<std::size_t>(reason)]; }
@@ -29,6 +30,7 @@ struct PassStatistics {
         proposals += other.proposals;
         accepted += other.accepted;
         corrections += other.corrections;
+        shortened += other.shortened;
         for (std::size_t i = 0; i < rejected.size(); ++i) rejected[i] += other.rejected[i];
         return *this;
     }
@@ -68,6 +70,10 @@ class Pass {
     virtual ~Pass() = default;
     /// Nothing where there is no reason for one. Asked by several threads.
     [[nodiscard]] virtual std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const = 0;
+    /// The same wish for a point that goes this share of its way to the geometry; nothing where it has no such way.
+    [[nodiscard]] virtual std::optional<LimitedWish<D>> shortened(const Remeshing<D>&, const Task&, double) const {
+        return {};
+    }
     virtual void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const = 0;
 
   protected:

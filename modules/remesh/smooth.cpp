@@ -11,6 +11,7 @@ module camber.remesh;
 import camber.core;
 import camber.metric;
 import camber.dynamic;
+import camber.surface;
 
 namespace camber {
 
@@ -25,19 +26,17 @@ class Moves final : public Pass<D> {
     [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
         const VertexId v(std::size_t{task.id});
         const VertexState& state = r.mesh.states[v];
-        if (r.mesh.is_free(v) || state.place != VertexPlace::inside || state.marks.has(Mark::required) ||
-            state.marks.has(Mark::held))
-            return {};
+        if (r.mesh.is_free(v) || !may_move(state)) return {};
         LimitedWish<D> wished;
         auto& [wish, limits] = wished;
         cavity_of_vertex(r.mesh, v, wish.cavity);
         const double before = worst_shape(r, wish.cavity.elements);
         if (!(before < wanted_)) return {};
         const Vec<D> here = r.mesh.points[v];
-        const Vec<D> step = centre_of_unit_edges(r, wish.cavity.elements, v) - here;
+        const Vec<D> step = centre_of_unit_edges(r, wish.cavity, v) - here;
         const double least = gain_ * std::max(before, 0.0);
         for (double share = 1; share > 0.2; share /= 2) {
-            const Vec<D> place = here + share * step;
+            const Vec<D> place = on_geometry(r.mesh, wish.cavity, state.place, here + share * step);
             const FieldSample<D> sample = sample_value(goal_.field, place, r.metrics[v].back);
             const VertexMetric<D> metric(sample.log_metric, sample.location.element);
             if (!(worst_at(r, wish.cavity.elements, v, place, metric.measure, least) > least)) continue;
@@ -53,14 +52,23 @@ class Moves final : public Pass<D> {
     void follow(const Remeshing<D>&, const TopologyChanges&, std::vector<Task>&) const override {}
 
   private:
-    /// The mean of where v would be for each of its edges to have length 1 at its other end.
-    [[nodiscard]] static Vec<D> centre_of_unit_edges(const Remeshing<D>& r, const std::vector<ElementId>& around,
-                                                     VertexId v) {
+    /// Vertices of surfaces move on a geometry only: without one nobody knows where else they may be.
+    [[nodiscard]] bool may_move(const VertexState& state) const {
+        if (state.marks.has(Mark::required) || state.marks.has(Mark::held)) return false;
+        return state.place == VertexPlace::inside ||
+               (state.place == VertexPlace::surface && goal_.geometry.has_value());
+    }
+    [[nodiscard]] Vec<D> on_geometry(const DynamicMesh<D>& mesh, const CavityParts<D>& around, VertexPlace place,
+                                     const Vec<D>& p) const {
+        return place == VertexPlace::inside ? p : on_geometry_at_facet(goal_, mesh, around.facets.front(), p);
+    }
+    /// The mean of where v would be for each of its edges (on a surface those of its facets) to have length 1 at its
+    /// other end.
+    [[nodiscard]] static Vec<D> centre_of_unit_edges(const Remeshing<D>& r, const CavityParts<D>& around, VertexId v) {
         const Vec<D> here = r.mesh.points[v];
         Vec<D> sum{};
         double weights = 0;
-        for (const ElementId e : around) {
-            const auto& vertices = r.mesh.elements.vertices[e];
+        const auto add = [&](const auto& vertices) {
             for (const VertexId w : vertices) {
                 if (w == v) continue;
                 const Vec<D> edge = here - r.mesh.points[w];
@@ -68,7 +76,11 @@ class Moves final : public Pass<D> {
                 sum += r.mesh.points[w] + (1 / length) * edge;
                 weights += 1;
             }
-        }
+        };
+        if (around.facets.empty())
+            for (const ElementId e : around.elements) add(r.mesh.elements.vertices[e]);
+        else
+            for (const FacetId f : around.facets) add(r.mesh.facets.vertices[f]);
         return weights > 0 ? sum / weights : here;
     }
     [[nodiscard]] static double worst_at(const Remeshing<D>& r, const std::vector<ElementId>& around, VertexId v,

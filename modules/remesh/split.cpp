@@ -31,27 +31,12 @@ class Splits final : public Pass<D> {
     [[nodiscard]] double order_of(double length) const { return length > options_.longest ? -length : infinite_order; }
 
     [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
-        const EdgeId edge(std::size_t{task.id});
-        if (r.mesh.is_free(edge) || !(length_of(r, edge) > options_.longest)) return {};
-        const auto [element, local] = element_with_edge(r.mesh, edge);
-        if (!element.valid()) return {};
-        LimitedWish<D> wished;
-        auto& wish = wished.wish;
-        cavity_of_edge(r.mesh, element, local, wish.cavity);
-        const auto& [a, b] = r.mesh.edges[edge];
-        const Vec<D> chord = r.mesh.points[b] - r.mesh.points[a];
-        const double t = half_of_length(std::sqrt(r.metrics[a].measure.length_squared(chord)),
-                                        std::sqrt(r.metrics[b].measure.length_squared(chord)));
-        wish.place = on_geometry(r.mesh, edge, wish.cavity, r.mesh.points[a] + t * chord);
-        wish.reference = reference_at(r.mesh, wish.cavity);
-        const FieldSample<D> sample = sample_value(goal_.field, wish.place, r.metrics[a].back);
-        wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
-        wish.holders = wish.cavity.elements.size();
-        grow_delaunay(r, wish.place, wish.metric.measure, most_elements, wish.cavity);
-        wished.limits.corrections = 16;
-        wished.limits.shortest = options_.shortest;
-        wished.limits.least_shape =
-            std::min(shape_of_quality(options_.least_quality, D), 0.9 * worst_shape(r, wish.cavity.elements));
+        return wish_at(r, task, 1);
+    }
+    [[nodiscard]] std::optional<LimitedWish<D>> shortened(const Remeshing<D>& r, const Task& task,
+                                                          double share) const override {
+        auto wished = goal_.geometry ? wish_at(r, task, share) : std::nullopt;
+        if (wished && wished->wish.cavity.facets.empty()) wished.reset();
         return wished;
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const override {
@@ -63,19 +48,32 @@ class Splits final : public Pass<D> {
 
   private:
     static constexpr std::size_t most_elements = 64;
-    /// A point of an edge of the boundary belongs on the geometry.
-    [[nodiscard]] Vec<D> on_geometry(const DynamicMesh<D>& mesh, EdgeId edge, const CavityParts<D>& cavity,
-                                     const Vec<D>& p) const {
-        if (!goal_.geometry || cavity.facets.empty()) return p;
-        EdgeSite<D> site;
-        site.kind = cavity.lines.empty() ? EdgeKind::surface : EdgeKind::ridge;
-        for (int i = 0; i < 2; ++i) site.ends[i] = mesh.points[mesh.edges[edge][i]];
-        for (const FacetId f : cavity.facets) {
-            FacetSite<D> facet{{}, mesh.facets.references[f], {}};
-            for (int i = 0; i < D; ++i) facet.corners[i] = mesh.points[mesh.facets.vertices[f][i]];
-            site.facets.push_back(facet);
-        }
-        return (*goal_.geometry)->on_edge(site, p).point;
+
+    /// `share`: how far the point goes to the geometry.
+    [[nodiscard]] std::optional<LimitedWish<D>> wish_at(const Remeshing<D>& r, const Task& task, double share) const {
+        const EdgeId edge(std::size_t{task.id});
+        if (r.mesh.is_free(edge) || !(length_of(r, edge) > options_.longest)) return {};
+        const auto [element, local] = element_with_edge(r.mesh, edge);
+        if (!element.valid()) return {};
+        LimitedWish<D> wished;
+        auto& wish = wished.wish;
+        cavity_of_edge(r.mesh, element, local, wish.cavity);
+        const auto& [a, b] = r.mesh.edges[edge];
+        const Vec<D> chord = r.mesh.points[b] - r.mesh.points[a];
+        const double t = half_of_length(std::sqrt(r.metrics[a].measure.length_squared(chord)),
+                                        std::sqrt(r.metrics[b].measure.length_squared(chord)));
+        wish.place = r.mesh.points[a] + t * chord;
+        wish.place += share * (on_geometry_at_edge(goal_, r.mesh, edge, wish.cavity.facets, wish.place) - wish.place);
+        wish.reference = reference_at(r.mesh, wish.cavity);
+        const FieldSample<D> sample = sample_value(goal_.field, wish.place, r.metrics[a].back);
+        wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
+        wish.holders = wish.cavity.elements.size();
+        grow_delaunay(r, wish.place, wish.metric.measure, most_elements, wish.cavity);
+        wished.limits.corrections = 16;
+        wished.limits.shortest = options_.shortest;
+        wished.limits.least_shape =
+            std::min(shape_of_quality(options_.least_quality, D), 0.9 * worst_shape(r, wish.cavity.elements));
+        return wished;
     }
     [[nodiscard]] static Reference reference_at(const DynamicMesh<D>& mesh, const CavityParts<D>& cavity) {
         if (!cavity.lines.empty()) return mesh.line_references[cavity.lines.front()];

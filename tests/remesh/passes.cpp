@@ -1,4 +1,5 @@
 // The passes that bring a mesh to a metric: the domain and its features stay, and the mesh comes nearer to unit.
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -13,6 +14,7 @@
 
 import camber.core;
 import camber.metric;
+import camber.shapes;
 import camber.dynamic;
 import camber.surface;
 import camber.remesh;
@@ -119,6 +121,45 @@ TEST_CASE("a box becomes unit in a size of its own") {
     INFO(s.unit_share() << " of " << s.edges << " edges are unit, worst quality " << s.worst_quality);
     CHECK(s.unit_share() > 0.9);
     CHECK(s.worst_quality > 0.1);
+}
+
+namespace {
+
+template <int D>
+void on_spheres(double size, double least_share, double least_quality) {
+    ShellOptions<D> options;
+    options.outer_radius = 2;
+    options.inner_size = options.outer_size = 0.5;
+    const LinearMesh<D> mesh = must(generate(options));
+    const AnalyticGeometry<D> spheres{{{1, Sphere<D>{{}, 2}}, {2, Sphere<D>{{}, 1}}}};
+    Vec<D> sizes;
+    for (double& h : sizes.c) h = size;
+    Buffer<LogMetric<D>> logs(mesh.points.size(), log_metric_of_sizes<D>(sizes));
+    const RemeshingGoal<D> goal{
+        must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<D>>(std::move(logs)), alone)),
+        Geometry<D>(spheres)};
+    const auto [r, told] = must(bring_to_metric<D>(begun(mesh, goal), goal, {.rounds = 3}, alone));
+    CHECK(check_consistency(r.mesh, alone).has_value());
+    std::size_t off = 0;  // points that went a part of their way only
+    for (std::size_t v = 0; v < r.mesh.points.size(); ++v) {
+        if (r.mesh.is_free(VertexId(v)) || r.mesh.states[v].place == VertexPlace::inside) continue;
+        const double radius = norm(r.mesh.points[v]);
+        off += std::min(std::abs(radius - 1), std::abs(radius - 2)) < 1e-12 ? 0 : 1;
+    }
+    CHECK(off <= told.split.shortened);
+    for (std::size_t e = 0; e < r.mesh.elements.size(); ++e)
+        if (!r.mesh.is_free(ElementId(e))) CHECK(volume_of(r.mesh, r.mesh.elements.vertices[e]) > 0);
+    CHECK(told.after.unit_share() > least_share);
+    CHECK(told.after.worst_quality > least_quality);
+}
+
+}  // namespace
+
+TEST_CASE("vertices of spheres stay on them, finer and coarser") {
+    on_spheres<2>(0.1, 0.95, 0.3);
+    on_spheres<2>(1, 0.7, 0.3);
+    on_spheres<3>(0.25, 0.9, 0.1);
+    on_spheres<3>(0.9, 0.8, 0.04);  // the shell is as thick as its edges are long
 }
 
 TEST_CASE("required entities stay") {
