@@ -1,0 +1,47 @@
+// How often the loops over edges, elements and vertices ask for memory: far below once an item, since what they need
+// they make once a chunk or once a call.
+#include <cstddef>
+#include <string>
+
+#include "heap.hpp"
+#include "shell.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.validity;
+import camber.curving;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+/// At most `bound` allocations an item in f(), of which there are so many.
+template <class F>
+void check_allocations(const std::string& loop, std::size_t items, double bound, F&& f) {
+    const double an_item = static_cast<double>(cost_of(f).allocations) / static_cast<double>(items);
+    CAPTURE(loop);
+    CHECK(an_item < bound);
+}
+
+}  // namespace
+
+TEST_CASE("allocations of the loops") {
+    const ShellCase c;
+    const auto base = c.on_spheres();
+    CurveOptions without_lengths;
+    without_lengths.measured = MeasuredEdges::some;
+    check_allocations("accurate offsets", c.edges(), 0.3, [&] {
+        (void)must(accurate_offsets(c.mesh, c.kinds, EdgeKind::volume, c.shell, c.back, without_lengths, alone));
+    });
+    check_allocations("curve", c.edges(), 0.3,
+                      [&] { (void)must(curve(c.mesh, c.kinds, base, c.shell, c.back, without_lengths, alone)); });
+    check_allocations("validate", c.tetrahedra(), 0.001, [&] { (void)must(validate(c.mesh, 0, alone)); });
+    check_allocations("extension", c.edges(), 0.042,
+                      [&] { (void)must(extend_boundary(c.mesh, c.kinds, base, c.shell, {}, alone)); });
+    check_allocations("natural metric", c.tetrahedra(), 0.005,
+                      [&] { (void)must(natural_log_metrics(c.mesh.linear, c.ball, alone)); });
+    check_allocations("elevate", c.edges(), 0.003, [&] { (void)must(elevate(c.mesh.linear, alone)); });
+    check_allocations("balls", c.tetrahedra(), 0.0004, [&] { (void)must(balls(c.mesh.linear, alone)); });
+}

@@ -1,0 +1,63 @@
+// The memory of a whole run as the program makes it, without files: how many bytes a tetrahedron it has at most, and
+// how often a tetrahedron asks for some, stage by stage. Bounds are a sixth above what was measured when they were set:
+// who needs less for good sets them anew, who needs more has made all runs larger.
+#include <cstddef>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "heap.hpp"
+#include "shell.hpp"
+
+import camber.core;
+import camber.config;
+import camber.io;
+import camber.run;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+struct StageCost {
+    double bytes = 0;        ///< at most, with the mesh and what earlier stages left
+    double allocations = 0;  ///< of the stage
+};
+using RunCost = std::map<std::string, StageCost>;
+
+/// Of a run by one thread, a tetrahedron.
+RunCost cost_of_run(LinearMesh<3> mesh) {
+    const auto pipeline = must(config::read_pipeline(R"({"input": {"mesh": "-"}, "threads": 1})", "test"));
+    const auto tetrahedra = static_cast<double>(mesh.elements.size());
+    DecodedMesh input{AnyMesh(std::move(mesh)), {}};
+    const std::size_t others = heap().bytes - static_cast<std::size_t>(tetrahedra) * sizeof(SimplexVertices<3>);
+    RunCost costs;
+    (void)must(run::run_pipeline(pipeline, {std::move(input), {}}, [&](std::string_view stage, const auto& body) {
+        begin_peak();
+        const std::size_t before = heap().allocations;
+        auto done = body(alone);
+        const Heap after = heap();
+        costs[std::string(stage)] = {static_cast<double>(after.peak - others) / tetrahedra,
+                                     static_cast<double>(after.allocations - before) / tetrahedra};
+        return done;
+    }));
+    return costs;
+}
+
+}  // namespace
+
+TEST_CASE("memory of a run") {
+    const RunCost bounds{{"prepare", {88, 0.17}},    {"elevate", {100, 0.01}}, {"surface", {140, 0.8}},
+                         {"extension", {460, 0.12}}, {"metric", {640, 0.42}},  {"curve", {560, 12.5}},
+                         {"validate", {430, 0.01}},  {"relax", {430, 0.01}},   {"commit", {430, 0.01}},
+                         {"measure", {460, 0.02}}};
+    const RunCost costs = cost_of_run(layered_shell());
+    CHECK(costs.size() == bounds.size());
+    for (const auto& [stage, cost] : costs) {
+        CAPTURE(stage);
+        REQUIRE(bounds.contains(stage));
+        CHECK(cost.bytes < bounds.at(stage).bytes);
+        CHECK(cost.allocations < bounds.at(stage).allocations);
+    }
+}
