@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -44,6 +45,12 @@ constexpr int farthest_rings = 8;
 /// The passes of a repair over the elements that are not good enough yet, the queue.
 template <int D>
 struct Passes {
+    // One type for the claims and plans of all passes: the rounds are compiled once and not for each of them.
+    template <class Item>
+    using ClaimOf = std::function<std::vector<ElementId>(Item)>;
+    template <class Item>
+    using PlanOf = std::function<Planned<D>(Item, double most_work)>;
+
     RepairState<D> state;
     std::vector<ElementId> queue;
     Execution execution;
@@ -133,9 +140,10 @@ struct Passes {
             if (is_costly(edge)) elements.insert(elements.end(), state.shells[edge].begin(), state.shells[edge].end());
         elements |= ranges::actions::sort | ranges::actions::unique;
         const auto claim = [&](ElementId e) { return repair_cavity(state, e, Reach{}).elements; };
-        return while_moving(std::move(elements), most_joint_turns, claim, [&](ElementId e, double most_work) {
-            return plan_joint_return(state, repair_cavity(state, e, Reach{}), most_work);
-        });
+        return while_moving<ElementId>(std::move(elements), most_joint_turns, claim,
+                                       [&](ElementId e, double most_work) {
+                                           return plan_joint_return(state, repair_cavity(state, e, Reach{}), most_work);
+                                       });
     }
 
   private:
@@ -169,12 +177,11 @@ struct Passes {
         edges.resize(most);
         return edges;
     }
-    template <class Plan>
-    Outcome<Done> returning(std::vector<EdgeId> edges, int most_turns, Plan&& plan) {
+    Outcome<Done> returning(std::vector<EdgeId> edges, int most_turns, const PlanOf<EdgeId>& plan) {
         const auto claim = [&](EdgeId e) {
             return std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end());
         };
-        return while_moving(std::move(edges), most_turns, claim, plan);
+        return while_moving<EdgeId>(std::move(edges), most_turns, claim, plan);
     }
     [[nodiscard]] bool is_costly(EdgeId edge) const {
         return state.model(edge)(state.moved.nodes[edge].point) > costly;
@@ -193,8 +200,7 @@ struct Passes {
                     execution.progress(from + fine / turns * done / total, most_passes * fine);
                 }};
     }
-    template <class ClaimOf, class Plan>
-    Outcome<Done> over_queue(ClaimOf&& claim, Plan&& plan) {
+    Outcome<Done> over_queue(const ClaimOf<ElementId>& claim, const PlanOf<ElementId>& plan) {
         // A pass that repairs nothing leaves something to those that come after it.
         const double kept = state.work_left * (1 - most_of_work);
         state.work_left -= kept;
@@ -207,8 +213,9 @@ struct Passes {
     }
     /// Turns over the items, each next one over those with an element that the last one claimed and moved: there may be
     /// room now.
-    template <class Item, class ClaimOf, class Plan>
-    Outcome<Done> while_moving(std::vector<Item> items, int most_turns, ClaimOf&& claim, Plan&& plan) {
+    template <class Item>
+    Outcome<Done> while_moving(std::vector<Item> items, int most_turns, const ClaimOf<Item>& claim,
+                               const PlanOf<Item>& plan) {
         for (int turn = 0; turn < most_turns && !items.empty(); ++turn) {
             SparseSet<ElementId> near;
             const auto mark = [&](const Item& item, const Planned<D>& planned) {

@@ -15,6 +15,7 @@
 #include "generated.hpp"
 #include "msh_swapped.hpp"
 #include "property.hpp"
+#include "sanitized.hpp"
 
 import camber.core;
 import camber.bezier;
@@ -401,6 +402,8 @@ TEST_CASE("references and entities that Gmsh's files cannot have get others, and
 
 TEST_CASE("the same bytes for any number of threads") {
     for (const MshOptions kind : kinds) {
+        const bool is_of_fewer = (kind.version == MshVersion::v4) == (kind.encoding == MshEncoding::binary);
+        if (testing::is_sanitized && !is_of_fewer) continue;  // either version, either encoding
         const auto mesh = generated::quadratic<3>(11, 4000);
         const auto one = generated::joined(*encode_msh(mesh, {}, kind, {.threads = 1}));
         CHECK(one == generated::joined(*encode_msh(mesh, {}, kind, {.threads = 3})));

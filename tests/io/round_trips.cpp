@@ -1,6 +1,7 @@
 // What is encoded is decoded to the same value.
 #include "generated.hpp"
 #include "property.hpp"
+#include "sanitized.hpp"
 
 #include <cstdint>
 #include <cstdlib>
@@ -57,7 +58,7 @@ TEST_CASE("decode after encode is the identity") {
 
 TEST_CASE("the same bytes and values for any number of threads") {
     // Large enough for several chunks of binary rows and several pieces of text.
-    const auto mesh = generated::quadratic<3>(5, 20000);
+    const auto mesh = generated::quadratic<3>(5, testing::less_if_sanitized(20000, 9000));
     for (const GmfEncoding encoding : {GmfEncoding::ascii, GmfEncoding::binary}) {
         const auto one = generated::joined(*encode_gmf_mesh(mesh, {encoding}, {.threads = 1}));
         const auto four = generated::joined(*encode_gmf_mesh(mesh, {encoding}, {.threads = 4}));

@@ -23,17 +23,13 @@
 #include <string>
 #include <utility>
 
+#include "sanitized.hpp"
+
 namespace camber::testing {
 
 /// Under the sanitizers a trial costs tenfold, and what they look for shows in few: a quarter of the trials, of the
 /// same range of sizes. The release build tries all.
-inline int successes_here(int count) {
-#if __has_feature(address_sanitizer)
-    return std::max(count / 4, std::min(count, 5));
-#else
-    return count;
-#endif
-}
+inline int successes_here(int count) { return less_if_sanitized(count, std::max(count / 4, std::min(count, 5))); }
 
 struct Trials {
     int count = 100;         // successes that are enough
