@@ -266,7 +266,13 @@ Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& ex
         },
         grain);
     if (!found) return fail(found.error());
-    for (std::size_t v = 0; v < n; ++v) first[v + 1] += first[v];
+    std::size_t total = 0;  // in 64 bits: elements that share no edge have six each
+    for (std::size_t v = 0; v < n; ++v) {
+        total += first[v + 1];
+        first[v + 1] += first[v];
+    }
+    if (total > max_entities)
+        return fail(ErrorKind::unsupported, "a mesh of " + std::to_string(total) + " edges is too large");
 
     Buffer<std::array<VertexId, 2>> edges(first[n]);
     auto listed = each_chunk(
