@@ -24,40 +24,62 @@ Outcome<Done> check_columns(const QuadraticMesh<D>& mesh, std::size_t kinds, std
                                          " and " + std::to_string(nodes));
 }
 
-template <int D>
-CurveStatistics summed(std::span<const EdgeTarget<D>> targets) {
-    CurveStatistics s;
-    for (const auto& [node, change, f, straight, length] : targets) {
-        s.volume_edges += f.volume;
-        s.curved_edges += f.curved;
-        s.polished += f.polished;
-        s.exhausted += f.exhausted;
-        s.shortened += f.shortened;
-        s.outside += f.outside;
-        s.lost += f.lost;
-    }
-    return s;
+void count(CurveStatistics& s, const SearchFlags& f) {
+    s.volume_edges += f.volume;
+    s.curved_edges += f.curved;
+    s.polished += f.polished;
+    s.exhausted += f.exhausted;
+    s.shortened += f.shortened;
+    s.outside += f.outside;
+    s.lost += f.lost;
 }
+CurveStatistics operator+(const CurveStatistics& a, const CurveStatistics& b) {
+    return {a.volume_edges + b.volume_edges,
+            a.curved_edges + b.curved_edges,
+            a.polished + b.polished,
+            a.exhausted + b.exhausted,
+            a.shortened + b.shortened,
+            a.outside + b.outside,
+            a.lost + b.lost};
+}
+
+/// Targets, one an edge, in columns as they come.
+template <int D>
+class Columns {
+  public:
+    explicit Columns(std::size_t n) : nodes_(n), changes_(n), straight_(n), lengths_(n) {}
+
+    void set(std::size_t e, const EdgeTarget<D>& target) {
+        nodes_[e] = target.node;
+        changes_[e] = target.change;
+        straight_[e] = target.straight_length;
+        lengths_[e] = target.length;
+    }
+    [[nodiscard]] Curved<D> curved(const LinearMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                   const CurveStatistics& statistics) && {
+        return {{mesh.points, std::move(nodes_), kinds, std::move(changes_)},
+                std::move(straight_),
+                std::move(lengths_),
+                statistics};
+    }
+
+  private:
+    Buffer<LagrangeNode<D>> nodes_;
+    Buffer<EdgeChange> changes_;
+    Buffer<double> straight_, lengths_;
+};
 
 }  // namespace
 
 template <int D>
 Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> targets, const Column<EdgeKind>& kinds) {
-    const std::size_t n = targets.size();
-    Buffer<LagrangeNode<D>> nodes(n);
-    Buffer<EdgeChange> changes(n);
-    Buffer<double> straight(n);
-    Buffer<double> lengths(n);
-    for (std::size_t e = 0; e < n; ++e) {
-        nodes[e] = targets[e].node;
-        changes[e] = targets[e].change;
-        straight[e] = targets[e].straight_length;
-        lengths[e] = targets[e].length;
+    Columns<D> columns(targets.size());
+    CurveStatistics statistics;
+    for (std::size_t e = 0; e < targets.size(); ++e) {
+        columns.set(e, targets[e]);
+        count(statistics, targets[e].flags);
     }
-    return {{mesh.points, std::move(nodes), kinds, std::move(changes)},
-            std::move(straight),
-            std::move(lengths),
-            summed<D>(targets)};
+    return std::move(columns).curved(mesh, kinds, statistics);
 }
 
 namespace {
@@ -75,13 +97,12 @@ Outcome<Buffer<Vec<D>>> offsets_by_element(const QuadraticMesh<D>& mesh, const C
     return offsets;
 }
 
-}  // namespace
-
+/// take(e, target) for each edge, see `edge_targets`; what was met.
 template <int D>
-Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                            const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
-                                            const BackMesh<D>& back, const CurveOptions& options,
-                                            const Execution& execution) {
+Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                     const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
+                                     const BackMesh<D>& back, const CurveOptions& options, const Execution& execution,
+                                     const auto& take) {
     if (auto fits = check_columns(mesh, kinds.size(), base.size()); !fits) return fail(fits.error());
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     const EdgeRules rules = edge_rules(options);
@@ -91,29 +112,54 @@ Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const 
         if (!found) return fail(found.error());
         offsets = std::move(*found);
     }
-    return map_each(
-        execution, mesh.edges.size(),
-        [&](std::size_t e) {
-            if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), base[e]);
-            if (offsets.empty() || shells[e].empty()) {
-                auto target = volume_target(mesh, EdgeId(e), base[e], shells[e], back, rules, options);
-                if (!is_measured(options.measured, e, mesh.edges.size())) target.straight_length = target.length = 0;
-                return target;
-            }
-            const LagrangeNode<D> node{base[e].point + offsets[e]};
-            if (!is_measured(options.measured, e, mesh.edges.size())) return node_target(mesh, EdgeId(e), node);
-            return measured_target(mesh, {EdgeId(e), shells[e].front()}, node, back, rules.report);
+    const auto target_of = [&](std::size_t e) {
+        if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), base[e]);
+        if (offsets.empty() || shells[e].empty()) {
+            auto target = volume_target(mesh, EdgeId(e), base[e], shells[e], back, rules, options);
+            if (!is_measured(options.measured, e, mesh.edges.size())) target.straight_length = target.length = 0;
+            return target;
+        }
+        const LagrangeNode<D> node{base[e].point + offsets[e]};
+        if (!is_measured(options.measured, e, mesh.edges.size())) return node_target(mesh, EdgeId(e), node);
+        return measured_target(mesh, {EdgeId(e), shells[e].front()}, node, back, rules.report);
+    };
+    return reduce_each(
+        execution, mesh.edges.size(), CurveStatistics{},
+        [&](CurveStatistics& statistics, std::size_t e) {
+            const EdgeTarget<D> target = target_of(e);
+            take(e, target);
+            count(statistics, target.flags);
         },
-        64);
+        [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; }, 64);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                            const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
+                                            const BackMesh<D>& back, const CurveOptions& options,
+                                            const Execution& execution) {
+    return guarded([&]() -> Outcome<Buffer<EdgeTarget<D>>> {
+        Buffer<EdgeTarget<D>> targets(mesh.edges.size());
+        const auto take = [&](std::size_t e, const EdgeTarget<D>& target) { targets[e] = target; };
+        const auto done = each_target(mesh, kinds, base, shells, back, options, execution, take);
+        if (!done) return fail(done.error());
+        return targets;
+    });
 }
 
 template <int D>
 Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                          const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
                          const BackMesh<D>& back, const CurveOptions& options, const Execution& execution) {
-    const auto targets = edge_targets(mesh, kinds, base, shells, back, options, execution);
-    if (!targets) return fail(targets.error());
-    return in_columns<D>(mesh.linear, *targets, kinds);
+    return guarded([&]() -> Outcome<Curved<D>> {
+        Columns<D> columns(mesh.edges.size());
+        const auto take = [&](std::size_t e, const EdgeTarget<D>& target) { columns.set(e, target); };
+        const auto statistics = each_target(mesh, kinds, base, shells, back, options, execution, take);
+        if (!statistics) return fail(statistics.error());
+        return std::move(columns).curved(mesh.linear, kinds, *statistics);
+    });
 }
 
 template <int D>
@@ -162,6 +208,22 @@ struct Lengths {
     double straight = 0, curved = 0;
 };
 
+/// Of all edges, one column each, from of(e).
+template <class Of>
+Outcome<EdgeLengths> in_columns(std::size_t edges, const Execution& execution, const Of& of) {
+    return guarded([&]() -> Outcome<EdgeLengths> {
+        Buffer<double> chords(edges);
+        Buffer<double> curves(edges);
+        auto done = each(execution, edges, [&](std::size_t e) {
+            const Lengths lengths = of(e);
+            chords[e] = lengths.straight;
+            curves[e] = lengths.curved;
+        });
+        if (!done) return fail(done.error());
+        return EdgeLengths{std::move(chords), std::move(curves)};
+    });
+}
+
 /// The edge's in a proposal, by that rule; its chord's only where that is not known.
 template <int D>
 Lengths lengths_of(const EdgeSet<D>& edges, EdgeId edge, const Proposal<D>& proposal, ElementId holder,
@@ -175,16 +237,6 @@ Lengths lengths_of(const EdgeSet<D>& edges, EdgeId edge, const Proposal<D>& prop
     return {chord ? *chord : length({midpoint(p, q)}), length(proposal.mid_nodes[edge])};
 }
 
-EdgeLengths in_columns(std::span<const Lengths> lengths) {
-    Buffer<double> chords(lengths.size());
-    Buffer<double> curves(lengths.size());
-    for (std::size_t e = 0; e < lengths.size(); ++e) {
-        chords[e] = lengths[e].straight;
-        curves[e] = lengths[e].curved;
-    }
-    return EdgeLengths{std::move(chords), std::move(curves)};
-}
-
 }  // namespace
 
 template <int D>
@@ -192,13 +244,11 @@ Outcome<EdgeLengths> edge_lengths(const EdgeSet<D>& edges, const Proposal<D>& pr
                                   const Incidence<ElementId>& shells, const BackMesh<D>& back, MeasuredEdges measured,
                                   const Execution& execution) {
     const Quadrature rule = gauss_legendre(report_points);
-    const auto lengths = map_each(execution, edges.size(), [&](std::size_t e) {
+    return in_columns(edges.size(), execution, [&](std::size_t e) {
         if (proposal.kinds[e] != EdgeKind::volume || shells[e].empty()) return Lengths{};
         if (!is_measured(measured, e, edges.size())) return Lengths{};
         return lengths_of(edges, EdgeId(e), proposal, shells[e].front(), back, rule, {});
     });
-    if (!lengths) return fail(lengths.error());
-    return in_columns(*lengths);
 }
 
 template <int D>
@@ -206,7 +256,7 @@ Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& c
                                      const Incidence<ElementId>& shells, const BackMesh<D>& back,
                                      MeasuredEdges measured, const Execution& execution) {
     const Quadrature rule = gauss_legendre(report_points);
-    const auto lengths = map_each(execution, edges.size(), [&](std::size_t e) {
+    return in_columns(edges.size(), execution, [&](std::size_t e) {
         const Lengths before{curved.straight_lengths[e], curved.lengths[e]};
         if (after.kinds[e] != EdgeKind::volume || shells[e].empty()) return before;
         if (!is_measured(measured, e, edges.size())) return before;
@@ -217,8 +267,6 @@ Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& c
         const auto chord = same_chord ? std::optional(before.straight) : std::nullopt;
         return lengths_of(edges, EdgeId(e), after, shells[e].front(), back, rule, chord);
     });
-    if (!lengths) return fail(lengths.error());
-    return in_columns(*lengths);
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \

@@ -108,7 +108,7 @@ constexpr const char* of_file(CurvingAim aim) {
 
 /// The stage, however it finds where nodes are wanted: `find(execution)`.
 template <int D>
-Outcome<Done> curve_within(Runner<D>& run, Boundary<D> boundary, CurveInput<D> input, CurvingAim aim, const auto& find,
+Outcome<Done> curve_within(Runner<D>& run, Boundary<D> boundary, CurveInput<D>& input, CurvingAim aim, const auto& find,
                            const Execution& execution) {
     run.tell(input.notices);
     auto found = run.timed([&] { return find(execution); });
@@ -153,9 +153,10 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
     return run.step_of(options, [&](const Execution& execution) {
         const Boundary<D> around = *boundary;
         const auto find = [&](const Execution& e) -> Outcome<Found<D>> {
-            auto slid = slid_input(run.quadratic(), around, *input, *run.field(), edges, e);
+            auto slid = slid_input(run.quadratic(), around, std::move(*input), *run.field(), edges, e);
             if (!slid) return fail(slid.error());
-            return by_field(mesh, *slid, *run.field(), edges, e);
+            *input = std::move(*slid);
+            return by_field(mesh, *input, *run.field(), edges, e);
         };
         auto done = curve_within(run, std::move(*boundary), *input, edges.aim, find, execution);
         if (done && run.quadratic().nodes == NodesOf::file) run.tell(Notices{of_file(edges.aim)});
