@@ -74,6 +74,7 @@ LogGradient<D> StraightBack<D>::gradient_at(const Location<D>& location) const {
 
 template <int D>
 LogGradient<D> StraightBack<D>::recovered_gradient_at(const Location<D>& location) const {
+    if (nodal_gradients.empty()) return gradient_at(location);
     const auto& v = mesh.elements.vertices[location.element];
     LogGradient<D> gradient{};
     for (int a = 0; a <= D; ++a)
@@ -119,7 +120,8 @@ void add_weighted_gradient(const StraightBack<D>& back, ElementId e, LogGradient
     weight += std::abs(determinant);
 }
 
-/// Of each vertex the mean over its ball, weighted by volume.
+}  // namespace
+
 template <int D>
 Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back, const Incidence<ElementId>& balls,
                                                const Execution& execution) {
@@ -132,8 +134,6 @@ Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back, cons
         return sum;
     });
 }
-
-}  // namespace
 
 template <int D>
 Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
@@ -152,24 +152,18 @@ Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Inc
         for (const Vec<D>& p : face_points<D>(mesh, back.boundary[f])) boxes[f].include(p);
     }
     back.boundary_tree = BoxTree<D>(boxes);
-    auto gradients = mean_gradients(back, balls, execution);
-    if (!gradients) return fail(gradients.error());
-    back.nodal_gradients = std::move(*gradients);
     return back;
 }
 
 template <int D>
-Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, const Incidence<ElementId>& balls,
-                                        Column<LogMetric<D>> log_metrics, const Execution& execution) {
+Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, Column<LogMetric<D>> log_metrics) {
     const auto* const curved = dynamic_cast<const CurvedBack<D>*>(&*back);
     const StraightBack<D>* const straight = curved ? &curved->reference : straight_part(back);
     if (!straight) return fail(ErrorKind::internal, "there is no straight mesh behind this back mesh");
     if (auto fits = check_rows(straight->mesh, log_metrics); !fits) return fail(fits.error());
     StraightBack<D> other = *straight;
     other.log_metrics = std::move(log_metrics);
-    auto gradients = mean_gradients(other, balls, execution);
-    if (!gradients) return fail(gradients.error());
-    other.nodal_gradients = std::move(*gradients);
+    other.nodal_gradients = {};
     return BackMesh<D>(std::move(other));
 }
 
@@ -178,6 +172,9 @@ Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<E
                                     Column<LogMetric<D>> log_metrics, const Execution& execution) {
     auto back = make_straight_back(mesh, balls, std::move(log_metrics), execution);
     if (!back) return fail(back.error());
+    auto gradients = mean_gradients(*back, balls, execution);
+    if (!gradients) return fail(gradients.error());
+    back->nodal_gradients = std::move(*gradients);
     return BackMesh<D>(std::move(*back));
 }
 
@@ -209,7 +206,10 @@ template <int D>
 void StraightBack<D>::see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const {
     for (std::size_t i = 0; i < edges.size(); ++i) {
         const auto& [a, b, shell] = edges[i];
-        out[i] = {{log_metrics[a], nodal_gradients[a]}, {log_metrics[b], nodal_gradients[b]}, false};
+        out[i] = {{log_metrics[a]}, {log_metrics[b]}, false};
+        if (nodal_gradients.empty()) continue;
+        out[i].a.gradient = nodal_gradients[a];
+        out[i].b.gradient = nodal_gradients[b];
     }
 }
 
@@ -225,14 +225,15 @@ BackSector<D> StraightBack<D>::sector(ElementId e, VertexId a, VertexId b) const
     return sector;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                  \
-    template class StraightBack<D>;                                                                            \
-    template Outcome<StraightBack<D>> make_straight_back<D>(const LinearMesh<D>&, const Incidence<ElementId>&, \
-                                                            Column<LogMetric<D>>, const Execution&);           \
-    template Outcome<BackMesh<D>> make_back_mesh<D>(const LinearMesh<D>&, const Incidence<ElementId>&,         \
-                                                    Column<LogMetric<D>>, const Execution&);                   \
-    template Outcome<BackMesh<D>> straight_back_mesh<D>(const BackMesh<D>&, const Incidence<ElementId>&,       \
-                                                        Column<LogMetric<D>>, const Execution&);               \
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template class StraightBack<D>;                                                                                 \
+    template Outcome<StraightBack<D>> make_straight_back<D>(const LinearMesh<D>&, const Incidence<ElementId>&,      \
+                                                            Column<LogMetric<D>>, const Execution&);                \
+    template Outcome<BackMesh<D>> make_back_mesh<D>(const LinearMesh<D>&, const Incidence<ElementId>&,              \
+                                                    Column<LogMetric<D>>, const Execution&);                        \
+    template Outcome<Buffer<LogGradient<D>>> mean_gradients<D>(const StraightBack<D>&, const Incidence<ElementId>&, \
+                                                               const Execution&);                                   \
+    template Outcome<BackMesh<D>> straight_back_mesh<D>(const BackMesh<D>&, Column<LogMetric<D>>);                  \
     template std::array<Vec<D>, D + 1> barycentric_gradients<D>(const LinearMesh<D>&, ElementId);
 
 CAMBER_INSTANTIATE(2)

@@ -135,6 +135,14 @@ class BackMesh {
     std::shared_ptr<const BackModel<D>> model_;
 };
 
+/// What a curved back mesh keeps at its vertices, a gradient each. Where the one that is asked for is not kept,
+/// recovered gradients are those of the elements, and edges see a constant field.
+enum class KeptGradients : std::uint8_t {
+    recovered,  ///< for searches: sample_with_recovered_gradients
+    seen,       ///< for offsets: what edges see
+    all,
+};
+
 /// The discrete field of the paper (§1.2): log-metrics at the vertices of a straight mesh, linear in each element,
 /// constant along the normal beyond the boundary. The recovered gradient interpolates volume-weighted means over the
 /// balls of the vertices. Errors: a column whose size is not that of the vertices; an element without neighbours' order
@@ -149,17 +157,17 @@ template <int D>
 /// the boundary the nearest point of the straight mesh stands for X. What edges see is relative to the curves of the
 /// mesh itself: gradients are means over the balls of those of log(Fᵀ M F), linear in each element, brought into space.
 /// A mesh whose nodes are all in the middles is a straight one. Elements that are not valid have no inverse: points in
-/// them are where the last iterate is. Errors: those of the straight one.
+/// them are where the last iterate is. The mesh's nodes are let go of. Errors: those of the straight one.
 template <int D>
-[[nodiscard]] Outcome<BackMesh<D>> make_curved_back_mesh(const QuadraticMesh<D>& mesh,
-                                                         const Incidence<ElementId>& balls,
-                                                         Column<LogMetric<D>> log_metrics, const Execution& execution);
+[[nodiscard]] Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
+                                                         Column<LogMetric<D>> log_metrics, const Execution& execution,
+                                                         KeptGradients kept = KeptGradients::all);
 
-/// The straight mesh behind a back mesh of the functions above, with other logs at its vertices; what location needs is
-/// shared. Errors: those of make_back_mesh; a model of another kind (internal).
+/// The straight mesh behind a back mesh of the functions above, with other logs at its vertices, to be asked for values
+/// alone: what location needs is shared, and no gradients are kept at vertices. Errors: a column whose size is not that
+/// of the vertices; a model of another kind (internal).
 template <int D>
-[[nodiscard]] Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, const Incidence<ElementId>& balls,
-                                                      Column<LogMetric<D>> log_metrics, const Execution& execution);
+[[nodiscard]] Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, Column<LogMetric<D>> log_metrics);
 
 /// ∇u_i of the barycentric coordinates of an element; they sum to zero.
 template <int D>

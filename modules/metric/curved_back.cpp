@@ -5,8 +5,8 @@ module;
 #include <cstddef>
 #include <span>
 #include <utility>
-#include <vector>
 module camber.metric;
+import :seen_gradients;
 import camber.core;
 
 namespace camber {
@@ -36,127 +36,6 @@ LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) 
     for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) out[i] += back(j, i) * gradient[j];
     return out;
-}
-
-/// A gradient of logs: `directions` for the derivatives, its tensors turned by `axes`.
-template <int D>
-LogGradient<D> brought(const LogGradient<D>& gradient, const Mat<D>& directions, const Mat<D>& axes) {
-    LogGradient<D> out{};
-    for (int j = 0; j < D; ++j) {
-        const Sym<D> tensor = congruence(axes, gradient[j]);
-        for (int i = 0; i < D; ++i) out[i] += directions(i, j) * tensor;
-    }
-    return out;
-}
-
-/// F = I + 4 Σ_j u_vj ⊗ ∇ξ_j at the corner v of an element.
-template <int D>
-Mat<D> jacobian_at_corner(const CurvedBack<D>& back, ElementId e, VertexId v,
-                          const std::array<Vec<D>, D + 1>& gradients) {
-    const auto& corners = back.reference.mesh.elements.vertices[e];
-    Mat<D> jacobian = Mat<D>::identity();
-    for (int k = 0; k < edges_per_simplex<D>; ++k) {
-        const auto [i, j] = local_edges<D>[k];
-        if (corners[i] != v && corners[j] != v) continue;
-        const Vec<D>& u = back.displacements[back.edges.of_elements[e][k]];
-        add_outer(jacobian, 4 * u, gradients[corners[i] == v ? j : i]);
-    }
-    return jacobian;
-}
-
-/// What elements see of the field at their corners, gathered and then found in packs.
-template <int D>
-struct SeenCorners {
-    std::vector<LogMetric<D>> log_metrics;
-    std::vector<Mat<D>> jacobians;
-    std::vector<SeenMetric<D>> seen;
-
-    void clear() {
-        log_metrics.clear();
-        jacobians.clear();
-    }
-    void add(const LogMetric<D>& log_metric, const Mat<D>& jacobian) {
-        log_metrics.push_back(log_metric);
-        jacobians.push_back(jacobian);
-    }
-    void see() {
-        seen.resize(jacobians.size());
-        see_through<D>(log_metrics, jacobians, seen);
-    }
-};
-
-/// The gradients of what elements see, linear between their corners.
-template <int D>
-void gradients_seen(const CurvedBack<D>& back, std::size_t begin, std::size_t end, std::span<LogGradient<D>> out) {
-    const LinearMesh<D>& mesh = back.reference.mesh;
-    SeenCorners<D> corners;
-    for (std::size_t e = begin; e < end; ++e) {
-        if (!back.is_bent(ElementId(e))) continue;
-        const auto gradients = barycentric_gradients(mesh, ElementId(e));
-        for (const VertexId v : mesh.elements.vertices[e])
-            corners.add(back.reference.log_metrics[v], jacobian_at_corner<D>(back, ElementId(e), v, gradients));
-    }
-    corners.see();
-    std::size_t next = 0;
-    for (std::size_t e = begin; e < end; ++e) {
-        if (!back.is_bent(ElementId(e))) {
-            out[e] = back.reference.gradient_in(ElementId(e));
-            continue;
-        }
-        const SeenMetric<D>* const seen = &corners.seen[next];
-        next += D + 1;
-        const auto gradients = barycentric_gradients(mesh, ElementId(e));
-        out[e] = {};
-        for (int a = 1; a <= D; ++a) {
-            const Sym<D> difference = seen[a].log_metric.l - seen[0].log_metric.l;
-            for (int i = 0; i < D; ++i) out[e][i] += gradients[a][i] * difference;
-        }
-    }
-}
-
-/// D! times the volume; what is lost in slim elements does not count in a mean.
-template <int D>
-double volume_of(const LinearMesh<D>& mesh, ElementId e) {
-    const auto& v = mesh.elements.vertices[e];
-    Mat<D> sides;
-    for (int a = 0; a < D; ++a) sides.column[a] = mesh.points[v[a + 1]] - mesh.points[v[0]];
-    return std::abs(det(sides));
-}
-
-/// The means over the balls of vertices of `seen`, one an element, each brought into space by the map at its corner.
-template <int D>
-void relative_gradients(const CurvedBack<D>& back, const Incidence<ElementId>& balls,
-                        std::span<const LogGradient<D>> seen, std::size_t begin, std::size_t end,
-                        std::span<LogGradient<D>> out) {
-    const LinearMesh<D>& mesh = back.reference.mesh;
-    SeenCorners<D> corners;
-    for (std::size_t v = begin; v < end; ++v)
-        for (const ElementId e : balls[v])
-            if (back.is_bent(e))
-                corners.add(back.reference.log_metrics[v],
-                            jacobian_at_corner<D>(back, e, VertexId(v), barycentric_gradients(mesh, e)));
-    corners.see();
-    std::size_t next = 0;
-    for (std::size_t v = begin; v < end; ++v) {
-        LogGradient<D> sum{};
-        double weight = 0;
-        for (const ElementId e : balls[v]) {
-            const bool bent = back.is_bent(e);
-            const std::size_t corner = next;
-            next += bent ? 1 : 0;
-            const double volume = volume_of(mesh, e);
-            if (!(volume > 0)) continue;
-            LogGradient<D> gradient = seen[e.index()];
-            if (bent)
-                gradient =
-                    brought<D>(gradient, transposed(inverse(corners.jacobians[corner])), corners.seen[corner].axes);
-            for (int i = 0; i < D; ++i) sum[i] += volume * gradient[i];
-            weight += volume;
-        }
-        if (weight > 0)
-            for (Sym<D>& g : sum) g *= 1 / weight;
-        out[v] = sum;
-    }
 }
 
 /// The point of the reference mesh that has this location.
@@ -258,9 +137,13 @@ template <int D>
 void CurvedBack<D>::see(std::span<const BackEdge> pack, std::span<EdgeEnds<D>> out) const {
     for (std::size_t i = 0; i < pack.size(); ++i) {
         const auto& [a, b, shell] = pack[i];
-        out[i] = {{reference.log_metrics[a], relative_gradients[a]},
-                  {reference.log_metrics[b], relative_gradients[b]},
-                  std::ranges::any_of(shell, [&](ElementId e) { return is_bent(e); })};
+        out[i] = {{reference.log_metrics[a]}, {reference.log_metrics[b]}, std::ranges::any_of(shell, [&](ElementId e) {
+                      return is_bent(e);
+                  })};
+        if (!relative_gradients.empty()) {
+            out[i].a.gradient = relative_gradients[a];
+            out[i].b.gradient = relative_gradients[b];
+        }
         if (!out[i].is_bent) continue;
         out[i].a.jacobian = out[i].b.jacobian = {};
         for (const ElementId e : shell) {
@@ -288,43 +171,39 @@ BackSector<D> CurvedBack<D>::sector(ElementId e, VertexId a, VertexId b) const {
 }
 
 template <int D>
-Outcome<BackMesh<D>> make_curved_back_mesh(const QuadraticMesh<D>& mesh, const Incidence<ElementId>& balls,
-                                           Column<LogMetric<D>> log_metrics, const Execution& execution) {
+Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
+                                           Column<LogMetric<D>> log_metrics, const Execution& execution,
+                                           KeptGradients kept) {
     auto displacements = map_each(execution, mesh.edges.size(), [&](std::size_t e) {
         const auto& [a, b] = mesh.edges.vertices[e];
         return mesh.mid_nodes[e].point - midpoint(mesh.linear.points[a], mesh.linear.points[b]);
     });
     if (!displacements) return fail(displacements.error());
+    mesh.mid_nodes = {};
+    if (std::ranges::all_of(*displacements, [](const Vec<D>& u) { return u == Vec<D>{}; }))
+        return make_back_mesh(mesh.linear, balls, std::move(log_metrics), execution);
     auto straight = make_straight_back(mesh.linear, balls, std::move(log_metrics), execution);
     if (!straight) return fail(straight.error());
-    if (std::ranges::all_of(*displacements, [](const Vec<D>& u) { return u == Vec<D>{}; }))
-        return BackMesh<D>(std::move(*straight));
+    if (kept != KeptGradients::seen) {
+        auto recovered = mean_gradients(*straight, balls, execution);
+        if (!recovered) return fail(recovered.error());
+        straight->nodal_gradients = std::move(*recovered);
+    }
     CurvedBack<D> back;
     back.reference = std::move(*straight);
     back.edges = mesh.edges;
     back.displacements = std::move(*displacements);
-    return guarded([&]() -> Outcome<BackMesh<D>> {
-        Buffer<LogGradient<D>> seen(mesh.linear.elements.size());
-        auto done = each_chunk(execution, seen.size(),
-                               [&](std::size_t begin, std::size_t end) { gradients_seen<D>(back, begin, end, seen); });
-        if (!done) return fail(done.error());
-        Buffer<LogGradient<D>> gradients(mesh.linear.points.size());
-        done = each_chunk(
-            execution, gradients.size(),
-            [&](std::size_t begin, std::size_t end) {
-                relative_gradients<D>(back, balls, seen, begin, end, gradients);
-            },
-            64);
-        if (!done) return fail(done.error());
-        back.relative_gradients = std::move(gradients);
-        return BackMesh<D>(std::move(back));
-    });
+    if (kept == KeptGradients::recovered) return BackMesh<D>(std::move(back));
+    auto seen = relative_gradients(back, balls, execution);
+    if (!seen) return fail(seen.error());
+    back.relative_gradients = std::move(*seen);
+    return BackMesh<D>(std::move(back));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                    \
-    template class CurvedBack<D>;                                                                                \
-    template Outcome<BackMesh<D>> make_curved_back_mesh<D>(const QuadraticMesh<D>&, const Incidence<ElementId>&, \
-                                                           Column<LogMetric<D>>, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                             \
+    template class CurvedBack<D>;                                                                         \
+    template Outcome<BackMesh<D>> make_curved_back_mesh<D>(QuadraticMesh<D>, const Incidence<ElementId>&, \
+                                                           Column<LogMetric<D>>, const Execution&, KeptGradients);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

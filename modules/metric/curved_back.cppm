@@ -24,7 +24,7 @@ class CurvedBack final : public BackModel<D> {
     EdgeSet<D> edges;
     Column<Vec<D>> displacements;  ///< u_e
     /// At the vertices, means over the balls of what the elements see: the gradient of log(Fᵀ M F), linear in each,
-    /// brought into space by the map there.
+    /// brought into space by the map there; or none.
     Column<LogGradient<D>> relative_gradients;
 
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override;

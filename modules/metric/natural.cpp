@@ -1,12 +1,13 @@
 module;
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 module camber.metric;
+import :ball_sums;
 import camber.core;
 
 namespace camber {
@@ -31,58 +32,99 @@ double determinant(const Corners<D>& p) {
     return det(sides);
 }
 
-/// The natural metrics of all elements.
+/// What an element has to add at a corner to the mean there; a flat one has no metric, and nothing to add.
 template <int D>
-Outcome<Buffer<LogMetric<D>>> of_elements(const LinearMesh<D>& mesh, const Execution& execution) {
+struct Part {
+    Sym<D> weighted;
+    double volume = 0;
+    bool counts = false;
+
+    Part() = default;
+    Part(const LogMetric<D>& log_metric, double of_volume)
+        : weighted(of_volume * log_metric.l), volume(of_volume), counts(std::isfinite(trace(log_metric.l))) {}
+};
+template <int D>
+using Parts = std::array<Part<D>, D + 1>;
+
+/// Of each vertex the mean of what the elements around it have to add: make(begin, end, parts), as in sum_over_balls.
+template <int D>
+Outcome<Buffer<LogMetric<D>>> means(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
+                                    const Execution& execution, const auto& make) {
     return guarded([&]() -> Outcome<Buffer<LogMetric<D>>> {
-        Buffer<LogMetric<D>> logs(mesh.elements.size());
-        auto done = each_chunk(execution, logs.size(), [&](std::size_t begin, std::size_t end) {
-            std::vector<Corners<D>> simplices;
-            simplices.reserve(end - begin);
-            for (std::size_t e = begin; e < end; ++e) simplices.push_back(corners_of(mesh, e));
-            natural_log_metrics<D>(simplices, {logs.data() + begin, end - begin});
+        Buffer<LogMetric<D>> logs(mesh.points.size(), LogMetric<D>{});
+        Buffer<double> volumes(mesh.points.size(), 0.0);
+        auto summed = sum_over_balls<Part<D>>(mesh, balls, execution, make, [&](VertexId v, const Part<D>& part) {
+            if (!part.counts) return;
+            logs[v.index()].l += part.weighted;
+            volumes[v.index()] += part.volume;
         });
-        if (!done) return fail(done.error());
+        if (!summed) return fail(summed.error());
+        for (std::size_t v = 0; v < logs.size(); ++v)
+            if (volumes[v] > 0) logs[v].l *= 1 / volumes[v];
         return logs;
     });
 }
 
-/// The mean over the ball of a vertex of `log_of(element)`, weighted by volume.
+/// The displacements of the edges' nodes off the middles of their chords.
 template <int D>
-LogMetric<D> mean_over(const LinearMesh<D>& mesh, std::span<const ElementId> ball, const auto& log_of) {
-    Sym<D> sum;
-    double weight = 0;
-    for (const ElementId e : ball) {
-        const LogMetric<D>& log_metric = log_of(e);
-        if (!std::isfinite(trace(log_metric.l))) continue;  // flat: has no metric
-        const double volume = std::abs(determinant<D>(corners_of(mesh, e.index())));
-        sum += volume * log_metric.l;
-        weight += volume;
+using Displacements = std::array<Vec<D>, edges_per_simplex<D>>;
+
+template <int D>
+Displacements<D> displacements_of(const QuadraticMesh<D>& mesh, ElementId e, const Corners<D>& p) {
+    Displacements<D> u;
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto [i, j] = local_edges<D>[k];
+        u[k] = mesh.mid_nodes[mesh.edges.of_elements[e][k]].point - midpoint(p[i], p[j]);
     }
-    return {weight > 0 ? sum * (1 / weight) : sum};
+    return u;
 }
 
 /// The element's corners as the tangents of its edges at corner v tell them; none where its edges are straight there.
 template <int D>
-std::optional<std::array<Vec<D>, D + 1>> tangent_simplex(const QuadraticMesh<D>& mesh, ElementId e, int v) {
-    const auto& corners = mesh.linear.elements.vertices[e];
-    std::array<Vec<D>, D + 1> p;
-    for (int i = 0; i <= D; ++i) p[i] = mesh.linear.points[corners[i]];
-    std::array<Vec<D>, D + 1> bent = p;
+std::optional<Corners<D>> tangent_simplex(const Corners<D>& p, const Displacements<D>& u, double volume, int v) {
+    Corners<D> bent = p;
     bool is_bent = false;
     for (int k = 0; k < edges_per_simplex<D>; ++k) {
         const auto [i, j] = local_edges<D>[k];
-        if (i != v && j != v) continue;
-        const Vec<D> u = mesh.mid_nodes[mesh.edges.of_elements[e][k]].point - midpoint(p[i], p[j]);
-        if (norm_squared(u) == 0) continue;
-        bent[i == v ? j : i] += 4 * u;
+        if ((i != v && j != v) || norm_squared(u[k]) == 0) continue;
+        bent[i == v ? j : i] += 4 * u[k];
         is_bent = true;
     }
     if (!is_bent) return {};
     constexpr double flattened = 0.05;
-    if (!(determinant<D>(bent) / determinant<D>(p) > flattened)) return {};
+    if (!(determinant<D>(bent) / volume > flattened)) return {};
     return bent;
 }
+
+/// Elements of a chunk as simplices, each found once: what the elements' corners count as.
+template <int D>
+struct SeenSimplices {
+    std::vector<Corners<D>> simplices;
+    std::vector<std::array<std::uint32_t, D + 1>> of_corners;
+    std::vector<double> volumes;
+
+    explicit SeenSimplices(std::size_t elements) {
+        simplices.reserve((D + 1) * elements);
+        of_corners.reserve(elements);
+        volumes.reserve(elements);
+    }
+    void add(const QuadraticMesh<D>& mesh, ElementId e) {
+        const Corners<D> p = corners_of(mesh.linear, e.index());
+        const Displacements<D> u = displacements_of(mesh, e, p);
+        const double volume = determinant<D>(p);
+        constexpr std::uint32_t none = -1;
+        std::uint32_t straight = none;
+        auto& corners = of_corners.emplace_back();
+        for (int v = 0; v <= D; ++v) {
+            const auto bent = tangent_simplex<D>(p, u, volume, v);
+            const auto next = static_cast<std::uint32_t>(simplices.size());
+            if (!bent && straight == none) straight = next;
+            if (bent || straight == next) simplices.push_back(bent ? *bent : p);
+            corners[v] = bent ? next : straight;
+        }
+        volumes.push_back(std::abs(volume));
+    }
+};
 
 }  // namespace
 
@@ -90,46 +132,26 @@ template <int D>
 Outcome<Buffer<LogMetric<D>>> curved_natural_log_metrics(const QuadraticMesh<D>& mesh,
                                                          const Incidence<ElementId>& balls,
                                                          const Execution& execution) {
-    const LinearMesh<D>& linear = mesh.linear;
-    const auto straight = of_elements(linear, execution);
-    if (!straight) return straight;
-    return guarded([&]() -> Outcome<Buffer<LogMetric<D>>> {
-        Buffer<LogMetric<D>> logs(linear.points.size());
-        auto done = each_chunk(
-            execution, logs.size(),
-            [&](std::size_t begin, std::size_t end) {
-                // What the curved ones among the elements of each ball count as, in the order of the balls.
-                std::vector<Corners<D>> simplices;
-                std::vector<char> is_curved;
-                for (std::size_t v = begin; v < end; ++v)
-                    for (const ElementId e : balls[v]) {
-                        const auto& corners = linear.elements.vertices[e];
-                        const auto corner = std::find(corners.begin(), corners.end(), VertexId(v)) - corners.begin();
-                        const auto bent = tangent_simplex(mesh, e, static_cast<int>(corner));
-                        is_curved.push_back(bent.has_value());
-                        if (bent) simplices.push_back(*bent);
-                    }
-                std::vector<LogMetric<D>> curved(simplices.size());
-                natural_log_metrics<D>(simplices, curved);
-                std::size_t item = 0, next = 0;
-                for (std::size_t v = begin; v < end; ++v)
-                    logs[v] = mean_over(linear, balls[v], [&](ElementId e) -> const LogMetric<D>& {
-                        return is_curved[item++] ? curved[next++] : (*straight)[e.index()];
-                    });
-            },
-            64);
-        if (!done) return fail(done.error());
-        return logs;
+    return means(mesh.linear, balls, execution, [&](std::size_t begin, std::size_t end, std::span<Parts<D>> parts) {
+        SeenSimplices<D> seen(end - begin);
+        for (std::size_t e = begin; e < end; ++e) seen.add(mesh, ElementId(e));
+        std::vector<LogMetric<D>> logs(seen.simplices.size());
+        natural_log_metrics<D>(seen.simplices, logs);
+        for (std::size_t i = 0; i < parts.size(); ++i)
+            for (int v = 0; v <= D; ++v) parts[i][v] = {logs[seen.of_corners[i][v]], seen.volumes[i]};
     });
 }
 
 template <int D>
 Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   const Execution& execution) {
-    const auto logs = of_elements(mesh, execution);
-    if (!logs) return logs;
-    return map_each(execution, mesh.points.size(), [&](std::size_t v) {
-        return mean_over(mesh, balls[v], [&](ElementId e) -> const LogMetric<D>& { return (*logs)[e.index()]; });
+    return means(mesh, balls, execution, [&](std::size_t begin, std::size_t end, std::span<Parts<D>> parts) {
+        std::vector<Corners<D>> simplices;
+        simplices.reserve(end - begin);
+        for (std::size_t e = begin; e < end; ++e) simplices.push_back(corners_of(mesh, e));
+        std::vector<LogMetric<D>> logs(simplices.size());
+        natural_log_metrics<D>(simplices, logs);
+        for (std::size_t i = 0; i < parts.size(); ++i) parts[i].fill({logs[i], std::abs(determinant<D>(simplices[i]))});
     });
 }
 

@@ -14,7 +14,7 @@ class StraightBack final : public BackModel<D> {
   public:
     LinearMesh<D> mesh;
     Column<LogMetric<D>> log_metrics;        ///< at the vertices
-    Column<LogGradient<D>> nodal_gradients;  ///< volume-weighted means over the balls: they do not jump
+    Column<LogGradient<D>> nodal_gradients;  ///< volume-weighted means over the balls: they do not jump; or none
     Neighbours<D> neighbours;
     Column<ElementFace> boundary;
     BoxTree<D> boundary_tree;  ///< boxes of `boundary`
@@ -38,10 +38,17 @@ class StraightBack final : public BackModel<D> {
     [[nodiscard]] LogGradient<D> recovered_gradient_at(const Location<D>& location) const;
 };
 
-/// With what location needs, and the recovered gradient. Errors: those of make_back_mesh.
+/// With what location needs, but no gradients at the vertices. Errors: those of make_back_mesh.
 template <int D>
 [[nodiscard]] Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                           Column<LogMetric<D>> log_metrics, const Execution& execution);
+
+/// The gradients of a straight back mesh, of each vertex the mean over its ball, weighted by volume. Errors: memory,
+/// stopped.
+template <int D>
+[[nodiscard]] Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back,
+                                                             const Incidence<ElementId>& balls,
+                                                             const Execution& execution);
 
 /// The straight mesh behind a back mesh; null where that is of another kind. For searches that move in barycentric
 /// coordinates of its elements; all others ask the face.

@@ -93,6 +93,24 @@ TEST_CASE("natural metrics at vertices: the volume-weighted log-Euclidean mean, 
                      RC_ASSERT(*natural_log_metrics(mesh, around, Execution{.threads = threads}) == logs);
              },
              {.count = 10});
+    property("in a mesh of more elements than are in memory at a time",
+             [](std::uint64_t seed) {
+                 const auto mesh = unit_box<2>(80, seed + 1);
+                 const auto around = *balls(mesh, alone);
+                 const auto logs = *natural_log_metrics(mesh, around, alone);
+                 for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+                     Sym<2> sum;
+                     double weight = 0;
+                     for (const ElementId e : around[v]) {
+                         const auto p = corners(mesh, e.index());
+                         sum += orientation(p) * natural_log_metric<2>(p).l;
+                         weight += orientation(p);
+                     }
+                     RC_ASSERT(norm(logs[v].l - (1 / weight) * sum) < 1e-12);
+                 }
+                 RC_ASSERT(*natural_log_metrics(mesh, around, Execution{.threads = 3}) == logs);
+             },
+             {.count = 2});
     property("an affine image of equilateral triangles has a constant one", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto shape = dice.matrix<2>();

@@ -108,13 +108,10 @@ struct Source {
     const Execution& execution;
 
     Outcome<SourcedMetric<D>> operator()(const config::NaturalMetric&) const {
-        const LinearMesh<D>& mesh = input.mesh.linear;
-        const auto around = balls(mesh, execution);
-        if (!around) return fail(around.error());
         QuadraticMesh<D> bent = input.mesh;
         bent.mid_nodes = input.extended;
-        auto logs = input.extended.empty() ? natural_log_metrics(mesh, *around, execution)
-                                           : curved_natural_log_metrics(bent, *around, execution);
+        auto logs = input.extended.empty() ? natural_log_metrics(input.mesh.linear, input.balls, execution)
+                                           : curved_natural_log_metrics(bent, input.balls, execution);
         if (!logs) return fail(logs.error());
         return sourced(Column<LogMetric<D>>(std::move(*logs)), "natural");
     }

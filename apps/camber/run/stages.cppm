@@ -47,6 +47,7 @@ template <int D>
 struct MetricInput {
     const QuadraticMesh<D>& mesh;
     const Boundary<D>& boundary;
+    const Incidence<ElementId>& balls;
     const Column<Vec<D>>& given_points;  ///< where the rows of files speak
     std::span<const MetricFile> files;   ///< all that the config names
     /// Nodes with which the mesh's own metric goes along, see CurveInput; none: with straight edges.

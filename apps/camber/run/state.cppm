@@ -109,7 +109,8 @@ struct State {
     std::variant<LinearMesh<D>, Quadratic<D>> mesh;
     Column<Vec<D>> given_points;       ///< of the vertices as they were read: where the rows of metric files speak
     std::optional<BackMesh<D>> field;  ///< the last that was made
-    std::optional<BackMesh<D>> straight_field;  ///< where that is carried: the one of the straight mesh
+    /// Where that is carried: the metric of the straight mesh at its vertices.
+    std::optional<Column<LogMetric<D>>> straight_log_metrics;
     History<D> history;
     JacobianBound bound = {};  ///< what the last stage asked for that did
 };

@@ -52,29 +52,34 @@ struct Measured {
     std::optional<EdgeLengths> lengths;
     MeasuresReport report;
 };
+/// The metric of the straight mesh, where the field is another.
 template <int D>
-Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* field, const BackMesh<D>* straight_field,
+using StraightMetric = std::optional<Column<LogMetric<D>>>;
+
+template <int D>
+Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* field, const StraightMetric<D>& straight,
                                  const History<D>& history, MeasuredEdges which, const Execution& execution) {
     Measured<D> measured;
     const Plan<D>* const plan = end.planned();
     if (const Wanted<D>* wanted = plan ? plan->wanted() : nullptr) {
         const Proposal<D>& proposal = plan->proposal();
         const auto seen = apply_proposal(end.mesh, proposal);
+        if (auto done = measure_distances(seen, wanted->boundary, measured.report, execution); !done)
+            return fail(done.error());
         if (field) {
             auto lengths =
                 updated_lengths(end.mesh.edges, wanted->curved, proposal, wanted->shells, *field, which, execution);
             if (!lengths) return fail(lengths.error());
             measured.report.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
             measured.lengths = std::move(*lengths);
-            if (straight_field) {
-                const auto other =
-                    edge_lengths(end.mesh.edges, proposal, wanted->shells, *straight_field, which, execution);
+            if (straight) {
+                const auto beside = straight_back_mesh(*field, *straight);
+                if (!beside) return fail(beside.error());
+                const auto other = edge_lengths(end.mesh.edges, proposal, wanted->shells, *beside, which, execution);
                 if (!other) return fail(other.error());
                 measured.report.edges_in_straight_field = edge_report(seen, proposal, other->straight, other->curved);
             }
         }
-        if (auto done = measure_distances(seen, wanted->boundary, measured.report, execution); !done)
-            return fail(done.error());
     }
     measured.report.histograms = run_histograms(end, measured.lengths, history);
     return measured;
@@ -88,8 +93,7 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
     if (end && end->planned()) run.tell(PlanReport{.is_mesh = !end->has_uncommitted()});
     auto made = run.step("measure", [&](const Execution& e) -> Outcome<Measured<D>> {
         if (!end) return Measured<D>{};
-        const auto& other = run.state.straight_field;
-        return measure_end(*end, run.field(), other ? &*other : nullptr, run.state.history,
+        return measure_end(*end, run.field(), run.state.straight_log_metrics, run.state.history,
                            told_lengths(run.config.output), e);
     });
     if (!made) return fail(made.error());

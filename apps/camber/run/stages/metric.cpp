@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <optional>
 #include <utility>
+#include <variant>
 module camber.run;
 import camber.core;
 import camber.bezier;
@@ -64,7 +65,7 @@ Outcome<Field<D>> field_of(const MetricInput<D>& input, const config::Pipeline& 
 template <int D>
 struct MadeField {
     BackMesh<D> back;
-    std::optional<BackMesh<D>> straight;
+    std::optional<Column<LogMetric<D>>> straight;  ///< of the straight mesh, where the field is another
     Column<LagrangeNode<D>> nodes;
     MetricReport report;
     Notices notices;
@@ -75,47 +76,65 @@ Outcome<MadeField<D>> straight_field(const MetricInput<D>& input, const config::
                                      const Execution& execution) {
     auto field = field_of<D>(input, config, execution);
     if (!field) return fail(field.error());
-    const auto around = balls(input.mesh.linear, execution);
-    if (!around) return fail(around.error());
-    auto back = make_back_mesh(input.mesh.linear, *around, std::move(field->log_metrics), execution);
+    auto back = make_back_mesh(input.mesh.linear, input.balls, std::move(field->log_metrics), execution);
     if (!back) return fail(back.error());
     return MadeField<D>{std::move(*back), {}, {}, std::move(field->report), std::move(field->notices)};
 }
 
+/// Whether the metric is another where the mesh has curves: only its own is.
+bool follows_curves(const config::Pipeline& config) {
+    const auto is_natural = [](const config::Metric& m) { return std::holds_alternative<config::NaturalMetric>(m); };
+    return is_natural(config.metric) ||
+           std::ranges::any_of(config.metric_operations, [&](const config::MetricOperation& operation) {
+               const auto* intersect = std::get_if<config::Intersect>(&operation);
+               return intersect != nullptr && is_natural(intersect->metric);
+           });
+}
+
+/// The metric of the mesh with straight edges.
 template <int D>
-Outcome<MadeField<D>> carried_field(MetricInput<D> input, const Incidence<ElementId>& shells,
+Outcome<Column<LogMetric<D>>> straight_log_metrics(MetricInput<D> input, const Column<LogMetric<D>>& carried,
+                                                   const config::Pipeline& config, const Execution& execution) {
+    if (!follows_curves(config)) return carried;
+    input.extended = {};
+    auto straight = log_metrics_of(input, config, execution);
+    if (!straight) return fail(straight.error());
+    return std::move(straight->log_metrics);
+}
+
+template <int D>
+Outcome<MadeField<D>> carried_field(const MetricInput<D>& input, const Incidence<ElementId>& shells, CurvingAim aim,
                                     const config::Pipeline& config, const Execution& execution) {
     auto field = field_of<D>(input, config, execution);
     if (!field) return fail(field.error());
-    const auto around = balls(input.mesh.linear, execution);
-    if (!around) return fail(around.error());
+    auto straight = straight_log_metrics<D>(input, field->log_metrics, config, execution);
+    if (!straight) return fail(straight.error());
     auto starts = noticeable_nodes(input.mesh, input.extended.view(), field->log_metrics, execution);
     if (!starts) return fail(starts.error());
-    const Column<LagrangeNode<D>> nodes(std::move(*starts));
+    Column<LagrangeNode<D>> nodes(std::move(*starts));
     auto carried = carried_nodes(input.mesh, nodes.view(), shells, execution);
     if (!carried) return fail(carried.error());
     QuadraticMesh<D> bent = input.mesh;
     bent.mid_nodes = std::move(*carried);
-    auto back = make_curved_back_mesh(bent, *around, std::move(field->log_metrics), execution);
+    auto back = make_curved_back_mesh(std::move(bent), input.balls, std::move(field->log_metrics), execution,
+                                      aim == CurvingAim::accuracy ? KeptGradients::seen : KeptGradients::recovered);
     if (!back) return fail(back.error());
-    input.extended = {};
-    auto straight = log_metrics_of(input, config, execution);
-    if (!straight) return fail(straight.error());
-    auto beside = straight_back_mesh(*back, *around, std::move(straight->log_metrics), execution);
-    if (!beside) return fail(beside.error());
-    return MadeField<D>{std::move(*back), std::move(*beside), nodes, std::move(field->report),
+    return MadeField<D>{std::move(*back), std::move(*straight), std::move(nodes), std::move(field->report),
                         std::move(field->notices)};
 }
 
 /// Volume edges start where the field has them.
 template <int D>
 Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
-                                    const Column<LagrangeNode<D>>& nodes) {
-    Buffer<LagrangeNode<D>> base(input.base.begin(), input.base.end());
+                                    Column<LagrangeNode<D>> nodes) {
+    const bool is_carried = !nodes.empty();
+    Buffer<LagrangeNode<D>> base = take(is_carried ? std::move(nodes) : input.base);
     for (std::size_t e = 0; e < base.size(); ++e) {
-        if (input.kinds[e] != EdgeKind::volume) continue;
         const auto& [a, b] = mesh.edges.vertices[e];
-        base[e] = nodes.empty() ? LagrangeNode<D>{midpoint(mesh.linear.points[a], mesh.linear.points[b])} : nodes[e];
+        if (input.kinds[e] != EdgeKind::volume)
+            base[e] = input.base[e];
+        else if (!is_carried)
+            base[e] = {midpoint(mesh.linear.points[a], mesh.linear.points[b])};
     }
     return base;
 }
@@ -126,18 +145,20 @@ template <int D>
 Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, CurveInput<D> input, CurvingAim aim) {
     const QuadraticMesh<D>& mesh = run.quadratic().mesh;
     auto made = run.step("metric", [&](const Execution& e) {
-        const MetricInput<D> from{mesh, boundary, run.state.given_points, run.files, input.extended};
+        const auto around = balls(mesh.linear, e);
+        if (!around) return Outcome<MadeField<D>>(fail(around.error()));
+        const MetricInput<D> from{mesh, boundary, *around, run.state.given_points, run.files, input.extended};
         return input.extended.empty() ? straight_field<D>(from, run.config, e)
-                                      : carried_field<D>(from, input.shells, run.config, e);
+                                      : carried_field<D>(from, input.shells, aim, run.config, e);
     });
     if (!made) return fail(made.error());
     run.tell(made->report);
     run.tell(made->notices);
     run.state.field = std::move(made->back);
-    run.state.straight_field = std::move(made->straight);
+    run.state.straight_log_metrics = std::move(made->straight);
     // Searches begin at the nodes that a mesh was read with; what is found without one is found anew.
     if (run.quadratic().nodes != NodesOf::file || aim == CurvingAim::accuracy)
-        input.base = starting_at(mesh, input, made->nodes);
+        input.base = starting_at(mesh, input, std::move(made->nodes));
     return input;
 }
 
