@@ -189,8 +189,16 @@ void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, 
             faces.push_back(face);
         }
     }
-    std::sort(faces.begin(), faces.end(), [](const FaceAround<D>& a, const FaceAround<D>& b) {
-        return a.others != b.others ? a.others < b.others : a.face.element < b.face.element;
+    // One number of both vertices: comparing arrays takes as long as all the rest.
+    const auto key = [](const FaceAround<D>& face) {
+        if constexpr (D == 2)
+            return face.others[0].value;
+        else
+            return std::uint64_t{face.others[0].value} << 32U | face.others[1].value;
+    };
+    std::sort(faces.begin(), faces.end(), [&](const FaceAround<D>& a, const FaceAround<D>& b) {
+        const auto key_a = key(a), key_b = key(b);
+        return key_a != key_b ? key_a < key_b : a.face.element < b.face.element;
     });
 }
 

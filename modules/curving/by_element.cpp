@@ -26,6 +26,7 @@ class Elements {
     /// The largest share of the present offsets that keeps the element above `least`.
     [[nodiscard]] double share(std::size_t e, double least) const {
         double best = 1;
+        if (stays(e)) return best;
         double highest = scaled_jacobian(e, 1);
         if (highest >= least) return best;
         for (const double share : {0.75, 0.5, 0.25, 0.0}) {
@@ -37,6 +38,10 @@ class Elements {
     }
 
   private:
+    [[nodiscard]] bool stays(std::size_t e) const {
+        return std::ranges::all_of(mesh_.edges.of_elements[e],
+                                   [&](EdgeId edge) { return offsets_[edge.index()] == Vec<D>{}; });
+    }
     /// The smallest coefficient of det J over det of the straight element, a lower bound of the scaled Jacobian; as
     /// good as any where the straight element has none.
     [[nodiscard]] double scaled_jacobian(std::size_t e, double share) const {

@@ -60,17 +60,8 @@ void natural_log_metrics(std::span<const std::array<Vec<D>, D + 1>> simplices, s
                 p[i] = gathered_vec<D>(simplices, begin,
                                        [&](const Simplex& s)
                                            __attribute__((always_inline)) -> const Vec<D>& { return s[i]; });
-            // Bᵀ = (J J_ref⁻¹)ᵀ, whose right singular vectors are the left ones of B.
-            MatPack<D> transposed;
-            for (int i = 0; i < D; ++i)
-                for (int j = 0; j < D; ++j) {
-                    transposed(j, i) = packed(0);
-                    for (int k = 0; k < D; ++k) transposed(j, i) += (p[k + 1][i] - p[0][i]) * reference(k, j);
-                }
-            const RightSingularPack<D> s = right_singular<D>(transposed);
-            VecPack<D> logs;
-            for (int i = 0; i < D; ++i) logs[i] = -log(dot(s.columns.column[i], s.columns.column[i]));
-            scatter_sym<D>(composed(s.vectors, logs), begin, metrics.size(),
+            const RightSingularPack<D> s = right_singular<D>(natural_frame<D>(p, reference));
+            scatter_sym<D>(natural_log_metric<D>(s), begin, metrics.size(),
                            [&](std::size_t i) __attribute__((always_inline)) -> Sym<D>& { return metrics[i].l; });
         });
     });

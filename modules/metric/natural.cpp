@@ -1,13 +1,15 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 module camber.metric;
 import :ball_sums;
+import :packs;
 import camber.core;
 
 namespace camber {
@@ -32,127 +34,188 @@ double determinant(const Corners<D>& p) {
     return det(sides);
 }
 
-/// What an element has to add at a corner to the mean there; a flat one has no metric, and nothing to add.
-template <int D>
+/// What an element has to add at a corner to N means there. One that is flat has no metric, and less than no volume.
+template <int D, int N>
 struct Part {
-    Sym<D> weighted;
-    double volume = 0;
-    bool counts = false;
-
-    Part() = default;
-    Part(const LogMetric<D>& log_metric, double of_volume)
-        : weighted(of_volume * log_metric.l), volume(of_volume), counts(std::isfinite(trace(log_metric.l))) {}
+    std::array<Sym<D>, N> weighted;
+    std::array<double, N> volume{};
 };
-template <int D>
-using Parts = std::array<Part<D>, D + 1>;
+template <int D, int N>
+using Parts = std::array<Part<D, N>, D + 1>;
+constexpr double no_say = -1;
 
-/// Of each vertex the mean of what the elements around it have to add: make(begin, end, parts), as in sum_over_balls.
-template <int D>
-Outcome<Buffer<LogMetric<D>>> means(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
-                                    const Execution& execution, const auto& make) {
-    return guarded([&]() -> Outcome<Buffer<LogMetric<D>>> {
-        Buffer<LogMetric<D>> logs(mesh.points.size(), LogMetric<D>{});
-        Buffer<double> volumes(mesh.points.size(), 0.0);
-        auto summed = sum_over_balls<Part<D>>(mesh, balls, execution, make, [&](VertexId v, const Part<D>& part) {
-            if (!part.counts) return;
-            logs[v.index()].l += part.weighted;
-            volumes[v.index()] += part.volume;
+/// Of each vertex the means of what the elements around it have to add: make(begin, end, parts), as in sum_over_balls.
+template <int D, int N>
+Outcome<std::array<Buffer<LogMetric<D>>, N>> means(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
+                                                   const Execution& execution, const auto& make) {
+    return guarded([&]() -> Outcome<std::array<Buffer<LogMetric<D>>, N>> {
+        std::array<Buffer<LogMetric<D>>, N> logs;
+        logs.fill(Buffer<LogMetric<D>>(mesh.points.size(), LogMetric<D>{}));
+        Buffer<std::array<double, N>> volumes(mesh.points.size(), std::array<double, N>{});
+        auto summed = sum_over_balls<Part<D, N>>(mesh, balls, execution, make, [&](VertexId v, const auto& each_part) {
+            Part<D, N> sum{{}, volumes[v.index()]};
+            for (int n = 0; n < N; ++n) sum.weighted[n] = logs[n][v.index()].l;
+            each_part([&](const Part<D, N>& part) {
+                for (int n = 0; n < N; ++n) {
+                    if (!(part.volume[n] >= 0)) continue;
+                    sum.weighted[n] += part.weighted[n];
+                    sum.volume[n] += part.volume[n];
+                }
+            });
+            for (int n = 0; n < N; ++n) logs[n][v.index()].l = sum.weighted[n];
+            volumes[v.index()] = sum.volume;
         });
         if (!summed) return fail(summed.error());
-        for (std::size_t v = 0; v < logs.size(); ++v)
-            if (volumes[v] > 0) logs[v].l *= 1 / volumes[v];
+        auto divided = each(without_progress(execution), volumes.size(), [&](std::size_t v) {
+            for (int n = 0; n < N; ++n)
+                if (volumes[v][n] > 0) logs[n][v].l *= 1 / volumes[v][n];
+        });
+        if (!divided) return fail(divided.error());
         return logs;
     });
 }
 
-/// The displacements of the edges' nodes off the middles of their chords.
+/// An element as the kernel takes it: the nodes of its edges by how far they are from the middles of their chords.
 template <int D>
-using Displacements = std::array<Vec<D>, edges_per_simplex<D>>;
-
-template <int D>
-Displacements<D> displacements_of(const QuadraticMesh<D>& mesh, ElementId e, const Corners<D>& p) {
-    Displacements<D> u;
-    for (int k = 0; k < edges_per_simplex<D>; ++k) {
-        const auto [i, j] = local_edges<D>[k];
-        u[k] = mesh.mid_nodes[mesh.edges.of_elements[e][k]].point - midpoint(p[i], p[j]);
-    }
-    return u;
-}
-
-/// The element's corners as the tangents of its edges at corner v tell them; none where its edges are straight there.
-template <int D>
-std::optional<Corners<D>> tangent_simplex(const Corners<D>& p, const Displacements<D>& u, double volume, int v) {
-    Corners<D> bent = p;
-    bool is_bent = false;
-    for (int k = 0; k < edges_per_simplex<D>; ++k) {
-        const auto [i, j] = local_edges<D>[k];
-        if ((i != v && j != v) || norm_squared(u[k]) == 0) continue;
-        bent[i == v ? j : i] += 4 * u[k];
-        is_bent = true;
-    }
-    if (!is_bent) return {};
-    constexpr double flattened = 0.05;
-    if (!(determinant<D>(bent) / volume > flattened)) return {};
-    return bent;
-}
-
-/// Elements of a chunk as simplices, each found once: what the elements' corners count as.
-template <int D>
-struct SeenSimplices {
-    std::vector<Corners<D>> simplices;
-    std::vector<std::array<std::uint32_t, D + 1>> of_corners;
-    std::vector<double> volumes;
-
-    explicit SeenSimplices(std::size_t elements) {
-        simplices.reserve((D + 1) * elements);
-        of_corners.reserve(elements);
-        volumes.reserve(elements);
-    }
-    void add(const QuadraticMesh<D>& mesh, ElementId e) {
-        const Corners<D> p = corners_of(mesh.linear, e.index());
-        const Displacements<D> u = displacements_of(mesh, e, p);
-        const double volume = determinant<D>(p);
-        constexpr std::uint32_t none = -1;
-        std::uint32_t straight = none;
-        auto& corners = of_corners.emplace_back();
-        for (int v = 0; v <= D; ++v) {
-            const auto bent = tangent_simplex<D>(p, u, volume, v);
-            const auto next = static_cast<std::uint32_t>(simplices.size());
-            if (!bent && straight == none) straight = next;
-            if (bent || straight == next) simplices.push_back(bent ? *bent : p);
-            corners[v] = bent ? next : straight;
-        }
-        volumes.push_back(std::abs(volume));
-    }
+struct CurvedElement {
+    Corners<D> corners;
+    std::array<Vec<D>, edges_per_simplex<D>> displacements;
 };
+
+template <int D>
+CurvedElement<D> curved_element(const QuadraticMesh<D>& mesh, std::size_t e) {
+    CurvedElement<D> element{corners_of(mesh.linear, e), {}};
+    const auto& p = element.corners;
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto [i, j] = local_edges<D>[k];
+        element.displacements[k] = mesh.mid_nodes[mesh.edges.of_elements[ElementId(e)][k]].point - midpoint(p[i], p[j]);
+    }
+    return element;
+}
+
+template <int D>
+using CornerPacks = std::array<VecPack<D>, D + 1>;
+
+/// D! times the volume, with its sign.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack determinant(const CornerPacks<D>& p) {
+    MatPack<D> sides;
+    for (int i = 0; i < D; ++i)
+        for (int c = 0; c < D; ++c) sides(c, i) = p[i + 1][c] - p[0][c];
+    return det(sides);
+}
+
+/// The element's corners as the tangents of its edges at corner v tell them, and whether they are others.
+template <int D>
+struct Tangents {
+    CornerPacks<D> corners;
+    Mask are_bent{};
+};
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Tangents<D> tangents_at(
+    int v, const CornerPacks<D>& p, const std::array<VecPack<D>, edges_per_simplex<D>>& displacements) {
+    Tangents<D> tangents{p};
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto [i, j] = local_edges<D>[k];
+        if (i != v && j != v) continue;
+        tangents.are_bent |= dot(displacements[k], displacements[k]) != 0;
+        for (int c = 0; c < D; ++c) tangents.corners[i == v ? j : i][c] += 4 * displacements[k][c];
+    }
+    return tangents;
+}
+
+/// Writes n lanes of a log-metric times the volume into the n-th means' parts at a corner.
+template <int D, int N>
+[[gnu::always_inline]] inline void put(const SymPack<D>& log_metric, Pack volume, std::size_t begin, int corner,
+                                       int which, std::span<Parts<D, N>> parts) {
+    Pack trace = log_metric(0, 0);
+    for (int i = 1; i < D; ++i) trace += log_metric(i, i);
+    const Pack weight = select(abs(trace) < 1e300, volume, packed(no_say));
+    const std::size_t lanes = std::min<std::size_t>(pack_size, parts.size() - begin);
+    for (std::size_t lane = 0; lane < lanes; ++lane) parts[begin + lane][corner].volume[which] = weight[lane];
+    for (int k = 0; k < sym_size<D>; ++k) {
+        const Pack weighted = volume * log_metric.c[k];
+        for (std::size_t lane = 0; lane < lanes; ++lane)
+            parts[begin + lane][corner].weighted[which].c[k] = weighted[lane];
+    }
+}
+
+enum Which : std::uint8_t { straight, curved };
+
+/// Of eight elements at a time, what each has to add at its corners. The metric at a corner is near the straight
+/// element's, whose singular vectors the search for its own begins with.
+template <int D>
+[[gnu::always_inline]] inline void parts_of_pack(std::span<const CurvedElement<D>> elements, std::size_t begin,
+                                                 const Mat<D>& reference, std::span<Parts<D, 2>> parts) {
+    using Element = CurvedElement<D>;
+    constexpr double flattened = 0.05;
+    CornerPacks<D> p;
+    std::array<VecPack<D>, edges_per_simplex<D>> displacements;
+    for (int i = 0; i <= D; ++i)
+        p[i] = gathered_vec<D>(elements, begin, [&](const Element& e) __attribute__((always_inline)) -> const Vec<D>& {
+            return e.corners[i];
+        });
+    for (int k = 0; k < edges_per_simplex<D>; ++k)
+        displacements[k] = gathered_vec<D>(
+            elements, begin,
+            [&](const Element& e) __attribute__((always_inline)) -> const Vec<D>& { return e.displacements[k]; });
+    const Pack volume = determinant<D>(p);
+    const RightSingularPack<D> chords = right_singular<D>(natural_frame<D>(p, reference));
+    const SymPack<D> of_chords = natural_log_metric<D>(chords);
+    for (int v = 0; v <= D; ++v) {
+        put<D, 2>(of_chords, abs(volume), begin, v, straight, parts);
+        const Tangents<D> tangents = tangents_at<D>(v, p, displacements);
+        const Mask bent = tangents.are_bent & (determinant<D>(tangents.corners) / volume > flattened);
+        SymPack<D> here = of_chords;
+        if (any(bent)) {
+            const MatPack<D> frame = natural_frame<D>(tangents.corners, reference);
+            const SymPack<D> own =
+                natural_log_metric<D>(right_singular_from<D>({times<D>(frame, chords.vectors), chords.vectors}));
+            for (int k = 0; k < sym_size<D>; ++k) here.c[k] = select(bent, own.c[k], of_chords.c[k]);
+        }
+        put<D, 2>(here, abs(volume), begin, v, curved, parts);
+    }
+}
 
 }  // namespace
 
 template <int D>
-Outcome<Buffer<LogMetric<D>>> curved_natural_log_metrics(const QuadraticMesh<D>& mesh,
+Outcome<NaturalLogMetrics<D>> curved_natural_log_metrics(const QuadraticMesh<D>& mesh,
                                                          const Incidence<ElementId>& balls,
                                                          const Execution& execution) {
-    return means(mesh.linear, balls, execution, [&](std::size_t begin, std::size_t end, std::span<Parts<D>> parts) {
-        SeenSimplices<D> seen(end - begin);
-        for (std::size_t e = begin; e < end; ++e) seen.add(mesh, ElementId(e));
-        std::vector<LogMetric<D>> logs(seen.simplices.size());
-        natural_log_metrics<D>(seen.simplices, logs);
-        for (std::size_t i = 0; i < parts.size(); ++i)
-            for (int v = 0; v <= D; ++v) parts[i][v] = {logs[seen.of_corners[i][v]], seen.volumes[i]};
-    });
+    const Mat<D> reference = inverse(regular_simplex<D>());
+    auto both = means<D, 2>(mesh.linear, balls, execution,
+                            [&](std::size_t begin, std::size_t end, std::span<Parts<D, 2>> parts) {
+                                std::vector<CurvedElement<D>> elements;
+                                elements.reserve(end - begin);
+                                for (std::size_t e = begin; e < end; ++e) elements.push_back(curved_element(mesh, e));
+                                with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
+                                    for (std::size_t first = 0; first < elements.size(); first += pack_size)
+                                        parts_of_pack<D>(elements, first, reference, parts);
+                                });
+                            });
+    if (!both) return fail(both.error());
+    return NaturalLogMetrics<D>{std::move((*both)[straight]), std::move((*both)[curved])};
 }
 
 template <int D>
 Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   const Execution& execution) {
-    return means(mesh, balls, execution, [&](std::size_t begin, std::size_t end, std::span<Parts<D>> parts) {
-        std::vector<Corners<D>> simplices;
-        simplices.reserve(end - begin);
-        for (std::size_t e = begin; e < end; ++e) simplices.push_back(corners_of(mesh, e));
-        std::vector<LogMetric<D>> logs(simplices.size());
-        natural_log_metrics<D>(simplices, logs);
-        for (std::size_t i = 0; i < parts.size(); ++i) parts[i].fill({logs[i], std::abs(determinant<D>(simplices[i]))});
-    });
+    auto mean =
+        means<D, 1>(mesh, balls, execution, [&](std::size_t begin, std::size_t end, std::span<Parts<D, 1>> parts) {
+            std::vector<Corners<D>> simplices;
+            simplices.reserve(end - begin);
+            for (std::size_t e = begin; e < end; ++e) simplices.push_back(corners_of(mesh, e));
+            std::vector<LogMetric<D>> logs(simplices.size());
+            natural_log_metrics<D>(simplices, logs);
+            for (std::size_t i = 0; i < parts.size(); ++i) {
+                const double volume = std::abs(determinant<D>(simplices[i]));
+                const bool counts = std::isfinite(trace(logs[i].l));
+                parts[i].fill({{volume * logs[i].l}, {counts ? volume : no_say}});
+            }
+        });
+    if (!mean) return fail(mean.error());
+    return std::move((*mean)[0]);
 }
 
 template Outcome<Buffer<LogMetric<2>>> natural_log_metrics<2>(const LinearMesh<2>&, const Incidence<ElementId>&,
@@ -160,9 +223,9 @@ template Outcome<Buffer<LogMetric<2>>> natural_log_metrics<2>(const LinearMesh<2
 template Outcome<Buffer<LogMetric<3>>> natural_log_metrics<3>(const LinearMesh<3>&, const Incidence<ElementId>&,
                                                               const Execution&);
 
-template Outcome<Buffer<LogMetric<2>>> curved_natural_log_metrics<2>(const QuadraticMesh<2>&,
+template Outcome<NaturalLogMetrics<2>> curved_natural_log_metrics<2>(const QuadraticMesh<2>&,
                                                                      const Incidence<ElementId>&, const Execution&);
-template Outcome<Buffer<LogMetric<3>>> curved_natural_log_metrics<3>(const QuadraticMesh<3>&,
+template Outcome<NaturalLogMetrics<3>> curved_natural_log_metrics<3>(const QuadraticMesh<3>&,
                                                                      const Incidence<ElementId>&, const Execution&);
 
 }  // namespace camber

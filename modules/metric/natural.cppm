@@ -42,12 +42,17 @@ template <int D>
                                                                 const Incidence<ElementId>& balls,
                                                                 const Execution& execution);
 
-/// The same of a mesh of degree 2: at a vertex each element counts as the straight one with its tangents there,
-/// P_k − P_v + 4 u_vk (u: how far a node is from the middle of its chord), whose natural metric is F⁻ᵀ M_K F⁻¹ with F
-/// the Jacobian of the curved element over the straight one. Weighted by the volume of the straight elements. An
-/// element that is turned over or flattened to less than a twentieth there counts as if it were straight.
 template <int D>
-[[nodiscard]] Outcome<Buffer<LogMetric<D>>> curved_natural_log_metrics(const QuadraticMesh<D>& mesh,
+struct NaturalLogMetrics {
+    Buffer<LogMetric<D>> straight, curved;
+};
+/// Of a mesh of degree 2, with straight edges and with its own. The latter: at a vertex each element counts as the
+/// straight one with its tangents there, P_k − P_v + 4 u_vk (u: how far a node is from the middle of its chord), whose
+/// natural metric is F⁻ᵀ M_K F⁻¹ with F the Jacobian of the curved element over the straight one. Weighted by the
+/// volume of the straight elements. An element that is turned over or flattened to less than a twentieth there counts
+/// as if it were straight.
+template <int D>
+[[nodiscard]] Outcome<NaturalLogMetrics<D>> curved_natural_log_metrics(const QuadraticMesh<D>& mesh,
                                                                        const Incidence<ElementId>& balls,
                                                                        const Execution& execution);
 

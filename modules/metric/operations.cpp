@@ -5,10 +5,12 @@ module;
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <string>
 #include <utility>
 module camber.metric;
+import :packs;
 import camber.core;
 
 namespace camber {
@@ -54,14 +56,78 @@ double exp_divided(std::array<double, M> x) {
     return std::exp(mean) * sum;
 }
 
+/// The same of packs: by the series where all lanes are near.
+template <std::size_t M>
+[[nodiscard, gnu::always_inline]] inline Pack exp_divided(const std::array<Pack, M>& x) {
+    Pack mean = packed(0);
+    for (const Pack v : x) mean += v / static_cast<double>(M);
+    constexpr std::size_t terms = 18;
+    std::array<Pack, terms> h{};
+    h[0] = packed(1);
+    for (const Pack v : x)
+        for (std::size_t k = 1; k < terms; ++k) h[k] += (v - mean) * h[k - 1];
+    double factorial = 1;
+    for (std::size_t i = 2; i < M; ++i) factorial *= static_cast<double>(i);
+    Pack sum = packed(0);
+    for (std::size_t k = 0; k < terms; ++k) {
+        sum += h[k] / factorial;
+        factorial *= static_cast<double>(k + M);
+    }
+    return exp(mean) * sum;
+}
+
+/// ½ tr log M at the corners, and |det| = D! |K|.
 template <int D>
-double element_complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field, std::size_t e) {
+struct DensityElement {
+    std::array<double, D + 1> f;
+    double volume = 0;
+};
+template <int D>
+DensityElement<D> density_element(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field, std::size_t e) {
     const auto& v = mesh.elements.vertices[e];
-    std::array<double, D + 1> f{};
+    DensityElement<D> element{};
     Mat<D> sides;
-    for (int i = 0; i <= D; ++i) f[i] = 0.5 * trace(field[v[i]].l);
+    for (int i = 0; i <= D; ++i) element.f[i] = 0.5 * trace(field[v[i]].l);
     for (int i = 0; i < D; ++i) sides.column[i] = mesh.points[v[i + 1]] - mesh.points[v[0]];
-    return std::abs(det(sides)) * exp_divided(f);  // |det| = D! |K|
+    element.volume = std::abs(det(sides));
+    return element;
+}
+
+/// Adds the complexities of up to eight elements, one after the other.
+template <int D>
+void add_complexities(std::span<const DensityElement<D>> elements, double& sum) {
+    using Element = DensityElement<D>;
+    std::array<double, pack_size> divided{};
+    with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
+        std::array<Pack, D + 1> f;
+        for (int i = 0; i <= D; ++i)
+            f[i] = gathered(elements, 0, [&](const Element& e) __attribute__((always_inline)) { return e.f[i]; });
+        const Pack near = exp_divided<D + 1>(f);
+        for (std::size_t lane = 0; lane < pack_size; ++lane) divided[lane] = near[lane];
+    });
+    for (std::size_t i = 0; i < elements.size(); ++i) {
+        const auto [low, high] = std::ranges::minmax(elements[i].f);
+        sum += elements[i].volume * (high - low <= 1 ? divided[i] : exp_divided(elements[i].f));
+    }
+}
+
+/// The log of the square of the largest anisotropy of up to eight.
+template <int D>
+double largest_spread(std::span<const LogMetric<D>> field) {
+    double most = 0;
+    with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
+        const EigenPack<D> e = eigen_system<D>(gathered_sym<D>(
+            field, 0, [](const LogMetric<D>& m) __attribute__((always_inline)) -> const Sym<D>& { return m.l; }));
+        Pack low = e.values[0];
+        Pack high = e.values[0];
+        for (int i = 1; i < D; ++i) {
+            low = min(low, e.values[i]);
+            high = max(high, e.values[i]);
+        }
+        const Pack spread = high - low;
+        for (std::size_t lane = 0; lane < pack_size; ++lane) most = std::max<double>(most, spread[lane]);
+    });
+    return most;
 }
 
 std::string check(const MetricBounds& b) {
@@ -145,10 +211,33 @@ Outcome<Column<LogMetric<D>>> intersection(const Column<LogMetric<D>>& a, const 
 template <int D>
 Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field, const Execution& execution) {
     if (field.size() != mesh.points.size()) return fail(ErrorKind::usage, "the metric is of another mesh");
+    const std::size_t n = mesh.elements.size();
+    constexpr std::size_t grain = 512;
     return reduce_each(
-        execution, mesh.elements.size(), 0.0,
-        [&](double& sum, std::size_t e) { sum += element_complexity(mesh, field, e); },
-        [](double x, double y) { return x + y; });
+        execution, (n + pack_size - 1) / pack_size, 0.0,
+        [&](double& sum, std::size_t pack) {
+            std::array<DensityElement<D>, pack_size> elements;
+            const std::size_t begin = pack * pack_size;
+            const std::size_t count = std::min<std::size_t>(pack_size, n - begin);
+            for (std::size_t i = 0; i < count; ++i) elements[i] = density_element(mesh, field, begin + i);
+            add_complexities<D>({elements.data(), count}, sum);
+        },
+        [](double x, double y) { return x + y; }, grain);
+}
+
+template <int D>
+Outcome<double> largest_anisotropy(const Column<LogMetric<D>>& field, const Execution& execution) {
+    const std::size_t n = field.size();
+    const auto spread = reduce_each(
+        execution, (n + pack_size - 1) / pack_size, 0.0,
+        [&](double& most, std::size_t pack) {
+            const std::size_t begin = pack * pack_size;
+            most = std::max(
+                most, largest_spread<D>(field.view().subspan(begin, std::min<std::size_t>(pack_size, n - begin))));
+        },
+        [](double a, double b) { return std::max(a, b); }, 512);
+    if (!spread) return fail(spread.error());
+    return std::exp(*spread / 2);
 }
 
 template <int D>
@@ -174,6 +263,7 @@ Outcome<Column<LogMetric<D>>> scale_to_complexity(const LinearMesh<D>& mesh, con
                                                            const Execution&);                                        \
     template Outcome<Done> check_sizes<D>(const Column<LogMetric<D>>&, const Execution&);                            \
     template Outcome<double> complexity<D>(const LinearMesh<D>&, const Column<LogMetric<D>>&, const Execution&);     \
+    template Outcome<double> largest_anisotropy<D>(const Column<LogMetric<D>>&, const Execution&);                   \
     template Outcome<Column<LogMetric<D>>> scale_to_complexity<D>(const LinearMesh<D>&, const Column<LogMetric<D>>&, \
                                                                   double, const Execution&);
 

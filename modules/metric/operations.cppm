@@ -41,6 +41,10 @@ template <int D>
 [[nodiscard]] Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field,
                                          const Execution& execution);
 
+/// The largest anisotropy of all. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<double> largest_anisotropy(const Column<LogMetric<D>>& field, const Execution& execution);
+
 /// The field times the constant that gives it the complexity `target`: M ← (target/C)^{2/D} M. Errors (usage): a target
 /// that is not positive, a complexity that is zero or not finite; those of `complexity`.
 template <int D>

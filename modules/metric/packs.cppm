@@ -95,6 +95,19 @@ template <int D>
     for (int i = 0; i < D; ++i) r[i] = dot(a.column[i], v);
     return r;
 }
+/// A B.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline MatPack<D> times(const MatPack<D>& a, const MatPack<D>& b) {
+    MatPack<D> r;
+    for (int j = 0; j < D; ++j) r.column[j] = times(a, b.column[j]);
+    return r;
+}
+/// Determinant of the columns.
+[[nodiscard, gnu::always_inline]] inline Pack det(const MatPack<2>& a) { return a(0, 0) * a(1, 1) - a(1, 0) * a(0, 1); }
+[[nodiscard, gnu::always_inline]] inline Pack det(const MatPack<3>& a) {
+    return a(0, 0) * (a(1, 1) * a(2, 2) - a(2, 1) * a(1, 2)) + a(1, 0) * (a(2, 1) * a(0, 2) - a(0, 1) * a(2, 2)) +
+           a(2, 0) * (a(0, 1) * a(1, 2) - a(1, 1) * a(0, 2));
+}
 /// Rᵀ S R.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> congruence_transposed(const MatPack<D>& r, const SymPack<D>& s) {
@@ -203,9 +216,9 @@ struct RightSingularPack {
     MatPack<D> columns;
     MatPack<D> vectors;
 };
+/// From A V₀ and any orthogonal V₀: the nearer that is, the sooner they end.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline RightSingularPack<D> right_singular(const MatPack<D>& a) {
-    RightSingularPack<D> out{a, identity_pack<D>()};
+[[nodiscard, gnu::always_inline]] inline RightSingularPack<D> right_singular_from(RightSingularPack<D> out) {
     MatPack<D>& w = out.columns;
     for (int sweep = 0; sweep < 30; ++sweep) {
         Mask rotated{};
@@ -227,6 +240,30 @@ template <int D>
         if (!any(rotated)) break;
     }
     return out;
+}
+template <int D>
+[[nodiscard, gnu::always_inline]] inline RightSingularPack<D> right_singular(const MatPack<D>& a) {
+    return right_singular_from<D>({a, identity_pack<D>()});
+}
+
+/// The natural metric of a simplex, in two steps: Bᵀ = (J J_ref⁻¹)ᵀ, whose right singular vectors are the left ones of
+/// B, and log M = −2 log σ of these; see natural_log_metric. `reference`: J_ref⁻¹.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline MatPack<D> natural_frame(const std::array<VecPack<D>, D + 1>& p,
+                                                                  const Mat<D>& reference) {
+    MatPack<D> transposed;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) {
+            transposed(j, i) = packed(0);
+            for (int k = 0; k < D; ++k) transposed(j, i) += (p[k + 1][i] - p[0][i]) * reference(k, j);
+        }
+    return transposed;
+}
+template <int D>
+[[nodiscard, gnu::always_inline]] inline SymPack<D> natural_log_metric(const RightSingularPack<D>& s) {
+    VecPack<D> logs;
+    for (int i = 0; i < D; ++i) logs[i] = -log(dot(s.columns.column[i], s.columns.column[i]));
+    return composed(s.vectors, logs);
 }
 
 /// A metric seen through a map F: log M̂ = log(Fᵀ M F), and O = M^{1/2} F M̂^{-1/2}.

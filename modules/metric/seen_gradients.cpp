@@ -218,10 +218,15 @@ Outcome<Buffer<LogGradient<D>>> relative_gradients(const CurvedBack<D>& back, co
         auto summed = sum_over_balls<Part<D>>(
             mesh, balls, execution,
             [&](std::size_t begin, std::size_t end, std::span<Parts<D>> parts) { make_parts(back, begin, end, parts); },
-            [&](VertexId v, const Part<D>& part) {
-                if (!(part.volume > 0)) return;
-                for (int i = 0; i < D; ++i) gradients[v.index()][i] += part.weighted[i];
-                volumes[v.index()] += part.volume;
+            [&](VertexId v, const auto& each_part) {
+                Part<D> sum{gradients[v.index()], volumes[v.index()]};
+                each_part([&](const Part<D>& part) {
+                    if (!(part.volume > 0)) return;
+                    for (int i = 0; i < D; ++i) sum.weighted[i] += part.weighted[i];
+                    sum.volume += part.volume;
+                });
+                gradients[v.index()] = sum.weighted;
+                volumes[v.index()] = sum.volume;
             });
         if (!summed) return fail(summed.error());
         auto divided = each(without_progress(execution), gradients.size(), [&](std::size_t v) {

@@ -61,7 +61,7 @@ struct Carried {
         QuadraticMesh<D> bent = mesh;
         bent.mid_nodes = extended;
         const auto around = must(balls(mesh.linear, alone));
-        const Column<LogMetric<D>> logs(must(curved_natural_log_metrics(bent, around, alone)));
+        const Column<LogMetric<D>> logs(must(curved_natural_log_metrics(bent, around, alone)).curved);
         const Column<LagrangeNode<D>> nodes(must(noticeable_nodes(mesh, extended.view(), logs, alone)));
         bent.mid_nodes = must(carried_nodes(mesh, nodes.view(), block.shells, alone));
         Buffer<LagrangeNode<D>> starts(block.boundary_nodes.begin(), block.boundary_nodes.end());

@@ -1,14 +1,17 @@
 // The natural metric of simplices and meshes.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
+#include <rapidcheck.h>
 
 #include "back.hpp"
 #include "property.hpp"
 
 import camber.core;
+import camber.bezier;
 import camber.metric;
 
 using namespace camber;
@@ -125,6 +128,69 @@ TEST_CASE("natural metrics at vertices: the volume-weighted log-Euclidean mean, 
         RC_ASSERT(std::abs(SpectralMetric<2>(logs[0]).length_squared(shape.column[0]) - 1) < 1e-11);
     });
 }
+
+namespace {
+
+/// The corners of an element by the tangents of its edges at corner v; its own where that flattens it.
+template <int D>
+std::array<Vec<D>, D + 1> by_tangents(const QuadraticMesh<D>& mesh, std::size_t e, int v) {
+    const auto p = corners(mesh.linear, e);
+    auto bent = p;
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto [i, j] = local_edges<D>[k];
+        if (i != v && j != v) continue;
+        const auto& node = mesh.mid_nodes[mesh.edges.of_elements[ElementId(e)][k]];
+        bent[i == v ? j : i] += 4 * (node.point - midpoint(p[i], p[j]));
+    }
+    return orientation(bent) / orientation(p) > 0.05 ? bent : p;
+}
+
+template <int D>
+void curved_laws() {
+    property("of curved elements, thin ones too: the mean of simplices by their tangents, beside that of straight ones",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 auto box = unit_box<D>(3, seed + 1);
+                 auto points = take(std::move(box.points));
+                 for (Vec<D>& p : points) p[0] *= 1e-3;
+                 box.points = std::move(points);
+                 auto mesh = must(elevate(std::move(box), alone));
+                 auto nodes = take(std::move(mesh.mid_nodes));
+                 for (std::size_t e = 0; e < nodes.size(); ++e) {
+                     if (e % 3 == 0) continue;
+                     Vec<D> u = dice.vector<D>(-0.05, 0.05);
+                     u[0] *= 1e-3;
+                     nodes[e].point += u;
+                 }
+                 mesh.mid_nodes = std::move(nodes);
+                 const auto around = must(balls(mesh.linear, alone));
+                 const auto logs = must(curved_natural_log_metrics(mesh, around, alone));
+                 const auto straight = must(natural_log_metrics(mesh.linear, around, alone));
+                 for (std::size_t v = 0; v < straight.size(); ++v) {
+                     Sym<D> sum;
+                     double weight = 0;
+                     for (const ElementId e : around[v]) {
+                         const auto& of = mesh.linear.elements.vertices[e];
+                         const auto corner = std::find(of.begin(), of.end(), VertexId(v)) - of.begin();
+                         const double volume = orientation(corners(mesh.linear, e.index()));
+                         sum +=
+                             volume * natural_log_metric<D>(by_tangents(mesh, e.index(), static_cast<int>(corner))).l;
+                         weight += volume;
+                     }
+                     RC_ASSERT(norm(logs.curved[v].l - (1 / weight) * sum) < 1e-9);
+                     RC_ASSERT(norm(logs.straight[v].l - straight[v].l) < 1e-12);
+                 }
+                 const auto threaded = must(curved_natural_log_metrics(mesh, around, Execution{.threads = 3}));
+                 RC_ASSERT(threaded.curved == logs.curved);
+                 RC_ASSERT(threaded.straight == logs.straight);
+             },
+             {.count = 20});
+}
+
+}  // namespace
+
+TEST_CASE("2D: natural metrics of curved elements") { curved_laws<2>(); }
+TEST_CASE("3D: natural metrics of curved elements") { curved_laws<3>(); }
 
 TEST_CASE("a vertex without elements gets the identity, a flat element has no say") {
     auto mesh = unit_box<2>(2, 1);

@@ -108,12 +108,7 @@ struct Source {
     const Execution& execution;
 
     Outcome<SourcedMetric<D>> operator()(const config::NaturalMetric&) const {
-        QuadraticMesh<D> bent = input.mesh;
-        bent.mid_nodes = input.extended;
-        auto logs = input.extended.empty() ? natural_log_metrics(input.mesh.linear, input.balls, execution)
-                                           : curved_natural_log_metrics(bent, input.balls, execution);
-        if (!logs) return fail(logs.error());
-        return sourced(Column<LogMetric<D>>(std::move(*logs)), "natural");
+        return sourced(input.natural, "natural");
     }
     Outcome<SourcedMetric<D>> operator()(const config::ConstantMetric& constant) const {
         const auto value = constant_log_metric<D>(constant);

@@ -47,11 +47,9 @@ template <int D>
 struct MetricInput {
     const QuadraticMesh<D>& mesh;
     const Boundary<D>& boundary;
-    const Incidence<ElementId>& balls;
     const Column<Vec<D>>& given_points;  ///< where the rows of files speak
     std::span<const MetricFile> files;   ///< all that the config names
-    /// Nodes with which the mesh's own metric goes along, see CurveInput; none: with straight edges.
-    Column<LagrangeNode<D>> extended;
+    Column<LogMetric<D>> natural;        ///< the mesh's own, with straight edges or with its curves
 };
 
 /// What the edges of a mesh are curved from: where boundary nodes are wanted, and from where those of the volume start,

@@ -81,13 +81,13 @@ Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& bou
                                   const BackMesh<D>& field, const CurveOptions& options, const Execution& execution) {
     if (options.aim != CurvingAim::accuracy || at.nodes == NodesOf::file) return input;
     const Execution silent = without_progress(execution);
-    const auto shifts = accurate_offsets(at.mesh, input.kinds, EdgeKind::surface, input.shells, field, options, silent);
+    auto shifts = accurate_offsets(at.mesh, input.kinds, EdgeKind::surface, input.shells, field, options, silent);
     if (!shifts) return fail(shifts.error());
     const QuadraticMesh<D> mesh = boundary.required == RequiredBoundary::keep ? at.mesh : without_required(at.mesh);
     const Column<LagrangeNode<D>>& present = input.base;
     auto nodes = slid_nodes<D>(mesh, present, *shifts, boundary.features, boundary.geometry, silent);
     if (!nodes) return fail(nodes.error());
-    Buffer<Vec<D>> slides(nodes->size());
+    Buffer<Vec<D>>& slides = *shifts;
     for (std::size_t e = 0; e < slides.size(); ++e) slides[e] = (*nodes)[e].point - present[e].point;
     // A slide is worth no element; volume edges, which are where the field has them, have their say after it.
     auto borne = lessen_by_element<D>(at.mesh, present.view(), input.shells, options.least_jacobian, slides, silent);

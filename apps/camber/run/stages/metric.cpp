@@ -31,13 +31,6 @@ struct Field {
 };
 
 template <int D>
-Outcome<double> largest_anisotropy(const Column<LogMetric<D>>& field, const Execution& execution) {
-    return reduce_each(
-        execution, field.size(), 1.0, [&](double& most, std::size_t v) { most = std::max(most, anisotropy(field[v])); },
-        [](double a, double b) { return std::max(a, b); });
-}
-
-template <int D>
 Outcome<SourcedMetric<D>> log_metrics_of(const MetricInput<D>& input, const config::Pipeline& config,
                                          const Execution& execution) {
     auto made = make_log_metrics(input, config.metric, execution);
@@ -71,18 +64,8 @@ struct MadeField {
     Notices notices;
 };
 
-template <int D>
-Outcome<MadeField<D>> straight_field(const MetricInput<D>& input, const config::Pipeline& config,
-                                     const Execution& execution) {
-    auto field = field_of<D>(input, config, execution);
-    if (!field) return fail(field.error());
-    auto back = make_back_mesh(input.mesh.linear, input.balls, std::move(field->log_metrics), execution);
-    if (!back) return fail(back.error());
-    return MadeField<D>{std::move(*back), {}, {}, std::move(field->report), std::move(field->notices)};
-}
-
-/// Whether the metric is another where the mesh has curves: only its own is.
-bool follows_curves(const config::Pipeline& config) {
+/// Whether the config asks for the mesh's own metric: that is another where the mesh has curves, no other is.
+bool asks_for_natural(const config::Pipeline& config) {
     const auto is_natural = [](const config::Metric& m) { return std::holds_alternative<config::NaturalMetric>(m); };
     return is_natural(config.metric) ||
            std::ranges::any_of(config.metric_operations, [&](const config::MetricOperation& operation) {
@@ -91,36 +74,70 @@ bool follows_curves(const config::Pipeline& config) {
            });
 }
 
-/// The metric of the mesh with straight edges.
 template <int D>
-Outcome<Column<LogMetric<D>>> straight_log_metrics(MetricInput<D> input, const Column<LogMetric<D>>& carried,
-                                                   const config::Pipeline& config, const Execution& execution) {
-    if (!follows_curves(config)) return carried;
-    input.extended = {};
+Outcome<MadeField<D>> straight_field(MetricInput<D> input, const config::Pipeline& config, const Execution& execution) {
+    const auto around = balls(input.mesh.linear, execution);
+    if (!around) return fail(around.error());
+    if (asks_for_natural(config)) {
+        auto natural = natural_log_metrics(input.mesh.linear, *around, execution);
+        if (!natural) return fail(natural.error());
+        input.natural = std::move(*natural);
+    }
+    auto field = field_of<D>(input, config, execution);
+    if (!field) return fail(field.error());
+    auto back = make_back_mesh(input.mesh.linear, *around, std::move(field->log_metrics), execution);
+    if (!back) return fail(back.error());
+    return MadeField<D>{std::move(*back), {}, {}, std::move(field->report), std::move(field->notices)};
+}
+
+/// The field of the mesh with its curves, and the metric of the one with straight edges.
+template <int D>
+struct BothFields {
+    Field<D> carried;
+    Column<LogMetric<D>> straight;
+};
+template <int D>
+Outcome<BothFields<D>> both_fields(MetricInput<D> input, const QuadraticMesh<D>& bent,
+                                   const Incidence<ElementId>& around, const config::Pipeline& config,
+                                   const Execution& execution) {
+    NaturalLogMetrics<D> natural;
+    if (asks_for_natural(config)) {
+        auto made = curved_natural_log_metrics(bent, around, execution);
+        if (!made) return fail(made.error());
+        natural = std::move(*made);
+        input.natural = std::move(natural.curved);
+    }
+    auto carried = field_of<D>(input, config, execution);
+    if (!carried) return fail(carried.error());
+    const Column<LogMetric<D>> logs = carried->log_metrics;
+    if (!asks_for_natural(config)) return BothFields<D>{std::move(*carried), logs};
+    input.natural = std::move(natural.straight);
     auto straight = log_metrics_of(input, config, execution);
     if (!straight) return fail(straight.error());
-    return std::move(straight->log_metrics);
+    return BothFields<D>{std::move(*carried), std::move(straight->log_metrics)};
 }
 
 template <int D>
-Outcome<MadeField<D>> carried_field(const MetricInput<D>& input, const Incidence<ElementId>& shells, CurvingAim aim,
+Outcome<MadeField<D>> carried_field(const MetricInput<D>& input, const CurveInput<D>& curves, CurvingAim aim,
                                     const config::Pipeline& config, const Execution& execution) {
-    auto field = field_of<D>(input, config, execution);
-    if (!field) return fail(field.error());
-    auto straight = straight_log_metrics<D>(input, field->log_metrics, config, execution);
-    if (!straight) return fail(straight.error());
-    auto starts = noticeable_nodes(input.mesh, input.extended.view(), field->log_metrics, execution);
+    const auto around = balls(input.mesh.linear, execution);
+    if (!around) return fail(around.error());
+    QuadraticMesh<D> bent = input.mesh;
+    bent.mid_nodes = curves.extended;
+    auto fields = both_fields<D>(input, bent, *around, config, execution);
+    if (!fields) return fail(fields.error());
+    auto& [field, straight] = *fields;
+    auto starts = noticeable_nodes(input.mesh, curves.extended.view(), field.log_metrics, execution);
     if (!starts) return fail(starts.error());
     Column<LagrangeNode<D>> nodes(std::move(*starts));
-    auto carried = carried_nodes(input.mesh, nodes.view(), shells, execution);
+    auto carried = carried_nodes(input.mesh, nodes.view(), curves.shells, execution);
     if (!carried) return fail(carried.error());
-    QuadraticMesh<D> bent = input.mesh;
     bent.mid_nodes = std::move(*carried);
-    auto back = make_curved_back_mesh(std::move(bent), input.balls, std::move(field->log_metrics), execution,
+    auto back = make_curved_back_mesh(std::move(bent), *around, std::move(field.log_metrics), execution,
                                       aim == CurvingAim::accuracy ? KeptGradients::seen : KeptGradients::recovered);
     if (!back) return fail(back.error());
-    return MadeField<D>{std::move(*back), std::move(*straight), std::move(nodes), std::move(field->report),
-                        std::move(field->notices)};
+    return MadeField<D>{std::move(*back), std::move(straight), std::move(nodes), std::move(field.report),
+                        std::move(field.notices)};
 }
 
 /// Volume edges start where the field has them.
@@ -145,11 +162,9 @@ template <int D>
 Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, CurveInput<D> input, CurvingAim aim) {
     const QuadraticMesh<D>& mesh = run.quadratic().mesh;
     auto made = run.step("metric", [&](const Execution& e) {
-        const auto around = balls(mesh.linear, e);
-        if (!around) return Outcome<MadeField<D>>(fail(around.error()));
-        const MetricInput<D> from{mesh, boundary, *around, run.state.given_points, run.files, input.extended};
+        const MetricInput<D> from{mesh, boundary, run.state.given_points, run.files, {}};
         return input.extended.empty() ? straight_field<D>(from, run.config, e)
-                                      : carried_field<D>(from, input.shells, aim, run.config, e);
+                                      : carried_field<D>(from, input, aim, run.config, e);
     });
     if (!made) return fail(made.error());
     run.tell(made->report);
