@@ -170,20 +170,20 @@ void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, 
     faces.clear();
     for (const ElementId e : balls[v]) {
         const auto& corners = mesh.elements.vertices[e];
+        // The face opposite to a corner is v's if v is on it once and all others are higher.
+        int own = 0, higher = 0;
+        for (const VertexId corner : corners) {
+            own += corner == v;
+            higher += corner > v;
+        }
+        if (higher < D - 1) continue;
         for (int opposite = 0; opposite <= D; ++opposite) {
+            const VertexId left_out = corners[opposite];
+            if (own - (left_out == v) != 1 || higher - (left_out > v) != D - 1) continue;
             FaceAround<D> face{{}, {e, static_cast<std::uint32_t>(opposite)}};
-            bool has_v = false, higher = true;
             int n = 0;
-            for (int i = 0; i <= D && higher; ++i) {
-                if (i == opposite) continue;
-                if (corners[i] == v && !has_v)
-                    has_v = true;
-                else if (corners[i] > v && n < D - 1)
-                    face.others[n++] = corners[i];
-                else
-                    higher = false;
-            }
-            if (!has_v || !higher) continue;
+            for (int i = 0; i <= D; ++i)
+                if (i != opposite && corners[i] > v) face.others[n++] = corners[i];
             if constexpr (D == 3)
                 if (face.others[1] < face.others[0]) std::swap(face.others[0], face.others[1]);
             faces.push_back(face);

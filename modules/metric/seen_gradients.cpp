@@ -45,20 +45,60 @@ void add_straight(const CurvedBack<D>& back, ElementId e, Parts<D>& parts) {
     parts.fill({weighted, volume});
 }
 
+/// The eigen systems of log-metrics.
+template <int D>
+Outcome<Buffer<EigenSystem<D>>> eigen_systems(const Column<LogMetric<D>>& field, const Execution& execution) {
+    return guarded([&]() -> Outcome<Buffer<EigenSystem<D>>> {
+        Buffer<EigenSystem<D>> systems(field.size());
+        const auto found = each_chunk(execution, field.size(), [&](std::size_t begin, std::size_t end) {
+            with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
+                const std::span<const LogMetric<D>> chunk = field.view().subspan(begin, end - begin);
+                for (std::size_t first = 0; first < chunk.size(); first += pack_size) {
+                    const EigenPack<D> pack = eigen_system<D>(gathered_sym<D>(
+                        chunk, first,
+                        [](const LogMetric<D>& m) __attribute__((always_inline)) -> const Sym<D>& { return m.l; }));
+                    const std::size_t n = std::min<std::size_t>(pack_size, chunk.size() - first);
+                    for (std::size_t lane = 0; lane < n; ++lane) {
+                        EigenSystem<D>& system = systems[begin + first + lane];
+                        for (int i = 0; i < D; ++i) system.values[i] = pack.values[i][lane];
+                        for (int i = 0; i < D; ++i)
+                            for (int j = 0; j < D; ++j) system.vectors(i, j) = pack.vectors(i, j)[lane];
+                    }
+                }
+            });
+        });
+        if (!found) return fail(found.error());
+        return systems;
+    });
+}
+
+/// A field, and its eigen systems: an element asks for those of its corners, a vertex has many.
+template <int D>
+struct DecomposedField {
+    const CurvedBack<D>& back;
+    std::span<const EigenSystem<D>> systems;
+};
+
 /// An element with curves, as the kernel takes it.
 template <int D>
 struct BentElement {
     std::array<Vec<D>, D + 1> gradients;
     std::array<LogMetric<D>, D + 1> log_metrics;
+    std::array<EigenSystem<D>, D + 1> systems;
     std::array<Vec<D>, edges_per_simplex<D>> displacements;
     double volume = 0;
 };
 
 template <int D>
-BentElement<D> bent_element(const CurvedBack<D>& back, ElementId e) {
+BentElement<D> bent_element(const DecomposedField<D>& field, ElementId e) {
+    const CurvedBack<D>& back = field.back;
     const LinearMesh<D>& mesh = back.reference.mesh;
-    BentElement<D> element{barycentric_gradients(mesh, e), {}, {}, volume_of(mesh, e)};
-    for (int i = 0; i <= D; ++i) element.log_metrics[i] = back.reference.log_metrics[mesh.elements.vertices[e][i]];
+    BentElement<D> element{barycentric_gradients(mesh, e), {}, {}, {}, volume_of(mesh, e)};
+    for (int i = 0; i <= D; ++i) {
+        const VertexId v = mesh.elements.vertices[e][i];
+        element.log_metrics[i] = back.reference.log_metrics[v];
+        element.systems[i] = field.systems[v.index()];
+    }
     for (int k = 0; k < edges_per_simplex<D>; ++k)
         element.displacements[k] = back.displacements[back.edges.of_elements[e][k]];
     return element;
@@ -144,11 +184,18 @@ template <int D>
     std::array<SeenPack<D>, D + 1> seen;
     for (int i = 0; i <= D; ++i) {
         jacobians[i] = jacobian_at<D>(i, gradients, displacements);
+        const EigenPack<D> metric{
+            gathered_vec<D>(elements, begin,
+                            [&](const Element& e)
+                                __attribute__((always_inline)) -> const Vec<D>& { return e.systems[i].values; }),
+            gathered_mat<D>(elements, begin, [&](const Element& e) __attribute__((always_inline)) -> const Mat<D>& {
+                return e.systems[i].vectors;
+            })};
         seen[i] = seen_through<D>(
             gathered_sym<D>(elements, begin,
                             [&](const Element& e)
                                 __attribute__((always_inline)) -> const Sym<D>& { return e.log_metrics[i].l; }),
-            jacobians[i]);
+            metric, jacobians[i]);
     }
     GradientPack<D> gradient{};
     for (int a = 1; a <= D; ++a)
@@ -170,7 +217,8 @@ template <int D>
 }
 
 template <int D>
-void make_parts(const CurvedBack<D>& back, std::size_t begin, std::size_t end, std::span<Parts<D>> parts) {
+void make_parts(const DecomposedField<D>& field, std::size_t begin, std::size_t end, std::span<Parts<D>> parts) {
+    const CurvedBack<D>& back = field.back;
     std::vector<BentElement<D>> elements;
     std::vector<std::size_t> places;  // of these in `parts`
     elements.reserve(end - begin);
@@ -180,7 +228,7 @@ void make_parts(const CurvedBack<D>& back, std::size_t begin, std::size_t end, s
             add_straight(back, ElementId(e), parts[e - begin]);
             continue;
         }
-        elements.push_back(bent_element(back, ElementId(e)));
+        elements.push_back(bent_element(field, ElementId(e)));
         places.push_back(e - begin);
     }
     with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
@@ -212,12 +260,17 @@ template <int D>
 Outcome<Buffer<LogGradient<D>>> relative_gradients(const CurvedBack<D>& back, const Incidence<ElementId>& balls,
                                                    const Execution& execution) {
     const LinearMesh<D>& mesh = back.reference.mesh;
+    const auto systems = eigen_systems<D>(back.reference.log_metrics, execution);
+    if (!systems) return fail(systems.error());
+    const DecomposedField<D> field{back, *systems};
     return guarded([&]() -> Outcome<Buffer<LogGradient<D>>> {
         Buffer<LogGradient<D>> gradients(mesh.points.size(), LogGradient<D>{});
         Buffer<double> volumes(mesh.points.size(), 0.0);
         auto summed = sum_over_balls<Part<D>>(
             mesh, balls, execution,
-            [&](std::size_t begin, std::size_t end, std::span<Parts<D>> parts) { make_parts(back, begin, end, parts); },
+            [&](std::size_t begin, std::size_t end, std::span<Parts<D>> parts) {
+                make_parts(field, begin, end, parts);
+            },
             [&](VertexId v, const auto& each_part) {
                 Part<D> sum{gradients[v.index()], volumes[v.index()]};
                 each_part([&](const Part<D>& part) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 #include <rapidcheck.h>
 
@@ -146,6 +147,73 @@ void location_laws() {
 }
 
 template <int D>
+void kept_laws() {
+    property(
+        "gradients that are kept are the same whatever else is, and for any number of threads", [](std::uint64_t seed) {
+            Dice dice(seed);
+            const auto mesh = bent_mesh<D>(seed + 1, dice, 0.03);
+            const auto around = must(balls(mesh.linear, alone));
+            const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
+            const auto all = must(make_curved_back_mesh(mesh, around, logs, alone));
+            const Execution threads{.threads = 3};
+            const auto for_edges = must(make_curved_back_mesh(mesh, around, logs, threads, KeptGradients::seen));
+            const auto for_points = must(make_curved_back_mesh(mesh, around, logs, threads, KeptGradients::recovered));
+            const std::size_t e = dice.below(mesh.edges.size());
+            const auto shell = must(shells(mesh.edges, alone));
+            const BackEdge edge{mesh.edges.vertices[e][0], mesh.edges.vertices[e][1], shell[e]};
+            EdgeEnds<D> seen, expected;
+            for_edges->see({&edge, 1}, {&seen, 1});
+            all->see({&edge, 1}, {&expected, 1});
+            RC_ASSERT(seen.a.gradient == expected.a.gradient);
+            RC_ASSERT(seen.b.gradient == expected.b.gradient);
+            const Vec<D> x = dice.vector<D>(0, 1);
+            RC_ASSERT(sample_with_recovered_gradient(for_points, x, {}).gradient ==
+                      sample_with_recovered_gradient(all, x, {}).gradient);
+        });
+    property("other logs beside a curved back mesh: the values of the straight one", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto mesh = bent_mesh<D>(seed + 1, dice, 0.03);
+        const auto around = must(balls(mesh.linear, alone));
+        const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
+        const auto others = rough_logs<D>(mesh.linear.points.size(), dice);
+        const auto beside = must(straight_back_mesh(must(make_curved_back_mesh(mesh, around, logs, alone)), others));
+        const auto straight = must(make_back_mesh(mesh.linear, around, others, alone));
+        const Vec<D> x = dice.vector<D>(-0.2, 1.2);
+        const ElementId hint(dice.below(mesh.linear.elements.size()));
+        RC_ASSERT(sample_value(beside, x, hint).log_metric == sample_value(straight, x, hint).log_metric);
+        RC_ASSERT(sample_with_recovered_gradient(beside, x, hint).gradient ==
+                  sample_with_gradient(straight, x, hint).gradient);
+    });
+    property("vertices that no bent element touches see what they see in the straight mesh", [](std::uint64_t seed) {
+        Dice dice(seed);
+        auto mesh = must(elevate(unit_box<D>(3, seed + 1), alone));
+        const auto around = must(balls(mesh.linear, alone));
+        const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
+        const auto straight = must(make_back_mesh(mesh.linear, around, logs, alone));
+        const std::size_t moved = dice.below(mesh.edges.size());
+        auto nodes = take(std::move(mesh.mid_nodes));
+        nodes[moved].point += dice.vector<D>(0.01, 0.02);
+        mesh.mid_nodes = std::move(nodes);
+        const auto curved = must(make_curved_back_mesh(mesh, around, logs, alone));
+        const auto shell = must(shells(mesh.edges, alone));
+        const auto touches = [&](VertexId v) {
+            return std::ranges::any_of(
+                around[v], [&](ElementId e) { return std::ranges::find(shell[moved], e) != shell[moved].end(); });
+        };
+        for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+            const auto& [a, b] = mesh.edges.vertices[e];
+            if (touches(a) || touches(b)) continue;
+            const BackEdge edge{a, b, shell[e]};
+            EdgeEnds<D> seen, expected;
+            curved->see({&edge, 1}, {&seen, 1});
+            straight->see({&edge, 1}, {&expected, 1});
+            for (int i = 0; i < D; ++i)
+                RC_ASSERT(norm(seen.a.gradient[i] - expected.a.gradient[i]) < 1e-9 * (1 + norm(seen.a.gradient[i])));
+        }
+    });
+}
+
+template <int D>
 void reference_laws() {
     property("a field that the mesh's own curves bend is constant in the reference", [](std::uint64_t seed) {
         Dice dice(seed);
@@ -195,5 +263,7 @@ void reference_laws() {
 
 TEST_CASE("2D: points in a curved back mesh") { location_laws<2>(); }
 TEST_CASE("3D: points in a curved back mesh") { location_laws<3>(); }
+TEST_CASE("2D: gradients of a curved back mesh") { kept_laws<2>(); }
+TEST_CASE("3D: gradients of a curved back mesh") { kept_laws<3>(); }
 TEST_CASE("2D: the reference of a curved back mesh") { reference_laws<2>(); }
 TEST_CASE("3D: the reference of a curved back mesh") { reference_laws<3>(); }
