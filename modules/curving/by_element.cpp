@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 module camber.curving;
 import camber.core;
@@ -22,6 +23,22 @@ class Elements {
   public:
     Elements(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base, std::span<const Vec<D>> offsets)
         : mesh_(mesh), base_(base), offsets_(offsets) {}
+
+    /// The element with a share of the present offsets.
+    [[nodiscard]] NodalSimplex<D> at(std::size_t e, double share) const {
+        const auto& vertices = mesh_.linear.elements.vertices[e];
+        const auto& edges = mesh_.edges.of_elements[e];
+        NodalSimplex<D> element;
+        for (int i = 0; i <= D; ++i) element.nodes[i] = mesh_.linear.points[vertices[i]];
+        for (int k = 0; k < edges_per_simplex<D>; ++k)
+            element.nodes[D + 1 + k] = base_[edges[k].index()].point + share * offsets_[edges[k].index()];
+        return element;
+    }
+
+    /// Whether all of the present offsets keep the element above `least`, `jacobian` being of that.
+    [[nodiscard]] static bool bears(const LowJacobian& jacobian, double least) {
+        return jacobian.is_finite() && (!(jacobian.straight > 0) || jacobian.lowest / jacobian.straight >= least);
+    }
 
     /// The largest share of the present offsets that keeps the element above `least`.
     [[nodiscard]] double share(std::size_t e, double least) const {
@@ -45,13 +62,7 @@ class Elements {
     /// The smallest coefficient of det J over det of the straight element, a lower bound of the scaled Jacobian; as
     /// good as any where the straight element has none.
     [[nodiscard]] double scaled_jacobian(std::size_t e, double share) const {
-        const auto& vertices = mesh_.linear.elements.vertices[e];
-        const auto& edges = mesh_.edges.of_elements[e];
-        NodalSimplex<D> element;
-        for (int i = 0; i <= D; ++i) element.nodes[i] = mesh_.linear.points[vertices[i]];
-        for (int k = 0; k < edges_per_simplex<D>; ++k)
-            element.nodes[D + 1 + k] = base_[edges[k].index()].point + share * offsets_[edges[k].index()];
-        const auto jacobian = bounded_jacobian(element);
+        const auto jacobian = bounded_jacobian(at(e, share));
         if (!(jacobian.straight > 0)) return std::numeric_limits<double>::infinity();
         return *std::min_element(jacobian.coefficients.begin(), jacobian.coefficients.end()) / jacobian.straight;
     }
@@ -60,6 +71,26 @@ class Elements {
     std::span<const LagrangeNode<D>> base_;
     std::span<const Vec<D>> offsets_;
 };
+
+/// Of the elements looked at.
+template <int D>
+Outcome<Buffer<double>> shares_of(const Elements<D>& elements, std::span<const ElementId> looked_at, double least,
+                                  const Execution& execution) {
+    return guarded([&]() -> Outcome<Buffer<double>> {
+        Buffer<double> shares(looked_at.size());
+        return each_chunk(execution, looked_at.size(),
+                          [&](std::size_t begin, std::size_t end) {
+                              each_low_jacobian<D>(
+                                  begin, end, [&](std::size_t i) { return elements.at(looked_at[i].index(), 1); },
+                                  [&](std::size_t i, const LowJacobian& jacobian) {
+                                      shares[i] = Elements<D>::bears(jacobian, least)
+                                                      ? 1
+                                                      : elements.share(looked_at[i].index(), least);
+                                  });
+                          })
+            .map([&](Done) { return std::move(shares); });
+    });
+}
 
 }  // namespace
 
@@ -71,8 +102,7 @@ Outcome<Done> lessen_by_element(const QuadraticMesh<D>& mesh, std::span<const La
     std::vector<ElementId> looked_at(mesh.linear.elements.size());
     for (std::size_t e = 0; e < looked_at.size(); ++e) looked_at[e] = ElementId(e);
     for (int round = 0; round < most_rounds && !looked_at.empty(); ++round) {
-        const auto shares = map_each(execution, looked_at.size(),
-                                     [&](std::size_t i) { return elements.share(looked_at[i].index(), least); });
+        const auto shares = shares_of<D>(elements, looked_at, least, execution);
         if (!shares) return fail(shares.error());
         SparseMap<EdgeId, double> asked;
         for (std::size_t i = 0; i < looked_at.size(); ++i) {

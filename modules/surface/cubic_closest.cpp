@@ -115,6 +115,7 @@ template <int K, int D>
 CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p, const Barycentric<K>& start) {
     constexpr int most_steps = 40;
     constexpr double small_step = 1e-14;
+    constexpr double rounding_step = 1e-9;  // one that does not help is led by rounding: shorter ones are no better
     // From here on p is the origin: far from the model's origin nothing is lost but the input's own rounding.
     CubicSimplex<K, D> local = simplex;
     for (auto& c : local.control) c -= p;
@@ -131,6 +132,7 @@ CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p,
             const auto next = moved<K>(xi, d, factor);
             const auto there = expand(local, next);
             const double found = norm_squared(there.point);
+            if (!(found < least) && length < rounding_step) break;
             if (!(found < least)) continue;
             xi = next;
             here = there;

@@ -4,6 +4,7 @@
 export module camber.surface;
 export import :features;
 export import :cubic;
+export import :cubic_packs;
 export import :plane;
 export import :analytic;
 export import :surrogate;

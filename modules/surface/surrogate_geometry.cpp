@@ -4,6 +4,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -153,10 +154,10 @@ class SurrogateModel final : public GeometryModel<D> {
                                  std::span<const Vec<D>> points, std::span<double> out) const override {
         if (is_own_facet(surrogate_, facet)) {
             const auto& flat = surrogate_.flats[surrogate_.patches[facet.id]];
-            for (std::size_t i = 0; i < points.size(); ++i)
-                out[i] = flat.is_flat()
-                             ? std::fabs(flat.height(points[i]))
-                             : std::sqrt(closest_near(surrogate_, facet.id, at[i], points[i]).distance_squared);
+            if (flat.is_flat())
+                for (std::size_t i = 0; i < points.size(); ++i) out[i] = std::fabs(flat.height(points[i]));
+            else
+                own_distances(facet.id, at, points, out);
             return true;
         }
         if (!closest_of_reference(facet.reference, facet.corners[0]).facet.valid()) return false;
@@ -189,6 +190,18 @@ class SurrogateModel final : public GeometryModel<D> {
 
     [[nodiscard]] SurrogateFoot<D> closest_of_reference(Reference reference, const Vec<D>& p) const {
         return closest_among(surrogate_, p, [&](FacetId f) { return surrogate_.references[f] == reference; });
+    }
+
+    /// Most feet are inside the facet; the others may be beyond its rim.
+    void own_distances(FacetId facet, std::span<const Barycentric<D - 1>> at, std::span<const Vec<D>> points,
+                       std::span<double> out) const {
+        if constexpr (D == 3)
+            distances_inside(surrogate_.facets[facet], at, points, out);
+        else
+            std::ranges::fill(out, std::numeric_limits<double>::quiet_NaN());
+        for (std::size_t i = 0; i < points.size(); ++i)
+            if (std::isnan(out[i]))
+                out[i] = std::sqrt(closest_near(surrogate_, facet, at[i], points[i]).distance_squared);
     }
 
     /// The foot of p, in the plane of a flat patch to the last bit.

@@ -34,6 +34,8 @@ inline constexpr std::array<int, D + 1> corner_coefficients = [] {
 
 namespace camber {
 
+/// What follows is for any kind of number, packs of doubles too (core:pack): so it is always inlined.
+
 /// d[a−1][i] = P_{e_i+e_a} − P_{e_i+e_0}: column a of J is 2 Σ_i ξ_i d[a−1][i] (a = 1 … D, i = 0 … D).
 template <int D, class Real>
 using ColumnPoints = std::array<std::array<std::array<Real, D>, D + 1>, D>;
@@ -57,17 +59,19 @@ inline constexpr auto node_between = [] {
 
 /// u × v, as one number in 2D.
 template <class Real>
-[[nodiscard]] constexpr std::array<Real, 3> product(const std::array<Real, 3>& u, const std::array<Real, 3>& v) {
+[[nodiscard, gnu::always_inline]] constexpr std::array<Real, 3> product(const std::array<Real, 3>& u,
+                                                                        const std::array<Real, 3>& v) {
     return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
 }
 template <class Real>
-[[nodiscard]] constexpr std::array<Real, 1> product(const std::array<Real, 2>& u, const std::array<Real, 2>& v) {
+[[nodiscard, gnu::always_inline]] constexpr std::array<Real, 1> product(const std::array<Real, 2>& u,
+                                                                        const std::array<Real, 2>& v) {
     return {u[0] * v[1] - u[1] * v[0]};
 }
 
 /// Σ over the ordered ways to write β = e_j + e_k of d_{D−1}[j] × d_D[k].
 template <int D, std::size_t B, class Real>
-[[nodiscard]] constexpr auto pair_product(const ColumnPoints<D, Real>& d) {
+[[nodiscard, gnu::always_inline]] constexpr auto pair_product(const ColumnPoints<D, Real>& d) {
     constexpr auto jk = [] {
         std::array<int, 2> found{-1, -1};
         for (int i = 0, n = 0; i <= D; ++i)
@@ -85,10 +89,11 @@ template <int D, std::size_t B, class Real>
 /// Σ over the vertices i of α of d_1[i] · (pair product of α − e_i), times 8 / multinomial(α): the mean over the
 /// ordered ways α = e_i + e_j + e_k of 8 det(d_1[i], d_2[j], d_3[k]) (Johnen, Remacle, Geuzaine 2013).
 template <std::size_t A, class Real, class Pairs>
-[[nodiscard]] constexpr Real triple_coefficient(const ColumnPoints<3, Real>& d, const Pairs& pairs) {
+[[nodiscard, gnu::always_inline]] constexpr Real triple_coefficient(const ColumnPoints<3, Real>& d,
+                                                                    const Pairs& pairs) {
     constexpr auto alpha = multi_indices<3, 3>[A];
     Real sum{};
-    const auto add = [&]<std::size_t I>(std::integral_constant<std::size_t, I>) {
+    const auto add = [&]<std::size_t I>(std::integral_constant<std::size_t, I>) __attribute__((always_inline)) {
         if constexpr (alpha[I] > 0) {
             constexpr int beta = [] {
                 auto rest = multi_indices<3, 3>[A];
@@ -100,7 +105,7 @@ template <std::size_t A, class Real, class Pairs>
             sum += u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
         }
     };
-    [&]<std::size_t... I>(std::index_sequence<I...>) {
+    [&]<std::size_t... I>(std::index_sequence<I...>) __attribute__((always_inline)) {
         (add(std::integral_constant<std::size_t, I>{}), ...);
     }(std::make_index_sequence<4>{});
     return sum * (8.0 / multinomial<3>(alpha));
@@ -108,26 +113,27 @@ template <std::size_t A, class Real, class Pairs>
 
 /// The coefficients of det J from its columns: a fixed sum of products, no branches.
 template <int D, class Real>
-[[nodiscard]] inline std::array<Real, jacobian_coefficients<D>> coefficients_of(const ColumnPoints<D, Real>& d) {
-    const auto pairs = [&]<std::size_t... B>(std::index_sequence<B...>) {
+[[nodiscard, gnu::always_inline]] inline std::array<Real, jacobian_coefficients<D>> coefficients_of(
+    const ColumnPoints<D, Real>& d) {
+    const auto pairs = [&]<std::size_t... B>(std::index_sequence<B...>) __attribute__((always_inline)) {
         return std::array{pair_product<D, B>(d)...};
     }(std::make_index_sequence<node_count<2, D>>{});
     if constexpr (D == 2)
-        return [&]<std::size_t... A>(std::index_sequence<A...>) {
+        return [&]<std::size_t... A>(std::index_sequence<A...>) __attribute__((always_inline)) {
             return std::array{pairs[A][0] * (4.0 / multinomial<2>(multi_indices<2, 2>[A]))...};
         }(std::make_index_sequence<6>{});
     else
-        return [&]<std::size_t... A>(std::index_sequence<A...>) {
+        return [&]<std::size_t... A>(std::index_sequence<A...>) __attribute__((always_inline)) {
             return std::array{triple_coefficient<A>(d, pairs)...};
         }(std::make_index_sequence<20>{});
 }
 
 template <class Real>
-[[nodiscard]] constexpr Real magnitude(Real x) {
+[[nodiscard, gnu::always_inline]] constexpr Real magnitude(Real x) {
     return x < 0 ? -x : x;
 }
 template <class Real>
-[[nodiscard]] constexpr Real larger(Real a, Real b) {
+[[nodiscard, gnu::always_inline]] constexpr Real larger(Real a, Real b) {
     return a > b ? a : b;
 }
 
@@ -155,7 +161,7 @@ inline constexpr double smallest_bound<Twice> = 0x1p-970;
 /// The last term covers underflow: less than 2⁻¹⁰⁷⁰ for each of the 64 products, times |d_1|. Sums are made large
 /// first, so that the bound overflows before any partial sum of a coefficient can: then `finite` is false.
 template <int D, class Real>
-[[nodiscard]] constexpr Real error_bound(const ColumnBounds<D, Real>& w) {
+[[nodiscard, gnu::always_inline]] constexpr Real error_bound(const ColumnBounds<D, Real>& w) {
     constexpr double rounding = rounding_factor<Real> * 0x1p-8;
     constexpr double underflow = 0x1p-1060;
     if constexpr (D == 2) {
@@ -169,7 +175,7 @@ template <int D, class Real>
 }
 
 template <int D, class Real>
-[[nodiscard]] inline Real determinant(const std::array<std::array<Real, D>, D>& columns) {
+[[nodiscard, gnu::always_inline]] inline Real determinant(const std::array<std::array<Real, D>, D>& columns) {
     if constexpr (D == 2) {
         return product(columns[0], columns[1])[0];
     } else {

@@ -63,7 +63,7 @@ struct JacobianColumns {
 /// P_{e_i+e_a} − P_{e_i+e_0} = 2 (n_ia − n_i0) − (p_a − p_0)/2, in which only differences of stored numbers occur, so
 /// that the error is relative to the element's size and not to its distance from the origin.
 template <int D, class Real, class Coordinate>
-[[nodiscard]] inline JacobianColumns<D, Real> columns_of_nodes(Coordinate&& coordinate) {
+[[nodiscard, gnu::always_inline]] inline JacobianColumns<D, Real> columns_of_nodes(Coordinate&& coordinate) {
     JacobianColumns<D, Real> j;
     for (int a = 1; a <= D; ++a)
         for (int c = 0; c < D; ++c) {
@@ -83,7 +83,7 @@ template <int D, class Real, class Coordinate>
 
 /// From the Bézier points.
 template <int D, class Real, class Coordinate>
-[[nodiscard]] inline JacobianColumns<D, Real> columns_of_points(Coordinate&& coordinate) {
+[[nodiscard, gnu::always_inline]] inline JacobianColumns<D, Real> columns_of_points(Coordinate&& coordinate) {
     JacobianColumns<D, Real> j;
     for (int a = 1; a <= D; ++a)
         for (int c = 0; c < D; ++c) {
@@ -99,15 +99,15 @@ template <int D, class Real, class Coordinate>
 }
 
 template <int D, class Real>
-[[nodiscard]] inline BoundedJacobian<D, Real> jacobian_of(const JacobianColumns<D, Real>& j) {
+[[nodiscard, gnu::always_inline]] inline BoundedJacobian<D, Real> jacobian_of(const JacobianColumns<D, Real>& j) {
     return {coefficients_of<D, Real>(j.d), determinant<D, Real>(j.straight), error_bound<D, Real>(j.w)};
 }
 template <int D, class Real, class Coordinate>
-[[nodiscard]] inline BoundedJacobian<D, Real> jacobian_of_nodes(Coordinate&& coordinate) {
+[[nodiscard, gnu::always_inline]] inline BoundedJacobian<D, Real> jacobian_of_nodes(Coordinate&& coordinate) {
     return jacobian_of<D, Real>(columns_of_nodes<D, Real>(coordinate));
 }
 template <int D, class Real, class Coordinate>
-[[nodiscard]] inline BoundedJacobian<D, Real> jacobian_of_points(Coordinate&& coordinate) {
+[[nodiscard, gnu::always_inline]] inline BoundedJacobian<D, Real> jacobian_of_points(Coordinate&& coordinate) {
     return jacobian_of<D, Real>(columns_of_points<D, Real>(coordinate));
 }
 

@@ -3,6 +3,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -54,17 +55,38 @@ struct Marks {
 /// The coefficients decide most elements; the others are looked at closely. True if the straight element is flat or
 /// inverted.
 template <int D>
-bool mark(const NodalSimplex<D>& element, double bound, std::size_t e, Marks& marks) {
-    const BoundedJacobian<D> jacobian = bounded_jacobian(element);
-    if (decide_by_coefficients(jacobian, bound) == Verdict::valid && !blurred(jacobian)) {
-        marks.verdicts[e] = Verdict::valid;
-        marks.lows[e] = rounded_down(smallest_scaled_coefficient(jacobian));
+bool mark(const QuadraticMesh<D>& mesh, const LowJacobian& jacobian, double bound, ElementId e, Marks& marks) {
+    if (is_clear(jacobian, bound)) {
+        marks.verdicts[e.index()] = Verdict::valid;
+        marks.lows[e.index()] = rounded_down(smallest_scaled_coefficient(jacobian));
         return jacobian.straight < 0;
     }
-    const ElementValidity validity = check_element(element, bound);
-    marks.verdicts[e] = validity.verdict;
-    marks.lows[e] = rounded_down(validity.min_scaled_jacobian);
+    const ElementValidity validity = check_element(nodal_element(mesh, mesh.mid_nodes.view(), e), bound);
+    marks.verdicts[e.index()] = validity.verdict;
+    marks.lows[e.index()] = rounded_down(validity.min_scaled_jacobian);
     return validity.straight_inverted;
+}
+
+/// Marks the elements id(0) … id(n − 1), in packs. How many of them have a flat or inverted straight element.
+template <int D, class Ids>
+Outcome<std::size_t> mark_all(const QuadraticMesh<D>& mesh, std::size_t n, const Ids& id, double bound, Marks& marks,
+                              const Execution& execution) {
+    constexpr std::size_t grain = 4096;
+    return guarded([&]() -> Outcome<std::size_t> {
+        std::vector<std::size_t> inverted((n + grain - 1) / grain, 0);
+        auto done = each_chunk(
+            execution, n,
+            [&](std::size_t begin, std::size_t end) {
+                each_low_jacobian<D>(
+                    begin, end, [&](std::size_t i) { return nodal_element(mesh, mesh.mid_nodes.view(), id(i)); },
+                    [&](std::size_t i, const LowJacobian& jacobian) {
+                        inverted[begin / grain] += mark(mesh, jacobian, bound, id(i), marks) ? 1 : 0;
+                    });
+            },
+            grain);
+        if (!done) return fail(std::move(done.error()));
+        return std::accumulate(inverted.begin(), inverted.end(), std::size_t{0});
+    });
 }
 
 /// Whether det J > 0, of an element that this pass has marked.
@@ -138,12 +160,8 @@ Outcome<Validation<D>> validate(const QuadraticMesh<D>& mesh, double bound, cons
     return guarded([&]() -> Outcome<Validation<D>> {
         const std::size_t n = mesh.linear.elements.size();
         Marks marks{Buffer<Verdict>(n), Buffer<float>(n)};
-        const auto straight_inverted = reduce_each(
-            execution, n, std::size_t{0},
-            [&](std::size_t& sum, std::size_t e) {
-                sum += mark(nodal_element(mesh, mesh.mid_nodes.view(), ElementId(e)), bound, e, marks);
-            },
-            [](std::size_t a, std::size_t b) { return a + b; });
+        const auto straight_inverted =
+            mark_all(mesh, n, [](std::size_t e) { return ElementId(e); }, bound, marks, execution);
         if (!straight_inverted) return fail(straight_inverted.error());
         return finish_validation(mesh, bound, std::move(marks), *straight_inverted, execution);
     });
@@ -168,9 +186,8 @@ Outcome<JudgedProposal<D>> JudgedProposal<D>::judge_again(Proposal<D> proposal, 
         const QuadraticMesh<D> mesh = apply_proposal(mesh_, proposal);
         const double bound = validation_.bound;
         Marks marks{take(validation_.verdicts), take(validation_.min_scaled_jacobian)};
-        auto judged = each(execution, touched.size(), [&](std::size_t i) {
-            mark(nodal_element(mesh, mesh.mid_nodes.view(), touched[i]), bound, touched[i].index(), marks);
-        });
+        auto judged =
+            mark_all(mesh, touched.size(), [&](std::size_t i) { return touched[i]; }, bound, marks, execution);
         if (!judged) return fail(judged.error());
         auto validation = finish_validation(mesh, bound, std::move(marks), validation_.straight_inverted, execution);
         if (!validation) return fail(validation.error());

@@ -9,6 +9,7 @@ export import :subdivide;
 export import :verdict;
 export import :certificate;
 export import :motion;
+export import :packs;
 export import :signed_volume;
 export import :validate;
 export import :commit;

@@ -66,8 +66,8 @@ struct Threshold {
 
 /// bound · |straight| is off by bound times the error of `straight`, and by the roundings here: those of the product,
 /// of the sums in `after` and `above` and of the comparison's side, each u of what is summed.
-template <int D>
-Threshold threshold_of(const BoundedJacobian<D>& jacobian, double bound) {
+template <class Jacobian>
+Threshold threshold_of(const Jacobian& jacobian, double bound) {
     const double asked = std::max(bound, 0.0);
     const double value = asked * std::abs(jacobian.straight);
     return {value, {jacobian.error * (1 + asked) * 1.0001 + value * 0x1p-50, 0}};
@@ -166,14 +166,14 @@ LowerBound smallest_value(const BoundedJacobian<D>& jacobian, double slack, doub
 }
 
 /// Whether the straight element cannot be told from a flat one: its det is within rounding of 0.
-template <int D>
-bool straight_is_flat(const BoundedJacobian<D>& jacobian) {
+template <class Jacobian>
+bool straight_is_flat(const Jacobian& jacobian) {
     return !(std::abs(jacobian.straight) > 2 * jacobian.error);
 }
 
 /// (low − blur) / |straight|, rounded down, with the error of `straight` to the safe side.
-template <int D>
-double scaled_down(const BoundedJacobian<D>& jacobian, double low, double blur) {
+template <class Jacobian>
+double scaled_down(const Jacobian& jacobian, double low, double blur) {
     const double number = low - blur;
     const double scale = std::abs(jacobian.straight);
     const double ratio = number / (number > 0 ? scale + jacobian.error : scale - jacobian.error);
@@ -211,12 +211,28 @@ Verdict decide(const BoundedJacobian<D>& jacobian, double bound) {
     return certify_in_doubles(jacobian, bound).verdict;
 }
 
-template <int D>
-double smallest_scaled_coefficient(const BoundedJacobian<D>& jacobian) {
-    const double low = smallest_coefficient<D>(jacobian.coefficients);
-    if (!finite(jacobian)) return -infinity;
+namespace {
+
+template <class Jacobian>
+double scaled_coefficient(const Jacobian& jacobian, double low) {
     if (straight_is_flat(jacobian)) return low > jacobian.error ? infinity : -infinity;
     return scaled_down(jacobian, low, jacobian.error);
+}
+
+}  // namespace
+
+template <int D>
+double smallest_scaled_coefficient(const BoundedJacobian<D>& jacobian) {
+    if (!finite(jacobian)) return -infinity;
+    return scaled_coefficient(jacobian, smallest_coefficient<D>(jacobian.coefficients));
+}
+
+double smallest_scaled_coefficient(const LowJacobian& jacobian) {
+    return jacobian.is_finite() ? scaled_coefficient(jacobian, jacobian.lowest) : -infinity;
+}
+
+bool is_clear(const LowJacobian& jacobian, double bound) {
+    return jacobian.is_finite() && jacobian.lowest > threshold_of(jacobian, bound).above(0) && !blurred(jacobian);
 }
 
 template <int D>

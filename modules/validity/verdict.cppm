@@ -37,8 +37,8 @@ template <int D>
 [[nodiscard]] Verdict decide(const NodalSimplex<D>& element, double bound);
 
 /// Whether rounding in plain doubles blurs the scaled Jacobian by more than a tenth of its tolerance.
-template <int D>
-[[nodiscard]] inline bool blurred(const BoundedJacobian<D>& jacobian) {
+template <class Jacobian>
+[[nodiscard]] inline bool blurred(const Jacobian& jacobian) {
     const double straight = jacobian.straight < 0 ? -jacobian.straight : jacobian.straight;
     return !(jacobian.error < 0.1 * scaled_jacobian_tolerance * straight);
 }

@@ -63,6 +63,48 @@ TEST_CASE("on one cubic triangle") {
         {.count = 500});
 }
 
+TEST_CASE("distances in packs") {
+    camber::testing::property(
+        "where the foot is inside they are those of closest_from, with any instructions and in any company",
+        [] {
+            CubicSimplex<2, 3> facet;
+            for (std::size_t n = 0; n < 10; ++n) {
+                const auto& alpha = multi_indices<3, 2>[n];
+                facet.control[n] = Vec<3>{{alpha[1] / 3.0, alpha[2] / 3.0, 0}} + 0.12 * point_in(-1, 1);
+            }
+            std::array<Barycentric<2>, 66> starts;
+            std::array<Vec<3>, 66> points;
+            const double off = coordinate(0, 0.2);
+            for (std::size_t n = 0; n < starts.size(); ++n) {
+                const auto& alpha = multi_indices<10, 2>[n];
+                starts[n] = {alpha[0] / 10.0, alpha[1] / 10.0, alpha[2] / 10.0};
+                points[n] = point_at(facet, starts[n]) + off * point_in(-1, 1);
+            }
+            std::array<double, 66> found{};
+            distances_inside(facet, starts, points, found, Instructions::baseline);
+            for (std::size_t n = 0; n < starts.size(); ++n) {
+                const auto foot = closest_from(facet, points[n], starts[n]);
+                const double least = std::sqrt(foot.distance_squared);
+                if (!std::isnan(found[n])) RC_ASSERT(std::fabs(found[n] - least) <= 1e-12);
+                const bool inside = foot.xi[0] > 0.1 && foot.xi[1] > 0.1 && foot.xi[2] > 0.1;
+                if (inside && least < 0.02) RC_ASSERT(!std::isnan(found[n]));
+            }
+            const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+            for (const Instructions set : {Instructions::baseline, Instructions::avx2, Instructions::avx512}) {
+                if (!has(set)) continue;
+                std::array<double, 66> again{};
+                distances_inside(facet, starts, points, again, set);
+                for (std::size_t n = 0; n < starts.size(); ++n) {
+                    double alone = 0;
+                    distances_inside(facet, {&starts[n], 1}, {&points[n], 1}, {&alone, 1}, set);
+                    RC_ASSERT(same(again[n], found[n]));
+                    RC_ASSERT(same(alone, found[n]));
+                }
+            }
+        },
+        {.count = 100});
+}
+
 TEST_CASE("derivatives of a cubic are those of finite differences") {
     camber::testing::property("first and second", [] {
         CubicSimplex<2, 3> facet;
