@@ -8,8 +8,8 @@ module;
 export module camber.curving:edge_energy;
 import camber.core;
 
-/// The energy Σ_K w_K ∫_K |∇u|² dx of displacements of edge nodes, u = Σ_e 4 ξ_i ξ_j u_e, and its gradient, without a
-/// matrix: an element's part follows from the products of its ∇ξ.
+/// The energy Σ_K w_K ∫_K |∇u|² dx of displacements of edge nodes, u = Σ_e 4 ξ_i ξ_j u_e: an element's part of its
+/// matrix follows from the products of its ∇ξ.
 namespace camber {
 
 /// How much an element counts, by |det| of its edges. Bounded, so that the slightest elements do not drown the others.
@@ -99,32 +99,22 @@ inline constexpr auto edges_beside = [] {
     return table;
 }();
 
-/// What the element adds to an edge's diagonal.
-template <int D>
-[[nodiscard]] inline double diagonal_part(const Gradients<D>& g, int own) {
-    double sum = g[own];
-    for (int n = 0; n < D - 1; ++n) sum += g[edges_beside<D>[own].first[n]] + g[edges_beside<D>[own].second[n]];
-    return -2 * sum;
-}
-
-/// What the element adds to an edge's row times u. From ∫ ξ_a ξ_b = (1 + δ_ab) · constant, with g_ii and g_jj put as
-/// sums; the edge kl opposite takes the sum of all that are beside.
-template <int D>
-[[nodiscard]] inline Vec<D> row_part(const Gradients<D>& g, int own,
-                                     const std::array<EdgeId, edges_per_simplex<D>>& edges, std::span<const Vec<D>> u) {
+/// What the element adds to an edge's row, add(local edge, entry) each. From ∫ ξ_a ξ_b = (1 + δ_ab) · constant, with
+/// g_ii and g_jj put as sums; the edge kl opposite takes the sum of all that are beside.
+template <int D, class Add>
+inline void each_row_entry(const Gradients<D>& g, int own, const Add& add) {
     const auto& beside = edges_beside<D>[own];
     double firsts = 0;
     double seconds = 0;
     for (int n = 0; n < D - 1; ++n) firsts += g[beside.first[n]], seconds += g[beside.second[n]];
-    Vec<D> sum = (-2 * (g[own] + firsts + seconds)) * u[edges[own].index()];
+    add(own, -2 * (g[own] + firsts + seconds));
     for (int n = 0; n < D - 1; ++n) {
         const double b = g[beside.first[n]];
         const double d = g[beside.second[n]];
-        sum += (2 * d + b - firsts) * u[edges[beside.first[n]].index()];
-        sum += (2 * b + d - seconds) * u[edges[beside.second[n]].index()];
+        add(beside.first[n], 2 * d + b - firsts);
+        add(beside.second[n], 2 * b + d - seconds);
     }
-    if constexpr (D == 3) sum += (firsts + seconds) * u[edges[beside.opposite].index()];
-    return sum;
+    if constexpr (D == 3) add(beside.opposite, firsts + seconds);
 }
 
 template <int D>

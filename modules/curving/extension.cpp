@@ -24,95 +24,222 @@ constexpr double joining = 0.1;
 constexpr double rounding = 1e-14;
 
 /// `beside`: its residual is kept, but it has not been moved. `joined`: it moves from the next step on.
-enum class Row : std::uint8_t { none, beside, joined, moving };
+enum class Row : std::uint8_t { beside, joined, moving };
 
-/// The unknowns, by edge: those of other edges than `rows` are 0 or given.
+/// Rows that a loop takes at once, with their entries of the matrix.
+struct Block {
+    std::size_t begin = 0, end = 0;
+    const EdgeId* columns = nullptr;
+    const double* values = nullptr;
+    std::vector<EdgeId> own_columns = {};  ///< where there are more than expected
+    std::vector<double> own_values = {};
+    std::vector<EdgeId> joined = {};  ///< in the last step
+};
+constexpr std::size_t block_rows = 256;
+constexpr std::size_t blocks_at_once = 4;
+
+/// Entries of the rows of a block, as they are assembled.
+struct Entries {
+    std::vector<EdgeId> columns = {};
+    std::vector<double> values = {};
+
+    void add(std::size_t begin, EdgeId column, double value) {
+        std::size_t k = begin;
+        while (k < columns.size() && columns[k] != column) ++k;
+        if (k == columns.size()) columns.push_back(column), values.push_back(0);
+        values[k] += value;
+    }
+};
+
+/// The rows of the matrix, an edge each, and their parts of the vectors. There is room for all edges; what is not used
+/// is never touched, and so no memory.
 template <int D>
-struct Unknowns {
+struct Rows {
+    std::size_t count = 0;
+    std::size_t entries = 0;
+    Buffer<EdgeId> edges;
+    Buffer<Row> state;
+    Buffer<double> inverse_diagonal, height;
+    Buffer<Vec<D>> u, residual, product;
+    Buffer<std::uint32_t> ends;  ///< of each row's entries in its block
+    Buffer<EdgeId> columns;
+    Buffer<double> values;
+
+    Rows(std::size_t n, std::size_t elements)
+        : edges(n),
+          state(n),
+          inverse_diagonal(n),
+          height(n),
+          u(n),
+          residual(n),
+          product(n),
+          ends(n),
+          columns(n + 3 * edges_per_simplex<D> * elements),
+          values(columns.size()) {}
+
+    [[nodiscard]] Vec<D> correction(std::size_t i) const { return inverse_diagonal[i] * residual[i]; }
+    /// Of the correction, as a share of the height.
+    [[nodiscard]] double size(std::size_t i) const { return norm(correction(i)) / height[i]; }
+};
+
+/// The system of equations, as far as the displacement has been felt: edges beyond have no row, and do not move.
+template <int D>
+struct System {
     const QuadraticMesh<D>& mesh;
     const Column<EdgeKind>& kinds;
     const Incidence<ElementId>& shells;
-    Buffer<ElementEnergy<D>> elements;
-    Buffer<Row> state;
-    std::vector<EdgeId> rows;  ///< rising
-    Buffer<Vec<D>> u, residual, direction, product;
-    Buffer<double> inverse_diagonal, height;
+    const Execution& execution;
+    Weighting weighting;
+    Buffer<Vec<D>> direction;           ///< by edge; at first what is given
+    Buffer<std::uint32_t> began;        ///< by edge: in which round its row began, from 1; 0: it has none
+    Buffer<ElementEnergy<D>> energies;  ///< of the elements with a row; the others are never written
+    Rows<D> rows;
+    std::vector<Block> blocks = {};
+    std::uint32_t round = 0;
 
-    [[nodiscard]] Vec<D> row_times(EdgeId edge, std::span<const Vec<D>> x) const {
-        Vec<D> sum;
-        for (const ElementId e : shells[edge]) {
-            const auto& edges = mesh.edges.of_elements[e];
-            sum += row_part<D>(elements[e.index()].gradients, local_edge<D>(edges, edge), edges, x);
-        }
-        return sum;
-    }
-    [[nodiscard]] Vec<D> correction(EdgeId edge) const {
-        return inverse_diagonal[edge.index()] * residual[edge.index()];
-    }
-    /// Of the correction, as a share of the height.
-    [[nodiscard]] double size(EdgeId edge) const { return norm(correction(edge)) / height[edge.index()]; }
-
-    /// The volume edges of elements around these that had no row yet, in a row each. Returns them.
-    std::vector<EdgeId> reach_out(std::span<const EdgeId> from) {
+    /// The volume edges of elements around these that had no row yet, rising.
+    Outcome<std::vector<EdgeId>> reach_out(std::span<const EdgeId> from) {
+        constexpr std::size_t grain = 1024;
+        std::vector<std::vector<EdgeId>> seen((from.size() + grain - 1) / grain);
+        auto looked = each_chunk(
+            execution, from.size(),
+            [&](std::size_t begin, std::size_t end) {
+                for (const EdgeId edge : from.subspan(begin, end - begin))
+                    for (const ElementId e : shells[edge])
+                        for (const EdgeId other : mesh.edges.of_elements[e])
+                            if (began[other.index()] == 0 && kinds[other] == EdgeKind::volume)
+                                seen[begin / grain].push_back(other);
+            },
+            grain);
+        if (!looked) return fail(looked.error());
+        ++round;
         std::vector<EdgeId> reached;
-        for (const EdgeId edge : from)
-            for (const ElementId e : shells[edge])
-                for (const EdgeId other : mesh.edges.of_elements[e]) {
-                    if (kinds[other] != EdgeKind::volume || state[other.index()] != Row::none) continue;
-                    state[other.index()] = Row::beside;
-                    reached.push_back(other);
-                }
+        for (const auto& some : seen)
+            for (const EdgeId edge : some)
+                if (began[edge.index()] == 0) began[edge.index()] = round, reached.push_back(edge);
         std::sort(reached.begin(), reached.end());
-        const auto middle = static_cast<std::ptrdiff_t>(rows.size());
-        rows.insert(rows.end(), reached.begin(), reached.end());
-        std::inplace_merge(rows.begin(), rows.begin() + middle, rows.end());
         return reached;
     }
-    void begin_row(EdgeId edge) {
-        double diagonal = 0;
-        double least = std::numeric_limits<double>::infinity();
+
+    /// Whether of all rows around the element, this edge's is the first: so each element is computed once.
+    [[nodiscard]] bool is_first_of(EdgeId edge, ElementId e) const {
+        const auto& edges = mesh.edges.of_elements[e];
+        return std::all_of(edges.begin(), edges.end(), [&](EdgeId other) {
+            const std::uint32_t in = began[other.index()];
+            return in == 0 || (in == round && edge <= other);
+        });
+    }
+
+    void begin_row(std::size_t i, EdgeId edge, Entries& entries) {
+        const std::size_t begin = entries.columns.size();
+        double height = std::numeric_limits<double>::infinity();
+        entries.add(begin, edge, 0);
         for (const ElementId e : shells[edge]) {
-            const auto& [gradients, smallest] = elements[e.index()];
-            diagonal += diagonal_part<D>(gradients, local_edge<D>(mesh.edges.of_elements[e], edge));
-            least = std::min(least, smallest);
+            const auto& edges = mesh.edges.of_elements[e];
+            const ElementEnergy<D>& energy = energies[e.index()];
+            each_row_entry<D>(energy.gradients, local_edge<D>(edges, edge),
+                              [&](int k, double value) { entries.add(begin, edges[k], value); });
+            height = std::min(height, energy.height);
         }
-        inverse_diagonal[edge.index()] = diagonal > 0 ? 1 / diagonal : 0;
-        height[edge.index()] = least;
-        residual[edge.index()] = {};
+        const double diagonal = entries.values[begin];
+        rows.edges[i] = edge;
+        rows.state[i] = Row::beside;
+        rows.inverse_diagonal[i] = diagonal > 0 ? 1 / diagonal : 0;
+        rows.height[i] = height;
+        rows.u[i] = rows.residual[i] = {};
+        rows.ends[i] = static_cast<std::uint32_t>(entries.columns.size());
+    }
+
+    /// The rows of a block, with room for so many entries from `room` on.
+    void begin_block(Block& block, std::span<const EdgeId> edges, std::size_t room, std::size_t expected) {
+        Entries entries;
+        entries.columns.reserve(expected);
+        entries.values.reserve(expected);
+        for (std::size_t k = 0; k < edges.size(); ++k) begin_row(block.begin + k, edges[k], entries);
+        if (entries.columns.size() > expected) {
+            block.own_columns = std::move(entries.columns);
+            block.own_values = std::move(entries.values);
+            block.columns = block.own_columns.data();
+            block.values = block.own_values.data();
+            return;
+        }
+        std::copy(entries.columns.begin(), entries.columns.end(), rows.columns.data() + room);
+        std::copy(entries.values.begin(), entries.values.end(), rows.values.data() + room);
+        block.columns = rows.columns.data() + room;
+        block.values = rows.values.data() + room;
+    }
+
+    /// All around these edges gets a row.
+    Outcome<Done> begin_rows_around(std::span<const EdgeId> from) {
+        const auto reached = reach_out(from);
+        if (!reached) return fail(reached.error());
+        const std::span<const EdgeId> edges(*reached);
+        auto computed = each(execution, edges.size(), [&](std::size_t i) {
+            for (const ElementId e : shells[edges[i]])
+                if (is_first_of(edges[i], e)) energies[e.index()] = element_energy<D>(mesh.linear, e, weighting);
+        });
+        if (!computed) return fail(computed.error());
+        const std::size_t first = blocks.size();
+        std::vector<std::size_t> room;
+        for (std::size_t begin = 0; begin < edges.size(); begin += block_rows) {
+            const std::size_t end = std::min(begin + block_rows, edges.size());
+            room.push_back(rows.entries);
+            for (std::size_t i = begin; i < end; ++i) rows.entries += 1 + 3 * shells[edges[i]].size();  // if closed
+            blocks.push_back({rows.count + begin, rows.count + end});
+        }
+        room.push_back(rows.entries);
+        rows.count += edges.size();
+        return each(
+            execution, blocks.size() - first,
+            [&](std::size_t b) {
+                const auto of_block = edges.subspan(b * block_rows, blocks[first + b].end - blocks[first + b].begin);
+                begin_block(blocks[first + b], of_block, room[b], room[b + 1] - room[b]);
+            },
+            1);
+    }
+
+    /// visit(row, A x) for each row of a block, x by edge.
+    template <class Visit>
+    void each_product(const Block& block, std::span<const Vec<D>> x, const Visit& visit) const {
+        std::size_t k = 0;
+        for (std::size_t i = block.begin; i < block.end; ++i) {
+            Vec<D> sum;
+            for (const std::size_t end = rows.ends[i]; k < end; ++k)
+                sum += block.values[k] * x[block.columns[k].index()];
+            visit(i, sum);
+        }
     }
 };
 
 /// Before the first step: what is given is moved, and all beside it has a row.
 template <int D>
-Outcome<Unknowns<D>> unknowns_of(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, Buffer<Vec<D>> given,
-                                 const Incidence<ElementId>& shells, double stiffening, const Execution& execution) {
+Outcome<System<D>> system_of(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, Buffer<Vec<D>> given,
+                             const Incidence<ElementId>& shells, double stiffening, const Execution& execution) {
     const auto weighting = weighting_of(mesh.linear, stiffening, execution);
     if (!weighting) return fail(weighting.error());
-    auto elements = map_each(execution, mesh.linear.elements.size(),
-                             [&](std::size_t e) { return element_energy<D>(mesh.linear, ElementId(e), *weighting); });
-    if (!elements) return fail(elements.error());
     const std::size_t n = mesh.edges.size();
-    Unknowns<D> x{mesh,
-                  kinds,
-                  shells,
-                  std::move(*elements),
-                  Buffer<Row>(n, Row::none),
-                  {},
-                  std::move(given),
-                  Buffer<Vec<D>>(n),
-                  Buffer<Vec<D>>(n, Vec<D>{}),
-                  Buffer<Vec<D>>(n),
-                  Buffer<double>(n),
-                  Buffer<double>(n)};
+    System<D> x{mesh,
+                kinds,
+                shells,
+                execution,
+                *weighting,
+                std::move(given),
+                Buffer<std::uint32_t>(n, 0U),
+                Buffer<ElementEnergy<D>>(mesh.linear.elements.size()),
+                Rows<D>(n, mesh.linear.elements.size())};
     std::vector<EdgeId> moved;
     for (std::size_t e = 0; e < n; ++e)
-        if (x.u[e] != Vec<D>{}) moved.emplace_back(e);
-    const auto reached = x.reach_out(moved);
-    auto done = each(execution, reached.size(), [&](std::size_t i) {
-        x.begin_row(reached[i]);
-        x.residual[reached[i].index()] -= x.row_times(reached[i], x.u);
-    });
+        if (kinds[e] != EdgeKind::volume && x.direction[e] != Vec<D>{}) moved.emplace_back(e);
+    if (auto begun = x.begin_rows_around(moved); !begun) return fail(begun.error());
+    auto done = each(
+        execution, x.blocks.size(),
+        [&](std::size_t b) {
+            x.each_product(x.blocks[b], x.direction,
+                           [&](std::size_t i, const Vec<D>& sum) { x.rows.residual[i] -= sum; });
+        },
+        blocks_at_once);
     if (!done) return fail(std::move(done.error()));
+    for (const EdgeId edge : moved) x.direction[edge.index()] = {};
     return x;
 }
 
@@ -130,35 +257,54 @@ struct Sums {
 
 /// Moves along the direction, and looks at what is left.
 template <int D>
-Outcome<Sums> step(Unknowns<D>& x, double length, double tolerance, const Execution& execution) {
-    return reduce_each(
-        execution, x.rows.size(), Sums{},
-        [&](Sums& sums, std::size_t i) {
-            const EdgeId edge = x.rows[i];
-            const std::size_t e = edge.index();
-            if (x.state[e] == Row::moving) x.u[e] += length * x.direction[e];
-            if (length != 0) x.residual[e] -= length * x.product[e];
-            const double size = x.size(edge);
+Outcome<Sums> step(System<D>& x, double length, double tolerance) {
+    const auto take = [&](Sums& sums, std::size_t b) {
+        Block& block = x.blocks[b];
+        Rows<D>& rows = x.rows;
+        block.joined.clear();
+        for (std::size_t i = block.begin; i < block.end; ++i) {
+            if (rows.state[i] == Row::moving) rows.u[i] += length * x.direction[rows.edges[i].index()];
+            if (length != 0) rows.residual[i] -= length * rows.product[i];
+            const double size = rows.size(i);
             sums.largest = std::max(sums.largest, size);
-            if (x.state[e] == Row::beside) {
-                if (!(size > joining * tolerance)) return;
-                x.state[e] = Row::joined;
+            if (rows.state[i] == Row::beside) {
+                if (!(size > joining * tolerance)) continue;
+                rows.state[i] = Row::joined;
+                block.joined.push_back(rows.edges[i]);
                 ++sums.joined;
             }
-            if (length != 0) sums.by_product += dot(x.correction(edge), x.product[e]);
-            sums.by_residual += dot(x.correction(edge), x.residual[e]);
-        },
-        [](const Sums& a, const Sums& b) { return a + b; });
+            if (length != 0) sums.by_product += dot(rows.correction(i), rows.product[i]);
+            sums.by_residual += dot(rows.correction(i), rows.residual[i]);
+        }
+    };
+    return reduce_each(
+        x.execution, x.blocks.size(), Sums{}, take, [](const Sums& a, const Sums& b) { return a + b; }, blocks_at_once);
 }
 
-/// What has joined moves, and all beside it has a row.
+/// What has joined moves, and all beside it gets a row.
 template <int D>
-Outcome<Done> join(Unknowns<D>& x, const Execution& execution) {
+Outcome<Done> join(System<D>& x) {
     std::vector<EdgeId> joined;
-    for (const EdgeId edge : x.rows)
-        if (x.state[edge.index()] == Row::joined) joined.push_back(edge), x.state[edge.index()] = Row::moving;
-    const auto reached = x.reach_out(joined);
-    return each(execution, reached.size(), [&](std::size_t i) { x.begin_row(reached[i]); });
+    for (const Block& block : x.blocks) joined.insert(joined.end(), block.joined.begin(), block.joined.end());
+    return x.begin_rows_around(joined);
+}
+
+/// The next direction, conjugate to the last.
+template <int D>
+Outcome<Done> turn_by(System<D>& x, double turn) {
+    return each(
+        x.execution, x.blocks.size(),
+        [&](std::size_t b) {
+            const Block& block = x.blocks[b];
+            Rows<D>& rows = x.rows;
+            for (std::size_t i = block.begin; i < block.end; ++i) {
+                if (rows.state[i] == Row::joined) rows.state[i] = Row::moving;
+                if (rows.state[i] != Row::moving) continue;
+                Vec<D>& direction = x.direction[rows.edges[i].index()];
+                direction = rows.correction(i) + turn * direction;
+            }
+        },
+        blocks_at_once);
 }
 
 /// The direction's product with the matrix, and its own with that and with the residual.
@@ -166,16 +312,20 @@ struct Along {
     double curvature = 0, slope = 0;
 };
 template <int D>
-Outcome<Along> multiply(Unknowns<D>& x, const Execution& execution) {
+Outcome<Along> multiply(System<D>& x) {
     return reduce_each(
-        execution, x.rows.size(), Along{},
-        [&](Along& along, std::size_t i) {
-            const std::size_t e = x.rows[i].index();
-            x.product[e] = x.row_times(x.rows[i], x.direction);
-            along.curvature += dot(x.direction[e], x.product[e]);
-            along.slope += dot(x.direction[e], x.residual[e]);
+        x.execution, x.blocks.size(), Along{},
+        [&](Along& along, std::size_t b) {
+            Rows<D>& rows = x.rows;
+            x.each_product(x.blocks[b], x.direction, [&](std::size_t i, const Vec<D>& sum) {
+                const Vec<D>& direction = x.direction[rows.edges[i].index()];
+                rows.product[i] = sum;
+                along.curvature += dot(direction, sum);
+                along.slope += dot(direction, rows.residual[i]);
+            });
         },
-        [](const Along& a, const Along& b) { return Along{a.curvature + b.curvature, a.slope + b.slope}; }, 1024);
+        [](const Along& a, const Along& b) { return Along{a.curvature + b.curvature, a.slope + b.slope}; },
+        blocks_at_once);
 }
 
 struct Solved {
@@ -186,9 +336,9 @@ struct Solved {
 /// Conjugate gradients with the diagonal as preconditioner; the D components share their steps. Rows join as the
 /// residual reaches them, so each new direction is made conjugate to the last by the product itself (Polak, Ribière).
 template <int D>
-Outcome<Solved> solve(Unknowns<D>& x, const ExtensionOptions& options, const Execution& execution) {
+Outcome<Solved> solve(System<D>& x, const ExtensionOptions& options) {
     Solved solved;
-    auto sums = step(x, 0, options.tolerance, execution);
+    auto sums = step(x, 0, options.tolerance);
     if (!sums) return fail(sums.error());
     const double first = sums->by_residual;
     double turn = 0;
@@ -196,16 +346,12 @@ Outcome<Solved> solve(Unknowns<D>& x, const ExtensionOptions& options, const Exe
            sums->by_residual > rounding * rounding * first;
          ++solved.iterations) {
         if (sums->joined > 0)
-            if (auto joined = join(x, execution); !joined) return fail(joined.error());
-        auto turned = each(execution, x.rows.size(), [&](std::size_t i) {
-            const std::size_t e = x.rows[i].index();
-            if (x.state[e] == Row::moving) x.direction[e] = x.correction(x.rows[i]) + turn * x.direction[e];
-        });
-        if (!turned) return fail(turned.error());
-        const auto along = multiply(x, execution);
+            if (auto joined = join(x); !joined) return fail(joined.error());
+        if (auto turned = turn_by(x, turn); !turned) return fail(turned.error());
+        const auto along = multiply(x);
         if (!along) return fail(along.error());
         if (!(along->curvature > 0)) break;
-        sums = step(x, along->slope / along->curvature, options.tolerance, execution);
+        sums = step(x, along->slope / along->curvature, options.tolerance);
         if (!sums) return fail(sums.error());
         turn = -sums->by_product / along->curvature;
     }
@@ -231,19 +377,22 @@ Outcome<Extension<D>> extend_boundary(const QuadraticMesh<D>& mesh, const Column
     });
     if (!nodes) return fail(nodes.error());
     Extension<D> extension{std::move(*nodes)};
-    auto given = map_each(execution, n, [&](std::size_t e) { return extension.nodes[e].point - middle(e); });
+    auto given = map_each(execution, n, [&](std::size_t e) {
+        return kinds[e] == EdgeKind::volume ? Vec<D>{} : extension.nodes[e].point - middle(e);
+    });
     if (!given) return fail(given.error());
     if (std::all_of(given->begin(), given->end(), [](const Vec<D>& v) { return v == Vec<D>{}; })) return extension;
     return guarded([&]() -> Outcome<Extension<D>> {
-        auto x = unknowns_of<D>(mesh, kinds, std::move(*given), shells, options.stiffening, execution);
+        auto x = system_of<D>(mesh, kinds, std::move(*given), shells, options.stiffening, execution);
         if (!x) return fail(x.error());
-        const auto solved = solve(*x, options, execution);
+        const auto solved = solve(*x, options);
         if (!solved) return fail(solved.error());
         extension.iterations = solved->iterations;
         extension.correction = solved->correction;
-        for (const EdgeId edge : x->rows) {
-            extension.solved += x->state[edge.index()] == Row::moving ? 1 : 0;
-            extension.nodes[edge.index()].point += x->u[edge.index()];
+        const Rows<D>& rows = x->rows;
+        for (std::size_t i = 0; i < rows.count; ++i) {
+            extension.solved += rows.state[i] == Row::moving ? 1 : 0;
+            extension.nodes[rows.edges[i].index()].point += rows.u[i];
         }
         return std::move(extension);
     });
