@@ -38,16 +38,22 @@ struct Block {
 constexpr std::size_t block_rows = 256;
 constexpr std::size_t blocks_at_once = 4;
 
-/// Entries of the rows of a block, as they are assembled.
+/// Entries of the rows of a block, as they are assembled: of a row first its own, then those of edges that meet it,
+/// which two elements have, then those opposite, each of one element.
 struct Entries {
     std::vector<EdgeId> columns = {};
     std::vector<double> values = {};
+    std::vector<std::pair<EdgeId, double>> opposite = {};
 
-    void add(std::size_t begin, EdgeId column, double value) {
+    void add_beside(std::size_t begin, EdgeId column, double value) {
         std::size_t k = begin;
         while (k < columns.size() && columns[k] != column) ++k;
         if (k == columns.size()) columns.push_back(column), values.push_back(0);
         values[k] += value;
+    }
+    void end_row() {
+        for (const auto& [column, value] : opposite) columns.push_back(column), values.push_back(value);
+        opposite.clear();
     }
 };
 
@@ -133,14 +139,23 @@ struct System {
     void begin_row(std::size_t i, EdgeId edge, Entries& entries) {
         const std::size_t begin = entries.columns.size();
         double height = std::numeric_limits<double>::infinity();
-        entries.add(begin, edge, 0);
+        entries.columns.push_back(edge);
+        entries.values.push_back(0);
         for (const ElementId e : shells[edge]) {
             const auto& edges = mesh.edges.of_elements[e];
             const ElementEnergy<D>& energy = energies[e.index()];
-            each_row_entry<D>(energy.gradients, local_edge<D>(edges, edge),
-                              [&](int k, double value) { entries.add(begin, edges[k], value); });
+            const int own = local_edge<D>(edges, edge);
+            each_row_entry<D>(energy.gradients, own, [&](int k, double value) {
+                if (k == own)
+                    entries.values[begin] += value;
+                else if (D == 3 && k == edges_beside<D>[own].opposite)
+                    entries.opposite.emplace_back(edges[k], value);
+                else
+                    entries.add_beside(begin + 1, edges[k], value);
+            });
             height = std::min(height, energy.height);
         }
+        entries.end_row();
         const double diagonal = entries.values[begin];
         rows.edges[i] = edge;
         rows.state[i] = Row::beside;
