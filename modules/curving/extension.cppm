@@ -30,8 +30,8 @@ struct Extension {
 /// Carries the displacement of the given nodes off the middles of their chords into the volume: nodes of volume edges
 /// get the displacement u that minimises Σ over the straight elements of ∫ |∇u|² dx, u in the space of the P2 edge
 /// functions 4 ξ_i ξ_j (vertices stay). det (I + ∇u) is the scaled Jacobian. Since the gradient is taken in space, u
-/// varies least across thin elements: a stack of layers moves with its wall. Solved by conjugate gradients without a
-/// matrix, in as much of the mesh as the displacement reaches by more than the tolerance; the same bytes for any number
+/// varies least across thin elements: a stack of layers moves with its wall. Solved by conjugate gradients, with
+/// rows for as much of the mesh as the displacement reaches by more than the tolerance; the same bytes for any number
 /// of threads. Errors: columns that do not fit the mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Extension<D>> extend_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
