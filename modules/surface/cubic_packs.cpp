@@ -83,7 +83,7 @@ struct ModelPack {
     constexpr double margin = 0.05;     // how far outside a step may lead
     PointPack r = residual(f, u, v, p);
     const Pack first = dot(r, r);
-    Mask sound = first == first;
+    Mask sound = first >= 0;  // a number
     Mask open = sound;
     for (int step = 0; step < most_steps && any(open); ++step) {
         const ModelPack m = model_at(f, u, v, r);
