@@ -106,8 +106,9 @@ void add_complexities(std::span<const DensityElement<D>> elements, double& sum) 
         for (std::size_t lane = 0; lane < pack_size; ++lane) divided[lane] = near[lane];
     });
     for (std::size_t i = 0; i < elements.size(); ++i) {
-        const auto [low, high] = std::ranges::minmax(elements[i].f);
-        sum += elements[i].volume * (high - low <= 1 ? divided[i] : exp_divided(elements[i].f));
+        const auto& f = elements[i].f;
+        const auto [low, high] = std::minmax_element(f.begin(), f.end());
+        sum += elements[i].volume * (*high - *low <= 1 ? divided[i] : exp_divided(f));
     }
 }
 

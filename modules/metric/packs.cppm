@@ -138,28 +138,12 @@ template <int D>
     return s;
 }
 
-/// Jacobi's rotation that makes two columns orthogonal.
-struct RotationPack {
-    Pack tangent, cosine;
-};
-/// The tangent is the smaller root of t² + (difference/product) t = 1; 0 in other lanes than `lanes`. Where it is
-/// small, both are sums of series to the last digit: most rotations are the last ones, and roots are what they cost.
-[[nodiscard, gnu::always_inline]] inline RotationPack jacobi_rotation(Pack difference, Pack product, Mask lanes) {
-    const Mask small = abs(product) < 0x1p-8 * abs(difference);
-    const Pack q = select(lanes & small, product / difference, packed(0));
-    const Pack qq = q * q;
-    Pack t = q * (1 - qq * (1 - qq * (2 - qq * (5 - 14 * qq))));
-    const Pack tt = t * t;
-    Pack c = 1 - tt * (0.5 - tt * (0.375 - tt * 0.3125));
-    const Mask large = lanes & ~small;
-    if (any(large)) {
-        const Pack twice = 2 * product;
-        const Pack denominator = difference + copysign(sqrt(difference * difference + twice * twice), difference);
-        const Pack root = select(large & (denominator != 0), twice / denominator, packed(0));
-        t = select(large, root, t);
-        c = select(large, 1 / sqrt(root * root + 1), c);
-    }
-    return {t, c};
+/// The tangent of Jacobi's rotation that makes two columns orthogonal: the smaller root of t² + (difference/product) t
+/// = 1; 0 in other lanes than `lanes`.
+[[nodiscard, gnu::always_inline]] inline Pack rotation_tangent(Pack difference, Pack product, Mask lanes) {
+    const Pack twice = 2 * product;
+    const Pack denominator = difference + copysign(sqrt(difference * difference + twice * twice), difference);
+    return select(lanes & (denominator != 0), twice / denominator, packed(0));
 }
 /// Columns p, q of m take the rotation.
 template <int D>
@@ -204,7 +188,8 @@ template <int D>
         for (int p = 0; p < D - 1; ++p)
             for (int q = p + 1; q < D; ++q) {
                 const Pack apq = a(p, q);
-                const auto [t, c] = jacobi_rotation(a(q, q) - a(p, p), apq, lanes);
+                const Pack t = rotation_tangent(a(q, q) - a(p, p), apq, lanes);
+                const Pack c = 1 / sqrt(t * t + 1);
                 const Pack s = t * c;
                 a(p, p) -= t * apq;
                 a(q, q) += t * apq;
@@ -243,10 +228,11 @@ template <int D>
                 const Pack beta = dot(w.column[q], w.column[q]);
                 const Pack gamma = dot(w.column[p], w.column[q]);
                 // The product of orthogonal columns is known to a few ulps of theirs: less would never be reached.
-                const Mask lanes = gamma * gamma > 1e-30 * (alpha * beta);
+                const Mask lanes = abs(gamma) > 1e-15 * sqrt(alpha * beta);
                 rotated |= lanes;
                 if (!any(lanes)) continue;
-                const auto [t, c] = jacobi_rotation(beta - alpha, gamma, lanes);
+                const Pack t = rotation_tangent(beta - alpha, gamma, lanes);
+                const Pack c = 1 / sqrt(t * t + 1);
                 const Pack s = t * c;
                 rotate_columns(w, p, q, c, s);
                 rotate_columns(out.vectors, p, q, c, s);

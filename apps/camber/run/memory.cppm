@@ -8,7 +8,7 @@ export namespace camber::run {
 /// the program itself takes, and so much a vertex and an element. Fitted to the peaks that report.json gave where walls
 /// are curved and the field goes along with them: shells with layers of 2.7·10⁵, 10⁶ and 5·10⁶ tetrahedra, annuli of
 /// 3·10⁵ and 3·10⁶ triangles. Off by −7 % to +7 % there; the objective `shape` takes a tenth to a fifth less, a run
-/// where no wall moves two thirds of that. Saturates instead of overflowing. A mesh to be generated, or fields in a VTU
+/// where no wall moves a fifth. Saturates instead of overflowing. A mesh to be generated, or fields in a VTU
 /// file, come on top.
 [[nodiscard]] constexpr std::size_t estimated_peak_bytes(std::size_t vertices, std::size_t elements, int dimension) {
     const double program = 10.5e6;
