@@ -2,7 +2,7 @@
 //
 //   paper_reference  the paper's method, edge by edge (paper_reference/): metric along the edge from its three nodes
 //   paper_points     the same with the metric located and interpolated at each quadrature point
-//   camber           volume_target by the energy, as `curve` calls it, with the acceptance by 12 points
+//   camber           searched_targets by the energy, as `curve` calls it: in packs, with the acceptance
 //   camber_length    the same by the length
 //   default          offsets for accuracy, over the column of edges
 //
@@ -13,8 +13,8 @@
 // edges_per_second by one core. true_length: the mean over the edges of the curved edge's Riemannian length over the
 // straight one's, both in the field of the back mesh by 16 pieces of 4 Gauss points; true_length_p99: the percentile 99
 // of that; longer: the share of edges that are longer than their chords by more than 1e-9. Of an edge, in the mean:
-// evaluations and exponentials (the paper's), its walks and the elements that they looked at; samples: points at which
-// a back mesh was asked (each is a location and, but for a few, a decomposition).
+// evaluations and exponentials (the paper's), its walks and the elements that they looked at; decompositions: of M, by
+// searches in packs. Shares of edges: single: searched alone; judged: those that twelve points had to accept.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -107,59 +107,37 @@ void by_the_paper(benchmark::State& state, const EdgeCase& c, paper::Along along
     state.counters["walked_elements"] = an_edge(work.steps);
 }
 
-/// A back mesh that counts at how many points it is asked, by one thread.
-class CountingBack final : public BackModel<3> {
-  public:
-    CountingBack(BackMesh<3> back, std::size_t& samples) : back_(std::move(back)), samples_(&samples) {}
-
-    [[nodiscard]] Location<3> locate(const Vec<3>& p, ElementId hint) const override { return back_->locate(p, hint); }
-    void sample_values(std::span<const Vec<3>> points, ElementId hint, std::span<FieldSample<3>> out) const override {
-        *samples_ += points.size();
-        back_->sample_values(points, hint, out);
+EdgeSearchWork find_targets(const EdgeCase& c, const CurveOptions& options, const EdgeRules& rules,
+                            std::span<EdgeTarget<3>> targets) {
+    EdgeSearchWork work;
+    for (std::size_t begin = 0; begin < c.edges.size(); begin += searched_together) {
+        const std::size_t n = std::min(searched_together, c.edges.size() - begin);
+        work += searched_targets<3>(c.mesh, std::span(c.edges).subspan(begin, n), c.mesh.mid_nodes, c.shell, c.back,
+                                    rules, options, targets.subspan(begin, n));
     }
-    void sample_with_gradients(std::span<const Vec<3>> points, ElementId hint,
-                               std::span<FieldSample<3>> out) const override {
-        *samples_ += points.size();
-        back_->sample_with_gradients(points, hint, out);
-    }
-    void sample_with_recovered_gradients(std::span<const Vec<3>> points, ElementId hint,
-                                         std::span<FieldSample<3>> out) const override {
-        *samples_ += points.size();
-        back_->sample_with_recovered_gradients(points, hint, out);
-    }
-    void see(std::span<const BackEdge> edges, std::span<EdgeEnds<3>> out) const override { back_->see(edges, out); }
-    [[nodiscard]] std::size_t vertex_count() const override { return back_->vertex_count(); }
-    [[nodiscard]] BackVertex<3> vertex(VertexId v) const override { return back_->vertex(v); }
-    [[nodiscard]] BackSector<3> sector(ElementId e, VertexId a, VertexId b) const override {
-        return back_->sector(e, a, b);
-    }
-
-  private:
-    BackMesh<3> back_;
-    std::size_t* samples_;
-};
-
-void find_targets(const EdgeCase& c, const BackMesh<3>& back, const CurveOptions& options, const EdgeRules& rules,
-                  std::span<Vec<3>> nodes) {
-    for (std::size_t i = 0; i < c.edges.size(); ++i) {
-        const EdgeId e = c.edges[i];
-        nodes[i] = volume_target(c.mesh, e, c.mesh.mid_nodes[e], c.shell[e], back, rules, options).node.point;
-    }
+    return work;
 }
 
 void by_camber(benchmark::State& state, const EdgeCase& c, CurvingAim aim) {
     CurveOptions options;
     options.aim = aim;
     const EdgeRules rules = edge_rules(options);
-    std::vector<Vec<3>> nodes(c.edges.size());
+    std::vector<EdgeTarget<3>> targets(c.edges.size());
+    EdgeSearchWork work;
     for (auto _ : state) {
-        find_targets(c, c.back, options, rules, nodes);
-        benchmark::DoNotOptimize(nodes.data());
+        work = find_targets(c, options, rules, targets);
+        benchmark::DoNotOptimize(targets.data());
     }
-    std::size_t samples = 0;
-    find_targets(c, BackMesh<3>(CountingBack(c.back, samples)), options, rules, nodes);
+    std::vector<Vec<3>> nodes;
+    nodes.reserve(targets.size());
+    for (const EdgeTarget<3>& target : targets) nodes.push_back(target.node.point);
     count_lengths(state, c, nodes);
-    state.counters["samples"] = static_cast<double>(samples) / static_cast<double>(c.edges.size());
+    const auto an_edge = [&](std::size_t count) {
+        return static_cast<double>(count) / static_cast<double>(c.edges.size());
+    };
+    state.counters["single"] = an_edge(work.single);
+    state.counters["judged"] = an_edge(work.judged);
+    state.counters["decompositions"] = an_edge(work.decompositions);
 }
 
 void by_default(benchmark::State& state, const EdgeCase& c) {

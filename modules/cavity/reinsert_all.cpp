@@ -44,12 +44,10 @@ Curving<D> nothing_known(QuadraticMesh<D> mesh, const Column<EdgeKind>& kinds, c
         Buffer<std::uint8_t>(n, 0)};
 }
 
-/// What is judged by element is known of all edges before the first cavity, or of none: searches are put off until a
-/// cavity asks.
+/// Known of all edges before the first cavity: nodes for accuracy are judged by element, and searches go in packs.
 template <int D>
-Outcome<Curving<D>> with_targets_by_element(Curving<D> c, const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                            const CurveOptions& options, const Execution& execution) {
-    if (options.aim != CurvingAim::accuracy) return c;
+Outcome<Curving<D>> with_targets_of_edges(Curving<D> c, const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                          const CurveOptions& options, const Execution& execution) {
     auto targets = edge_targets(c.mesh, c.kinds, c.base, shells, back, options, execution);
     if (!targets) return fail(targets.error());
     c.known = Buffer<std::uint8_t>(targets->size(), 1);
@@ -195,8 +193,8 @@ Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind
     if (!topology) return fail(topology.error());
     const std::size_t vertices = mesh.linear.points.size();
     const auto boundary = boundary_vertices(mesh, kinds);
-    auto aimed = with_targets_by_element(nothing_known(std::move(mesh), kinds, base), topology->shells, back,
-                                         options.cavity.edge, without_progress(execution));
+    auto aimed = with_targets_of_edges(nothing_known(std::move(mesh), kinds, base), topology->shells, back,
+                                       options.cavity.edge, without_progress(execution));
     if (!aimed) return fail(aimed.error());
     auto begun = with_bare_edges(std::move(*aimed), topology->shells);
     if (!begun) return fail(begun.error());

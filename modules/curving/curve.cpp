@@ -1,6 +1,7 @@
 module;
 #include <array>
 #include <cstddef>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -97,6 +98,36 @@ Outcome<Buffer<Vec<D>>> offsets_by_element(const QuadraticMesh<D>& mesh, const C
     return offsets;
 }
 
+/// Edges from `begin` to `end`, searched together; those that are measured are measured.
+template <int D>
+CurveStatistics search_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                               const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
+                               const BackMesh<D>& back, const EdgeRules& rules, const CurveOptions& options,
+                               std::size_t begin, std::size_t end, const auto& take) {
+    CurveStatistics statistics;
+    const auto give = [&](EdgeId e, const EdgeTarget<D>& target) {
+        take(e.index(), target);
+        count(statistics, target.flags);
+    };
+    std::vector<EdgeId> edges;
+    edges.reserve(end - begin);
+    for (EdgeId e(begin); e.index() < end; e = EdgeId(e.index() + 1)) {
+        const bool volume = kinds[e] == EdgeKind::volume;
+        if (volume && !shells[e].empty())
+            edges.push_back(e);
+        else
+            give(e, boundary_target(mesh, e, volume ? mesh.mid_nodes[e] : base[e]));
+    }
+    std::vector<EdgeTarget<D>> searched(edges.size());
+    searched_targets<D>(mesh, edges, base, shells, back, rules, options, searched);
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        if (is_measured(options.measured, edges[i].index(), mesh.edges.size()))
+            measure(mesh, {edges[i], shells[edges[i]].front()}, back, rules.report, searched[i]);
+        give(edges[i], searched[i]);
+    }
+    return statistics;
+}
+
 /// take(e, target) for each edge, see `edge_targets`; what was met.
 template <int D>
 Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
@@ -106,20 +137,25 @@ Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<
     if (auto fits = check_columns(mesh, kinds.size(), base.size()); !fits) return fail(fits.error());
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     const EdgeRules rules = edge_rules(options);
-    Buffer<Vec<D>> offsets;
-    if (options.aim == CurvingAim::accuracy) {
-        auto found = offsets_by_element(mesh, kinds, base, shells, back, options, without_progress(execution));
-        if (!found) return fail(found.error());
-        offsets = std::move(*found);
+    if (options.aim != CurvingAim::accuracy) {
+        std::vector<CurveStatistics> of_chunks((mesh.edges.size() + searched_together - 1) / searched_together);
+        const auto done = each_chunk(
+            execution, mesh.edges.size(),
+            [&](std::size_t begin, std::size_t end) {
+                of_chunks[begin / searched_together] =
+                    search_targets(mesh, kinds, base, shells, back, rules, options, begin, end, take);
+            },
+            searched_together);
+        if (!done) return fail(done.error());
+        return std::accumulate(of_chunks.begin(), of_chunks.end(), CurveStatistics{},
+                               [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; });
     }
+    const auto offsets = offsets_by_element(mesh, kinds, base, shells, back, options, without_progress(execution));
+    if (!offsets) return fail(offsets.error());
     const auto target_of = [&](std::size_t e) {
         if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), base[e]);
-        if (offsets.empty() || shells[e].empty()) {
-            auto target = volume_target(mesh, EdgeId(e), base[e], shells[e], back, rules, options);
-            if (!is_measured(options.measured, e, mesh.edges.size())) target.straight_length = target.length = 0;
-            return target;
-        }
-        const LagrangeNode<D> node{base[e].point + offsets[e]};
+        if (shells[e].empty()) return boundary_target(mesh, EdgeId(e), mesh.mid_nodes[e]);
+        const LagrangeNode<D> node{base[e].point + (*offsets)[e]};
         if (!is_measured(options.measured, e, mesh.edges.size())) return node_target(mesh, EdgeId(e), node);
         return measured_target(mesh, {EdgeId(e), shells[e].front()}, node, back, rules.report);
     };

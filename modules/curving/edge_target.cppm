@@ -85,6 +85,17 @@ template <int D>
                                           std::span<const ElementId> shell, const BackMesh<D>& back,
                                           const EdgeRules& rules, const CurveOptions& options);
 
+/// How many edges `curve` gives to searched_targets at a time: the last few of them do not fill a pack.
+inline constexpr std::size_t searched_together = 1024;
+
+/// volume_target of each of these edges for `energy` or `length`, in packs, without lengths: targets[i] of edges[i],
+/// each held by an element. An edge has the same target in any company.
+template <int D>
+EdgeSearchWork searched_targets(const QuadraticMesh<D>& mesh, std::span<const EdgeId> edges,
+                                const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
+                                const BackMesh<D>& back, const EdgeRules& rules, const CurveOptions& options,
+                                std::span<EdgeTarget<D>> targets);
+
 /// An edge, and an element that holds it.
 struct HeldEdge {
     EdgeId edge;
@@ -100,7 +111,11 @@ void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const BackEdge> ed
 /// A volume edge with this node, without lengths.
 template <int D>
 [[nodiscard]] EdgeTarget<D> node_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node);
-/// The same with its lengths by the rule `report`.
+/// A target's lengths by the rule `report`.
+template <int D>
+void measure(const QuadraticMesh<D>& mesh, const HeldEdge& held, const BackMesh<D>& back, const Quadrature& report,
+             EdgeTarget<D>& target);
+/// node_target with its lengths.
 template <int D>
 [[nodiscard]] EdgeTarget<D> measured_target(const QuadraticMesh<D>& mesh, const HeldEdge& held,
                                             const LagrangeNode<D>& node, const BackMesh<D>& back,

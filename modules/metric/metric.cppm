@@ -23,6 +23,7 @@ export import :edge_minimiser;
 import :edge_search;
 export import :edge_barycentric;
 export import :edge_accuracy;
+export import :edge_pack_search;
 export import :intersection;
 export import :operations;
 export import :gradation;

@@ -1,0 +1,139 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+export module camber.metric:edge_pack_begin;
+import :back_mesh;
+import :edge_minimiser;
+import :edge_objective;
+import :quadrature;
+import :straight_back;
+import :packs;
+import :edge_wedge;
+import :edge_pack_objective;
+import :edge_pack_location;
+import :edge_pack_search;
+import :edge_pack_lanes;
+import camber.core;
+import camber.bezier;
+
+/// How eight searches begin: in the best of the sectors around their chords.
+namespace camber {
+
+/// The best of the sectors for each lane's chord, by what its model promises.
+template <int D>
+struct BestSector {
+    ShellElementPack<D> element;
+    VecPack<D> step;
+    Pack slope{};
+    Pack slot{};
+    Pack change{};  ///< the most that log M changes to a vertex of the shell off the edge
+};
+
+template <int D>
+[[nodiscard, gnu::always_inline]] inline BestSector<D> best_sector(const StraightBack<D>& back,
+                                                                   std::span<const BackEdge> edges,
+                                                                   const std::array<std::uint32_t, pack_size>& lanes,
+                                                                   const ChordPack<D>& chords, const ChordFrame<D>& f,
+                                                                   const ObjectiveSums<D>& sums, Pack curvature) {
+    // R A Rᵀ.
+    MatPack<D> transposed;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) transposed(i, j) = f.axes(j, i);
+    const SymPack<D> adjoint = congruence_transposed(transposed, sums.adjoint);
+    const Pack by_b = inner(adjoint, chords.change);
+    VecPack<D> common;
+    for (int i = 0; i < D; ++i) common[i] = f.scale[i] * sums.common[i] + f.shift[i] * by_b;
+    std::size_t most = 0;
+    for (const std::uint32_t e : lanes) most = std::max(most, edges[e].shell.size());
+    const SymPack<D> inverse_hessian = multiple_of_identity<D>(curvature);
+    BestSector<D> best{};
+    for (std::size_t slot = 0; slot < most; ++slot) {
+        std::array<ElementId, pack_size> elements;
+        for (int lane = 0; lane < pack_size; ++lane) {
+            const auto& shell = edges[lanes[lane]].shell;
+            elements[lane] = shell[std::min(slot, shell.size() - 1)];
+        }
+        const ShellElementPack<D> element = shell_elements(back, chords, elements);
+        std::array<VecPack<D>, D - 1> rise;
+        VecPack<D> gradient = common;
+        for (int n = 0; n < D - 1; ++n) {
+            rise[n] = in_frame(f, element.rise[n]);
+            best.change = max(best.change, inner(element.change[n], element.change[n]));
+            const Pack by_n = inner(adjoint, element.change[n]) - element.along[n] * by_b;
+            for (int i = 0; i < D; ++i) gradient[i] += by_n * rise[n][i];
+        }
+        const WallStep<D> step = step_within<D>(rise, inverse_hessian, gradient, {});
+        const Mask better = (step.slope < best.slope) | ((step.slope == best.slope) & after(step.step, best.step));
+        choose(better, best.element, element);
+        choose(better, best.step, step.step);
+        best.slope = select(better, step.slope, best.slope);
+        best.slot = select(better, packed(static_cast<double>(slot)), best.slot);
+    }
+    best.change = sqrt(best.change);
+    return best;
+}
+
+template <int D>
+struct PackedEdges {
+    const StraightBack<D>& back;
+    std::span<const BackEdge> edges;
+    const EdgeRules& rules;
+    const EdgeMinimiserOptions& options;
+    std::span<EdgeMinimum<D>> minima;
+    std::span<std::uint8_t> alone;  ///< 1: not for packs, or it turned out so; 2: its node is to be judged
+    EdgeSearchWork& work;
+};
+
+/// How log M changes from end to end of an edge.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack change_of(const SearchPack<D>& s) {
+    return sqrt(inner(s.frame.change, s.frame.change));
+}
+
+template <int D>
+[[gnu::always_inline]] inline SearchLanes<D> begun(const PackedEdges<D>& all,
+                                                   const std::array<std::uint32_t, pack_size>& lanes, int count) {
+    SearchLanes<D> out{};
+    SearchPack<D>& s = out.pack;
+    out.edge = lanes;
+    std::array<VertexId, pack_size> a;
+    std::array<VertexId, pack_size> b;
+    for (int lane = 0; lane < pack_size; ++lane) {
+        a[lane] = all.edges[lanes[lane]].a;
+        b[lane] = all.edges[lanes[lane]].b;
+    }
+    const ChordPack<D> chords = chords_of(all.back, a, b);
+    s.frame = chord_frame(chords);
+    s.sums = sums_along(s.frame, ParabolaPack<D>{}, all.rules.objective);
+    s.chord_length = s.sums.length.value;
+    s.chord_unsure = unsure_share(s.sums) * s.chord_length;
+    const bool by_length = all.options.objective == EdgeObjectiveKind::length;
+    s.by_length = packed(by_length ? 1 : 0);
+    const Pack curvature = by_length ? 2 * s.chord_length : packed(1);
+    const BestSector<D> best =
+        best_sector(all.back, all.edges, lanes, chords, s.frame, by_length ? s.sums.length : s.sums.energy, curvature);
+    s.inverse_hessian = multiple_of_identity<D>(curvature);
+    s.wedge = wedge_of(s.frame, best.element);
+    s.at = values_in(s.frame, s.wedge, s.sums);
+    s.direction = best.step;
+    s.slope = best.slope;
+    s.step = reach(s, all.options);
+    const Pack value = by_length ? s.at.length : s.at.energy;
+    const Mask promising = -best.slope > all.options.tolerance * value;
+    const Mask unresolved = ~((change_of(s) < most_change) & (best.change < most_change));
+    for (int lane = 0; lane < pack_size; ++lane) {
+        out.element[lane] = all.edges[lanes[lane]].shell[static_cast<std::size_t>(best.slot[lane])];
+        const bool regular = unresolved[lane] == 0 && s.chord_length[lane] > 0 && s.chord_length[lane] < 1e300;
+        if (!regular) all.alone[lanes[lane]] = 1;
+        s.busy[lane] = promising[lane] != 0 && regular && lane < count ? 1 : 0;
+    }
+    all.work.decompositions += static_cast<std::size_t>(count) * (1 + all.rules.objective.size());
+    return out;
+}
+
+}  // namespace camber

@@ -1,0 +1,275 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+module camber.metric;
+import :packs;
+import :edge_wedge;
+import :edge_pack_objective;
+import :edge_pack_location;
+import :edge_pack_lanes;
+import :edge_pack_begin;
+import :edge_pack_step;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+[[gnu::always_inline]] inline VecPack<D> offsets_of(const ChordFrame<D>& f, const VecPack<D>& y) {
+    VecPack<D> o;
+    for (int i = 0; i < D; ++i) o[i] = f.scale[i] * y[i];
+    return times(f.axes, o);
+}
+
+template <int D>
+[[gnu::always_inline]] inline void put_node(const PackedEdges<D>& all, std::uint32_t edge, const VecPack<D>& offset,
+                                            int lane) {
+    const Vec<D>& p = all.back.mesh.points[all.edges[edge].a];
+    const Vec<D>& q = all.back.mesh.points[all.edges[edge].b];
+    Vec<D> node = midpoint(p, q);
+    for (int i = 0; i < D; ++i) node[i] += offset[i][lane];
+    all.minima[edge].node.point = node;
+}
+
+/// As `judge`: the offset is halved until the edge is shorter than its chord by the finer rule. length_of(lanes,
+/// marks): by that rule. Where the boundary is crossed the nearest point of it has to be found: `judge` itself does it.
+template <int D, class Length>
+[[gnu::always_inline]] inline void judged(const PackedEdges<D>& all, SearchLanes<D>& lanes, int count,
+                                          const Length& length_of) {
+    SearchPack<D>& s = lanes.pack;
+    const Quadrature& rule = all.rules.report;
+    const Pack chord = length_along(s.frame, ParabolaPack<D>{}, rule);
+    Mask open{};
+    for (int lane = 0; lane < count; ++lane) open[lane] = -1;
+    Mask shortened{};
+    Mask elsewhere{};
+    for (int halving = 0; halving < 7 && any(open); ++halving) {
+        if (halving == 6)
+            for (int i = 0; i < D; ++i) s.y[i] = select(open, packed(0), s.y[i]);
+        WalkMarks marks;
+        const Pack length = length_of(lanes, marks);
+        for (int lane = 0; lane < count; ++lane) all.work.decompositions += open[lane] != 0 ? rule.size() : 0;
+        elsewhere |= open & (marks.outside | marks.lost);
+        open &= ~elsewhere & ~(length < (1 - rounding) * chord);
+        shortened |= open;
+        for (int i = 0; i < D; ++i) s.y[i] = select(open, 0.5 * s.y[i], s.y[i]);
+    }
+    const VecPack<D> offset = offsets_of(s.frame, s.y);
+    for (int lane = 0; lane < count; ++lane) {
+        put_node(all, lanes.edge[lane], offset, lane);
+        all.minima[lanes.edge[lane]].shortened = shortened[lane] != 0;
+        if (elsewhere[lane] != 0) all.alone[lanes.edge[lane]] = 2;
+    }
+    all.work.decompositions += rule.size() * static_cast<std::size_t>(count);
+    all.work.judged += static_cast<std::size_t>(count);
+}
+
+/// Searches that wait for lanes.
+template <int D>
+struct SearchQueue {
+    std::array<SearchLanes<D>, 2> lanes{};
+    int count = 0;
+
+    [[gnu::always_inline]] inline void push(const SearchLanes<D>& from, int lane) {
+        copy_lane(lanes[count / pack_size], count % pack_size, from, lane);
+        ++count;
+    }
+    [[gnu::always_inline]] inline void pop(SearchLanes<D>& to, int lane) {
+        --count;
+        copy_lane(to, lane, lanes[count / pack_size], count % pack_size);
+    }
+};
+
+/// What ended, and is shorter beyond doubt, is done; what is not goes to be judged; what left its element to `leaving`.
+template <int D, class Where>
+[[gnu::always_inline]] inline void resolve(const PackedEdges<D>& all, SearchLanes<D>& lanes, const Ended& ended,
+                                           const Where& where, SearchQueue<D>& to_judge, SearchQueue<D>& leaving) {
+    const Mask out = ended.ended | ended.leaves;
+    if (!any(out)) return;
+    const VecPack<D> offset = offsets_of(lanes.pack.frame, lanes.pack.y);
+    const Pack gain = lanes.pack.chord_length - lanes.pack.at.length;
+    const Pack sure = where.sure_gain(all, lanes);
+    const Mask unresolved = ~(change_of(lanes.pack) + where.bulge(lanes) < most_change);
+    for (int lane = 0; lane < pack_size; ++lane) {
+        if (out[lane] == 0) continue;
+        const std::uint32_t edge = lanes.edge[lane];
+        if (ended.leaves[lane] != 0) {
+            leaving.push(lanes, lane);
+        } else {
+            EdgeMinimum<D>& minimum = all.minima[edge];
+            if (ended.exhausted[lane] != 0) minimum.search = EdgeSearch::exhausted;
+            if (ended.kinked[lane] != 0) minimum.search = EdgeSearch::polished;
+            if (unresolved[lane] != 0)
+                all.alone[edge] = 1;
+            else if (gain[lane] > sure[lane])
+                put_node(all, edge, offset, lane);
+            else if (gain[lane] > least_gain * lanes.pack.chord_length[lane])
+                to_judge.push(lanes, lane);
+        }
+        lanes.pack.busy[lane] = 0;
+    }
+}
+
+template <int D>
+[[nodiscard, gnu::always_inline]] inline int busy_lanes(const SearchLanes<D>& lanes) {
+    int n = 0;
+    for (int lane = 0; lane < pack_size; ++lane) n += lanes.pack.busy[lane] != 0;
+    return n;
+}
+
+/// The next edges for packs, and how many they are.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline int take_edges(const PackedEdges<D>& all, std::size_t& next,
+                                                        std::array<std::uint32_t, pack_size>& taken) {
+    int count = 0;
+    for (; next < all.edges.size() && count < pack_size; ++next)
+        if (all.alone[next] == 0) taken[count++] = static_cast<std::uint32_t>(next);
+    for (int k = count; k < pack_size; ++k) taken[k] = taken[0];
+    return count;
+}
+
+template <int D>
+[[gnu::always_inline]] inline void search(const PackedEdges<D>& all) {
+    SearchLanes<D> fresh{};
+    SearchLanes<D> within{};
+    SearchLanes<D> through{};
+    within.look_anywhere();
+    through.look_anywhere();
+    SearchQueue<D> leaving;
+    SearchQueue<D> to_judge;
+    SearchQueue<D> to_judge_through;
+    int fresh_lane = pack_size;
+    std::size_t next = 0;
+    for (;;) {
+        bool more = true;
+        // Lanes that have ended take edges that have not begun.
+        for (int lane = 0; lane < pack_size && more; ++lane) {
+            while (within.pack.busy[lane] == 0 && leaving.count < pack_size) {
+                if (fresh_lane == pack_size) {
+                    std::array<std::uint32_t, pack_size> taken{};
+                    const int count = take_edges(all, next, taken);
+                    more = count > 0;
+                    if (!more) break;
+                    fresh = begun(all, taken, count);
+                    fresh_lane = 0;
+                    const Mask away = leaves(fresh.pack, all.options) & (fresh.pack.busy != 0);
+                    for (int k = 0; k < pack_size; ++k) {
+                        if (away[k] == 0) continue;
+                        leaving.push(fresh, k);
+                        fresh.pack.busy[k] = 0;
+                    }
+                }
+                if (fresh.pack.busy[fresh_lane] != 0) copy_lane(within, lane, fresh, fresh_lane);
+                ++fresh_lane;
+            }
+        }
+        const int busy = busy_lanes(within);
+        for (int lane = 0; lane < pack_size && leaving.count > 0; ++lane) {
+            if (through.pack.busy[lane] != 0) continue;
+            leaving.pop(through, lane);
+            for (int n = 0; n < D - 1; ++n)
+                for (int i = 0; i < D; ++i) through.pack.wedge.rise[n][i][lane] = 0;
+            for (int i = 0; i < D; ++i) through.pack.wedge.rise_b[i][lane] = 0;
+            for (auto& point : through.points) point[lane] = through.element[lane];
+        }
+        const int busy_through = busy_lanes(through);
+        if (busy_through == pack_size || (busy == 0 && busy_through > 0)) {
+            all.work.decompositions += static_cast<std::size_t>(busy_through) * all.rules.objective.size();
+            resolve(all, through, stepped(all, through, ThroughElements<D>{}), ThroughElements<D>{}, to_judge_through,
+                    leaving);
+        } else if (busy > 0) {
+            all.work.decompositions += static_cast<std::size_t>(busy) * all.rules.objective.size();
+            resolve(all, within, stepped(all, within, WithinWedge<D>{}), WithinWedge<D>{}, to_judge, leaving);
+        }
+        const bool last = !more && busy == 0 && busy_through == 0;
+        while (to_judge.count >= pack_size || (last && to_judge.count > 0)) {
+            SearchLanes<D> open{};
+            open.look_anywhere();
+            int count = 0;
+            while (count < pack_size && to_judge.count > 0) to_judge.pop(open, count++);
+            judged(all, open, count, [&](const SearchLanes<D>& lanes, WalkMarks&) __attribute__((always_inline)) {
+                const SearchPack<D>& s = lanes.pack;
+                return length_along(s.frame, parabola(s.frame, s.wedge, s.y), all.rules.report);
+            });
+        }
+        while (to_judge_through.count >= pack_size || (last && to_judge_through.count > 0)) {
+            SearchLanes<D> open{};
+            open.look_anywhere();
+            int count = 0;
+            while (count < pack_size && to_judge_through.count > 0) to_judge_through.pop(open, count++);
+            judged(all, open, count, [&](const SearchLanes<D>& lanes, WalkMarks& marks) __attribute__((always_inline)) {
+                auto within = lanes.element;
+                return located_lengths(
+                           all.back, lanes.pack.frame, lanes.pack.y, all.rules.report,
+                           [&](std::size_t) __attribute__((always_inline)) -> auto& { return within; }, marks)
+                    .length;
+            });
+        }
+        if (last) break;
+    }
+}
+
+/// The straight mesh of a field, or its reference; null where there is none.
+template <int D>
+const StraightBack<D>* straight_mesh_of(const BackMesh<D>& back) {
+    if (const auto* const curved = dynamic_cast<const CurvedBack<D>*>(&*back)) return &curved->reference;
+    return straight_part(back);
+}
+
+}  // namespace
+
+template <int D>
+EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, std::span<const BackEdge> edges,
+                                   std::span<const LagrangeNode<D>> present, const EdgeRules& rules,
+                                   const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
+                                   Instructions set) {
+    EdgeSearchWork work;
+    const auto* const curved = dynamic_cast<const CurvedBack<D>*>(&*back);
+    const StraightBack<D>* const straight = straight_mesh_of(back);
+    std::vector<std::uint8_t> alone(edges.size(), straight && options.field == EdgeFieldKind::back ? 0 : 1);
+    if (straight)
+        for (std::size_t i = 0; i < edges.size(); ++i) {
+            const auto& [a, b, shell] = edges[i];
+            const Vec<D> middle = midpoint(straight->mesh.points[a], straight->mesh.points[b]);
+            if (present[i].point != middle) alone[i] = 1;
+            if (curved && std::ranges::any_of(shell, [&](ElementId e) { return curved->is_bent(e); })) alone[i] = 1;
+            minima[i] = {};
+            minima[i].node.point = middle;
+        }
+    if (straight) {
+        const PackedEdges<D> all{*straight, edges, rules, options, minima, alone, work};
+        with_instructions(set, [&]() __attribute__((always_inline)) { search<D>(all); });
+    }
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        if (alone[i] == 0) continue;
+        const auto& [a, b, shell] = edges[i];
+        if (alone[i] == 2) {
+            judge(back,
+                  edge_objective(back, rules.objective, options.objective, options.field, back->vertex(a).point,
+                                 back->vertex(b).point, *std::min_element(shell.begin(), shell.end())),
+                  rules.report, minima[i]);
+            minima[i].straight_length = minima[i].length = 0;
+            continue;
+        }
+        ++work.single;
+        minima[i] = minimise_back_edge(back, a, b, present[i], shell, rules, options);
+        minima[i].straight_length = minima[i].length = 0;
+    }
+    return work;
+}
+
+template EdgeSearchWork minimise_back_edges<2>(const BackMesh<2>&, std::span<const BackEdge>,
+                                               std::span<const LagrangeNode<2>>, const EdgeRules&,
+                                               const EdgeMinimiserOptions&, std::span<EdgeMinimum<2>>, Instructions);
+template EdgeSearchWork minimise_back_edges<3>(const BackMesh<3>&, std::span<const BackEdge>,
+                                               std::span<const LagrangeNode<3>>, const EdgeRules&,
+                                               const EdgeMinimiserOptions&, std::span<EdgeMinimum<3>>, Instructions);
+
+}  // namespace camber

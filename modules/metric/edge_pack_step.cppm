@@ -1,0 +1,234 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+export module camber.metric:edge_pack_step;
+import :back_mesh;
+import :edge_minimiser;
+import :edge_objective;
+import :quadrature;
+import :straight_back;
+import :packs;
+import :edge_wedge;
+import :edge_pack_objective;
+import :edge_pack_location;
+import :edge_pack_search;
+import :edge_pack_lanes;
+import :edge_pack_begin;
+import camber.core;
+import camber.bezier;
+
+/// One evaluation of eight searches, within an element of the shell or anywhere in the mesh.
+namespace camber {
+
+/// The element of the shell across the wall that holds a lane, from its other vertex off the edge; none at the
+/// boundary.
+template <int D>
+[[nodiscard]] ElementId across(const PackedEdges<D>& all, std::uint32_t edge, ElementId element, int wall) {
+    const auto& [a, b, shell] = all.edges[edge];
+    VertexId kept;
+    int n = 0;
+    for (const VertexId v : all.back.mesh.elements.vertices[element]) {
+        if (v == a || v == b) continue;
+        if (n++ != wall) kept = v;
+    }
+    for (const ElementId e : shell) {
+        if (e == element) continue;
+        const auto& v = all.back.mesh.elements.vertices[e];
+        if (D == 2 || std::ranges::find(v, kept) != v.end()) return e;
+    }
+    return {};
+}
+
+/// Lanes that ended on one wall go on beyond it where that promises something; those that do.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Mask crossed(const PackedEdges<D>& all, SearchLanes<D>& lanes,
+                                                      const WallStep<D>& held, Mask ended) {
+    SearchPack<D>& s = lanes.pack;
+    Mask wanted = ended & (s.crossings < most_crossings);
+    if constexpr (D == 2)
+        wanted &= held.held[0];
+    else
+        wanted &= held.held[0] ^ held.held[1];
+    if (!any(wanted)) return wanted;
+    std::array<ElementId, pack_size> elements = lanes.element;
+    std::array<VertexId, pack_size> a;
+    std::array<VertexId, pack_size> b;
+    for (int lane = 0; lane < pack_size; ++lane) {
+        a[lane] = all.edges[lanes.edge[lane]].a;
+        b[lane] = all.edges[lanes.edge[lane]].b;
+        if (wanted[lane] == 0) continue;
+        const ElementId next = across(all, lanes.edge[lane], elements[lane], held.held[0][lane] != 0 ? 0 : 1);
+        if (next.valid())
+            elements[lane] = next;
+        else
+            wanted[lane] = 0;
+    }
+    const ChordPack<D> chords = chords_of(all.back, a, b);
+    const WedgePack<D> wedge = wedge_of(s.frame, shell_elements(all.back, chords, elements));
+    const Mask by_length = s.by_length != 0;
+    const EdgeValues<D> at = values_in(s.frame, wedge, s.sums);
+    const VecPack<D> gradient = gradient_of(at, by_length);
+    const SymPack<D> inverse_hessian = multiple_of_identity<D>(select(by_length, 2 * s.at.length, packed(1)));
+    const WallStep<D> step =
+        step_within(wedge.rise, free_part(s, inverse_hessian, gradient, all.options), gradient, s.y);
+    wanted &= -step.slope > all.options.tolerance * value_of(s.at, by_length);
+    choose(wanted, s.wedge, wedge);
+    choose(wanted, s.at, at);
+    choose(wanted, s.inverse_hessian, inverse_hessian);
+    choose(wanted, s.direction, step.step);
+    s.slope = select(wanted, step.slope, s.slope);
+    s.crossings += select(wanted, packed(1), packed(0));
+    for (int lane = 0; lane < pack_size; ++lane)
+        if (wanted[lane] != 0) lanes.element[lane] = elements[lane];
+    return wanted;
+}
+
+/// The parabola in one element of the shell: nothing is located.
+template <int D>
+struct WithinWedge {
+    EdgeSums<D> sums;
+
+    [[nodiscard, gnu::always_inline]] inline EdgeValues<D> values(const PackedEdges<D>& all,
+                                                                  const SearchLanes<D>& lanes, const VecPack<D>& y,
+                                                                  WalkMarks&) {
+        const SearchPack<D>& s = lanes.pack;
+        sums = sums_along(s.frame, parabola(s.frame, s.wedge, y), all.rules.objective);
+        return values_in(s.frame, s.wedge, sums);
+    }
+    [[gnu::always_inline]] inline void keep(SearchLanes<D>& lanes, Mask accepted) const {
+        choose(accepted, lanes.pack.sums.energy, sums.energy);
+        choose(accepted, lanes.pack.sums.length, sums.length);
+        lanes.pack.sums.second = select(accepted, sums.second, lanes.pack.sums.second);
+        lanes.pack.sums.third = select(accepted, sums.third, lanes.pack.sums.third);
+    }
+    /// How far the parabola's bulge changes log M.
+    [[nodiscard, gnu::always_inline]] static inline Pack bulge(const SearchLanes<D>& lanes) {
+        const SymPack<D> change = parabola(lanes.pack.frame, lanes.pack.wedge, lanes.pack.y).change;
+        return sqrt(inner(change, change));
+    }
+    /// A gain by the search's own rule above this is one by any finer rule.
+    [[nodiscard, gnu::always_inline]] static inline Pack sure_gain(const PackedEdges<D>& all,
+                                                                   const SearchLanes<D>& lanes) {
+        const SearchPack<D>& s = lanes.pack;
+        if (all.rules.objective.size() < least_points) return packed(1e300);
+        return least_gain * s.chord_length + s.chord_unsure + unsure_share(s.sums) * s.at.length;
+    }
+    [[nodiscard, gnu::always_inline]] static inline Mask goes_on(const PackedEdges<D>& all, SearchLanes<D>& lanes,
+                                                                 const WallStep<D>& held, Mask ended) {
+        return crossed(all, lanes, held, ended);
+    }
+};
+
+/// Anywhere in the mesh, point by point.
+template <int D>
+struct ThroughElements {
+    [[nodiscard, gnu::always_inline]] static inline EdgeValues<D> values(const PackedEdges<D>& all,
+                                                                         SearchLanes<D>& lanes, const VecPack<D>& y,
+                                                                         WalkMarks& marks) {
+        return located_values(all.back, lanes.pack.frame, y, all.rules.objective, lanes.points, marks);
+    }
+    [[gnu::always_inline]] static inline void keep(SearchLanes<D>&, Mask) {}
+    [[nodiscard, gnu::always_inline]] static inline Pack bulge(const SearchLanes<D>& lanes) {
+        return sqrt(lanes.pack.at.bulge);
+    }
+    [[nodiscard, gnu::always_inline]] static inline Pack sure_gain(const PackedEdges<D>& all,
+                                                                   const SearchLanes<D>& lanes) {
+        if (all.rules.objective.size() < least_points) return packed(1e300);
+        return sure_share_with_kinks * lanes.pack.chord_length;
+    }
+    [[nodiscard, gnu::always_inline]] static inline Mask goes_on(const PackedEdges<D>&, SearchLanes<D>&,
+                                                                 const WallStep<D>&, Mask) {
+        return {};
+    }
+};
+
+struct Ended {
+    Mask ended{}, exhausted{}, kinked{};
+    Mask leaves{};  ///< not ended: to go on another way
+};
+
+/// One evaluation of each search.
+template <int D, class Where>
+[[nodiscard, gnu::always_inline]] inline Ended stepped(const PackedEdges<D>& all, SearchLanes<D>& lanes, Where where) {
+    SearchPack<D>& s = lanes.pack;
+    const EdgeMinimiserOptions& o = all.options;
+    const bool shortens = o.objective == EdgeObjectiveKind::energy && o.length_tolerance > 0;
+    const Mask by_length = s.by_length != 0;
+    const VecPack<D> trial = trial_of(s, o);
+    Ended out;
+    WalkMarks marks;
+    const EdgeValues<D> at = where.values(all, lanes, trial, marks);
+    const Mask busy = (s.busy != 0) & ~marks.lost;
+    const Pack from = value_of(s.at, by_length);
+    const Pack value = value_of(at, by_length);
+    VecPack<D> moved;
+    VecPack<D> change;
+    for (int i = 0; i < D; ++i) {
+        moved[i] = trial[i] - s.y[i];
+        change[i] = select(by_length, at.length_gradient[i] - s.at.length_gradient[i],
+                           at.energy_gradient[i] - s.at.energy_gradient[i]);
+    }
+    const Mask bounded = norm(moved) < 0.9 * s.step * norm(s.direction);
+    const Mask accepted = busy & ((value < from + 1e-4 * s.step * s.slope) | (bounded & (value < from)));
+    const Mask rejected = (s.busy != 0) & ~accepted;
+    // A trial that was too far, or beyond a kink, tells of the curvature on the way as well as one that was taken.
+    const Mask told = rejected & busy & (dot(moved, change) > 0);
+    update_inverse_hessian(s.inverse_hessian, accepted | told, moved, change);
+    choose(accepted, s.y, trial);
+    choose(accepted, s.at, at);
+    where.keep(lanes, accepted);
+    const VecPack<D> gradient = gradient_of(s.at, by_length);
+    const WallStep<D> next = step_within(s.wedge.rise, free_part(s, s.inverse_hessian, gradient, o), gradient, s.y);
+    const Mask last_phase = by_length & Mask(shortens ? -1 : 0);
+    const Pack tolerance =
+        select(last_phase, packed(o.length_tolerance), packed(o.tolerance)) * value_of(s.at, by_length);
+    const Mask minimal = ~(-next.slope > tolerance);
+    const Mask converged = accepted & (minimal | (from - value < 0.1 * tolerance));
+    s.steps += select(accepted, packed(1), packed(0));
+    const Pack most = select(last_phase, packed(most_length_steps), packed(o.max_iterations));
+    out.exhausted = accepted & ~converged & (s.steps >= most);
+    s.attempts = select(accepted, packed(0), s.attempts + 1);
+    const Mask stuck = rejected & ((s.attempts >= most_attempts) | (told & minimal));
+    const Mask back = rejected & ~told;
+    s.step = select(back, 0.3 * s.step, s.step);
+    const Mask turned = accepted | told;
+    choose(turned, s.direction, next.step);
+    s.slope = select(turned, next.slope, s.slope);
+
+    out.ended = converged | out.exhausted | stuck;
+    Mask held = next.held[0];
+    if constexpr (D == 3) held |= next.held[1];
+    const Mask on = where.goes_on(all, lanes, next, (converged | stuck) & ~last_phase);
+    out.ended &= ~on;
+    Mask renewed = (turned & ~out.ended) | on;
+    const Mask afresh = accepted | on;
+    if (shortens && any(out.ended & ~by_length)) {
+        const SymPack<D> inverse_hessian = multiple_of_identity<D>(2 * s.at.length);
+        const WallStep<D> step = step_within(s.wedge.rise, free_part(s, inverse_hessian, s.at.length_gradient, o),
+                                             s.at.length_gradient, s.y);
+        const Mask go = out.ended & ~by_length & (-step.slope > o.length_tolerance * s.at.length);
+        choose(go, s.direction, step.step);
+        choose(go, s.inverse_hessian, inverse_hessian);
+        s.slope = select(go, step.slope, s.slope);
+        s.steps = select(go, packed(0), s.steps);
+        s.by_length = select(go, packed(1), s.by_length);
+        out.ended &= ~go;
+        renewed |= go;
+        s.attempts = select(go, packed(0), s.attempts);
+    }
+    s.attempts = select(afresh, packed(0), s.attempts);
+    const Pack share = reach(s, o);
+    s.step = select(renewed, share, s.step);
+    const Mask blocked = renewed & (share < blocked_step);
+    out.kinked = (out.ended & (stuck | held)) | blocked;
+    out.ended |= blocked;
+    out.leaves = renewed & ~out.ended & leaves(s, o);
+    return out;
+}
+
+}  // namespace camber
