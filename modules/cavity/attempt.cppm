@@ -38,7 +38,7 @@ struct CavityEdges {
 template <int D>
 struct Operation {
     const Curving<D>& curving;
-    const Star<D>& star;
+    const StarMesh<D>& star;
     const QuadraticMesh<D>& small;
     const CavityEdges& edges;
 

@@ -32,7 +32,7 @@ struct Patch {
 };
 
 /// What kept a cavity from giving a patch.
-enum class RejectionReason : std::uint8_t {
+enum class ReinsertionFailure : std::uint8_t {
     no_element,  ///< the vertex has no element: there is nothing to curve
     not_valid,   ///< out of tries, an element would not be valid that is so now (paper §3.2)
     no_gain,     ///< no node would come nearer to its target
@@ -40,7 +40,7 @@ enum class RejectionReason : std::uint8_t {
 
 /// Why the mesh stays as it is.
 struct Rejection {
-    RejectionReason reason = RejectionReason::no_element;
+    ReinsertionFailure reason = ReinsertionFailure::no_element;
     ElementId element;  ///< not_valid: the first that would not be
 };
 

@@ -36,7 +36,7 @@ std::vector<std::pair<std::array<VertexId, 2>, EdgeId>> edge_table(const EdgeSet
 }
 
 template <int D>
-CavityEdges cavity_edges(const QuadraticMesh<D>& mesh, const Star<D>& star, const QuadraticMesh<D>& small,
+CavityEdges cavity_edges(const QuadraticMesh<D>& mesh, const StarMesh<D>& star, const QuadraticMesh<D>& small,
                          const std::vector<ElementId>& removed) {
     const auto table = edge_table<D>(mesh.edges, removed);
     CavityEdges out;
@@ -95,7 +95,7 @@ Outcome<Reinsertion<D>> reinsert(const Curving<D>& curving, const CavityTopology
     if (cavity.elements.empty()) return out;
 
     const LinearMesh<D>& linear = curving.mesh.linear;
-    const Star<D> new_elements = star(linear, cavity, empty(linear, cavity));
+    const StarMesh<D> new_elements = star(linear, cavity, empty(linear, cavity));
     const auto small = elevate(new_elements.mesh, alone);
     if (!small) return fail(small.error());
     const auto edges = cavity_edges(curving.mesh, new_elements, *small, cavity.elements);
@@ -134,9 +134,9 @@ Outcome<Reinsertion<D>> reinsert(const Curving<D>& curving, const CavityTopology
         if (!best.planned || attempt->serves_surface_better_than(best)) best = std::move(*attempt);
         if (best.planned && best.misfits.surface == 0) break;
     }
-    Rejection rejection{RejectionReason::no_gain, {}};
+    Rejection rejection{ReinsertionFailure::no_gain, {}};
     if (!best.planned) {
-        rejection = {RejectionReason::not_valid, best.broken};
+        rejection = {ReinsertionFailure::not_valid, best.broken};
         best = stepped_from_present(op, wanted, present, bound);
     }
     if (is_worth_a_commit(op, best, wanted, present, bound))

@@ -70,8 +70,8 @@ Curving<D> with_targets(Curving<D> curving, const std::vector<Reinsertion<D>>& r
 }
 
 void count(ReinsertStatistics& statistics, const Rejection& rejection) {
-    if (rejection.reason == RejectionReason::not_valid) ++statistics.not_valid;
-    if (rejection.reason == RejectionReason::no_gain) ++statistics.no_gain;
+    if (rejection.reason == ReinsertionFailure::not_valid) ++statistics.not_valid;
+    if (rejection.reason == ReinsertionFailure::no_gain) ++statistics.no_gain;
 }
 
 /// Plans the cavities of these vertices, which do not overlap, against the mesh as it is, and commits what comes of it.

@@ -130,12 +130,12 @@ CavityBoundary<D> empty(const LinearMesh<D>& mesh, const Cavity<D>& cavity) {
 }
 
 template <int D>
-Star<D> star(const LinearMesh<D>& mesh, const Cavity<D>& cavity, const CavityBoundary<D>& boundary) {
+StarMesh<D> star(const LinearMesh<D>& mesh, const Cavity<D>& cavity, const CavityBoundary<D>& boundary) {
     const auto ridges = joined(mesh.edges, boundary.of_ridges, cavity.point);
     const auto facets = joined(mesh.facets, boundary.of_facets, cavity.point);
     const auto elements = joined(mesh.elements, boundary.of_elements, cavity.point);
 
-    Star<D> out;
+    StarMesh<D> out;
     out.vertices.push_back(cavity.point);
     collect(ridges, out.vertices);
     collect(facets, out.vertices);
@@ -163,7 +163,7 @@ Star<D> star(const LinearMesh<D>& mesh, const Cavity<D>& cavity, const CavityBou
     template Outcome<CavityTopology<D>> cavity_topology<D>(const QuadraticMesh<D>&, const Execution&); \
     template Cavity<D> vertex_ball<D>(const CavityTopology<D>&, VertexId);                             \
     template CavityBoundary<D> empty<D>(const LinearMesh<D>&, const Cavity<D>&);                       \
-    template Star<D> star<D>(const LinearMesh<D>&, const Cavity<D>&, const CavityBoundary<D>&);
+    template StarMesh<D> star<D>(const LinearMesh<D>&, const Cavity<D>&, const CavityBoundary<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -57,7 +57,7 @@ template <int D>
 
 /// The new entities of a cavity, a small mesh of its own.
 template <int D>
-struct Star {
+struct StarMesh {
     LinearMesh<D> mesh;
     std::vector<VertexId> vertices;   ///< of the mesh that the cavity is in, rising: those of `mesh`, in its order
     std::vector<ElementId> replaces;  ///< the removed element that each new one has its outer face from
@@ -69,6 +69,6 @@ struct Star {
 /// outer face, the place of the vertices of the one that it replaces. Nothing is said about validity: on P2 meshes only
 /// the Jacobian decides (paper §3.2).
 template <int D>
-[[nodiscard]] Star<D> star(const LinearMesh<D>& mesh, const Cavity<D>& cavity, const CavityBoundary<D>& boundary);
+[[nodiscard]] StarMesh<D> star(const LinearMesh<D>& mesh, const Cavity<D>& cavity, const CavityBoundary<D>& boundary);
 
 }  // namespace camber

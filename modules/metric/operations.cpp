@@ -79,7 +79,7 @@ template <std::size_t M>
 /// ½ tr log M at the corners, and |det| = D! |K|.
 template <int D>
 struct DensityElement {
-    std::array<double, D + 1> f;
+    std::array<double, D + 1> f{};
     double volume = 0;
 };
 template <int D>
@@ -99,7 +99,7 @@ void add_complexities(std::span<const DensityElement<D>> elements, double& sum) 
     using Element = DensityElement<D>;
     std::array<double, pack_size> divided{};
     with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
-        std::array<Pack, D + 1> f;
+        std::array<Pack, D + 1> f{};
         for (int i = 0; i <= D; ++i)
             f[i] = gathered(elements, 0, [&](const Element& e) __attribute__((always_inline)) { return e.f[i]; });
         const Pack near = exp_divided<D + 1>(f);

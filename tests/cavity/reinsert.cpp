@@ -120,7 +120,7 @@ void operator_laws(const std::array<int, D>& cells) {
                      const auto again = *reinsert(curving, topology, b.back, VertexId(v), edge_rules({}), {});
                      const auto* rejection = std::get_if<Rejection>(&again.result);
                      RC_ASSERT(rejection != nullptr);
-                     RC_ASSERT(rejection->reason == RejectionReason::no_gain);
+                     RC_ASSERT(rejection->reason == ReinsertionFailure::no_gain);
                  }
              },
              {.count = 1});
@@ -184,7 +184,7 @@ TEST_CASE("a vertex without elements is rejected, and wrong columns are refused"
         must(reinsert(start(b), topology, b.back, VertexId(b.mesh.linear.points.size() - 1), edge_rules({}), {}));
     const auto* rejection = std::get_if<Rejection>(&r.result);
     REQUIRE(rejection != nullptr);
-    CHECK(rejection->reason == RejectionReason::no_element);
+    CHECK(rejection->reason == ReinsertionFailure::no_element);
     CHECK(!reinsert_all(b.mesh, Column<EdgeKind>{}, b.boundary_nodes, b.back, {}, alone).has_value());
     std::stop_source source;
     source.request_stop();
