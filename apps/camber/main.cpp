@@ -199,7 +199,8 @@ void add_check(CLI::App& app, Verb& verb) {
         "  camber check wing-p2.meshb --json > check.json   all of it for scripts\n"
         "  camber check wing-p2.meshb --elements            each element's verdict, as CSV\n"
         "  camber check wing-p2.meshb --field 'tanh((sqrt(x^2+y^2+z^2) - 0.5)/0.01)'\n"
-        "                                                   does curvature pay for a front on this sphere?\n\n"
+        "                                                   does curvature pay for a front on this sphere?\n"
+        "  camber check wing.meshb --metric wing.solb       is it unit for this metric?\n\n"
         "An element of degree 2 is valid where det J is positive everywhere; its scaled Jacobian is the smallest "
         "det J as a share of that of the straight element with the same vertices (other programs mean Knupp's measure "
         "by the name). Of a straight mesh the quality is told: the mean ratio. Beyond its elements the mesh is "
@@ -220,6 +221,10 @@ void add_check(CLI::App& app, Verb& verb) {
                      "An expression of x, y (and z) whose interpolants' errors are told; again for more fields")
         ->allow_extra_args(false)
         ->type_name("EXPRESSION");
+    check->add_option(
+        "--metric", a.metric,
+        "A metric file: lengths of edges and qualities of elements in it are told, and how many edges are "
+        "of unit length");
     check->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
     check->add_flag("--histogram,!--no-histogram", a.histogram,
                     "How the scaled Jacobians (of a straight mesh: the quality) are spread; shown by default");

@@ -346,13 +346,22 @@ Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Topology
     std::vector<ElementId> elements;
     std::vector<VertexId> vanishing;
     std::vector<std::array<VertexId, 2>> edges;
+    std::size_t made = 0;
+    constexpr std::size_t most_places = 0x7fffffffU;  // see Across
     for (const TopologyPatch<D>& patch : patches) {
         if (patch.planned_for != mesh.stamp) return refused("a patch was planned for another mesh");
         append(elements, patch.removed.elements);
         append(vanishing, patch.star.vanishing);
+        made += patch.star.joined.size();
+        if (patch.point.vertex.valid() && patch.point.place && !patch.star.kept.empty() &&
+            *patch.point.place != mesh.points[patch.point.vertex])
+            return refused("a patch moves a vertex that elements outside of its cavity have");
         if (const VertexId p = patch.point.vertex; p.valid())
             for (const VertexId v : patch.star.boundary) edges.push_back({std::min(p, v), std::max(p, v)});
     }
+    if (mesh.elements.size() + made >= most_places || mesh.facets.size() + made >= most_places ||
+        mesh.edges.size() + 3 * made >= max_entities)
+        return fail(ErrorKind::unsupported, "the mesh would have more entities than 32 bits count");
     std::sort(elements.begin(), elements.end());
     const auto twice = std::adjacent_find(elements.begin(), elements.end());
     if (twice != elements.end())

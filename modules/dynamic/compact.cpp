@@ -76,7 +76,8 @@ DirectionsAtVertices<D> directions(const DirectionsAtVertices<D>& given, const D
                                    const Buffer<VertexId>& vertices) {
     Buffer<DirectionRow> at;
     for (const DirectionRow& row : given.at)
-        if (mesh.states[row.vertex].marks.has(Mark::given)) at.push_back({vertices[row.vertex.index()], row.row});
+        if (const Marks marks = mesh.states[row.vertex].marks; marks.has(Mark::given) && !marks.has(Mark::moved))
+            at.push_back({vertices[row.vertex.index()], row.row});
     return {given.table, std::move(at)};
 }
 
@@ -87,6 +88,7 @@ Column<Association<G>> associations(const Column<Association<G>>& given, const D
     for (Association<G> on : given) {
         const Marks marks = mesh.states[on.item].marks;
         if (!marks.has(Mark::given)) continue;
+        if (marks.has(Mark::moved) && G < D - 1) continue;
         if (marks.has(Mark::moved)) on.parameters = {}, on.distance = {};
         on.item = vertices[on.item.index()];
         out.push_back(on);

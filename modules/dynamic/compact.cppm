@@ -15,8 +15,8 @@ struct CompactMesh {
 };
 
 /// The mesh as it is: entities keep their order. Lines are edges of the mesh but for those that it did not list when it
-/// was made. Directions and associations are those of vertices that have not gone; places on entities (parameters,
-/// distances) are dropped where a vertex has moved. Errors: stopped, memory.
+/// was made. Directions and associations are those of vertices that have not gone or moved; one that has moved keeps
+/// that with the surface (2D: the curve) that it is on, without its place there. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<CompactMesh<D>> compacted(const DynamicMesh<D>& mesh, const Execution& execution);
 

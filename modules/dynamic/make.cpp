@@ -100,6 +100,18 @@ Buffer<std::array<Across, D + 1>> faces_across(const Neighbours<D>& neighbours) 
     return across;
 }
 
+template <class Columns>
+Reference entity_of(const Columns& entities, std::size_t i) {
+    return entities.empty() ? 0 : entities[i];
+}
+/// What tells lines apart that a vertex may not lie between.
+Marks kind_of(Marks marks) {
+    Marks kind;
+    for (const Mark mark : {Mark::ridge, Mark::implied})
+        if (marks.has(mark)) kind |= mark;
+    return kind;
+}
+
 /// Lines as columns, in the making.
 struct Lines {
     Buffer<LineId> of_edges;
@@ -117,7 +129,7 @@ struct Lines {
 };
 
 Lines lines_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const BreaksOfMesh& breaks,
-               const Incidence<FacetId>& facet_shells) {
+               const Incidence<FacetId>& facet_shells, const Column<FacetSides>& sides) {
     Lines lines;
     lines.of_edges.assign(edges.size(), LineId{});
     const auto& listed = mesh.edges;
@@ -134,21 +146,27 @@ Lines lines_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const BreaksO
         const auto facets = facet_shells[e];
         if (facets.empty()) return false;
         if (!breaks.edge_kinds.empty() && breaks.edge_kinds[e] == EdgeKind::ridge) return true;
-        return facets.size() != 2 || mesh.facets.references[facets[0]] != mesh.facets.references[facets[1]];
+        // A facet on no element has neighbours that no walk finds.
+        if (std::ranges::any_of(facets, [&](FacetId f) { return !sides[f][0].valid(); })) return true;
+        return facets.size() != 2 || mesh.facets.references[facets[0]] != mesh.facets.references[facets[1]] ||
+               entity_of(mesh.facets.entities, facets[0].index()) != entity_of(mesh.facets.entities, facets[1].index());
     };
     for (std::size_t e = 0; e < edges.size(); ++e)
         if (!lines.of_edges[e].valid() && breaks_here(e)) lines.add(EdgeId(e), 0, 0, Mark::implied);
     return lines;
 }
 
-/// How many lines (2D: facets) a vertex has, and whether they are of one reference.
+/// How many lines (2D: facets) a vertex has, and whether they are of one reference, entity and kind.
 struct Meeting {
     std::uint32_t count = 0;
-    Reference reference = 0;
+    Reference reference = 0, entity = 0;
+    Marks marks;
     bool mixed = false;
-    void add(Reference other) {
-        mixed = mixed || (count > 0 && other != reference);
+    void add(Reference other, Reference other_entity, Marks other_marks) {
+        mixed = mixed || (count > 0 && (other != reference || other_entity != entity || other_marks != marks));
         reference = other;
+        entity = other_entity;
+        marks = other_marks;
         ++count;
     }
 };
@@ -162,13 +180,14 @@ Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& made
     std::vector<Meeting> meetings(mesh.points.size());
     if constexpr (D == 2) {
         for (std::size_t f = 0; f < mesh.facets.size(); ++f)
-            for (const VertexId v : mesh.facets.vertices[f]) meetings[v.index()].add(made.facets.references[f]);
+            for (const VertexId v : mesh.facets.vertices[f])
+                meetings[v.index()].add(made.facets.references[f], entity_of(made.facets.entities, f), {});
         for (const std::uint32_t f : mesh.ridges)
             for (const VertexId v : mesh.facets.vertices[f]) states[v.index()].place = VertexPlace::corner;
     } else {
         for (std::size_t l = 0; l < made.lines.size(); ++l)
             for (const VertexId v : made.edges[made.lines[l]]) {
-                meetings[v.index()].add(made.line_references[l]);
+                meetings[v.index()].add(made.line_references[l], made.line_entities[l], kind_of(made.line_marks[l]));
                 states[v.index()].place = VertexPlace::line;
             }
     }
@@ -176,6 +195,10 @@ Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& made
         if (meetings[v].count > 0 && (meetings[v].count != 2 || meetings[v].mixed))
             states[v].place = VertexPlace::corner;
     for (const VertexId v : mesh.corners) states[v.index()] = {VertexPlace::corner, Mark::corner};
+    for (const auto& on : mesh.geometry.on_points) states[on.item.index()].place = VertexPlace::corner;
+    for (const Group& group : mesh.groups)
+        for (std::size_t v = 0; group.dimension == 0 && v < states.size(); ++v)
+            if (made.point_references[v] == group.reference) states[v].place = VertexPlace::corner;
     for (const VertexId v : breaks.corners) states[v.index()].place = VertexPlace::corner;
     return states;
 }
@@ -245,6 +268,11 @@ Outcome<DynamicMesh<D>> with_faces(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     auto across = faces_across<D>(*beside);
     Buffer<FacetSides> sides(mesh.facets.size());
     if (auto done = put_facets<D>(mesh, balls, across, sides, execution); !done) return fail(done.error());
+    for (std::size_t f = 0; f < sides.size(); ++f)
+        for (const ElementId side : sides[f])
+            if (side.valid() &&
+                std::ranges::find(across[side.index()], Across(FacetId(f))) == across[side.index()].end())
+                return fail(ErrorKind::input, "two facets are on one face", {}, Entity{"facet", f + 1}, prepare_it);
     made.across = std::move(across);
     made.sides = std::move(sides);
     made.elements = with_marks(mesh.elements, 0);
@@ -280,7 +308,7 @@ Outcome<DynamicMesh<D>> make_dynamic(const LinearMesh<D>& mesh, const EdgeSet<D>
         if constexpr (D == 3) {
             const auto facets = facet_shells(edges, execution);
             if (!facets) return fail(facets.error());
-            Lines lines = lines_of(mesh, edges, breaks, *facets);
+            Lines lines = lines_of(mesh, edges, breaks, *facets, made->sides);
             made->line_of = std::move(lines.of_edges);
             made->lines = std::move(lines.edges);
             made->line_references = std::move(lines.references);

@@ -54,11 +54,12 @@ struct ChangedMesh {
 };
 
 /// The last verb for topology: the patches' simplices in the place of their cavities, at the cost of the patches. New
-/// entities take the places of those that their patch removes, rising; then free ones, the last that became free first;
-/// then new ones at the end. As if one patch after the other; what they give is the same up to the numbers of
-/// entities in any order. Give the mesh away (std::move), or all of it is copied. Errors (internal): patches
-/// planned for another mesh, that overlap, that make the same edge, or one whose point another removes; memory, after
-/// which the mesh is lost.
+/// edges, lines, facets and elements take the places of those that their patch removes, rising; then free ones, the
+/// last that became free first, as new vertices do; then new ones at the end. As if one patch after the other; what
+/// they give is the same up to the numbers of entities in any order. Give the mesh away (std::move), or all of it is
+/// copied; with an error it is lost then. Errors (internal): patches planned for another mesh, that overlap, that make
+/// the same edge, that move a vertex which elements outside of their cavity have, or one whose point another removes;
+/// more entities than 32 bits count (unsupported); memory.
 template <int D>
 [[nodiscard]] Outcome<ChangedMesh<D>> commit(DynamicMesh<D> mesh, std::span<const TopologyPatch<D>> patches);
 

@@ -36,18 +36,22 @@ StarFailure Starring<D>::take_parts() {
         if (mesh_.elements.marks[e].has(Mark::required)) return StarFailure::required;
         w_.elements.put(e, 0);
     }
-    for (const FacetId f : cavity_.facets) {
+    for (std::uint32_t i = 0; i < cavity_.facets.size(); ++i) {
+        const FacetId f = cavity_.facets[i];
+        if (mesh_.is_free(f) || !mesh_.sides[f][0].valid()) return StarFailure::surface;
         if (mesh_.facets.marks[f].has(Mark::required)) return StarFailure::required;
         for (const ElementId side : mesh_.sides[f])
             if (side.valid() && !w_.elements.contains(side)) return StarFailure::surface;
-        w_.facets.put(f, 0);
+        w_.facets.put(f, i);
     }
-    for (const LineId l : cavity_.lines) {
+    for (std::uint32_t i = 0; i < cavity_.lines.size(); ++i) {
+        const LineId l = cavity_.lines[i];
+        if (mesh_.is_free(l)) return StarFailure::line;
         // Between held vertices the mesh may touch itself: the edge can be of elements that no walk finds.
         const bool held = std::ranges::all_of(mesh_.edges[mesh_.lines[l]],
                                               [&](VertexId v) { return mesh_.states[v].marks.has(Mark::held); });
         if (held || mesh_.line_marks[l].has(Mark::required)) return StarFailure::required;
-        w_.lines.put(l, 0);
+        w_.lines.put(l, i);
     }
     return StarFailure::none;
 }

@@ -5,6 +5,7 @@ module;
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <tuple>
 #include <vector>
 module camber.dynamic;
@@ -44,6 +45,39 @@ void Starring<D>::list_facet_sides() {
 }
 
 template <int D>
+bool Starring<D>::is_inside(std::span<const OpenSide> sides, std::size_t first, std::size_t last) const {
+    return last - first == 2 && (!sides[first].is_line || (D == 2 && holds_point(sides[first].name)));
+}
+
+template <int D>
+bool Starring<D>::pieces_have_sides() {
+    const auto& sides = w_.open_sides;
+    const auto index = [&](const OpenSide& side) { return w_.facets.find(side.facet.facet); };
+    Groups groups(w_.groups, cavity_.facets.size());
+    std::vector<std::uint8_t> has_side(cavity_.facets.size(), 0);
+    for (const int pass : {0, 1})
+        for (std::size_t i = 0, next = 0; i < sides.size(); i = next) {
+            next = i + 1;
+            while (next < sides.size() && sides[next].name == sides[i].name &&
+                   sides[next].reference == sides[i].reference)
+                ++next;
+            if (is_inside(sides, i, next)) {
+                if (pass == 0) groups.join(index(sides[i]), index(sides[i + 1]));
+            } else if (pass == 1) {
+                has_side[groups.root(index(sides[i]))] = 1;
+            }
+        }
+    // Sides on lines that go as well are not listed: a facet with fewer than all has one.
+    std::vector<std::uint8_t> listed(cavity_.facets.size(), 0);
+    for (const OpenSide& side : sides) ++listed[index(side)];
+    for (std::uint32_t f = 0; f < listed.size(); ++f)
+        if (listed[f] < D) has_side[groups.root(f)] = 1;
+    for (std::uint32_t f = 0; f < listed.size(); ++f)
+        if (has_side[groups.root(f)] == 0) return false;
+    return true;
+}
+
+template <int D>
 StarFailure Starring<D>::facets() {
     list_facet_sides();
     for (const FacetId f : cavity_.facets)
@@ -55,7 +89,7 @@ StarFailure Starring<D>::facets() {
         while (next < sides.size() && sides[next].name == sides[i].name && sides[next].reference == sides[i].reference)
             ++next;
         if (next - i > 2) return StarFailure::surface;
-        if (next - i == 2 && !sides[i].is_line) continue;
+        if (is_inside(sides, i, next)) continue;
         if (next - i == 2) return StarFailure::surface;
         for (const VertexId v : vertices_of(sides[i].name))
             if (const std::uint32_t at = w_.vertices.find(v); at != nothing) w_.to_point[at].keeps_facet = true;
@@ -65,6 +99,7 @@ StarFailure Starring<D>::facets() {
         w_.faces[at].facet = static_cast<std::uint32_t>(out_.facets.size());
         out_.facets.push_back(sides[i].facet);
     }
+    if (!pieces_have_sides()) return StarFailure::surface;
     // A vertex that stays, stays on its surface.
     for (const auto& vertex : w_.to_point)
         if (vertex.lost_facet && !vertex.keeps_facet) return StarFailure::surface;
@@ -91,13 +126,18 @@ template <int D>
 StarFailure Starring<D>::surface_at_point() {
     facets_at_point_ = 0;
     bool fits = true;
+    bool was_touched = false;
+    std::size_t before = 0;
     if (point_.valid())
         for (const ElementId e : w_.outside)
             for (int face = 0; face <= D; ++face) {
                 const FacetId f = facet_at(mesh_, e, face);
-                if (!f.valid() || w_.facets.contains(f) || mesh_.sides[f][0] != e ||
-                    mesh_.elements.vertices[e][face] == point_)
+                if (!f.valid() || mesh_.sides[f][0] != e || mesh_.elements.vertices[e][face] == point_) continue;
+                ++before;
+                if (w_.facets.contains(f)) {
+                    was_touched = true;
                     continue;
+                }
                 fits = count_facet(mesh_.facets.vertices[f], mesh_.facets.references[f]) && fits;
                 if (D == 2) meet(mesh_.facets.references[f]);
             }
@@ -113,11 +153,13 @@ StarFailure Starring<D>::surface_at_point() {
             if (!edge.is_line && edge.facets != 0 && edge.facets != 2) return StarFailure::surface;
     if (facets_at_point_ > 0) out_.place = VertexPlace::surface;
     if (!point_.valid()) return StarFailure::none;
-    const VertexPlace now = mesh_.states[point_].place;
-    if ((now == VertexPlace::inside) != (facets_at_point_ == 0) && now != VertexPlace::corner)
-        return StarFailure::surface;
-    return D == 3 && now == VertexPlace::surface && !out_.facets.empty() && !is_one_fan() ? StarFailure::surface
-                                                                                          : StarFailure::none;
+    // A point of surfaces stays on those that it was on, and comes on no other.
+    if (D == 2) passed_before_ = before;
+    if ((before > 0) != (facets_at_point_ > 0)) return StarFailure::surface;
+    if (out_.facets.empty()) return StarFailure::none;
+    if (!was_touched) return StarFailure::surface;
+    return D == 3 && mesh_.states[point_].place == VertexPlace::surface && !is_one_fan() ? StarFailure::surface
+                                                                                         : StarFailure::none;
 }
 
 template <int D>

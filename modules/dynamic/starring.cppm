@@ -5,6 +5,7 @@ module;
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <vector>
 export module camber.dynamic:starring;
 import camber.core;
@@ -33,12 +34,13 @@ class Groups {
         --count_;
     }
     [[nodiscard]] std::size_t count() const { return count_; }
-
-  private:
+    /// The item that stands for all that hang together with i.
     [[nodiscard]] std::uint32_t root(std::uint32_t i) {
         while (of_[i] != i) i = of_[i] = of_[of_[i]];
         return i;
     }
+
+  private:
     std::vector<std::uint32_t>& of_;
     std::size_t count_;
 };
@@ -55,6 +57,11 @@ class Starring {
     [[nodiscard]] StarFailure run();
 
   private:
+    struct LineAt {
+        VertexId vertex;
+        Reference reference = 0;
+        JoinedLine line;
+    };
     /// The cavity as sets; what may not go is not in it.
     StarFailure take_parts();
     [[nodiscard]] bool is_open(ElementId e, int face) const {
@@ -78,6 +85,13 @@ class Starring {
     [[nodiscard]] bool holds_point(SideId<D> side) const {
         return point_.valid() && std::ranges::count(vertices_of(side), point_) > 0;
     }
+    using OpenSide = typename StarWorkspace<D>::OpenSide;
+    /// Whether these sides, of one name and reference, are two of a patch that goes on there.
+    [[nodiscard]] bool is_inside(std::span<const OpenSide> sides, std::size_t first, std::size_t last) const;
+    /// Whether every piece of the removed surface has a side left: a closed one would be gone.
+    [[nodiscard]] bool pieces_have_sides();
+    /// The same of lines: an end that stays, or is the point.
+    [[nodiscard]] bool pieces_have_ends(std::span<const LineAt> ends);
     /// What two removed facets of one reference share is inside of their patch, unless a line that stays runs there;
     /// what is left bounds it (paper §1.3: faces are joined before elements).
     StarFailure facets();
@@ -90,11 +104,6 @@ class Starring {
     [[nodiscard]] bool survives(EdgeId edge) const;
     /// An edge from the point to the cavity's boundary that has a line of its own already.
     void has_line(EdgeId edge);
-    struct LineAt {
-        VertexId vertex;
-        Reference reference = 0;
-        JoinedLine line;
-    };
     StarFailure lines();
     /// V − E + F of the faces that are joined, and whether they hang together: a sphere around the point, or a disc
     /// beside it (2D: a closed chain, or an open one).
@@ -121,6 +130,7 @@ class Starring {
     /// A line goes on through a point, with one reference, or is not there.
     StarFailure line_at_point();
     std::size_t facets_at_point_ = 0;
+    std::size_t passed_before_ = 0;  ///< what passed through the point before
     std::size_t passing_ = 0;
     Reference passing_reference_ = 0;
     bool mixed_ = false;

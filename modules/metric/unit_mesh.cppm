@@ -9,6 +9,10 @@ import :spd;
 /// How near to unit the edges and elements of a straight mesh are, in a metric that is known at its vertices.
 export namespace camber {
 
+/// The edges of a unit mesh are between 1/√2 and √2.
+inline constexpr double shortest_unit_edge = 0.70710678118654752;
+inline constexpr double longest_unit_edge = 1.4142135623730951;
+
 /// A metric ready to measure with: M = rowsᵀ rows, rows sqrt(λ_i) r_iᵀ, so that lengths keep their digits at any
 /// anisotropy (see SpectralMetric).
 template <int D>
@@ -42,6 +46,7 @@ struct MeasuringMetric {
 /// between the ends being geometric means (Alauzet).
 [[nodiscard]] inline double logarithmic_mean(double a, double b) {
     const double sum = a + b;
+    if (!(sum > 0)) return 0;
     const double d = (a - b) / sum;
     // (a + b)/2 · d/artanh d, with its series where that cancels.
     if (std::abs(d) < 1e-3) return sum / 2 * (1 - d * d / 3);

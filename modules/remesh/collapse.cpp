@@ -37,8 +37,8 @@ class Collapses final : public Pass<D> {
             if (best && !(shape > best_shape)) continue;
             wished.wish.join_to(r, w);
             wished.limits.longest = options_.longest;
-            wished.limits.least_shape =
-                std::min(shape_of_quality(options_.least_quality, D), worst_shape(r, wished.wish.cavity.elements));
+            wished.limits.least_shape = shape_of_quality(options_.least_quality, D);
+            wished.limits.share_of_replaced = 1;
             wished.limits.corrections = 0;
             best_shape = shape;
             best = std::move(wished);

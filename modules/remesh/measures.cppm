@@ -40,9 +40,7 @@ template <int D>
     return metric_shape<D>(corners, metrics);
 }
 
-/// How near to unit a mesh is: a unit mesh has edges between 1/√2 and √2.
-inline constexpr double shortest_unit_edge = 0.70710678118654752;
-inline constexpr double longest_unit_edge = 1.4142135623730951;
+/// How near to unit a mesh is.
 struct UnitMeshStatistics {
     std::size_t edges = 0, unit_edges = 0, elements = 0;
     double shortest = 0, longest = 0, mean_length = 0;

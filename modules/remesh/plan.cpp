@@ -57,6 +57,9 @@ class Planning {
             }
             const Fault fault = judge(result.worst_shape);
             result.rejected = fault.reason;
+            // What was grown beyond the point's own elements may hold what is in the way.
+            if (fault.reason == RejectionReason::length && result.corrections < limits_.corrections && shrink())
+                continue;
             if (fault.reason == RejectionReason::none) break;
             if (result.corrections == limits_.corrections || !correct(fault)) return result;
         }
@@ -69,26 +72,40 @@ class Planning {
   private:
     [[nodiscard]] Fault judge(double& worst) const {
         if (const RejectionReason reason = judge_facets(); reason != RejectionReason::none) return {reason, nowhere};
-        for (const VertexId v : out_.star.boundary) {
+        if (!may_move()) return {RejectionReason::required, nowhere};
+        for (std::size_t i = 0; i < out_.star.boundary.size(); ++i) {
+            if (w_.star.to_point[i].is_there && !moves()) continue;  // no edge that is made
+            const VertexId v = out_.star.boundary[i];
             const double length =
                 edge_length(wish_.metric.measure, r_.metrics[v].measure, r_.mesh.points[v] - wish_.place);
-            if (length < limits_.shortest || length > limits_.longest) return {RejectionReason::length, nowhere};
+            if (!(length >= limits_.shortest && length <= limits_.longest)) return {RejectionReason::length, nowhere};
         }
+        const double least = least_shape();
         worst = std::numeric_limits<double>::infinity();
         for (std::size_t j = 0; j < out_.star.joined.size(); ++j) {
             const auto& [element, opposite] = out_.star.joined[j];
             const double shape = shape_with(r_, element, static_cast<int>(opposite), wish_.place, wish_.metric.measure);
-            if (!(shape > least_certain) && !(signed_volume<D>(corners(out_.star.joined[j])) > 0))
-                return {RejectionReason::volume, j};
-            if (!(shape > limits_.least_shape)) return {RejectionReason::quality, j};
+            if (!(signed_volume<D>(corners(out_.star.joined[j])) > 0)) return {RejectionReason::volume, j};
+            if (!(shape > least)) return {RejectionReason::quality, j};
             worst = std::min(worst, shape);
         }
         return {};
     }
-    /// Above this the sign of a shape is that of the volume, whatever rounding did (in coordinates that are not far
-    /// off compared with the element); below, volumes are asked exactly.
-    static constexpr double least_certain = 1e-3;
     static constexpr std::size_t nowhere = static_cast<std::size_t>(-1);
+
+    [[nodiscard]] bool moves() const { return wish_.point.valid() && wish_.place != r_.mesh.points[wish_.point]; }
+    /// A vertex moves with all of its elements, and if it may.
+    [[nodiscard]] bool may_move() const {
+        if (!moves()) return true;
+        const VertexState& state = r_.mesh.states[wish_.point];
+        return out_.star.kept.empty() && state.place != VertexPlace::corner && !state.marks.has(Mark::required);
+    }
+    [[nodiscard]] double least_shape() const {
+        if (!limits_.share_of_replaced) return limits_.least_shape;
+        double worst = std::numeric_limits<double>::infinity();
+        for (const ElementId e : out_.removed.elements) worst = std::min(worst, shape_of(r_, e));
+        return std::min(limits_.least_shape, *limits_.share_of_replaced * worst);
+    }
 
     [[nodiscard]] std::array<Vec<D>, D + 1> corners(const ElementFace& open) const {
         std::array<Vec<D>, D + 1> p;
@@ -98,7 +115,7 @@ class Planning {
         return p;
     }
 
-    /// New facets look where those that they replace look.
+    /// New facets look where each of those that they replace looks.
     [[nodiscard]] RejectionReason judge_facets() const {
         for (const auto& [facet, opposite] : out_.star.facets) {
             const Reference reference = r_.mesh.facets.references[facet];
@@ -106,14 +123,12 @@ class Planning {
             const Vec<D> own = facet_normal(p);
             p[opposite] = wish_.place;
             const Vec<D> now = facet_normal(p);
-            Vec<D> mean{};
-            for (const FacetId f : out_.removed.facets)
-                if (r_.mesh.facets.references[f] == reference) {
-                    const Vec<D> n = facet_normal(facet_corners(f));
-                    mean += dot(n, own) < 0 ? -n : n;  // facets are turned any way round
-                }
-            const double lengths = norm(mean) * norm(now);
-            if (!(dot(mean, now) > limits_.facet_cosine * lengths)) return RejectionReason::geometry;
+            for (const FacetId f : out_.removed.facets) {
+                if (r_.mesh.facets.references[f] != reference) continue;
+                const Vec<D> n = facet_normal(facet_corners(f));
+                const double turned = dot(n, own) < 0 ? -dot(n, now) : dot(n, now);  // facets are any way round
+                if (!(turned > limits_.facet_cosine * norm(n) * norm(now))) return RejectionReason::geometry;
+            }
         }
         return RejectionReason::none;
     }

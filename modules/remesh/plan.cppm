@@ -3,6 +3,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 export module camber.remesh:plan;
 import camber.core;
 import camber.metric;
@@ -35,9 +36,11 @@ struct CavityWish {
 /// What is asked of the new simplices.
 struct PatchLimits {
     double least_shape = 0;  ///< metric_shape of each new element: above this
+    /// Where it is given, above this share of the worst element that is replaced is enough.
+    std::optional<double> share_of_replaced = {};
     double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< edges at the point, in the metric
-    /// The least cosine between a new facet's normal and that of the facets that it replaces (their mean).
-    double facet_cosine = 0.7;
+    /// The least cosine between a new facet's normal and those of the facets that it replaces.
+    double facet_cosine = 0.8;
     /// Elements that may join the cavity, or leave it, to make it fit.
     int corrections = 8;
 };
@@ -46,7 +49,7 @@ struct PatchLimits {
 enum class RejectionReason : std::uint8_t {
     none,
     empty,
-    required,
+    required,  ///< also: a corner, or a vertex without all of its elements, would move
     surface,
     line,
     ball,

@@ -115,7 +115,9 @@ class Rounds {
             out.result = plan(r_, wish->wish, wish->limits, workspace, out.patch);
             if (!lies_badly(out.result.rejected) || share == 0) return;
             share = share > 0.2 ? share / 2 : 0;
+            const Vec<D> before = wish->wish.place;
             wish = pass_.shortened(r_, task, share);
+            if (wish && wish->wish.place == before) return;  // the geometry is where the chord is
         }
     }
     [[nodiscard]] static bool lies_badly(RejectionReason reason) {

@@ -18,7 +18,7 @@ export namespace camber {
 /// What a pass did.
 struct PassStatistics {
     std::size_t rounds = 0;     ///< commits
-    std::size_t proposals = 0;  ///< wishes that were planned
+    std::size_t proposals = 0;  ///< wishes that were planned; one that waits is planned again, and counted again
     std::size_t accepted = 0;
     std::size_t corrections = 0;  ///< elements that joined or left cavities of accepted ones
     std::size_t shortened = 0;    ///< accepted points that went a part of their way to the geometry only

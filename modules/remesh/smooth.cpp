@@ -52,6 +52,7 @@ class Moves final : public Pass<D> {
     void follow(const Remeshing<D>&, const TopologyChanges&, std::vector<Task>&) const override {}
 
   private:
+    static constexpr double least_length = 0.1;
     /// Vertices of surfaces move on a geometry only: without one nobody knows where else they may be.
     [[nodiscard]] bool may_move(const VertexState& state) const {
         if (state.marks.has(Mark::required) || state.marks.has(Mark::held)) return false;
@@ -73,6 +74,7 @@ class Moves final : public Pass<D> {
                 if (w == v) continue;
                 const Vec<D> edge = here - r.mesh.points[w];
                 const double length = edge_length(r.metrics[v].measure, r.metrics[w].measure, edge);
+                if (!(length > least_length)) continue;  // it asks for a place far beyond all others
                 sum += r.mesh.points[w] + (1 / length) * edge;
                 weights += 1;
             }
@@ -103,19 +105,21 @@ template <int D>
 Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal, const SmoothOptions& options,
                             const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    const Moves<D> pass(goal, options);
-    Remeshed<D> out{std::move(state), {}};
-    for (int sweep = 0; sweep < options.sweeps; ++sweep) {
-        std::vector<Task> tasks;
-        tasks.reserve(out.state.mesh.points.size());
-        for (std::size_t v = 0; v < out.state.mesh.points.size(); ++v)
-            if (!out.state.mesh.is_free(VertexId(v))) tasks.push_back(task(0, VertexId(v)));
-        auto statistics = run_pass<D>(out.state, pass, std::move(tasks), execution);
-        if (!statistics) return fail(statistics.error());
-        out.statistics += *statistics;
-        if (statistics->accepted == 0) break;
-    }
-    return out;
+    return guarded([&]() -> Outcome<Remeshed<D>> {
+        const Moves<D> pass(goal, options);
+        Remeshed<D> out{std::move(state), {}};
+        for (int sweep = 0; sweep < options.sweeps; ++sweep) {
+            std::vector<Task> tasks;
+            tasks.reserve(out.state.mesh.points.size());
+            for (std::size_t v = 0; v < out.state.mesh.points.size(); ++v)
+                if (!out.state.mesh.is_free(VertexId(v))) tasks.push_back(task(0, VertexId(v)));
+            auto statistics = run_pass<D>(out.state, pass, std::move(tasks), execution);
+            if (!statistics) return fail(statistics.error());
+            out.statistics += *statistics;
+            if (statistics->accepted == 0) break;
+        }
+        return out;
+    });
 }
 
 template Outcome<Remeshed<2>> smooth<2>(Remeshing<2>, const RemeshingGoal<2>&, const SmoothOptions&, const Execution&);

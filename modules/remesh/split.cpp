@@ -19,7 +19,7 @@ namespace {
 /// Where along an edge half of its length is: ∫_0^t a^(1−s) b^s ds is half of ∫_0^1.
 double half_of_length(double a, double b) {
     const double log_ratio = std::log(b / a);
-    if (std::abs(log_ratio) < 1e-6) return 0.5;
+    if (!std::isfinite(log_ratio) || std::abs(log_ratio) < 1e-6) return 0.5;
     return std::clamp(std::log((1 + b / a) / 2) / log_ratio, 0.2, 0.8);
 }
 
@@ -64,22 +64,17 @@ class Splits final : public Pass<D> {
                                         std::sqrt(r.metrics[b].measure.length_squared(chord)));
         wish.place = r.mesh.points[a] + t * chord;
         wish.place += share * (on_geometry_at_edge(goal_, r.mesh, edge, wish.cavity.facets, wish.place) - wish.place);
-        wish.reference = reference_at(r.mesh, wish.cavity);
+        if (r.mesh.point_references[a] == r.mesh.point_references[b]) wish.reference = r.mesh.point_references[a];
         const FieldSample<D> sample = sample_value(goal_.field, wish.place, r.metrics[a].back);
         wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
         wish.holders = wish.cavity.elements.size();
         grow_delaunay(r, wish.place, wish.metric.measure, most_elements, wish.cavity);
         wished.limits.corrections = 16;
         wished.limits.shortest = options_.shortest;
-        wished.limits.least_shape =
-            std::min(shape_of_quality(options_.least_quality, D), 0.9 * worst_shape(r, wish.cavity.elements));
+        wished.limits.least_shape = shape_of_quality(options_.least_quality, D);
+        wished.limits.share_of_replaced = 0.9;
         return wished;
     }
-    [[nodiscard]] static Reference reference_at(const DynamicMesh<D>& mesh, const CavityParts<D>& cavity) {
-        if (!cavity.lines.empty()) return mesh.line_references[cavity.lines.front()];
-        return cavity.facets.empty() ? 0 : mesh.facets.references[cavity.facets.front()];
-    }
-
     const RemeshingGoal<D>& goal_;
     const SplitOptions& options_;
 };

@@ -14,13 +14,20 @@ Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D
                                       const RemeshingGoal<D>& goal, const Execution& execution) {
     auto made = make_dynamic(mesh, edges, breaks, execution);
     if (!made) return fail(made.error());
-    auto metrics = map_each(execution, mesh.points.size(), [&](std::size_t v) {
-        const ElementId hint = made->element_of[v].valid() ? made->element_of[v] : ElementId(std::size_t{0});
-        const FieldSample<D> sample = sample_value(goal.field, mesh.points[v], hint);
-        return VertexMetric<D>(sample.log_metric, sample.location.element);
+    return guarded([&]() -> Outcome<Remeshing<D>> {
+        Buffer<VertexMetric<D>> metrics(mesh.points.size());
+        // The field may be on any mesh: each search begins where the one before it ended.
+        auto asked = each_chunk(execution, metrics.size(), [&](std::size_t begin, std::size_t end) {
+            ElementId hint;
+            for (std::size_t v = begin; v < end; ++v) {
+                const FieldSample<D> sample = sample_value(goal.field, mesh.points[v], hint);
+                hint = sample.location.element;
+                metrics[v] = VertexMetric<D>(sample.log_metric, hint);
+            }
+        });
+        if (!asked) return fail(asked.error());
+        return Remeshing<D>{std::move(*made), std::move(metrics)};
     });
-    if (!metrics) return fail(metrics.error());
-    return Remeshing<D>{std::move(*made), std::move(*metrics)};
 }
 
 template <int D>

@@ -53,6 +53,42 @@ class Check(unittest.TestCase):
     def report(self, mesh, *arguments, code=None):
         return json.loads(self.check(mesh, "--json", *arguments, code=code).stdout)
 
+    def test_lengths_and_qualities_in_a_metric(self):
+        """In a constant metric they are those of the mesh where it is the identity."""
+        for dim, n in ((2, 4), (3, 2)):
+            mesh = lattice(dim, n)
+            root = self.random.normal(size=(dim, dim)) + 3 * np.eye(dim)  # M = rootT root
+            tensor = root.T @ root
+            row = " ".join(repr(float(tensor[i, j])) for i in range(dim) for j in range(i + 1))
+            solution = f"MeshVersionFormatted 2\nDimension {dim}\nSolAtVertices\n{len(mesh.points)}\n1 3\n"
+            (self.folder.path / "m.sol").write_text(solution + (row + "\n") * len(mesh.points) + "End\n")
+            found = self.report(mesh, "--metric", "m.sol", code=0)
+            told = found["unit_mesh"]
+            points = mesh.points @ root.T
+            pairs = {tuple(sorted((e[i], e[j]))) for e in mesh.elements for i in range(dim + 1) for j in range(i)}
+            lengths = np.array([np.linalg.norm(points[a] - points[b]) for a, b in pairs])
+            self.assertEqual(told["metric"], "m.sol")
+            self.assertEqual(told["edges"], len(pairs))
+            unit = np.count_nonzero((lengths >= 0.5 ** 0.5) & (lengths <= 2 ** 0.5))
+            self.assertEqual(told["unit_edges"], unit)
+            self.assertEqual(told["unit_edges"] + told["short_edges"] + told["long_edges"], len(pairs))
+            for key, value in (("shortest", lengths.min()), ("longest", lengths.max()), ("mean_length", lengths.mean())):
+                self.assertAlmostEqual(told[key], value, delta=1e-9 * value)
+            qualities = []
+            for element in mesh.elements:
+                corners = points[list(element)]
+                volume = abs(np.linalg.det(corners[1:] - corners[0])) / (2 if dim == 2 else 6)
+                squares = sum(np.sum((corners[i] - corners[j]) ** 2) for i in range(dim + 1) for j in range(i))
+                qualities.append(4 * 3 ** 0.5 * volume / squares if dim == 2 else 12 * (3 * volume) ** (2 / 3) / squares)
+            self.assertAlmostEqual(told["min_quality"], min(qualities), delta=1e-9)
+            self.assertAlmostEqual(told["mean_quality"], np.mean(qualities), delta=1e-9)
+            self.assertEqual(sum(found["histograms"]["edge_length"]["count"]), len(pairs))
+            self.assertEqual(sum(found["histograms"]["metric_quality"]["count"]), len(mesh.elements))
+            self.assertIn("edges of unit length", self.check(mesh, "--metric", "m.sol", code=0).stdout)
+        other = self.folder.camber("check", self.write(lattice(3, 1)), "--metric", "m.sol")
+        self.assertEqual(other.returncode, 3)
+        self.assertRegex(other.stderr, "^camber: m.sol: has 27 rows, the mesh 8 vertices")
+
     def test_every_verdict_and_witness_is_the_oracle_s(self):
         for dim, n, amplitude in ((2, 4, 0.4), (3, 2, 0.35)):
             mesh = elevated(lattice(dim, n), self.random, amplitude)

@@ -182,6 +182,22 @@ TEST_CASE("required entities stay") {
     }
 }
 
+TEST_CASE("the field may be on another mesh, coarser than this one") {
+    LatticeOptions<3> options;
+    options.cells = {1, 1, 1};
+    options.place = [](const Vec<3>& p) { return 3.0 * p; };
+    const auto coarse = lattice_mesh(options);
+    LatticeOptions<3> fine;
+    fine.cells = {3, 3, 3};
+    const auto mesh = with_references<3>(lattice_mesh(fine), fine.cells, false);
+    Dice dice(3);
+    const RemeshingGoal<3> goal = goal_over(coarse, 0.7, dice);
+    const auto r = begun(mesh, goal);
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) CHECK(r.metrics[v].back.index() < coarse.elements.size());
+    PassStatistics all;
+    CHECK(check_consistency(one_round(r, goal, alone, all).mesh, alone).has_value());
+}
+
 TEST_CASE("options out of range are refused") {
     const LinearMesh<2> mesh = random_domain<2>(1);
     Dice dice(1);

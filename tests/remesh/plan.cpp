@@ -104,3 +104,51 @@ TEST_CASE_FIXTURE(Fixture, "a cavity is corrected: elements that would be invert
     }
     CHECK(corrected);
 }
+
+TEST_CASE_FIXTURE(Fixture, "a vertex moves with all of its elements, and if it may") {
+    const VertexId middle = at({{1, 1, 1}});
+    CavityWish<3> part = collapse_of(middle, middle);
+    part.place += Vec<3>{{0.1, 0.1, 0.1}};
+    CHECK(planned(part).rejected == RejectionReason::none);
+    part.cavity.elements.resize(part.cavity.elements.size() / 2);
+    const auto rejected = planned(part).rejected;
+    CHECK(rejected != RejectionReason::none);
+    CavityWish<3> corner = collapse_of(at({{0, 0, 0}}), at({{0, 0, 0}}));
+    corner.place += Vec<3>{{1e-3, 1e-3, 1e-3}};
+    CHECK(planned(corner, {.facet_cosine = -1}).rejected == RejectionReason::required);
+}
+
+TEST_CASE("a bend that nobody lists is not cut off") {
+    LatticeOptions<2> options;
+    options.cells = {2, 2};
+    LinearMesh<2> mesh = with_references<2>(lattice_mesh(options), options.cells, false);
+    mesh.facets.references = Buffer<Reference>(mesh.facets.size(), 1);  // its corners are bends of one curve
+    mesh.elements.references = Buffer<Reference>(mesh.elements.size(), 1);
+    Buffer<SimplexVertices<1>> rim;
+    for (const auto& f : mesh.facets.vertices) {
+        const Vec<2> m = midpoint(mesh.points[f[0]], mesh.points[f[1]]);
+        if (m[0] == 0 || m[0] == 2 || m[1] == 0 || m[1] == 2) rim.push_back(f);
+    }
+    const std::size_t n = rim.size();
+    mesh.facets = {std::move(rim), Buffer<Reference>(n, 1), {}};
+    Dice dice(1);
+    const RemeshingGoal<2> goal = goal_over(mesh, 1, dice);
+    const Remeshing<2> r = begun(mesh, goal);
+    PlanWorkspace<2> workspace;
+    TopologyPatch<2> patch;
+    std::size_t tried = 0;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+        const Vec<2>& p = mesh.points[v];
+        if ((p[0] != 0 && p[0] != 2) || (p[1] != 0 && p[1] != 2)) continue;
+        CavityWish<2> wish;
+        cavity_of_vertex(r.mesh, VertexId(v), wish.cavity);
+        for (const FacetId f : wish.cavity.facets)
+            for (const VertexId w : r.mesh.facets.vertices[f]) {
+                if (w == VertexId(v)) continue;
+                wish.join_to(r, w);
+                ++tried;
+                CHECK(plan(r, wish, {}, workspace, patch).rejected != RejectionReason::none);
+            }
+    }
+    CHECK(tried == 8);
+}

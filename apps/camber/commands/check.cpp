@@ -75,7 +75,16 @@ Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
         return Done{};
     });
     if (!read) return fail(read.error());
-    auto report = run::check_mesh(std::move(*mesh), arguments.options, around);
+    std::optional<run::MetricFile> metric;
+    read = around("read", [&](const Execution& execution) -> Outcome<Done> {
+        if (arguments.metric.empty()) return Done{};
+        auto decoded = read_solution_for(*mesh, arguments.metric, execution);
+        if (!decoded) return fail(decoded.error());
+        metric = run::MetricFile{arguments.metric, std::move(decoded->solution)};
+        return Done{};
+    });
+    if (!read) return fail(read.error());
+    auto report = run::check_mesh(std::move(*mesh), metric, arguments.options, around);
     progress.wipe();
     if (!report) return fail(of_file(report.error(), arguments.input));
     return report;

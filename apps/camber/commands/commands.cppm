@@ -74,7 +74,7 @@ struct PlotArguments {
 [[nodiscard]] int plot_command(const PlotArguments& arguments);
 
 struct CheckArguments {
-    std::string input;
+    std::string input, metric;  ///< metric: a solution file; empty: none
     config::Flat flat = config::Flat::plane;
     run::CheckOptions options = {};
     int threads = 0;

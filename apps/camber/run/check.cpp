@@ -23,6 +23,8 @@ import :field_errors;
 import :histogram;
 import :pipeline;
 import :report;
+import :stages;
+import :unit_mesh;
 
 namespace camber::run {
 
@@ -59,10 +61,11 @@ template <int D>
 class Checker {
   public:
     Checker(std::optional<QuadraticMesh<D>> mesh, LinearMesh<D> linear, FileNumbers numbers,
-            const CheckOptions& options, const Around& around)
+            const std::optional<MetricFile>& metric, const CheckOptions& options, const Around& around)
         : mesh_(std::move(mesh)),
           linear_(std::move(linear)),
           numbers_(std::move(numbers)),
+          metric_(metric),
           options_(options),
           around_(around),
           degree_(mesh_ ? 2 : 1) {}
@@ -74,6 +77,7 @@ class Checker {
         auto done = step("examine", [&](const Execution& e) { return examine_mesh(e); })
                         .and_then([&](Done) { return step("validate", [&](const Execution& e) { return judge(e); }); })
                         .and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); }); })
+                        .and_then([&](Done) { return measure_in_metric(); })
                         .and_then([&](Done) { return interpolate(); });
         if (!done) return fail(done.error());
         return std::move(report_);
@@ -150,7 +154,7 @@ class Checker {
             numbers_of(n, [&](std::size_t e) { return columns.straight_inverted[e] == 1; });
         if (degree_ == 2) {
             columns.min_scaled_jacobian = validation_.min_scaled_jacobian;
-            add_histogram(Quantity::scaled_jacobian, columns.min_scaled_jacobian.view());
+            add_histogram<float>(Quantity::scaled_jacobian, columns.min_scaled_jacobian.view());
         } else {
             auto quality = map_each(
                 execution, n, [&](std::size_t e) { return static_cast<float>(mean_ratio<D>(corners_of(linear_, e))); });
@@ -160,13 +164,25 @@ class Checker {
             if (!volume) return fail(volume.error());
             columns.quality = std::move(*quality);
             columns.volume = std::move(*volume);
-            add_histogram(Quantity::quality, columns.quality.view());
+            add_histogram<float>(Quantity::quality, columns.quality.view());
         }
         const Judged<D> judged{*mesh_, validation_, columns, soundness_, numbers_, degree_};
         auto worst = find_worst_elements(judged, options_.worst, execution);
         if (!worst) return fail(worst.error());
         report_.worst = std::move(*worst);
         return Done{};
+    }
+
+    Outcome<Done> measure_in_metric() {
+        if (!metric_) return Done{};
+        return step("metric", [&](const Execution& e) -> Outcome<Done> {
+            auto measured = measure_unit_mesh(linear_, mesh_->edges, *metric_, e);
+            if (!measured) return fail(measured.error());
+            report_.unit_mesh = std::move(measured->report);
+            add_histogram<double>(Quantity::edge_length, measured->lengths);
+            add_histogram<double>(Quantity::metric_quality, measured->qualities);
+            return Done{};
+        });
     }
 
     /// The errors of the interpolants of fields, one after the other.
@@ -191,7 +207,8 @@ class Checker {
         return done;
     }
 
-    void add_histogram(Quantity quantity, std::span<const float> values) {
+    template <class Number>
+    void add_histogram(Quantity quantity, std::span<const Number> values) {
         if (values.empty()) return;
         const std::vector<double> all(values.begin(), values.end());
         Histogram h{quantity, limits_of(quantity), {}};
@@ -202,6 +219,7 @@ class Checker {
     std::optional<QuadraticMesh<D>> mesh_;
     LinearMesh<D> linear_;
     FileNumbers numbers_;
+    const std::optional<MetricFile>& metric_;
     CheckOptions options_;
     const Around& around_;
     int degree_;
@@ -211,21 +229,23 @@ class Checker {
 };
 
 template <int D>
-Outcome<CheckReport> check(LinearMesh<D> mesh, FileNumbers numbers, const CheckOptions& options, const Around& around) {
-    return Checker<D>(std::nullopt, std::move(mesh), std::move(numbers), options, around).check();
+Outcome<CheckReport> check(LinearMesh<D> mesh, FileNumbers numbers, const std::optional<MetricFile>& metric,
+                           const CheckOptions& options, const Around& around) {
+    return Checker<D>(std::nullopt, std::move(mesh), std::move(numbers), metric, options, around).check();
 }
 template <int D>
-Outcome<CheckReport> check(QuadraticMesh<D> mesh, FileNumbers numbers, const CheckOptions& options,
-                           const Around& around) {
+Outcome<CheckReport> check(QuadraticMesh<D> mesh, FileNumbers numbers, const std::optional<MetricFile>& metric,
+                           const CheckOptions& options, const Around& around) {
     LinearMesh<D> linear = mesh.linear;
-    return Checker<D>(std::move(mesh), std::move(linear), std::move(numbers), options, around).check();
+    return Checker<D>(std::move(mesh), std::move(linear), std::move(numbers), metric, options, around).check();
 }
 
 }  // namespace
 
-Outcome<CheckReport> check_mesh(DecodedMesh mesh, const CheckOptions& options, const Around& around) {
+Outcome<CheckReport> check_mesh(DecodedMesh mesh, const std::optional<MetricFile>& metric, const CheckOptions& options,
+                                const Around& around) {
     auto report =
-        std::visit([&](auto m) { return check(std::move(m), FileNumbers{mesh.node_numbers}, options, around); },
+        std::visit([&](auto m) { return check(std::move(m), FileNumbers{mesh.node_numbers}, metric, options, around); },
                    std::move(mesh.mesh));
     if (!report) return report;
     report->notices.reserve(mesh.notices.size());

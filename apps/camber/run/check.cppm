@@ -16,6 +16,8 @@ import :field_errors;
 import :histogram;
 import :pipeline;
 import :report;
+import :stages;
+import :unit_mesh;
 
 /// What is right and wrong with a mesh, as it is: `camber check`.
 export namespace camber::run {
@@ -111,14 +113,17 @@ struct CheckReport {
     std::vector<ElementReport> worst;   ///< the worst first
     std::vector<Histogram> histograms;  ///< of the elements; none without elements
     ElementColumns elements;
-    std::vector<FieldErrors> fields;  ///< of the fields that were asked for
+    std::optional<UnitMeshReport> unit_mesh;  ///< in the metric that was given
+    std::vector<FieldErrors> fields;          ///< of the fields that were asked for
     std::vector<std::string> notices;
 
     [[nodiscard]] bool all_good() const { return soundness.sound && validity.invalid == 0 && validity.undecided == 0; }
 };
 
-/// The mesh as it is, nothing mended: its soundness, and verdicts of its elements.
-[[nodiscard]] Outcome<CheckReport> check_mesh(DecodedMesh mesh, const CheckOptions& options, const Around& around);
+/// The mesh as it is, nothing mended: its soundness, and verdicts of its elements; with a metric file how near to unit
+/// it is.
+[[nodiscard]] Outcome<CheckReport> check_mesh(DecodedMesh mesh, const std::optional<MetricFile>& metric,
+                                              const CheckOptions& options, const Around& around);
 
 /// Lines for a terminal, without colours.
 [[nodiscard]] std::string check_table(const CheckReport& report);

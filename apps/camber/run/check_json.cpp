@@ -15,6 +15,7 @@ import :check_parts;
 import :field_errors;
 import :histogram;
 import :report;
+import :unit_mesh;
 
 namespace camber::run {
 
@@ -96,6 +97,7 @@ std::string check_json_head(const CheckReport& report, std::string_view name, st
     j["straight_inverted_elements"] = report.straight_inverted_elements;
     j["wall_elements"] = report.wall_elements;
     j["soundness"] = json(report.soundness);
+    if (report.unit_mesh) j["unit_mesh"] = Json::parse(unit_mesh_json(*report.unit_mesh));
     if (!report.fields.empty()) {
         j["interpolation"] = Json::array();
         for (const FieldErrors& field : report.fields) j["interpolation"].push_back(Json::parse(field_json(field)));

@@ -17,6 +17,7 @@ import :field_errors;
 import :histogram;
 import :report;
 import :rows;
+import :unit_mesh;
 
 namespace camber::run {
 
@@ -134,7 +135,7 @@ std::string field_rows(const CheckReport& report) {
 
 std::string check_table(const CheckReport& report) {
     return mesh_rows(report) + validity_rows(report) + soundness_rows(report.soundness) + worst_rows(report) +
-           field_rows(report);
+           (report.unit_mesh ? unit_mesh_table(*report.unit_mesh) : std::string()) + field_rows(report);
 }
 
 }  // namespace camber::run

@@ -11,10 +11,18 @@ export module camber.run:histogram;
 export namespace camber::run {
 
 /// What is counted, each with bins of its own that never change, so that runs can be compared.
-enum class Quantity : std::uint8_t { length_gain, length, curvature, scaled_jacobian, quality };
-inline constexpr std::size_t quantity_count = 5;
+enum class Quantity : std::uint8_t {
+    length_gain,
+    length,
+    curvature,
+    scaled_jacobian,
+    quality,
+    edge_length,
+    metric_quality
+};
+inline constexpr std::size_t quantity_count = 7;
 inline constexpr std::size_t run_quantity_count =
-    4;  ///< those of runs; `quality` is of straight meshes that are checked
+    4;  ///< those of runs, the first; the others are of meshes that are checked
 
 struct QuantityInfo {
     Quantity quantity;

@@ -20,6 +20,9 @@ constexpr std::array<QuantityInfo, quantity_count> infos{{
     {Quantity::scaled_jacobian, "scaled_jacobian", "Scaled Jacobian", "smallest det J / det J of the straight element",
      "elements", 10},
     {Quantity::quality, "quality", "Quality", "mean ratio: 1 equilateral, 0 flat, negative inverted", "elements", 10},
+    {Quantity::edge_length, "edge_length", "Edge length", "length in the metric, of the straight edge", "edges", 2},
+    {Quantity::metric_quality, "metric_quality", "Quality in the metric",
+     "mean ratio in the metric: 1 unit, 0 flat, negative inverted", "elements", 10},
 }};
 
 /// m 10^k, the number that one reads: both are exact, so that their quotient is rounded once.
@@ -73,10 +76,12 @@ const QuantityInfo& info(Quantity quantity) { return infos[static_cast<std::size
 std::vector<double> limits_of(Quantity quantity) {
     switch (quantity) {
         case Quantity::length_gain: return of_gains();
-        case Quantity::length: return of_lengths();
+        case Quantity::length:
+        case Quantity::edge_length: return of_lengths();
         case Quantity::curvature: return of_curvatures();
         case Quantity::scaled_jacobian:
-        case Quantity::quality: return of_jacobians();
+        case Quantity::quality:
+        case Quantity::metric_quality: return of_jacobians();
     }
     return {};
 }

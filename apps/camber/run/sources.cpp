@@ -44,6 +44,8 @@ Outcome<LogMetric<D>> constant_log_metric(const config::ConstantMetric& constant
     return logs->log_metrics.front();
 }
 
+}  // namespace
+
 template <int D>
 Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_t vertices,
                                               const Execution& execution) {
@@ -80,6 +82,8 @@ Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_
     metric.report.floored = logs->floored;
     return metric;
 }
+
+namespace {
 
 /// A field that is given where the vertices were read, where they are now.
 template <int D>
@@ -168,5 +172,8 @@ Outcome<SourcedMetric<D>> make_log_metrics(const MetricInput<D>& input, const co
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
 #undef CAMBER_INSTANTIATE
+
+template Outcome<SourcedMetric<2>> log_metrics_of_file<2>(const MetricFile&, std::size_t, const Execution&);
+template Outcome<SourcedMetric<3>> log_metrics_of_file<3>(const MetricFile&, std::size_t, const Execution&);
 
 }  // namespace camber::run

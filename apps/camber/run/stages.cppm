@@ -1,4 +1,5 @@
 module;
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -102,6 +103,11 @@ struct SourcedMetric {
     MetricReport report;
     Notices notices;
 };
+/// Of a file: a tensor or a size a vertex. Errors (input): of another dimension or number of rows, values that are no
+/// metric.
+template <int D>
+[[nodiscard]] Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_t vertices,
+                                                            const Execution& execution);
 template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> make_log_metrics(const MetricInput<D>& input, const config::Metric& metric,
                                                          const Execution& execution);

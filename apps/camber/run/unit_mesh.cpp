@@ -1,0 +1,118 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+module camber.run;
+import camber.core;
+import camber.metric;
+import :rows;
+import :stages;
+import :unit_mesh;
+
+namespace camber::run {
+
+namespace {
+
+double mean_of(const std::vector<double>& values) {
+    return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+UnitMeshReport summed(const std::string& metric, const std::vector<double>& lengths,
+                      const std::vector<double>& qualities) {
+    UnitMeshReport report{.metric = metric, .edges = lengths.size()};
+    const auto count = [&](auto&& chosen) {
+        return static_cast<std::size_t>(std::count_if(lengths.begin(), lengths.end(), chosen));
+    };
+    report.short_edges = count([](double l) { return l < shortest_unit_edge; });
+    report.long_edges = count([](double l) { return l > longest_unit_edge; });
+    report.unit_edges = count([](double l) { return l >= shortest_unit_edge && l <= longest_unit_edge; });
+    if (!lengths.empty()) {
+        const auto [least, greatest] = std::minmax_element(lengths.begin(), lengths.end());
+        report.shortest = *least;
+        report.longest = *greatest;
+    }
+    report.mean_length = mean_of(lengths);
+    report.mean_quality = mean_of(qualities);
+    if (!qualities.empty()) {
+        const auto worst = std::min_element(qualities.begin(), qualities.end());
+        report.worst_quality = *worst;
+        report.worst_element = static_cast<std::size_t>(worst - qualities.begin()) + 1;
+    }
+    return report;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const MetricFile& metric,
+                                    const Execution& execution) {
+    const auto logs = log_metrics_of_file<D>(metric, mesh.points.size(), execution);
+    if (!logs) return fail(logs.error());
+    const auto metrics = map_each(execution, mesh.points.size(),
+                                  [&](std::size_t v) { return MeasuringMetric<D>(logs->log_metrics[v]); });
+    if (!metrics) return fail(metrics.error());
+    const auto of = [&](VertexId v) -> const MeasuringMetric<D>& { return (*metrics)[v.index()]; };
+    const auto lengths = map_each(execution, edges.size(), [&](std::size_t e) {
+        const auto& [a, b] = edges.vertices[e];
+        return edge_length(of(a), of(b), mesh.points[b] - mesh.points[a]);
+    });
+    if (!lengths) return fail(lengths.error());
+    const auto qualities = map_each(execution, mesh.elements.size(), [&](std::size_t e) {
+        std::array<Vec<D>, D + 1> corners;
+        std::array<const MeasuringMetric<D>*, D + 1> at{};
+        for (int i = 0; i <= D; ++i) {
+            corners[i] = mesh.points[mesh.elements.vertices[e][i]];
+            at[i] = &of(mesh.elements.vertices[e][i]);
+        }
+        return metric_quality<D>(corners, at);
+    });
+    if (!qualities) return fail(qualities.error());
+    UnitMesh out{{}, {lengths->begin(), lengths->end()}, {qualities->begin(), qualities->end()}};
+    out.report = summed(metric.name, out.lengths, out.qualities);
+    return out;
+}
+
+std::string unit_mesh_table(const UnitMeshReport& r) {
+    const auto share = [&](std::size_t n) {
+        return r.edges == 0 ? 0.0 : 100 * static_cast<double>(n) / static_cast<double>(r.edges);
+    };
+    std::string text = "\n  In the metric of " + r.metric + ", edges and elements straight\n";
+    text += table_row("edges of unit length",
+                      fmt::format("{:.2f} % of {} (1/sqrt(2) to sqrt(2)); {:.2f} % shorter, {:.2f} % longer",
+                                  share(r.unit_edges), grouped(r.edges), share(r.short_edges), share(r.long_edges)));
+    text +=
+        table_row("edge lengths", fmt::format("{:.4g} to {:.4g}, mean {:.4g}", r.shortest, r.longest, r.mean_length));
+    if (r.worst_element > 0)
+        text += table_row("quality in the metric", fmt::format("mean {:.4g}, smallest {:.4g}, of element {}",
+                                                               r.mean_quality, r.worst_quality, r.worst_element));
+    return text;
+}
+
+std::string unit_mesh_json(const UnitMeshReport& r) {
+    const nlohmann::ordered_json j{{"metric", r.metric},
+                                   {"edges", r.edges},
+                                   {"unit_edges", r.unit_edges},
+                                   {"short_edges", r.short_edges},
+                                   {"long_edges", r.long_edges},
+                                   {"shortest", r.shortest},
+                                   {"longest", r.longest},
+                                   {"mean_length", r.mean_length},
+                                   {"min_quality", r.worst_quality},
+                                   {"mean_quality", r.mean_quality},
+                                   {"worst_element", r.worst_element}};
+    return j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+template Outcome<UnitMesh> measure_unit_mesh<2>(const LinearMesh<2>&, const EdgeSet<2>&, const MetricFile&,
+                                                const Execution&);
+template Outcome<UnitMesh> measure_unit_mesh<3>(const LinearMesh<3>&, const EdgeSet<3>&, const MetricFile&,
+                                                const Execution&);
+
+}  // namespace camber::run
