@@ -31,7 +31,7 @@ void constant_metric(std::uint64_t seed) {
     const LogMetric<D> log_metric = random_metric<D>(dice);
     const MeasuringMetric<D> metric(log_metric);
     std::array<Vec<D>, D + 1> corners;
-    std::array<const MeasuringMetric<D>*, D + 1> metrics;
+    std::array<const MeasuringMetric<D>*, D + 1> metrics{};
     std::array<Vec<D>, D + 1> seen;  // where the metric is the identity
     for (int i = 0; i <= D; ++i) {
         corners[i] = dice.vector<D>();
