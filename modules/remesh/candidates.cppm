@@ -58,6 +58,15 @@ template <int D, class OrderOf>
         });
 }
 
+/// The same for edges that a commit made.
+template <int D, class OrderOf>
+void add_edge_tasks(const Remeshing<D>& r, const TopologyChanges& changes, OrderOf&& order_of,
+                    std::vector<Task>& tasks) {
+    for (const EdgeId e : changes.edges.created)
+        if (!r.mesh.is_free(e))
+            if (const double order = order_of(length_of(r, e)); order < infinite_order) tasks.push_back(task(order, e));
+}
+
 /// The same for elements by their shape.
 template <int D, class OrderOf>
 [[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Remeshing<D>& r, OrderOf&& order_of,

@@ -40,10 +40,7 @@ class Splits final : public Pass<D> {
         return wished;
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const override {
-        for (const EdgeId e : changes.edges.created)
-            if (!r.mesh.is_free(e))
-                if (const double order = order_of(length_of(r, e)); order < infinite_order)
-                    tasks.push_back(task(order, e));
+        add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }
 
   private:
