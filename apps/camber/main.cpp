@@ -1,26 +1,19 @@
 // The program: arguments to verbs.
 #include <algorithm>
-#include <cctype>
-#include <cstddef>
 #include <cstdio>
 #include <exception>
-#include <map>
 #include <memory>
 #include <new>
-#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
 #include <CLI/CLI.hpp>
 
+#include "arguments.hpp"
 #include "help.hpp"
 import camber.core;
 import camber.app_shell;
 import camber.commands;
-import camber.config;
-import camber.io;
-import camber.run;
-import camber.shapes;
 
 namespace {
 
@@ -29,6 +22,7 @@ using namespace camber::app;
 constexpr const char* description =
     "Camber: curved (P2) meshes from straight ones, driven by a metric and by the geometry; always valid.\n\n"
     "  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its own metric\n"
+    "  camber remesh wing.meshb --metric m.sol -o w.mesh bring a straight mesh to a metric\n"
     "  camber repair broken-p2.meshb -o valid-p2.meshb   repair a curved mesh made elsewhere\n"
     "  camber run configs/spheres.json                   run a pipeline\n"
     "  camber check wing-p2.meshb                        is it a good mesh?\n"
@@ -42,287 +36,10 @@ constexpr const char* exit_codes =
     "enough memory, or an internal error; 130 "
     "interrupted. What becomes of every kind of bad input: docs/input.md.";
 
-std::string endings_of_input() { return camber::listed(camber::endings_read(camber::mesh_formats()), ", "); }
-std::string endings_of_output() { return camber::listed(camber::endings_written(camber::mesh_formats()), ", "); }
-std::string endings_of_solutions() { return camber::listed(camber::endings_read(camber::solution_formats()), ", "); }
-
-std::string mesh_or_solution() {
-    return "A mesh of degree 1 or 2 (" + endings_of_input() + ") or a solution (" + endings_of_solutions() + ")";
-}
-
-/// Subcommands store what is to be done; main does it.
-struct Verb {
-    RunArguments run;
-    CurveArguments curve;
-    RepairArguments repair;
-    ConvertArguments convert;
-    GenerateArguments generate;
-    PlotArguments plot;
-    CheckArguments check;
-    InfoArguments info;
-    std::string topic;
-};
-
-/// Numbers within the limits of an option. Closed ones are told as CLI11 tells them.
-template <class T>
-CLI::Validator within(const camber::Limits& limits) {
-    if (!limits.low_open && !limits.high_open)
-        return CLI::Range(static_cast<T>(limits.low), static_cast<T>(limits.high));
-    return CLI::Validator(
-        [limits](const std::string& text) {
-            double x = 0;
-            const bool holds = CLI::detail::lexical_cast(text, x) && limits.hold(x);
-            return holds ? std::string() : camber::out_of_limits(limits, text);
-        },
-        limits.interval());
-}
-
-/// An option's sentence as a help text has it.
-std::string help_of(const auto& option) {
-    std::string sentence(option.sentence);
-    sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));
-    return sentence;
-}
-
-/// A described option of a struct as an argument of the same name, with its sentence, limits and default.
-template <class T, class S, class V>
-void add_described(CLI::App* verb, S& options, const camber::Option<S, V>& option) {
-    std::string name(option.name);
-    for (char& c : name) c = c == '_' ? '-' : c;
-    verb->add_option("--" + name, options.*option.member, help_of(option))
-        ->check(within<T>(option.limits))
-        ->capture_default_str();
-}
-
-/// An argument that takes the words of an enumeration.
-template <class T>
-void add_words(CLI::App* verb, const std::string& name, T& value, const std::string& sentence) {
-    using E = typename CLI::detail::wrapped_type<T, T>::type;
-    std::map<std::string, E> values;
-    std::string text;
-    for (const auto& w : words(E{})) {
-        values.emplace(w.word, w.value);
-        text += (text.empty() ? "" : "|") + std::string(w.word);
-    }
-    verb->add_option(name, value, sentence)->transform(CLI::CheckedTransformer(values))->option_text(text);
-}
-
-void add_flat(CLI::App* verb, camber::config::Flat& flat) {
-    add_words(verb, "--flat", flat,
-              "What triangles without tetrahedra and of one z are: plane (the default), a 2D mesh, written with its z "
-              "again; or surface, one in space");
-}
-
-void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
-                  bool& histogram, bool& dry_run) {
-    verb->add_option("--set", settings,
-                     "Override one option of the config: path=value, e.g. stages/curve/objective=length")
-        ->type_name("PATH=VALUE");
-    verb->add_option("--threads", threads, "Threads to use; 0: all. The result does not depend on it")
-        ->check(CLI::NonNegativeNumber);
-    verb->add_flag("--print-config", print_config, "Print the pipeline with every default, and stop");
-    verb->add_flag("--dry-run", dry_run,
-                   "Read the input and tell what would be done, with memory and time expected; write nothing");
-    verb->add_flag("--histogram", histogram,
-                   "Also print how gains, lengths, curvatures and Jacobians are spread, before and after correction");
-}
-
-/// What the verbs that are a pipeline have in common.
-void add_pipeline(CLI::App* verb, PipelineArguments& a) {
-    verb->add_option(
-            "--min-scaled-jacobian", a.min_scaled_jacobian,
-            "Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not: exit code "
-            "1. Without it: 0.1 where it can be had")
-        ->check(within<double>(camber::option_of(&camber::config::Validate::min_scaled_jacobian).limits));
-    add_flat(verb, a.flat);
-    verb->add_option("--report", a.report, "Also write the figures as JSON");
-    verb->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
-    verb->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
-    add_settings(verb, a.settings, a.threads, a.print_config, a.histogram, a.dry_run);
-}
-
-void add_run(CLI::App& app, Verb& verb) {
-    CLI::App* run = app.add_subcommand("run", "Run a pipeline described in JSON");
-    run->add_option("config", verb.run.config, "The pipeline; paths of inputs are relative to its folder")->required();
-    add_settings(run, verb.run.settings, verb.run.threads, verb.run.print_config, verb.run.histogram, verb.run.dry_run);
-}
-
-void add_curve(CLI::App& app, Verb& verb) {
-    CLI::App* curve = app.add_subcommand("curve", "Curve a straight mesh: elevate, curve, validate, relax, commit");
-    CurveArguments& a = verb.curve;
-    curve->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
-    curve->add_option("-o,--output", a.output, "Where the curved mesh goes (" + endings_of_output() + ")")->required();
-    curve
-        ->add_option(
-            "--metric", a.metric,
-            "natural, a file (" + endings_of_solutions() + "), or JSON such as '{\"constant\": {\"sizes\": [0.1]}}'")
-        ->default_str("natural");
-    curve
-        ->add_option("--geometry", a.geometry,
-                     "surrogate (from the mesh), straight, or JSON such as "
-                     "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}'")
-        ->default_str("surrogate");
-    add_words(curve, "--objective", a.objective,
-              help_of(camber::option_of(&camber::config::Curve::objective)) +
-                  ". Default: " + std::string(camber::word_of(camber::config::Curve{}.objective)));
-    add_pipeline(curve, a);
-}
-
-void add_repair(CLI::App& app, Verb& verb) {
-    CLI::App* repair = app.add_subcommand(
-        "repair",
-        "Repair a curved mesh made elsewhere: validate, relax, commit.\n\n"
-        "  camber repair broken.meshb -o valid.meshb\n"
-        "  camber repair broken.meshb -o valid.meshb --boundary-tolerance 1e-3\n\n"
-        "The boundary stays as it is, bit for bit, interfaces between materials too: nodes of the volume move, and, if "
-        "need be, its vertices. With --boundary-tolerance T the nodes of boundary edges may move too where nothing "
-        "else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary vertices never "
-        "do. Elements that cannot be repaired are listed with the reason, the mesh is written with them, and the exit "
-        "code is 1. How it is done: docs/algorithms/repair.md");
-    RepairArguments& a = verb.repair;
-    repair->add_option("input", a.input, "The curved mesh (" + endings_of_input() + ")")->required();
-    repair->add_option("-o,--output", a.output, "Where the repaired mesh goes (" + endings_of_output() + ")")
-        ->required();
-    repair
-        ->add_option("--boundary-tolerance", a.boundary_tolerance,
-                     "How far the node of a boundary edge may move, in model units; 0 (the default): not at all")
-        ->check(CLI::NonNegativeNumber);
-    add_pipeline(repair, a);
-}
-
-void add_check(CLI::App& app, Verb& verb) {
-    CLI::App* check = app.add_subcommand(
-        "check",
-        "Is it a good mesh? Of any mesh of degree 1 or 2, made by whatever program; nothing is changed.\n\n"
-        "  camber check wing-p2.meshb                       the report\n"
-        "  camber check wing-p2.meshb --worst 50            with more of the worst elements\n"
-        "  camber check wing-p2.meshb --json > check.json   all of it for scripts\n"
-        "  camber check wing-p2.meshb --elements            each element's verdict, as CSV\n"
-        "  camber check wing-p2.meshb --field 'tanh((sqrt(x^2+y^2+z^2) - 0.5)/0.01)'\n"
-        "                                                   does curvature pay for a front on this sphere?\n"
-        "  camber check wing.meshb --metric wing.solb       is it unit for this metric?\n\n"
-        "An element of degree 2 is valid where det J is positive everywhere; its scaled Jacobian is the smallest "
-        "det J as a share of that of the straight element with the same vertices (other programs mean Knupp's measure "
-        "by the name). Of a straight mesh the quality is told: the mean ratio. Beyond its elements the mesh is "
-        "examined: conformity, orientation, nodes, boundary. Of a field (x, y, z, pi, + - * / ^, c ? a : b, sqrt, exp, "
-        "tanh ...) the errors of its interpolants are told, in L2 and H1: of degree 1 and 2 with straight edges, and "
-        "of "
-        "the mesh as it is; a ratio straight / as it is above 1 says that curvature pays at equal unknowns "
-        "(docs/algorithms/interpolation-error.md). What each line means: docs/algorithms/check.md");
-    CheckArguments& a = verb.check;
-    using Options = camber::run::CheckOptions;
-    check->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
-    add_described<double>(check, a.options, camber::option_of(&Options::min_scaled_jacobian));
-    add_described<double>(check, a.options, camber::option_of(&Options::ridge_angle));
-    add_flat(check, a.flat);
-    add_described<int>(check, a.options, camber::option_of(&Options::worst));
-    check
-        ->add_option("--field", a.options.fields,
-                     "An expression of x, y (and z) whose interpolants' errors are told; again for more fields")
-        ->allow_extra_args(false)
-        ->type_name("EXPRESSION");
-    check->add_option(
-        "--metric", a.metric,
-        "A metric file: lengths of edges and qualities of elements in it are told, and how many edges are "
-        "of unit length");
-    check->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
-    check->add_flag("--histogram,!--no-histogram", a.histogram,
-                    "How the scaled Jacobians (of a straight mesh: the quality) are spread; shown by default");
-    check->add_flag("--json", a.json, "One JSON object instead of the report");
-    check->add_flag("--elements", a.elements,
-                    "A line of CSV for each element instead of the report; with --json as columns in the object");
-}
-
-void add_convert(CLI::App& app, Verb& verb) {
-    CLI::App* convert = app.add_subcommand(
-        "convert",
-        "A mesh or a solution in another format.\n\n"
-        "  camber convert wing.meshb -o wing.mesh                      binary to ASCII, and back\n"
-        "  camber convert wing-p2.meshb -o wing.vtu --cells lagrange   for ParaView, Lagrange cells\n"
-        "  camber convert wing.meshb -o wing.vtu --metric wing.solb    with a solution's fields\n"
-        "  camber convert part.msh -o part.mfem                        from Gmsh to MFEM\n"
-        "  camber convert wing.solb -o wing.sol                        solutions alone\n"
-        "  camber convert flow.vtu -o flow.sol                         the fields at a mesh's nodes\n\n"
-        "What the format cannot hold is told on standard error. More: docs/formats.md");
-    ConvertArguments& a = verb.convert;
-    convert->add_option("input", a.input, mesh_or_solution())->required();
-    convert
-        ->add_option("-o,--output", a.output,
-                     "Mesh: " + camber::listed(camber::endings_written(camber::mesh_formats())) +
-                         "; solution: " + camber::listed(camber::endings_written(camber::solution_formats())))
-        ->required();
-    convert->add_option("--format", a.format, "The format, by its name, whatever the ending of the output")
-        ->option_text(camber::listed(camber::names_written(camber::mesh_formats()), "|", "|"));
-    add_words(convert, "--cells", a.cells, "Cells of degree 2 in a .vtu: quadratic (the default) or lagrange");
-    convert->add_option("--metric", a.metric,
-                        "A solution on the mesh's vertices, whose fields go along (.vtu, .msh, .cgns)");
-    convert->add_flag("--elevate", a.elevate, "Degree 1 to 2 first: each edge gets a node at its middle");
-    convert->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
-}
-
-void add_generate(CLI::App& app, Verb& verb) {
-    CLI::App* generate = app.add_subcommand(
-        "generate",
-        "A straight mesh of a shape, without a file: to try things on, and at any size.\n\n"
-        "  camber generate shell -o shell.meshb --set inner_size=0.3 --set inner_layer/count=5   between two spheres\n"
-        "  camber generate shell --structure prisms --elements 2e7 -o big.meshb                  fast at any size\n"
-        "  camber generate annulus -o ring.mesh --elements 1000                                  between two circles\n"
-        "  camber generate box -o box.msh --set 'cells=[20, 10, 10]' --set 'high=[2, 1, 1]'      a lattice, cut\n"
-        "  camber generate rectangle -o square.vtu --set 'grading=[1, 50]' --set warp=0.04       the same in 2D, "
-        "mapped\n"
-        "  camber generate bump -o channel.mesh --set floor_layer/count=8                        a channel's floor\n"
-        "  camber generate '{\"box\": {\"cells\": [9, 9, 9]}}' -o box.meshb                      as configs say it\n"
-        "  camber generate configs/spheres.json -o spheres.meshb                                 what a config begins "
-        "with\n\n"
-        "The options of a shape: camber explain shell (annulus, box, rectangle, bump, layer); those of layers are "
-        "inner_layer/count and so on. The same options give the same bytes, whatever the threads. More: "
-        "docs/algorithms/delaunay-and-shapes.md");
-    GenerateArguments& a = verb.generate;
-    generate->add_option("shape", a.shape, "A shape's name, its JSON, or a file with that or with a config")
-        ->required();
-    generate
-        ->add_option(
-            "-o,--output", a.output,
-            "Where the mesh goes (" + camber::listed(camber::endings_written(camber::mesh_formats()), ", ") + ")")
-        ->required();
-    generate->add_option("--set", a.settings, "One option of the shape: path=value")->type_name("PATH=VALUE");
-    generate
-        ->add_option("--elements", a.elements,
-                     "About so many tetrahedra or triangles (within 20 per cent, but for very few): sizes or cells are "
-                     "scaled, layers stay as they are")
-        ->check(CLI::Range(1.0, static_cast<double>(camber::max_entities)));
-    add_words(generate, "--structure", a.structure,
-              "Of a shell or annulus: " + std::string(camber::option_of(&camber::ShellOptions<3>::structure).sentence));
-    generate->add_option("--format", a.format, "The format, by its name, whatever the ending of the output")
-        ->option_text(camber::listed(camber::names_written(camber::mesh_formats()), "|", "|"));
-    generate->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
-        ->check(CLI::NonNegativeNumber);
-    generate->add_flag("--print-config", a.print_config, "Print the pipeline that makes this mesh, and stop");
-}
-
-void add_plot(CLI::App& app, Verb& verb) {
-    CLI::App* plot =
-        app.add_subcommand("plot",
-                           "Histograms of a run as SVG pictures, before and after correction.\n\n"
-                           "  camber curve wing.meshb -o wing-p2.meshb --report report.json\n"
-                           "  camber plot report.json -o plots                a file for each quantity in this folder\n"
-                           "  camber plot report.json -o histograms.svg       all in one");
-    plot->add_option("report", verb.plot.report, "The report.json of a run")->required();
-    plot->add_option("-o,--output", verb.plot.output, "A folder, or one file (.svg)")->required();
-}
-
-void add_others(CLI::App& app, Verb& verb) {
-    CLI::App* info = app.add_subcommand("info", "What a mesh or a solution file holds");
-    info->add_option("input", verb.info.input, mesh_or_solution())->required();
-    info->add_flag("--json", verb.info.json, "One JSON object instead of a table");
-    CLI::App* explain = app.add_subcommand("explain", "What a stage or a source does, and its options");
-    explain->add_option("topic", verb.topic, "Such as curve, relax, shell; none: list them");
-    app.add_subcommand("schema", "The JSON Schema of a pipeline, for editors");
-}
-
 int dispatch(const CLI::App& app, const Verb& verb) {
     if (app.got_subcommand("run")) return run_command(verb.run);
     if (app.got_subcommand("curve")) return curve_command(verb.curve);
+    if (app.got_subcommand("remesh")) return remesh_command(verb.remesh);
     if (app.got_subcommand("repair")) return repair_command(verb.repair);
     if (app.got_subcommand("plot")) return plot_command(verb.plot);
     if (app.got_subcommand("convert")) return convert_command(verb.convert);
@@ -378,14 +95,7 @@ int main(int argc, char** argv) {
         app.set_version_flag("--version", CAMBER_VERSION);
         app.require_subcommand(1);
         Verb verb;
-        add_run(app, verb);
-        add_curve(app, verb);
-        add_repair(app, verb);
-        add_convert(app, verb);
-        add_generate(app, verb);
-        add_plot(app, verb);
-        add_check(app, verb);
-        add_others(app, verb);
+        add_verbs(app, verb);
         app.footer(exit_codes);  // not the verbs', which take theirs when they are made
         try {
             app.parse(argc, argv);

@@ -60,7 +60,14 @@ enum class RejectionReason : std::uint8_t {
     geometry,  ///< facets would turn too far
     waits,     ///< another patch was in the way: in a later round
 };
-inline constexpr std::size_t rejection_reasons = 12;
+[[nodiscard]] constexpr auto words(RejectionReason) {
+    using R = RejectionReason;
+    return words_of(Word{R::none, "none"}, Word{R::empty, "empty"}, Word{R::required, "required"},
+                    Word{R::surface, "surface"}, Word{R::line, "line"}, Word{R::ball, "ball"},
+                    Word{R::exists, "exists"}, Word{R::volume, "volume"}, Word{R::quality, "quality"},
+                    Word{R::length, "length"}, Word{R::geometry, "geometry"}, Word{R::waits, "waits"});
+}
+inline constexpr std::size_t rejection_reasons = words(RejectionReason{}).size();
 
 template <int D>
 struct PlanWorkspace {

@@ -8,5 +8,6 @@ export import :delaunay;
 export import :rounds;
 export import :passes;
 export import :to_metric;
+export import :settled;
 import :candidates;
 import :on_geometry;

@@ -1,6 +1,9 @@
 module;
 #include <cstddef>
+#include <functional>
+#include <string_view>
 #include <tuple>
+#include <utility>
 export module camber.remesh:to_metric;
 import camber.core;
 import camber.metric;
@@ -24,6 +27,10 @@ struct ToMetricOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = ToMetricOptions;
         return std::tuple(
+            option("collapse", &S::collapse, "the options of the stage collapse"),
+            option("split", &S::split, "the options of the stage split"),
+            option("swap", &S::swap, "the options of the stage swap"),
+            option("smooth", &S::smooth, "the options of the stage smooth"),
             option("rounds", &S::rounds, "rounds of collapse, split, swap and smooth").at_least(0).at_most(1000),
             option("least_change", &S::least_change,
                    "ends where a round raises the share of unit edges by less and makes or removes a smaller share of "
@@ -47,9 +54,20 @@ struct BroughtToMetric {
     ToMetricStatistics statistics;
 };
 
+/// A wrapper around each pass, with which a caller keeps clocks: `around(name, body)` must call body once, with the
+/// Execution to use.
+using AroundPass =
+    std::function<Outcome<Done>(std::string_view pass, const std::function<Outcome<Done>(const Execution&)>& body)>;
+
 /// A mesh brought to a metric, of degree 1. Errors: options out of range, those of the passes.
 template <int D>
 [[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric(Remeshing<D> state, const RemeshingGoal<D>& goal,
-                                                          const ToMetricOptions& options, const Execution& execution);
+                                                          const ToMetricOptions& options, const AroundPass& around);
+template <int D>
+[[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric(Remeshing<D> state, const RemeshingGoal<D>& goal,
+                                                          const ToMetricOptions& options, const Execution& execution) {
+    const AroundPass plainly = [&](std::string_view, const auto& body) { return body(execution); };
+    return bring_to_metric(std::move(state), goal, options, plainly);
+}
 
 }  // namespace camber

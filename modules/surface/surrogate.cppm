@@ -1,7 +1,9 @@
 module;
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 export module camber.surface:surrogate;
 import camber.core;
 import camber.bezier;
@@ -78,14 +80,24 @@ template <int D>
 [[nodiscard]] SurrogateFoot<D> closest_near(const Surrogate<D>& surrogate, FacetId start, const Barycentric<D - 1>& xi,
                                             const Vec<D>& p);
 
-/// The closest point of all facets for which `admits(facet)`; an invalid facet when there is none.
+/// The closest point of all facets for which `admits(facet)`; an invalid facet when there is none. `known`: one that is
+/// near, on a facet that is admitted, if there is one: what is farther is not looked at.
 template <int D, class Admits>
-[[nodiscard]] SurrogateFoot<D> closest_among(const Surrogate<D>& surrogate, const Vec<D>& p, Admits&& admits) {
-    const auto nearest = surrogate.tree.nearest(p, [&](std::size_t f) {
-        if (!admits(FacetId(f))) return 1e300;
-        return closest_on(surrogate.facets[f], p).distance_squared;
-    });
-    if (!(nearest.distance_squared < 1e300)) return {};
+[[nodiscard]] SurrogateFoot<D> closest_among(const Surrogate<D>& surrogate, const Vec<D>& p, Admits&& admits,
+                                             const SurrogateFoot<D>& known = {}) {
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    double least = known.facet.valid() ? known.distance_squared : infinite;
+    const auto distance_squared = [&](std::size_t f) {
+        if (!admits(FacetId(f))) return infinite;
+        Box<D> box;  // of its control points: the facet lies within
+        for (const Vec<D>& c : surrogate.facets[f].control) box.include(c);
+        if (box.distance_squared(p) > least) return infinite;
+        const double found = closest_on(surrogate.facets[f], p).distance_squared;
+        least = std::fmin(least, found);
+        return found;
+    };
+    const auto nearest = surrogate.tree.nearest(p, distance_squared, least);
+    if (!(nearest.distance_squared < infinite) || nearest.item >= surrogate.facets.size()) return known;
     const auto foot = closest_on(surrogate.facets[nearest.item], p);
     return {FacetId(nearest.item), foot.xi, foot.point, foot.distance_squared};
 }

@@ -161,8 +161,9 @@ class SurrogateModel final : public GeometryModel<D> {
             return true;
         }
         if (!closest_of_reference(facet.reference, facet.corners[0]).facet.valid()) return false;
+        SurrogateFoot<D> foot;
         for (std::size_t i = 0; i < points.size(); ++i) {
-            const auto foot = closest_of_reference(facet.reference, points[i]);
+            foot = closest_of_reference(facet.reference, points[i], foot);
             const auto& flat = surrogate_.flats[surrogate_.patches[foot.facet]];
             out[i] = flat.is_flat() && flat.height(points[i]) == 0 ? 0 : std::sqrt(foot.distance_squared);
         }
@@ -188,8 +189,13 @@ class SurrogateModel final : public GeometryModel<D> {
   private:
     [[nodiscard]] GeometryEntity patch_of(FacetId f) const { return GeometryEntity::surface(surrogate_.patches[f]); }
 
-    [[nodiscard]] SurrogateFoot<D> closest_of_reference(Reference reference, const Vec<D>& p) const {
-        return closest_among(surrogate_, p, [&](FacetId f) { return surrogate_.references[f] == reference; });
+    /// `near`: the foot of a point near p, if one is known: the search begins there.
+    [[nodiscard]] SurrogateFoot<D> closest_of_reference(Reference reference, const Vec<D>& p,
+                                                        const SurrogateFoot<D>& near = {}) const {
+        const auto admits = [&](FacetId f) { return surrogate_.references[f] == reference; };
+        if (!near.facet.valid()) return closest_among(surrogate_, p, admits);
+        const SurrogateFoot<D> walked = closest_near(surrogate_, near.facet, near.xi, p);
+        return closest_among(surrogate_, p, admits, admits(walked.facet) ? walked : SurrogateFoot<D>{});
     }
 
     /// Most feet are inside the facet; the others may be beyond its rim.

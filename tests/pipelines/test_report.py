@@ -73,6 +73,7 @@ class Report(unittest.TestCase):
         yield self.config("spheres", "threads=1")
         yield self.config("paper-spheres-coarse", 'stages=["elevate","reinsert"]')
         yield self.config("annulus-2d", "stages/curve/objective=shape")
+        yield self.config("annulus-2d", 'stages=["remesh"]', 'metric={"constant": {"sizes": [0.5]}}')
         broken = elevate(block())
         centre_out(broken)
         self.write("broken.mesh", ascii_file(broken))

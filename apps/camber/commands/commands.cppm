@@ -47,6 +47,13 @@ struct RepairArguments : PipelineArguments {
 };
 [[nodiscard]] int repair_command(const RepairArguments& arguments);
 
+struct RemeshArguments : PipelineArguments {
+    std::optional<std::string> metric, geometry;  ///< none: those of the settings, or natural and surrogate
+    std::optional<int> rounds;                    ///< none: that of the settings, or the stage's default
+    std::string output_metric;                    ///< the metric at the new vertices; empty: not written
+};
+[[nodiscard]] int remesh_command(const RemeshArguments& arguments);
+
 struct ConvertArguments {
     std::string input, output;
     std::string format;             ///< a format's name; empty: that of the output's ending
@@ -97,6 +104,10 @@ namespace camber::app {
 
 /// The pipeline that a verb stands for (`base`, JSON without an input) with what the arguments say.
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArguments& arguments);
+
+/// Puts a verb's metric and geometry, where there are any, into its pipeline.
+[[nodiscard]] Outcome<Done> set_metric(const std::optional<std::string>& metric, config::Pipeline& pipeline);
+[[nodiscard]] Outcome<Done> set_geometry(const std::optional<std::string>& geometry, config::Pipeline& pipeline);
 
 /// Prints the pipeline or the plan if that is asked for, else runs it, prints what came out, and returns the exit code.
 [[nodiscard]] int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments);

@@ -23,16 +23,8 @@ Outcome<config::Metric> metric_of(const std::string& text) {
 Outcome<config::Pipeline> curving(const CurveArguments& arguments) {
     auto pipeline = pipeline_of(R"({"input": {"mesh": "-"}})", arguments);
     if (!pipeline) return pipeline;
-    if (arguments.metric) {
-        auto metric = metric_of(*arguments.metric);
-        if (!metric) return fail(metric.error());
-        pipeline->metric = std::move(*metric);
-    }
-    if (arguments.geometry) {
-        auto geometry = config::read_geometry(*arguments.geometry, "--geometry");
-        if (!geometry) return fail(geometry.error());
-        pipeline->geometry = std::move(*geometry);
-    }
+    if (auto set = set_metric(arguments.metric, *pipeline); !set) return fail(set.error());
+    if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
     if (arguments.objective)
         for (config::Stage& stage : pipeline->stages)
             if (auto* curve = std::get_if<config::Curve>(&stage)) curve->objective = *arguments.objective;
@@ -40,6 +32,22 @@ Outcome<config::Pipeline> curving(const CurveArguments& arguments) {
 }
 
 }  // namespace
+
+Outcome<Done> set_metric(const std::optional<std::string>& metric, config::Pipeline& pipeline) {
+    if (!metric) return Done{};
+    auto read = metric_of(*metric);
+    if (!read) return fail(read.error());
+    pipeline.metric = std::move(*read);
+    return Done{};
+}
+
+Outcome<Done> set_geometry(const std::optional<std::string>& geometry, config::Pipeline& pipeline) {
+    if (!geometry) return Done{};
+    auto read = config::read_geometry(*geometry, "--geometry");
+    if (!read) return fail(read.error());
+    pipeline.geometry = std::move(*read);
+    return Done{};
+}
 
 int curve_command(const CurveArguments& arguments) { return run_verb(curving(arguments), arguments); }
 

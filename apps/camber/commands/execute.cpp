@@ -245,6 +245,14 @@ std::string writable(const std::string& path) {
     return at == std::filesystem::path(path) ? "writable" : "writable, in a new folder";
 }
 
+/// Steps of one name are one row.
+void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
+    const auto same = std::ranges::find(times, step.stage, &run::StageTime::stage);
+    if (same == times.end()) return times.push_back(std::move(step));
+    same->seconds += step.seconds;
+    same->peak_bytes = std::max(same->peak_bytes, step.peak_bytes);
+}
+
 }  // namespace
 
 Outcome<std::string> plan(const config::Pipeline& pipeline) {
@@ -300,7 +308,7 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
             [&] { return body(Execution{.threads = pipeline.threads, .stop = stop, .progress = progress.ticks()}); });
         if (!done && done.error().kind == ErrorKind::memory && done.error().where.empty()) done.error().where = stage;
         const Usage usage = meter.read();
-        times.push_back({std::string(stage), usage.seconds, usage.peak_bytes});
+        add_time(times, {std::string(stage), usage.seconds, usage.peak_bytes});
         return done;
     };
 

@@ -12,6 +12,7 @@ import camber.metric;
 import camber.validity;
 import camber.cavity;
 import camber.curving;
+import camber.remesh;
 import camber.repair;
 import :codec;
 import :description;
@@ -70,12 +71,65 @@ const Description<Reinsert>& Described<Reinsert>::get() {
     return description;
 }
 
+const Description<Collapse>& Described<Collapse>::get() {
+    static const Description<Collapse> description{
+        "collapse",
+        "Of a straight mesh: edges that are short in the metric go, one end into the other, the shortest first.",
+        listed<Collapse>(),
+        {}};
+    return description;
+}
+
+const Description<Split>& Described<Split>::get() {
+    static const Description<Split> description{
+        "split",
+        "Of a straight mesh: edges that are long in the metric get a vertex at their middle by length, the longest "
+        "first; those of the boundary on the geometry.",
+        listed<Split>(),
+        {}};
+    return description;
+}
+
+const Description<Swap>& Described<Swap>::get() {
+    static const Description<Swap> description{
+        "swap",
+        "Of a straight mesh: edges and faces of bad elements are exchanged where the worst element becomes better for "
+        "it.",
+        listed<Swap>(),
+        {}};
+    return description;
+}
+
+const Description<Smooth>& Described<Smooth>::get() {
+    static const Description<Smooth> description{
+        "smooth",
+        "Of a straight mesh: vertices move to where their edges are nearer to unit, as far as the worst element around "
+        "them becomes better; those of smooth surfaces on the geometry.",
+        listed<Smooth>(),
+        {}};
+    return description;
+}
+
+const Description<Remesh>& Described<Remesh>::get() {
+    static const Description<Remesh> description{
+        "remesh",
+        "Brings a straight mesh to the metric: rounds of collapse, split, swap and smooth, until edges are of unit "
+        "length and nothing changes much. References, materials, interfaces, ridges, corners and whatever is required "
+        "are kept. The metric is made of the mesh as it is before; the geometry too, and what follows is curved onto "
+        "it.",
+        listed<Remesh>(),
+        {}};
+    return description;
+}
+
 const Choice<Stage>& Described<Stage>::get() {
     static const auto choice = choice_of<Stage>(
         "stages", "One step of the pipeline.", key<Elevate>("elevate", "linear to quadratic"),
         key<Curve>("curve", "plan where nodes go"), key<Validate>("validate", "judge every element"),
         key<Relax>("relax", "repair what is not valid"), key<Commit>("commit", "make the plan the mesh"),
-        key<Reinsert>("reinsert", "curve cavity by cavity"));
+        key<Reinsert>("reinsert", "curve cavity by cavity"), key<Collapse>("collapse", "remove short edges"),
+        key<Split>("split", "divide long edges"), key<Swap>("swap", "exchange edges and faces of bad elements"),
+        key<Smooth>("smooth", "move vertices"), key<Remesh>("remesh", "bring a straight mesh to the metric"));
     return choice;
 }
 

@@ -15,6 +15,7 @@ import camber.io;
 import camber.surface;
 import camber.cavity;
 import camber.curving;
+import camber.remesh;
 import camber.repair;
 
 /// What a config says, as plain values, which describe their options themselves; some are options of a module.
@@ -312,7 +313,13 @@ struct Reinsert {
     }
     friend bool operator==(const Reinsert&, const Reinsert&) = default;
 };
-using Stage = std::variant<Elevate, Curve, Validate, Relax, Commit, Reinsert>;
+/// Passes of remeshing, and rounds of them.
+using Collapse = CollapseOptions;
+using Split = SplitOptions;
+using Swap = SwapOptions;
+using Smooth = SmoothOptions;
+using Remesh = ToMetricOptions;
+using Stage = std::variant<Elevate, Curve, Validate, Relax, Commit, Reinsert, Collapse, Split, Swap, Smooth, Remesh>;
 
 // ---------------------------------------------------------------- the whole
 

@@ -176,11 +176,13 @@ class Checker {
     Outcome<Done> measure_in_metric() {
         if (!metric_) return Done{};
         return step("metric", [&](const Execution& e) -> Outcome<Done> {
-            auto measured = measure_unit_mesh(linear_, mesh_->edges, *metric_, e);
+            const auto metric = log_metrics_of_file<D>(*metric_, linear_.points.size(), e);
+            if (!metric) return fail(metric.error());
+            auto measured = measure_unit_mesh(linear_, mesh_->edges, metric->log_metrics, metric_->name, e);
             if (!measured) return fail(measured.error());
+            for (Histogram& histogram : histograms_of(*measured, "count"))
+                report_.histograms.push_back(std::move(histogram));
             report_.unit_mesh = std::move(measured->report);
-            add_histogram<double>(Quantity::edge_length, measured->lengths);
-            add_histogram<double>(Quantity::metric_quality, measured->qualities);
             return Done{};
         });
     }

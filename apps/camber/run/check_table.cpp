@@ -131,11 +131,15 @@ std::string field_rows(const CheckReport& report) {
     return text;
 }
 
+std::string metric_rows(const UnitMeshReport& r) {
+    return "\n  In the metric of " + r.metric + ", edges and elements straight\n" + unit_mesh_rows(r);
+}
+
 }  // namespace
 
 std::string check_table(const CheckReport& report) {
     return mesh_rows(report) + validity_rows(report) + soundness_rows(report.soundness) + worst_rows(report) +
-           (report.unit_mesh ? unit_mesh_table(*report.unit_mesh) : std::string()) + field_rows(report);
+           (report.unit_mesh ? metric_rows(*report.unit_mesh) : std::string()) + field_rows(report);
 }
 
 }  // namespace camber::run

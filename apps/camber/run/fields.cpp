@@ -162,21 +162,30 @@ Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* fiel
 }
 
 template <int D>
-Outcome<Solution> metric_solution(const BackMesh<D>& field, const Execution& execution) {
+Outcome<Solution> metric_solution(const Column<LogMetric<D>>& log_metrics, const Execution& execution) {
     constexpr std::size_t width = D * (D + 1) / 2;
-    const std::size_t vertices = field->vertex_count();
+    const std::size_t vertices = log_metrics.size();
     Buffer<double> values(vertices * width);
     auto done = each(execution, vertices, [&](std::size_t v) {
-        const Sym<D> m = exp(field->vertex(VertexId(v)).log_metric).m;
+        const Sym<D> m = exp(log_metrics[v]).m;
         std::copy(m.c.begin(), m.c.end(), values.begin() + static_cast<std::ptrdiff_t>(v * width));
     });
     if (!done) return fail(std::move(done.error()));
     return Solution{D, {FieldKind::symmetric_tensor}, vertices, std::move(values)};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                            \
-    template Outcome<Solution> metric_solution<D>(const BackMesh<D>&, const Execution&); \
-    template Outcome<MeshFields> mesh_fields<D>(const Quadratic<D>&, const BackMesh<D>*, \
+template <int D>
+Outcome<Solution> metric_solution(const BackMesh<D>& field, const Execution& execution) {
+    auto logs = map_each(execution, field->vertex_count(),
+                         [&](std::size_t v) { return field->vertex(VertexId(v)).log_metric; });
+    if (!logs) return fail(std::move(logs.error()));
+    return metric_solution<D>(Column<LogMetric<D>>(std::move(*logs)), execution);
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                     \
+    template Outcome<Solution> metric_solution<D>(const BackMesh<D>&, const Execution&);          \
+    template Outcome<Solution> metric_solution<D>(const Column<LogMetric<D>>&, const Execution&); \
+    template Outcome<MeshFields> mesh_fields<D>(const Quadratic<D>&, const BackMesh<D>*,          \
                                                 const std::optional<EdgeLengths>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -30,7 +30,9 @@ template <int D>
 [[nodiscard]] Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* field,
                                               const std::optional<EdgeLengths>& lengths, const Execution& execution);
 
-/// The metric (1/length²) at the vertices of the back mesh. Errors: stopped.
+/// Metrics (1/length²) by their logs, one a vertex; those at the vertices of the back mesh. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Solution> metric_solution(const Column<LogMetric<D>>& log_metrics, const Execution& execution);
 template <int D>
 [[nodiscard]] Outcome<Solution> metric_solution(const BackMesh<D>& field, const Execution& execution);
 

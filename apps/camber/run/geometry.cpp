@@ -126,21 +126,21 @@ Outcome<AnalyticGeometry<D>> make_analytic(const config::Analytic& analytic, con
 }  // namespace
 
 template <int D>
-Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const QuadraticMesh<D>& mesh,
+Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                    const Features<D>& features, const Execution& execution) {
     if (std::holds_alternative<config::Straight>(geometry)) return Geometry<D>(StraightGeometry<D>{});
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
-        auto made = make_analytic<D>(*analytic, mesh.linear, execution);
+        auto made = make_analytic<D>(*analytic, mesh, execution);
         if (!made) return fail(made.error());
-        return with_surrogate(std::move(*made), mesh.linear, mesh.edges, features, SurrogateOptions{}, execution);
+        return with_surrogate(std::move(*made), mesh, edges, features, SurrogateOptions{}, execution);
     }
-    auto surrogate = build_surrogate(mesh.linear, mesh.edges, features, SurrogateOptions{}, execution);
+    auto surrogate = build_surrogate(mesh, edges, features, SurrogateOptions{}, execution);
     if (!surrogate) return fail(surrogate.error());
     return Geometry<D>(std::move(*surrogate));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                        \
-    template Outcome<Geometry<D>> make_geometry<D>(const config::Geometry&, const QuadraticMesh<D>&, \
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<Geometry<D>> make_geometry<D>(const config::Geometry&, const LinearMesh<D>&, const EdgeSet<D>&, \
                                                    const Features<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

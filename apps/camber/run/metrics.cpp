@@ -68,7 +68,7 @@ Outcome<Buffer<std::array<Vec<D>, D>>> normals_of(const Geometry<D>& geometry, c
 /// made for its normals.
 template <int D>
 Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const MetricInput<D>& input, const Execution& execution) {
-    const LinearMesh<D>& mesh = input.mesh.linear;
+    const LinearMesh<D>& mesh = input.mesh;
     const Geometry<D>& geometry = input.boundary.geometry;
     auto normals = normals_of(geometry, mesh, execution);
     if (!normals) return normals;
@@ -77,7 +77,7 @@ Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const MetricInput<D>& inpu
     };
     const auto facets = std::views::iota(std::size_t{0}, mesh.facets.size());
     if (std::ranges::all_of(facets, has_surface)) return normals;
-    auto surrogate = build_surrogate(mesh, input.mesh.edges, input.boundary.features, SurrogateOptions{}, execution);
+    auto surrogate = build_surrogate(mesh, input.edges, input.boundary.features, SurrogateOptions{}, execution);
     if (!surrogate) return fail(surrogate.error());
     const auto made = normals_of(Geometry<D>(std::move(*surrogate)), mesh, execution);
     if (!made) return made;
@@ -91,9 +91,9 @@ template <int D>
 Outcome<VertexNormals<D>> boundary_normals(const MetricInput<D>& input, const Execution& execution) {
     const auto normals = corner_normals(input, execution);
     if (!normals) return fail(normals.error());
-    const auto around = facet_balls(input.mesh.linear, execution);
+    const auto around = facet_balls(input.mesh, execution);
     if (!around) return fail(around.error());
-    const LinearMesh<D>& mesh = input.mesh.linear;
+    const LinearMesh<D>& mesh = input.mesh;
     constexpr double same = 1 - 1e-8;  // cosine: facets of one side agree to rounding
     Buffer<std::uint32_t> offsets{0};
     Buffer<Vec<D>> items;
@@ -128,7 +128,7 @@ struct Operation {
         return intersection(field.log_metrics, other->log_metrics, execution);
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Gradation& gradation) {
-        auto out = apply_gradation(input.mesh.linear, input.mesh.edges, field.log_metrics, gradation, execution);
+        auto out = apply_gradation(input.mesh, input.edges, field.log_metrics, gradation, execution);
         if (!out) return fail(out.error());
         field.report.gradations.push_back({out->sweeps, out->changed, out->converged});
         if (!out->converged)
@@ -145,7 +145,7 @@ struct Operation {
                             execution);
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Complexity& wanted) {
-        return scale_to_complexity(input.mesh.linear, field.log_metrics, wanted.target, execution);
+        return scale_to_complexity(input.mesh, field.log_metrics, wanted.target, execution);
     }
 };
 

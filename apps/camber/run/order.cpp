@@ -57,20 +57,22 @@ Error too_little(const Row& row, Holds now) {
             {}};
 }
 
-/// Why it cannot run on more: only a straight mesh is elevated.
-Error too_much(int degree) {
+/// Why it cannot run on more: it takes a straight mesh, to elevate it or to change it.
+Error too_much(const Row& row, int degree) {
+    const bool elevates = row.makes.has_value();
     if (degree == 1)
         return {ErrorKind::usage,
                 "the mesh is quadratic already, by an \"elevate\" before",
                 {},
                 {},
-                "leave one of them out"};
+                elevates ? "leave one of them out" : "put \"" + row.name + "\" before \"elevate\""};
     return {ErrorKind::input,
-            "the mesh is quadratic already",
+            "the mesh is quadratic already" + (elevates ? "" : ", and stage \"" + row.name + "\" changes straight ones"),
             {},
             {},
-            "give the straight one, or leave the stage \"elevate\" out: stages=[\"curve\", \"validate\", \"relax\", "
-            "\"commit\"]"};
+            elevates ? "give the straight one, or leave the stage \"elevate\" out: stages=[\"curve\", \"validate\", "
+                       "\"relax\", \"commit\"]"
+                     : "give the straight one"};
 }
 
 }  // namespace
@@ -83,7 +85,7 @@ Outcome<Done> check_order(std::span<const config::Stage> stages, int degree) {
             now = row.makes.value_or(now);
             continue;
         }
-        Error error = now < row.least ? too_little(row, now) : too_much(degree);
+        Error error = now < row.least ? too_little(row, now) : too_much(row, degree);
         if (error.kind == ErrorKind::usage) error.where = "/stages/" + std::to_string(i);
         return fail(std::move(error));
     }

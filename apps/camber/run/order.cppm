@@ -35,6 +35,11 @@ inline constexpr std::tuple stage_rows{
     StageRow<config::Relax>{"relax", Holds::planned_nodes, Holds::planned_nodes},
     StageRow<config::Commit>{"commit", Holds::planned_nodes, Holds::planned_nodes},
     StageRow<config::Reinsert>{"reinsert", Holds::curved_mesh, Holds::planned_nodes, Holds::planned_nodes},
+    StageRow<config::Collapse>{"collapse", Holds::straight_mesh, Holds::straight_mesh},
+    StageRow<config::Split>{"split", Holds::straight_mesh, Holds::straight_mesh},
+    StageRow<config::Swap>{"swap", Holds::straight_mesh, Holds::straight_mesh},
+    StageRow<config::Smooth>{"smooth", Holds::straight_mesh, Holds::straight_mesh},
+    StageRow<config::Remesh>{"remesh", Holds::straight_mesh, Holds::straight_mesh},
 };
 
 /// Whether these stages can run one after the other on a mesh of that degree, before anything is done. Errors name the

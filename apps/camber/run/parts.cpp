@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -23,6 +24,22 @@ void add_up(std::optional<RelaxReport>& sum, const RelaxReport& part) {
     sum->moved_vertices += part.moved_vertices;
     sum->work += part.work;
     sum->given_up += part.given_up;
+}
+
+void add_up(PassReport& sum, const PassReport& part) {
+    sum.rounds += part.rounds;
+    sum.proposals += part.proposals;
+    sum.accepted += part.accepted;
+    sum.corrections += part.corrections;
+    sum.shortened += part.shortened;
+    sum.seconds += part.seconds;
+    for (const auto& [reason, count] : part.rejected) {
+        const auto there = std::ranges::find_if(sum.rejected, [&](const auto& r) { return r.first == reason; });
+        if (there == sum.rejected.end())
+            sum.rejected.emplace_back(reason, count);
+        else
+            there->second += count;
+    }
 }
 
 }  // namespace
@@ -95,6 +112,22 @@ void add(Report& report, const CavitiesReport& part) {
     report.reinsert = part.reinsert;
 }
 
+void add(Report& report, const BeginsChangingReport& part) { report.remesh = RemeshReport{part.unit_mesh, {}, {}}; }
+
+void add(Report& report, const PassReport& part) {
+    auto& passes = report.remesh->passes;
+    const auto same = std::ranges::find(passes, part.pass, &PassReport::pass);
+    if (same == passes.end())
+        passes.push_back(part);
+    else
+        add_up(*same, part);
+}
+
+void add(Report& report, const SettledReport& part) {
+    report.remesh->after = part.unit_mesh;
+    report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
+}
+
 void add(Report& report, const MeasuresReport& part) {
     if (report.curve) {
         report.curve->after = part.edges;
@@ -104,7 +137,7 @@ void add(Report& report, const MeasuresReport& part) {
         report.boundary->straight_distance = part.straight_distance;
         report.boundary->curved_distance = part.curved_distance;
     }
-    report.histograms = part.histograms;
+    report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
 }
 
 }  // namespace camber::run

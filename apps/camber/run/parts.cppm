@@ -53,6 +53,15 @@ struct PlanReport {
     bool is_mesh = false;
 };
 
+/// A mesh that passes are to change, and what they left.
+struct BeginsChangingReport {
+    UnitMeshReport unit_mesh;
+};
+struct SettledReport {
+    UnitMeshReport unit_mesh;
+    std::vector<Histogram> histograms;
+};
+
 /// Of a run's end.
 struct MeasuresReport {
     std::optional<EdgeReport> edges;                           ///< after correction
@@ -73,6 +82,10 @@ void add(Report& report, const CavitiesReport& part);
 void add(Report& report, const CommitReport&);
 void add(Report& report, const PlanReport& part);
 void add(Report& report, const MeshReport& part);
+void add(Report& report, const BeginsChangingReport& part);
+/// Passes of one kind add up.
+void add(Report& report, const PassReport& part);
+void add(Report& report, const SettledReport& part);
 void add(Report& report, const MeasuresReport& part);
 
 }  // namespace camber::run

@@ -66,13 +66,16 @@ Outcome<MeshFields> shown_fields(Runner<D>& run, const std::optional<EdgeLengths
 template <int D>
 Outcome<std::optional<Solution>> wanted_metric(Runner<D>& run) {
     if (run.config.output.metric.empty()) return std::nullopt;
+    const auto some = [](Solution made) { return std::optional(std::move(made)); };
+    if (run.field() == nullptr && run.state.inherited)
+        return run.step("fields", [&](const Execution& e) {
+            return metric_solution<D>(run.state.inherited->log_metrics, e).map(some);
+        });
     if (run.field() == nullptr) {
         run.tell(Notices{"no stage made a metric: " + run.config.output.metric + " was not written"});
         return std::nullopt;
     }
-    return run.step("fields", [&](const Execution& e) {
-        return metric_solution(*run.field(), e).map([](Solution made) { return std::optional(std::move(made)); });
-    });
+    return run.step("fields", [&](const Execution& e) { return metric_solution(*run.field(), e).map(some); });
 }
 
 template <int D>
@@ -95,6 +98,7 @@ Outcome<Run> run_on(GivenMesh<D> mesh, const config::Pipeline& pipeline, std::sp
         auto done = std::visit([&](const auto& stage) { return apply(run, stage); }, pipeline.stages[i]);
         if (!done) return fail(at(done.error(), "/stages/" + std::to_string(i)));
     }
+    if (auto done = settle(run); !done) return fail(done.error());
     const auto lengths = measure(run);
     if (!lengths) return fail(lengths.error());
     auto fields = shown_fields(run, *lengths);

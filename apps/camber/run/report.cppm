@@ -3,6 +3,7 @@ module;
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 export module camber.run:report;
 import camber.core;
@@ -102,6 +103,28 @@ struct ReinsertReport {
     std::size_t rejected_not_valid = 0, rejected_no_gain = 0;
 };
 
+/// How near to unit the straight form of a mesh is in a metric. Lengths and qualities: metric:unit_mesh.
+struct UnitMeshReport {
+    std::string metric;  ///< a file's name, or what the metric is
+    std::size_t edges = 0;
+    std::size_t unit_edges = 0, short_edges = 0, long_edges = 0;  ///< within 1/√2 and √2, below, above
+    double shortest = 0, longest = 0, mean_length = 0;
+    double worst_quality = 0, mean_quality = 0;
+    std::size_t worst_element = 0;  ///< from 1; 0: no element
+};
+
+/// What all passes of one kind did to a straight mesh.
+struct PassReport {
+    std::string pass;
+    std::size_t rounds = 0, proposals = 0, accepted = 0, corrections = 0, shortened = 0;
+    std::vector<std::pair<std::string, std::size_t>> rejected;  ///< by reason, those that there were
+    double seconds = 0;
+};
+struct RemeshReport {
+    UnitMeshReport before, after;
+    std::vector<PassReport> passes;
+};
+
 struct StageTime {
     std::string stage;
     double seconds = 0;
@@ -112,6 +135,7 @@ struct Report {
     std::optional<OriginReport> origin;
     MeshReport mesh;
     std::optional<MetricReport> metric;
+    std::optional<RemeshReport> remesh;
     std::optional<BoundaryReport> boundary;
     std::optional<CurveReport> curve;
     std::optional<ValidityReport> validity_before, validity;

@@ -8,6 +8,7 @@ module camber.run;
 import camber.core;
 import :histogram;
 import :report;
+import :unit_mesh;
 
 namespace camber::run {
 
@@ -50,6 +51,25 @@ Json json(const MetricReport& m) {
     for (const GradationReport& g : m.gradations)
         j["gradations"].push_back({{"sweeps", g.sweeps}, {"changed_vertices", g.changed}, {"converged", g.converged}});
     return j;
+}
+Json json(const PassReport& p) {
+    Json rejected = Json::object();
+    for (const auto& [reason, count] : p.rejected) rejected[reason] = count;
+    return {{"pass", p.pass},
+            {"rounds", p.rounds},
+            {"proposals", p.proposals},
+            {"accepted", p.accepted},
+            {"rejected", std::move(rejected)},
+            {"corrections", p.corrections},
+            {"shortened", p.shortened},
+            {"seconds", p.seconds}};
+}
+Json json(const RemeshReport& r) {
+    Json passes = Json::array();
+    for (const PassReport& p : r.passes) passes.push_back(json(p));
+    return {{"before", Json::parse(unit_mesh_json(r.before))},
+            {"after", Json::parse(unit_mesh_json(r.after))},
+            {"passes", std::move(passes)}};
 }
 Json json(const BoundaryReport& b) {
     Json j{{"surface_edges", b.surface_edges},
@@ -124,6 +144,7 @@ std::string to_json(const Report& report) {
     Json j = report.origin ? head(*report.origin) : Json::object();
     j["mesh"] = json(report.mesh);
     if (report.metric) j["metric"] = json(*report.metric);
+    if (report.remesh) j["remesh"] = json(*report.remesh);
     if (report.boundary) j["boundary"] = json(*report.boundary);
     if (report.boundary && report.origin) j["boundary"]["geometry"] = report.origin->geometry;
     if (report.curve) j["curve"] = json(*report.curve);

@@ -50,6 +50,30 @@ std::string mesh_rows(const Report& report) {
     return text;
 }
 
+std::string remesh_rows(const RemeshReport& r) {
+    const auto changed = [](std::size_t before, std::size_t after) {
+        return grouped(before) + " -> " + grouped(after);
+    };
+    const auto share = [](const UnitMeshReport& u) {
+        return u.edges == 0 ? 100.0 : 100 * static_cast<double>(u.unit_edges) / static_cast<double>(u.edges);
+    };
+    std::string text =
+        table_row("edges of the straight mesh", changed(r.before.edges, r.after.edges)) +
+        table_row("edges of unit length", fmt::format("{:.2f} % -> {:.2f} %", share(r.before), share(r.after))) +
+        table_row("edge lengths", fmt::format("{:.4g} to {:.4g}, mean {:.4g}", r.after.shortest, r.after.longest,
+                                              r.after.mean_length)) +
+        table_row("mean quality in the metric",
+                  fmt::format("{:.4g} -> {:.4g}", r.before.mean_quality, r.after.mean_quality)) +
+        table_row("smallest quality in the metric",
+                  fmt::format("{:.4g} -> {:.4g}", r.before.worst_quality, r.after.worst_quality));
+    for (const PassReport& p : r.passes)
+        text += table_row(p.pass + ": accepted, of proposals",
+                          fmt::format("{}, {} ({} a second)", grouped(p.accepted), grouped(p.proposals),
+                                      grouped(static_cast<std::size_t>(static_cast<double>(p.accepted) /
+                                                                       (p.seconds > 1e-9 ? p.seconds : 1e-9)))));
+    return text;
+}
+
 /// Of how many, where lengths are not those of all.
 std::string longer_edges(const EdgeReport& edges, std::size_t volume_edges) {
     if (edges.measured == volume_edges) return grouped(edges.longer);
@@ -163,6 +187,7 @@ std::string time_rows(const Report& report) {
 
 std::string table(const Report& report) {
     std::string text = mesh_rows(report);
+    if (report.remesh) text += remesh_rows(*report.remesh);
     if (report.boundary) text += boundary_rows(report);
     if (report.curve) text += curve_rows(*report.curve);
     text += validity_rows(report);

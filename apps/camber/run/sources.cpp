@@ -89,9 +89,9 @@ namespace {
 template <int D>
 Outcome<Column<LogMetric<D>>> at_moved_vertices(Column<LogMetric<D>> field, const MetricInput<D>& input,
                                                 const Execution& execution) {
-    const Column<Vec<D>>& points = input.mesh.linear.points;
+    const Column<Vec<D>>& points = input.mesh.points;
     if (points == input.given_points) return field;
-    LinearMesh<D> given = input.mesh.linear;
+    LinearMesh<D> given = input.mesh;
     given.points = input.given_points;
     const auto around = balls(given, execution);
     if (!around) return fail(around.error());
@@ -117,7 +117,7 @@ struct Source {
     Outcome<SourcedMetric<D>> operator()(const config::ConstantMetric& constant) const {
         const auto value = constant_log_metric<D>(constant);
         if (!value) return fail(value.error());
-        Buffer<LogMetric<D>> logs(input.mesh.linear.points.size());
+        Buffer<LogMetric<D>> logs(input.mesh.points.size());
         std::fill(logs.begin(), logs.end(), *value);
         return sourced(Column<LogMetric<D>>(std::move(logs)), "constant");
     }
@@ -125,15 +125,15 @@ struct Source {
         return made(make_surface_metric(surface, input, execution), "surface");
     }
     Outcome<SourcedMetric<D>> operator()(const config::FieldMetric& field) const {
-        return made(make_field_metric(field, input.mesh.linear, execution), "field");
+        return made(make_field_metric(field, input.mesh, execution), "field");
     }
     Outcome<SourcedMetric<D>> operator()(const MetricExpression& expression) const {
-        return made(log_metrics_of<D>(expression, input.mesh.linear.points.view(), execution), "expression");
+        return made(log_metrics_of<D>(expression, input.mesh.points.view(), execution), "expression");
     }
     Outcome<SourcedMetric<D>> operator()(const config::FilePath& path) const {
         const auto file = std::ranges::find(input.files, path.path, &MetricFile::name);
         if (file == input.files.end()) return fail(ErrorKind::internal, "the metric file was not read");
-        auto metric = log_metrics_of_file<D>(*file, input.mesh.linear.points.size(), execution);
+        auto metric = log_metrics_of_file<D>(*file, input.mesh.points.size(), execution);
         if (!metric) return metric;
         auto here = at_moved_vertices(std::move(metric->log_metrics), input, execution);
         if (!here) return fail(here.error());

@@ -46,11 +46,13 @@ template <int D>
 /// What a field of log-metrics at the vertices of the straight mesh is made from.
 template <int D>
 struct MetricInput {
-    const QuadraticMesh<D>& mesh;
+    const LinearMesh<D>& mesh;
+    const EdgeSet<D>& edges;
     const Boundary<D>& boundary;
     const Column<Vec<D>>& given_points;  ///< where the rows of files speak
     std::span<const MetricFile> files;   ///< all that the config names
     Column<LogMetric<D>> natural;        ///< the mesh's own, with straight edges or with its curves
+    const Inherited<D>* inherited;       ///< of a mesh that was remeshed: its metric is made; null of others
 };
 
 /// What the edges of a mesh are curved from: where boundary nodes are wanted, and from where those of the volume start,
@@ -93,8 +95,9 @@ template <int D>
 /// A config's geometry as a value; the surrogate is built from the mesh. Error (usage, with the JSON path): a vector of
 /// the wrong dimension, a surface that the dimension does not have, or that the mesh does not lie on.
 template <int D>
-[[nodiscard]] Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const QuadraticMesh<D>& mesh,
-                                                 const Features<D>& features, const Execution& execution);
+[[nodiscard]] Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const LinearMesh<D>& mesh,
+                                                 const EdgeSet<D>& edges, const Features<D>& features,
+                                                 const Execution& execution);
 
 /// Log-metrics at the vertices, and what the report says of where they are from.
 template <int D>

@@ -7,6 +7,7 @@ module camber.run;
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import camber.remesh;
 import camber.surface;
 import camber.validity;
 import camber.curving;

@@ -3,13 +3,17 @@ module;
 #include <optional>
 #include <utility>
 #include <variant>
+#include <vector>
 export module camber.run:state;
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import camber.remesh;
 import camber.surface;
 import camber.validity;
 import camber.curving;
+import :histogram;
+import :report;
 
 /// What a run holds between two stages: a sum of what can be, so that a stage which finds its input there has all of
 /// it.
@@ -104,13 +108,32 @@ struct Corrected {
 template <int D>
 using History = std::variant<Uncorrected<D>, Corrected<D>>;
 
+/// A straight mesh between two passes that change it, and what it is brought to.
+template <int D>
+struct Changing {
+    Remeshing<D> mesh;
+    RemeshingGoal<D> goal;
+    MetricReport metric;                ///< of the goal's field
+    std::vector<Histogram> histograms;  ///< of the mesh before, see UnitMesh
+};
+
+/// What a mesh that was remeshed has of the one before: its facets approximate the same geometry, and its vertices know
+/// their metric.
+template <int D>
+struct Inherited {
+    Geometry<D> geometry;
+    Column<LogMetric<D>> log_metrics;
+    MetricReport metric;  ///< of the field that it was remeshed by
+};
+
 template <int D>
 struct State {
-    std::variant<LinearMesh<D>, Quadratic<D>> mesh;
+    std::variant<LinearMesh<D>, Changing<D>, Quadratic<D>> mesh;
     Column<Vec<D>> given_points;       ///< of the vertices as they were read: where the rows of metric files speak
     std::optional<BackMesh<D>> field;  ///< the last that was made
     /// Where that is carried: the metric of the straight mesh at its vertices.
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
+    std::optional<Inherited<D>> inherited;
     History<D> history;
     JacobianBound bound = {};  ///< what the last stage asked for that did
 };

@@ -5,7 +5,9 @@ import camber.core;
 import camber.config;
 import camber.curving;
 import camber.io;
+import camber.metric;
 import camber.validity;
+import :report;
 import :runner;
 import :stages;
 import :state;
@@ -26,11 +28,36 @@ template <int D>
 [[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Commit& options);
 template <int D>
 [[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Collapse& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Split& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Swap& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Smooth& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Remesh& options);
 
 /// The boundary as the config describes it, before a stage that curves. Errors (usage): a geometry that is not the
 /// mesh's.
 template <int D>
-[[nodiscard]] Outcome<Boundary<D>> describe_boundary(Runner<D>& run);
+[[nodiscard]] Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh,
+                                                     const EdgeSet<D>& edges);
+
+/// The field of the config's metric on a straight mesh, and what was told of it. Errors: as of make_field.
+template <int D>
+struct StraightField {
+    BackMesh<D> back;
+    MetricReport report;
+};
+template <int D>
+[[nodiscard]] Outcome<StraightField<D>> make_straight_field(Runner<D>& run, const LinearMesh<D>& mesh,
+                                                            const EdgeSet<D>& edges, const Boundary<D>& boundary);
+
+/// A mesh that passes have changed becomes one as any other; nothing where none has.
+template <int D>
+[[nodiscard]] Outcome<Done> settle(Runner<D>& run);
 
 /// What edges are curved from, before the field.
 template <int D>

@@ -12,8 +12,9 @@ module;
 module camber.run;
 import camber.core;
 import camber.metric;
+import :histogram;
+import :report;
 import :rows;
-import :stages;
 import :unit_mesh;
 
 namespace camber::run {
@@ -24,9 +25,8 @@ double mean_of(const std::vector<double>& values) {
     return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-UnitMeshReport summed(const std::string& metric, const std::vector<double>& lengths,
-                      const std::vector<double>& qualities) {
-    UnitMeshReport report{.metric = metric, .edges = lengths.size()};
+UnitMeshReport summed(std::string metric, const std::vector<double>& lengths, const std::vector<double>& qualities) {
+    UnitMeshReport report{.metric = std::move(metric), .edges = lengths.size()};
     const auto count = [&](auto&& chosen) {
         return static_cast<std::size_t>(std::count_if(lengths.begin(), lengths.end(), chosen));
     };
@@ -51,12 +51,11 @@ UnitMeshReport summed(const std::string& metric, const std::vector<double>& leng
 }  // namespace
 
 template <int D>
-Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const MetricFile& metric,
+Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                    const Column<LogMetric<D>>& log_metrics, std::string metric,
                                     const Execution& execution) {
-    const auto logs = log_metrics_of_file<D>(metric, mesh.points.size(), execution);
-    if (!logs) return fail(logs.error());
-    const auto metrics = map_each(execution, mesh.points.size(),
-                                  [&](std::size_t v) { return MeasuringMetric<D>(logs->log_metrics[v]); });
+    const auto metrics =
+        map_each(execution, mesh.points.size(), [&](std::size_t v) { return MeasuringMetric<D>(log_metrics[v]); });
     if (!metrics) return fail(metrics.error());
     const auto of = [&](VertexId v) -> const MeasuringMetric<D>& { return (*metrics)[v.index()]; };
     const auto lengths = map_each(execution, edges.size(), [&](std::size_t e) {
@@ -75,18 +74,28 @@ Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>&
     });
     if (!qualities) return fail(qualities.error());
     UnitMesh out{{}, {lengths->begin(), lengths->end()}, {qualities->begin(), qualities->end()}};
-    out.report = summed(metric.name, out.lengths, out.qualities);
+    out.report = summed(std::move(metric), out.lengths, out.qualities);
     return out;
 }
 
-std::string unit_mesh_table(const UnitMeshReport& r) {
+std::vector<Histogram> histograms_of(const UnitMesh& measured, const std::string& series) {
+    const auto histogram = [&](Quantity quantity, const std::vector<double>& values) {
+        auto limits = limits_of(quantity);
+        Series counts = counted(series, limits, values);
+        return Histogram{quantity, std::move(limits), {std::move(counts)}};
+    };
+    return {histogram(Quantity::edge_length, measured.lengths),
+            histogram(Quantity::metric_quality, measured.qualities)};
+}
+
+std::string unit_mesh_rows(const UnitMeshReport& r) {
     const auto share = [&](std::size_t n) {
         return r.edges == 0 ? 0.0 : 100 * static_cast<double>(n) / static_cast<double>(r.edges);
     };
-    std::string text = "\n  In the metric of " + r.metric + ", edges and elements straight\n";
-    text += table_row("edges of unit length",
-                      fmt::format("{:.2f} % of {} (1/sqrt(2) to sqrt(2)); {:.2f} % shorter, {:.2f} % longer",
-                                  share(r.unit_edges), grouped(r.edges), share(r.short_edges), share(r.long_edges)));
+    std::string text =
+        table_row("edges of unit length",
+                  fmt::format("{:.2f} % of {} (1/sqrt(2) to sqrt(2)); {:.2f} % shorter, {:.2f} % longer",
+                              share(r.unit_edges), grouped(r.edges), share(r.short_edges), share(r.long_edges)));
     text +=
         table_row("edge lengths", fmt::format("{:.4g} to {:.4g}, mean {:.4g}", r.shortest, r.longest, r.mean_length));
     if (r.worst_element > 0)
@@ -110,9 +119,9 @@ std::string unit_mesh_json(const UnitMeshReport& r) {
     return j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-template Outcome<UnitMesh> measure_unit_mesh<2>(const LinearMesh<2>&, const EdgeSet<2>&, const MetricFile&,
-                                                const Execution&);
-template Outcome<UnitMesh> measure_unit_mesh<3>(const LinearMesh<3>&, const EdgeSet<3>&, const MetricFile&,
-                                                const Execution&);
+template Outcome<UnitMesh> measure_unit_mesh<2>(const LinearMesh<2>&, const EdgeSet<2>&, const Column<LogMetric<2>>&,
+                                                std::string, const Execution&);
+template Outcome<UnitMesh> measure_unit_mesh<3>(const LinearMesh<3>&, const EdgeSet<3>&, const Column<LogMetric<3>>&,
+                                                std::string, const Execution&);
 
 }  // namespace camber::run

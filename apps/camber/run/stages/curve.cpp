@@ -136,7 +136,7 @@ Outcome<CurveInput<D>> begin_curving(Runner<D>& run, const Boundary<D>& boundary
 
 template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
-    auto boundary = describe_boundary(run);
+    auto boundary = describe_boundary(run, run.quadratic().mesh.linear, run.quadratic().mesh.edges);
     if (!boundary) return fail(boundary.error());
     auto input = begin_curving(run, *boundary, options);
     if (!input) return fail(input.error());

@@ -30,9 +30,18 @@ struct Field {
     Notices notices;
 };
 
+/// The metric that a mesh was remeshed by, at its vertices: the operations are done.
+template <int D>
+SourcedMetric<D> inherited_metric(const Inherited<D>& inherited) {
+    return {inherited.log_metrics,
+            MetricReport{.source = inherited.metric.source, .gradations = inherited.metric.gradations},
+            {}};
+}
+
 template <int D>
 Outcome<SourcedMetric<D>> log_metrics_of(const MetricInput<D>& input, const config::Pipeline& config,
                                          const Execution& execution) {
+    if (input.inherited) return inherited_metric(*input.inherited);
     auto made = make_log_metrics(input, config.metric, execution);
     if (made) return apply_operations(std::move(*made), input, config.metric_operations, execution);
     Error& error = made.error();
@@ -42,7 +51,7 @@ Outcome<SourcedMetric<D>> log_metrics_of(const MetricInput<D>& input, const conf
 
 template <int D>
 Outcome<Field<D>> field_of(const MetricInput<D>& input, const config::Pipeline& config, const Execution& execution) {
-    const LinearMesh<D>& mesh = input.mesh.linear;
+    const LinearMesh<D>& mesh = input.mesh;
     auto made = log_metrics_of(input, config, execution);
     if (!made) return fail(made.error());
     const auto volume = complexity(mesh, made->log_metrics, execution);
@@ -65,7 +74,9 @@ struct MadeField {
 };
 
 /// Whether the config asks for the mesh's own metric: that is another where the mesh has curves, no other is.
-bool asks_for_natural(const config::Pipeline& config) {
+template <int D>
+bool asks_for_natural(const MetricInput<D>& input, const config::Pipeline& config) {
+    if (input.inherited) return false;
     const auto is_natural = [](const config::Metric& m) { return std::holds_alternative<config::NaturalMetric>(m); };
     return is_natural(config.metric) ||
            std::ranges::any_of(config.metric_operations, [&](const config::MetricOperation& operation) {
@@ -76,16 +87,16 @@ bool asks_for_natural(const config::Pipeline& config) {
 
 template <int D>
 Outcome<MadeField<D>> straight_field(MetricInput<D> input, const config::Pipeline& config, const Execution& execution) {
-    const auto around = balls(input.mesh.linear, execution);
+    const auto around = balls(input.mesh, execution);
     if (!around) return fail(around.error());
-    if (asks_for_natural(config)) {
-        auto natural = natural_log_metrics(input.mesh.linear, *around, execution);
+    if (asks_for_natural(input, config)) {
+        auto natural = natural_log_metrics(input.mesh, *around, execution);
         if (!natural) return fail(natural.error());
         input.natural = std::move(*natural);
     }
     auto field = field_of<D>(input, config, execution);
     if (!field) return fail(field.error());
-    auto back = make_back_mesh(input.mesh.linear, *around, std::move(field->log_metrics), execution);
+    auto back = make_back_mesh(input.mesh, *around, std::move(field->log_metrics), execution);
     if (!back) return fail(back.error());
     return MadeField<D>{std::move(*back), {}, {}, std::move(field->report), std::move(field->notices)};
 }
@@ -101,7 +112,7 @@ Outcome<BothFields<D>> both_fields(MetricInput<D> input, const QuadraticMesh<D>&
                                    const Incidence<ElementId>& around, const config::Pipeline& config,
                                    const Execution& execution) {
     NaturalLogMetrics<D> natural;
-    if (asks_for_natural(config)) {
+    if (asks_for_natural(input, config)) {
         auto made = curved_natural_log_metrics(bent, around, execution);
         if (!made) return fail(made.error());
         natural = std::move(*made);
@@ -110,7 +121,7 @@ Outcome<BothFields<D>> both_fields(MetricInput<D> input, const QuadraticMesh<D>&
     auto carried = field_of<D>(input, config, execution);
     if (!carried) return fail(carried.error());
     const Column<LogMetric<D>> logs = carried->log_metrics;
-    if (!asks_for_natural(config)) return BothFields<D>{std::move(*carried), logs};
+    if (!asks_for_natural(input, config)) return BothFields<D>{std::move(*carried), logs};
     input.natural = std::move(natural.straight);
     auto straight = log_metrics_of(input, config, execution);
     if (!straight) return fail(straight.error());
@@ -118,19 +129,20 @@ Outcome<BothFields<D>> both_fields(MetricInput<D> input, const QuadraticMesh<D>&
 }
 
 template <int D>
-Outcome<MadeField<D>> carried_field(const MetricInput<D>& input, const CurveInput<D>& curves, CurvingAim aim,
-                                    const config::Pipeline& config, const Execution& execution) {
-    const auto around = balls(input.mesh.linear, execution);
+Outcome<MadeField<D>> carried_field(const MetricInput<D>& input, const QuadraticMesh<D>& mesh,
+                                    const CurveInput<D>& curves, CurvingAim aim, const config::Pipeline& config,
+                                    const Execution& execution) {
+    const auto around = balls(mesh.linear, execution);
     if (!around) return fail(around.error());
-    QuadraticMesh<D> bent = input.mesh;
+    QuadraticMesh<D> bent = mesh;
     bent.mid_nodes = curves.extended;
     auto fields = both_fields<D>(input, bent, *around, config, execution);
     if (!fields) return fail(fields.error());
     auto& [field, straight] = *fields;
-    auto starts = noticeable_nodes(input.mesh, curves.extended.view(), field.log_metrics, execution);
+    auto starts = noticeable_nodes(mesh, curves.extended.view(), field.log_metrics, execution);
     if (!starts) return fail(starts.error());
     Column<LagrangeNode<D>> nodes(std::move(*starts));
-    auto carried = carried_nodes(input.mesh, nodes.view(), curves.shells, execution);
+    auto carried = carried_nodes(mesh, nodes.view(), curves.shells, execution);
     if (!carried) return fail(carried.error());
     bent.mid_nodes = std::move(*carried);
     auto back = make_curved_back_mesh(std::move(bent), *around, std::move(field.log_metrics), execution,
@@ -156,15 +168,39 @@ Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInp
     return base;
 }
 
+template <int D>
+MetricInput<D> metric_input(const Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                            const Boundary<D>& boundary) {
+    return {mesh,
+            edges,
+            boundary,
+            run.state.given_points,
+            run.files,
+            {},
+            run.state.inherited ? &*run.state.inherited : nullptr};
+}
+
 }  // namespace
+
+template <int D>
+Outcome<StraightField<D>> make_straight_field(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                              const Boundary<D>& boundary) {
+    auto made = run.step("metric", [&](const Execution& e) {
+        return straight_field<D>(metric_input(run, mesh, edges, boundary), run.config, e);
+    });
+    if (!made) return fail(made.error());
+    run.tell(made->report);
+    run.tell(made->notices);
+    return StraightField<D>{std::move(made->back), std::move(made->report)};
+}
 
 template <int D>
 Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, CurveInput<D> input, CurvingAim aim) {
     const QuadraticMesh<D>& mesh = run.quadratic().mesh;
     auto made = run.step("metric", [&](const Execution& e) {
-        const MetricInput<D> from{mesh, boundary, run.state.given_points, run.files, {}};
+        const MetricInput<D> from = metric_input(run, mesh.linear, mesh.edges, boundary);
         return input.extended.empty() ? straight_field<D>(from, run.config, e)
-                                      : carried_field<D>(from, input, aim, run.config, e);
+                                      : carried_field<D>(from, mesh, input, aim, run.config, e);
     });
     if (!made) return fail(made.error());
     run.tell(made->report);
@@ -177,6 +213,10 @@ Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, C
     return input;
 }
 
+template Outcome<StraightField<2>> make_straight_field<2>(Runner<2>&, const LinearMesh<2>&, const EdgeSet<2>&,
+                                                          const Boundary<2>&);
+template Outcome<StraightField<3>> make_straight_field<3>(Runner<3>&, const LinearMesh<3>&, const EdgeSet<3>&,
+                                                          const Boundary<3>&);
 template Outcome<CurveInput<2>> make_field<2>(Runner<2>&, const Boundary<2>&, CurveInput<2>, CurvingAim);
 template Outcome<CurveInput<3>> make_field<3>(Runner<3>&, const Boundary<3>&, CurveInput<3>, CurvingAim);
 

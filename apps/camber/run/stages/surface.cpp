@@ -14,6 +14,14 @@ namespace camber::run {
 
 namespace {
 
+template <int D>
+FeatureOptions<D> by_angle(const config::Features& options) {
+    return {.ridge_angle_degrees = options.ridge_angle};
+}
+/// A mesh that was remeshed lists all its breaks; its new facets may turn where the surface does not break.
+template <int D>
+constexpr FeatureOptions<D> listed_breaks{.ridge_angle_degrees = 180, .corner_angle_degrees = 180};
+
 /// Features and geometry of the boundary.
 template <int D>
 struct Described {
@@ -21,12 +29,12 @@ struct Described {
     BoundaryReport report;
 };
 template <int D>
-Outcome<Described<D>> described(const QuadraticMesh<D>& mesh, const config::Features& options,
-                                const config::Geometry& geometry, const Execution& execution) {
-    auto features = find_features(mesh.linear, mesh.edges,
-                                  FeatureOptions<D>{.ridge_angle_degrees = options.ridge_angle}, execution);
+Outcome<Described<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const config::Pipeline& config,
+                                const Inherited<D>* inherited, const Execution& execution) {
+    const config::Features& options = config.features;
+    auto features = find_features(mesh, edges, inherited ? listed_breaks<D> : by_angle<D>(options), execution);
     if (!features) return fail(features.error());
-    auto made = make_geometry(geometry, mesh, *features, execution);
+    auto made = inherited ? inherited->geometry : make_geometry(config.geometry, mesh, edges, *features, execution);
     if (!made) return fail(made.error());
     const BoundaryReport report{
         features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}};
@@ -36,16 +44,16 @@ Outcome<Described<D>> described(const QuadraticMesh<D>& mesh, const config::Feat
 }  // namespace
 
 template <int D>
-Outcome<Boundary<D>> describe_boundary(Runner<D>& run) {
-    auto made = run.step("surface", [&](const Execution& e) {
-        return described(run.quadratic().mesh, run.config.features, run.config.geometry, e);
-    });
+Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges) {
+    const Inherited<D>* const inherited = run.state.inherited ? &*run.state.inherited : nullptr;
+    auto made =
+        run.step("surface", [&](const Execution& e) { return described(mesh, edges, run.config, inherited, e); });
     if (!made) return fail(made.error());
     run.tell(made->report);
     return std::move(made->boundary);
 }
 
-template Outcome<Boundary<2>> describe_boundary<2>(Runner<2>&);
-template Outcome<Boundary<3>> describe_boundary<3>(Runner<3>&);
+template Outcome<Boundary<2>> describe_boundary<2>(Runner<2>&, const LinearMesh<2>&, const EdgeSet<2>&);
+template Outcome<Boundary<3>> describe_boundary<3>(Runner<3>&, const LinearMesh<3>&, const EdgeSet<3>&);
 
 }  // namespace camber::run

@@ -1,0 +1,26 @@
+#pragma once
+#include <string>
+
+#include <CLI/CLI.hpp>
+import camber.commands;
+
+namespace camber::app {
+
+/// Subcommands store what is to be done; main does it.
+struct Verb {
+    RunArguments run;
+    CurveArguments curve;
+    RemeshArguments remesh;
+    RepairArguments repair;
+    ConvertArguments convert;
+    GenerateArguments generate;
+    PlotArguments plot;
+    CheckArguments check;
+    InfoArguments info;
+    std::string topic;
+};
+
+/// The verbs and what they take.
+void add_verbs(CLI::App& app, Verb& verb);
+
+}  // namespace camber::app

@@ -1,0 +1,32 @@
+module;
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+module camber.commands;
+import camber.core;
+import camber.config;
+
+namespace camber::app {
+
+namespace {
+
+constexpr const char* base = R"({"input": {"mesh": "-"}, "stages": ["remesh"]})";
+
+Outcome<config::Pipeline> remeshing(const RemeshArguments& arguments) {
+    auto pipeline = pipeline_of(base, arguments);
+    if (!pipeline) return pipeline;
+    if (auto set = set_metric(arguments.metric, *pipeline); !set) return fail(set.error());
+    if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
+    if (arguments.rounds)
+        for (config::Stage& stage : pipeline->stages)
+            if (auto* remesh = std::get_if<config::Remesh>(&stage)) remesh->rounds = *arguments.rounds;
+    if (!arguments.output_metric.empty()) pipeline->output.metric = arguments.output_metric;
+    return pipeline;
+}
+
+}  // namespace
+
+int remesh_command(const RemeshArguments& arguments) { return run_verb(remeshing(arguments), arguments); }
+
+}  // namespace camber::app

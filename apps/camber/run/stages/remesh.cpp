@@ -1,0 +1,146 @@
+module;
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.run;
+import camber.core;
+import camber.config;
+import camber.dynamic;
+import camber.metric;
+import camber.remesh;
+import camber.surface;
+import :parts;
+import :report;
+import :runner;
+import :state;
+import :steps;
+import :unit_mesh;
+
+namespace camber::run {
+
+namespace {
+
+/// A straight mesh as passes take it, and how near to unit it is.
+template <int D>
+struct Begun {
+    Remeshing<D> mesh;
+    UnitMesh measured;
+};
+template <int D>
+Outcome<Begun<D>> begun(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
+                        const RemeshingGoal<D>& goal, const std::string& metric, const Execution& execution) {
+    std::vector<VertexId> corners;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+        if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
+    auto made = begin_remeshing(mesh, edges, {features.edge_kinds.view(), corners}, goal, execution);
+    if (!made) return fail(made.error());
+    auto logs = map_each(execution, mesh.points.size(), [&](std::size_t v) { return made->metrics[v].log_metric; });
+    if (!logs) return fail(logs.error());
+    auto measured = measure_unit_mesh(mesh, edges, Column<LogMetric<D>>(std::move(*logs)), metric, execution);
+    if (!measured) return fail(measured.error());
+    return Begun<D>{std::move(*made), std::move(*measured)};
+}
+
+/// The state's straight mesh becomes one that changes: its boundary is described and its field made first.
+template <int D>
+Outcome<Done> begin_changing(Runner<D>& run) {
+    if (std::holds_alternative<Changing<D>>(run.state.mesh)) return Done{};
+    const LinearMesh<D>& mesh = std::get<LinearMesh<D>>(run.state.mesh);
+    const auto edges = run.step("edges", [&](const Execution& e) { return unique_edges(mesh, e); });
+    if (!edges) return fail(edges.error());
+    auto boundary = describe_boundary(run, mesh, *edges);
+    if (!boundary) return fail(boundary.error());
+    auto field = make_straight_field(run, mesh, *edges, *boundary);
+    if (!field) return fail(field.error());
+    RemeshingGoal<D> goal{std::move(field->back), std::move(boundary->geometry)};
+    auto made = run.step("topology", [&](const Execution& e) {
+        return begun(mesh, *edges, boundary->features, goal, field->report.source, e);
+    });
+    if (!made) return fail(made.error());
+    run.tell(BeginsChangingReport{made->measured.report});
+    run.state.mesh = Changing<D>{std::move(made->mesh), std::move(goal), std::move(field->report),
+                                 histograms_of(made->measured, "given")};
+    return Done{};
+}
+
+PassReport pass_report(std::string_view name, const PassStatistics& s, double seconds) {
+    PassReport report{std::string(name), s.rounds, s.proposals, s.accepted, s.corrections, s.shortened, {}, seconds};
+    for (const auto& reason : words(RejectionReason{}))
+        if (const std::size_t n = s.of(reason.value); n > 0 && reason.value != RejectionReason::none)
+            report.rejected.emplace_back(reason.word, n);
+    return report;
+}
+
+/// A pass of camber.remesh as a stage.
+template <int D, class Options>
+Outcome<Done> apply_pass(Runner<D>& run, const Options& options,
+                         Outcome<Remeshed<D>> (*pass)(Remeshing<D>, const RemeshingGoal<D>&, const Options&,
+                                                      const Execution&)) {
+    if (auto done = begin_changing(run); !done) return done;
+    auto& changing = std::get<Changing<D>>(run.state.mesh);
+    return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
+        auto made = run.timed([&] { return pass(std::move(changing.mesh), changing.goal, options, e); });
+        if (!made.value) return fail(made.value.error());
+        changing.mesh = std::move(made.value->state);
+        constexpr std::string_view name = std::get<StageRow<Options>>(stage_rows).name;
+        run.tell(pass_report(name, made.value->statistics, made.seconds));
+        return Done{};
+    });
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Collapse& options) {
+    return apply_pass(run, options, &collapse<D>);
+}
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Split& options) {
+    return apply_pass(run, options, &split<D>);
+}
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Swap& options) {
+    return apply_pass(run, options, &swap<D>);
+}
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Smooth& options) {
+    return apply_pass(run, options, &smooth<D>);
+}
+
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
+    if (auto done = begin_changing(run); !done) return done;
+    auto& changing = std::get<Changing<D>>(run.state.mesh);
+    std::map<std::string, double, std::less<>> seconds;
+    const AroundPass around = [&](std::string_view pass, const auto& body) {
+        auto done = run.timed([&] { return run.step(pass, body); });
+        seconds[std::string(pass)] += done.seconds;
+        return std::move(done.value);
+    };
+    auto made = bring_to_metric(std::move(changing.mesh), changing.goal, options, around);
+    if (!made) return fail(made.error());
+    changing.mesh = std::move(made->state);
+    const ToMetricStatistics& s = made->statistics;
+    for (const auto& [pass, done] : {std::pair("collapse", &s.collapse), std::pair("split", &s.split),
+                                     std::pair("swap", &s.swap), std::pair("smooth", &s.smooth)})
+        run.tell(pass_report(pass, *done, seconds[pass]));
+    return Done{};
+}
+
+#define CAMBER_INSTANTIATE(D)                                             \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Collapse&); \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Split&);    \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Swap&);     \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Smooth&);   \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Remesh&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber::run

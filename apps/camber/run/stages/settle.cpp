@@ -1,0 +1,52 @@
+module;
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.run;
+import camber.core;
+import camber.dynamic;
+import camber.metric;
+import camber.remesh;
+import camber.surface;
+import :histogram;
+import :parts;
+import :report;
+import :runner;
+import :state;
+import :steps;
+import :unit_mesh;
+
+namespace camber::run {
+
+template <int D>
+Outcome<Done> settle(Runner<D>& run) {
+    auto* const changing = std::get_if<Changing<D>>(&run.state.mesh);
+    if (changing == nullptr) return Done{};
+    UnitMesh measured;
+    auto made = run.step("settle", [&](const Execution& e) -> Outcome<SettledMesh<D>> {
+        auto mesh = settled(changing->mesh, e);
+        if (!mesh) return mesh;
+        auto in_metric =
+            measure_unit_mesh(mesh->compact.mesh, mesh->compact.edges, mesh->log_metrics, changing->metric.source, e);
+        if (!in_metric) return fail(in_metric.error());
+        measured = std::move(*in_metric);
+        return mesh;
+    });
+    if (!made) return fail(made.error());
+    std::vector<Histogram> histograms = std::move(changing->histograms);
+    const auto after = histograms_of(measured, "remeshed");
+    for (std::size_t i = 0; i < histograms.size(); ++i) histograms[i].series.push_back(after[i].series.front());
+    run.tell(SettledReport{std::move(measured.report), std::move(histograms)});
+    run.state.inherited =
+        Inherited<D>{std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric)};
+    run.state.given_points = made->compact.mesh.points;
+    run.state.mesh = std::move(made->compact.mesh);
+    return Done{};
+}
+
+template Outcome<Done> settle<2>(Runner<2>&);
+template Outcome<Done> settle<3>(Runner<3>&);
+
+}  // namespace camber::run

@@ -1,0 +1,46 @@
+module;
+#include <cstddef>
+#include <utility>
+module camber.remesh;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+
+namespace camber {
+
+namespace {
+
+/// The mesh with all of its breaks listed.
+template <int D>
+DynamicMesh<D> with_breaks_listed(DynamicMesh<D> mesh) {
+    Buffer<Marks> lines = take(std::move(mesh.line_marks));
+    for (Marks& marks : lines)
+        if (marks.has(Mark::implied))
+            marks = marks.has(Mark::required) ? Mark::ridge | Marks(Mark::required) : Mark::ridge;
+    mesh.line_marks = std::move(lines);
+    Buffer<VertexState> states = take(std::move(mesh.states));
+    for (VertexState& state : states)
+        if (state.place == VertexPlace::corner) state.marks |= Mark::corner;
+    mesh.states = std::move(states);
+    return mesh;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<SettledMesh<D>> settled(const Remeshing<D>& r, const Execution& execution) {
+    return guarded([&]() -> Outcome<SettledMesh<D>> {
+        auto compact = compacted(with_breaks_listed(r.mesh), execution);
+        if (!compact) return fail(compact.error());
+        Buffer<LogMetric<D>> logs(compact->mesh.points.size());
+        const auto& map = compact->maps.vertices;
+        for (std::size_t v = 0; v < r.metrics.size(); ++v)
+            if (const VertexId to = map[VertexId(v)]; to.valid()) logs[to.index()] = r.metrics[v].log_metric;
+        return SettledMesh<D>{std::move(*compact), std::move(logs)};
+    });
+}
+
+template Outcome<SettledMesh<2>> settled<2>(const Remeshing<2>&, const Execution&);
+template Outcome<SettledMesh<3>> settled<3>(const Remeshing<3>&, const Execution&);
+
+}  // namespace camber

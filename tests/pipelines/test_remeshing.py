@@ -1,0 +1,176 @@
+"""`camber remesh` and its passes as stages: what must stay stays, and the report tells what `check` finds.
+
+    python3 tests/pipelines/test_remeshing.py build/bin/camber [unittest arguments]
+"""
+import itertools
+import json
+import math
+import os
+import sys
+import unittest
+
+import numpy as np
+
+from made_meshes import lattice
+from program import CONFIGS, Folder, report_of
+
+import gmf  # of the oracle
+
+NAMES = {1: "Edges", 2: "Triangles", 3: "Tetrahedra"}
+INTERFACE = 9
+SANITIZED = os.environ.get("CAMBER_SANITIZED") == "1"
+
+
+def measure(simplex):
+    """Length, area or volume."""
+    sides = simplex[1:] - simplex[0]
+    return math.sqrt(max(0.0, np.linalg.det(sides @ sides.T))) / math.factorial(len(sides))
+
+
+def measures(points, rows, references):
+    """{reference: the sum over its simplices}."""
+    sums = {}
+    for row, reference in zip(rows, references):
+        sums[reference] = sums.get(reference, 0.0) + measure(points[list(row)])
+    return sums
+
+
+def two_materials(dim, n):
+    """[0, n]^dim, materials 1 and 2 on both sides of x = n/2 with an interface; each side of the box has its
+    reference."""
+    mesh = lattice(dim, n)
+    middle = [mesh.points[list(e)].mean(axis=0)[0] for e in mesh.elements]
+    mesh.element_references = [1 if x < n / 2 else 2 for x in middle]
+    inner = {tuple(sorted(face)): face for element in mesh.elements for face in itertools.combinations(element, dim)
+             if all(mesh.points[v][0] == n / 2 for v in face)}
+    mesh.facet_references = []
+    for facet in mesh.facets:
+        at = mesh.points[list(facet)]
+        axis = next(a for a in range(dim) if len(set(at[:, a])) == 1)
+        mesh.facet_references.append(1 + 2 * axis + (at[0, axis] > 0))
+    mesh.facets += list(inner.values())
+    mesh.facet_references += [INTERFACE] * len(inner)
+    return mesh
+
+
+def cells(mesh, dim):
+    block = mesh.cells[NAMES[dim]]
+    return [tuple(map(int, row)) for row in block.nodes], [int(r) for r in block.refs]
+
+
+class Remesh(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+
+    def camber(self, *arguments, code=0):
+        done = self.folder.camber(*arguments)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done
+
+    def given(self, dim, n):
+        mesh = two_materials(dim, n)
+        (self.folder.path / "in.mesh").write_text(mesh.text())
+        return mesh
+
+    def read(self, name="out.mesh"):
+        return gmf.read(self.folder.path / name)
+
+    def run_stages(self, stages, size, code=0):
+        config = {"input": {"mesh": "in.mesh"}, "metric": {"constant": {"sizes": [size]}}, "stages": stages,
+                  "output": {"mesh": "out.mesh", "report": "r.json"}}
+        (self.folder.path / "c.json").write_text(json.dumps(config))
+        done = self.camber("run", "c.json", code=code)
+        return report_of(self.folder.path / "r.json") if code == 0 else done
+
+    def assert_kept(self, before, after, dim):
+        """Materials, interfaces and sides have the measure they had; elements are positive."""
+        for k, rows, references in ((dim, before.elements, before.element_references),
+                                    (dim - 1, before.facets, before.facet_references)):
+            now_rows, now_references = cells(after, k)
+            wanted, found = measures(before.points, rows, references), measures(after.points, now_rows, now_references)
+            self.assertEqual(wanted.keys(), found.keys())
+            for reference, value in wanted.items():
+                self.assertAlmostEqual(found[reference], value, delta=1e-9 * value)
+        for element in cells(after, dim)[0]:
+            corners = after.points[list(element)]
+            self.assertGreater(np.linalg.det(corners[1:] - corners[0]), 0)
+
+    def test_brought_to_a_metric(self):
+        for dim, n, size, unit in ((2, 2, 0.2, 0.9), (3, 2, 0.5 if not SANITIZED else 0.8, 0.8)):
+            before = self.given(dim, n)
+            done = self.camber("remesh", "in.mesh", "--metric", f'{{"constant": {{"sizes": [{size}]}}}}', "-o",
+                               "out.mesh", "--output-metric", "out.sol", "--report", "r.json", "--threads", "2")
+            self.assertIn("edges of unit length", done.stdout)
+            after = self.read()
+            self.assert_kept(before, after, dim)
+            self.assertGreater(len(after.points), 2 * len(before.points))
+            report = report_of(self.folder.path / "r.json")
+            told = report["remesh"]["after"]
+            self.assertGreater(told["unit_edges"], unit * told["edges"])
+            self.assertGreater(told["min_quality"], 0.1)
+            checked = json.loads(self.camber("check", "out.mesh", "--json", "--metric", "out.sol").stdout)
+            self.assertTrue(checked["soundness"]["sound"])
+            for key, value in checked["unit_mesh"].items():
+                if key != "metric":
+                    self.assertAlmostEqual(told[key], value, delta=1e-9 * abs(value) + 1e-12, msg=key)
+            # a series each for the mesh as it was given and as it is now
+            lengths = report["histograms"]["edge_length"]
+            self.assertEqual(sum(lengths["given"]), report["remesh"]["before"]["edges"])
+            self.assertEqual(lengths["remeshed"], checked["histograms"]["edge_length"]["count"])
+            # what was done, and why not more
+            passes = {p["pass"]: p for p in report["remesh"]["passes"]}
+            self.assertEqual(set(passes), {"collapse", "split", "swap", "smooth"})
+            self.assertGreater(passes["split"]["accepted"], 0)
+            for p in passes.values():
+                self.assertEqual(p["proposals"], p["accepted"] + sum(p["rejected"].values()), p)
+            # the bytes do not depend on the threads
+            written = (self.folder.path / "out.mesh").read_bytes()
+            self.camber("remesh", "in.mesh", "--metric", f'{{"constant": {{"sizes": [{size}]}}}}', "-o", "out.mesh",
+                        "--threads", "1")
+            self.assertEqual(written, (self.folder.path / "out.mesh").read_bytes())
+
+    def test_passes_alone_are_stages(self):
+        before = self.given(3, 2)
+        split = self.run_stages(["split"], 0.8)
+        finer = self.read()
+        self.assert_kept(before, finer, 3)
+        self.assertGreater(split["mesh"]["vertices"], len(before.points))
+        self.assertEqual([p["pass"] for p in split["remesh"]["passes"]], ["split"])
+        os.replace(self.folder.path / "out.mesh", self.folder.path / "in.mesh")
+        collapse = self.run_stages(["collapse"], 3.0)
+        self.assert_kept(before, self.read(), 3)
+        self.assertLess(collapse["mesh"]["vertices"], split["mesh"]["vertices"])
+        again = self.run_stages(["swap", "smooth", "swap"], 0.8)
+        self.assert_kept(before, self.read(), 3)
+        self.assertEqual([p["pass"] for p in again["remesh"]["passes"]], ["swap", "smooth"])  # of one kind in one row
+        self.assertGreaterEqual(again["remesh"]["after"]["min_quality"], again["remesh"]["before"]["min_quality"])
+
+    def test_the_new_mesh_is_curved_onto_the_same_geometry(self):
+        self.camber("run", CONFIGS / "remesh.json", *(["--set", "stages/remesh/rounds=1"] if SANITIZED else []))
+        report = report_of(self.folder.path / "out" / "remesh.report.json")
+        self.assertEqual(report["validity"]["invalid"], 0)
+        self.assertTrue(report["committed"])
+        self.assertGreater(report["mesh"]["vertices"], 2 * report["input"]["vertices"])
+        mesh = self.read("out/remesh.meshb")
+        facets = mesh.cells["TrianglesP2"]
+        for reference, radius in ((1, 2.0), (2, 1.0)):
+            rows = facets.nodes[facets.refs == reference]
+            vertices, nodes = (np.linalg.norm(mesh.points[np.unique(r)], axis=1) for r in (rows[:, :3], rows[:, 3:]))
+            np.testing.assert_allclose(vertices, radius, rtol=1e-9)
+            # but for those that `relax` needed for validity
+            relaxed = np.count_nonzero(abs(nodes - radius) > 1e-9 * radius)
+            self.assertLessEqual(relaxed, report["relax"]["relaxed_surface_edges"])
+
+    def test_order_and_degree_are_told(self):
+        self.given(3, 1)
+        done = self.run_stages(["elevate", "remesh"], 0.5, code=2)
+        self.assertRegex(done.stderr, '/stages/1: the mesh is quadratic already.*put "remesh" before "elevate"')
+        self.camber("convert", "in.mesh", "-o", "p2.mesh", "--elevate")
+        done = self.camber("remesh", "p2.mesh", "-o", "out.mesh", code=3)
+        self.assertRegex(done.stderr, "^camber: p2.mesh: .*quadratic already")
+        self.assertNotIn("out.mesh", self.folder.files())
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
