@@ -9,9 +9,9 @@ namespace camber {
 
 template <int D>
 Outcome<QuadraticMesh<D>> elevate(LinearMesh<D> mesh, const Execution& execution) {
-    auto edges = unique_edges(mesh, execution);
+    auto edges = unique_edges(mesh, part_of(execution, 0, 0.82));
     if (!edges) return fail(edges.error());
-    auto mid_nodes = map_each(execution, edges->size(), [&](std::size_t e) {
+    auto mid_nodes = map_each(part_of(execution, 0.82, 1), edges->size(), [&](std::size_t e) {
         const auto& [a, b] = edges->vertices[e];
         return LagrangeNode<D>{midpoint(mesh.points[a], mesh.points[b])};
     });

@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -120,10 +121,8 @@ Outcome<Done> reinsert_each(Walk<D>& walk, std::vector<VertexId> pending, std::s
     const auto do_round = [&](std::span<const VertexId> chosen) -> Outcome<bool> {
         std::vector<VertexId> vertices(chosen.begin(), chosen.end());
         std::ranges::sort(vertices);
-        Execution ticking = execution;
-        if (execution.progress)
-            ticking.progress = [&](std::size_t done, std::size_t) { execution.progress(walk.done + done, total); };
-        auto done = round<D>(walk, vertices, ticking);
+        const auto share = [all = static_cast<double>(total)](std::size_t n) { return static_cast<double>(n) / all; };
+        auto done = round<D>(walk, vertices, part_of(execution, share(walk.done), share(walk.done + vertices.size())));
         if (!done) return fail(done.error());
         walk.done += vertices.size();
         return true;
@@ -189,7 +188,7 @@ Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind
                                              " and " + std::to_string(base.size()));
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     if (auto checked = check_limits(options.cavity.edge); !checked) return fail(checked.error());
-    const auto topology = cavity_topology(mesh, execution);
+    const auto topology = cavity_topology(mesh, without_progress(execution));
     if (!topology) return fail(topology.error());
     const std::size_t vertices = mesh.linear.points.size();
     const auto boundary = boundary_vertices(mesh, kinds);
@@ -208,7 +207,9 @@ Outcome<Reinserted<D>> reinsert_all(QuadraticMesh<D> mesh, const Column<EdgeKind
                  0};
     std::vector<std::uint8_t> wanted(vertices, 1);
     for (int t = 0; t < options.max_turns; ++t) {
-        const auto reinserted = turn(walk, boundary, wanted, execution);
+        // Nobody knows how many turns there will be: each is taken for as long as all after it.
+        const Execution of_turn = part_of(execution, 1 - std::ldexp(1.0, -t), 1 - std::ldexp(1.0, -t - 1));
+        const auto reinserted = turn(walk, boundary, wanted, of_turn);
         if (!reinserted) return fail(reinserted.error());
         if (*reinserted == 0) break;
         ++walk.statistics.turns;

@@ -23,19 +23,19 @@ Outcome<Incidence<Item>> inverted(const Column<std::array<Key, N>>& rows, std::s
         return fail(ErrorKind::unsupported, "a mesh of " + std::to_string(rows.size()) + " simplices is too large");
     Buffer<std::uint32_t> offsets(keys + 1);
     std::fill(offsets.begin(), offsets.end(), 0U);
-    auto counted = each(execution, rows.size(), [&](std::size_t i) {
+    auto counted = each(part_of(execution, 0, 0.3), rows.size(), [&](std::size_t i) {
         for (const Key key : rows[i]) std::atomic_ref(offsets[key.index() + 1]).fetch_add(1, std::memory_order_relaxed);
     });
     if (!counted) return fail(counted.error());
     for (std::size_t k = 0; k < keys; ++k) offsets[k + 1] += offsets[k];
     Buffer<std::uint32_t> cursor(offsets.begin(), offsets.end());
     Buffer<Item> items(rows.size() * N);
-    auto filled = each(execution, rows.size(), [&](std::size_t i) {
+    auto filled = each(part_of(execution, 0.3, 0.85), rows.size(), [&](std::size_t i) {
         for (const Key key : rows[i])
             items[std::atomic_ref(cursor[key.index()]).fetch_add(1, std::memory_order_relaxed)] = Item(i);
     });
     if (!filled) return fail(filled.error());
-    auto sorted = each(execution, keys,
+    auto sorted = each(part_of(execution, 0.85, 1), keys,
                        [&](std::size_t k) { std::sort(items.begin() + offsets[k], items.begin() + offsets[k + 1]); });
     if (!sorted) return fail(sorted.error());
     return Incidence<Item>{std::move(offsets), std::move(items)};
@@ -207,7 +207,7 @@ Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<Ele
                                   const Execution& execution) {
     return guarded([&]() -> Outcome<Neighbours<D>> {
         Buffer<std::array<ElementId, D + 1>> links(mesh.elements.size());
-        auto done = each(execution, links.size(), [&](std::size_t e) { links[e].fill(ElementId{}); });
+        auto done = each(without_progress(execution), links.size(), [&](std::size_t e) { links[e].fill(ElementId{}); });
         if (!done) return fail(done.error());
         std::atomic<std::uint32_t> crowded{std::numeric_limits<std::uint32_t>::max()};  // the lowest such element
         done = each_face(mesh, balls, execution, [&](std::span<const FaceAround<D>> on) {
@@ -242,14 +242,15 @@ namespace {
 
 template <int D>
 Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& execution) {
-    if (auto sound = check_distinct(mesh.elements, execution); !sound) return fail(sound.error());
-    if (auto sound = check_distinct(mesh.facets, execution); !sound) return fail(sound.error());
-    if (auto sound = check_distinct(mesh.edges, execution); !sound) return fail(sound.error());
-    auto elements = balls(mesh, execution);
+    const Execution quiet = without_progress(execution);
+    if (auto sound = check_distinct(mesh.elements, quiet); !sound) return fail(sound.error());
+    if (auto sound = check_distinct(mesh.facets, quiet); !sound) return fail(sound.error());
+    if (auto sound = check_distinct(mesh.edges, quiet); !sound) return fail(sound.error());
+    auto elements = balls(mesh, part_of(execution, 0, 0.31));
     if (!elements) return fail(elements.error());
-    auto facets = facet_balls(mesh, execution);
+    auto facets = facet_balls(mesh, quiet);
     if (!facets) return fail(facets.error());
-    auto features = feature_edge_balls(mesh, execution);
+    auto features = feature_edge_balls(mesh, quiet);
     if (!features) return fail(features.error());
     const Around<D> around{std::move(*elements), std::move(*facets), std::move(*features)};
 
@@ -261,7 +262,7 @@ Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& ex
     std::vector<std::vector<VertexId>> kept((n + grain - 1) / grain);
     ElementEdges<D> of_elements(mesh.elements.size());
     auto found = each_chunk(
-        execution, n,
+        part_of(execution, 0.31, 0.94), n,
         [&](std::size_t begin, std::size_t end) {
             std::vector<VertexId> higher;
             auto& all = kept[begin / grain];
@@ -284,7 +285,7 @@ Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& ex
 
     Buffer<std::array<VertexId, 2>> edges(first[n]);
     auto listed = each_chunk(
-        execution, n,
+        part_of(execution, 0.94, 0.97), n,
         [&](std::size_t begin, std::size_t end) {
             auto other = kept[begin / grain].begin();
             for (std::size_t v = begin; v < end; ++v)
@@ -294,7 +295,7 @@ Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& ex
     if (!listed) return fail(listed.error());
     kept.clear();
 
-    auto numbered = each(execution, mesh.elements.size(), [&](std::size_t e) {
+    auto numbered = each(part_of(execution, 0.97, 1), mesh.elements.size(), [&](std::size_t e) {
         const auto& vertices = mesh.elements.vertices[e];
         for (int k = 0; k < edges_per_simplex<D>; ++k) {
             const auto [a, b] = local_edges<D>[k];
@@ -302,9 +303,9 @@ Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& ex
         }
     });
     if (!numbered) return fail(numbered.error());
-    auto of_facets = edges_of<D - 1>(mesh.facets, first, edges, execution);
+    auto of_facets = edges_of<D - 1>(mesh.facets, first, edges, quiet);
     if (!of_facets) return fail(of_facets.error());
-    auto of_edges = map_each(execution, mesh.edges.size(), [&](std::size_t i) {
+    auto of_edges = map_each(quiet, mesh.edges.size(), [&](std::size_t i) {
         return find_in(first, edges, mesh.edges.vertices[i][0], mesh.edges.vertices[i][1]);
     });
     if (!of_edges) return fail(of_edges.error());

@@ -61,14 +61,16 @@ Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes(const QuadraticMesh<D>& mesh,
 template <int D>
 Outcome<Buffer<LagrangeNode<D>>> carried_nodes(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> nodes,
                                                const Incidence<ElementId>& shells, const Execution& execution) {
-    auto middles = map_each(execution, mesh.edges.size(), [&](std::size_t e) { return middle_of(mesh, e); });
+    auto middles =
+        map_each(part_of(execution, 0, 0.25), mesh.edges.size(), [&](std::size_t e) { return middle_of(mesh, e); });
     if (!middles) return middles;
-    auto displacements =
-        map_each(execution, mesh.edges.size(), [&](std::size_t e) { return nodes[e].point - (*middles)[e].point; });
+    auto displacements = map_each(part_of(execution, 0.25, 0.5), mesh.edges.size(),
+                                  [&](std::size_t e) { return nodes[e].point - (*middles)[e].point; });
     if (!displacements) return fail(displacements.error());
-    const auto lessened = lessen_by_element<D>(mesh, *middles, shells, least_back_jacobian, *displacements, execution);
+    const auto lessened =
+        lessen_by_element<D>(mesh, *middles, shells, least_back_jacobian, *displacements, part_of(execution, 0.5, 0.8));
     if (!lessened) return fail(lessened.error());
-    return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
+    return map_each(part_of(execution, 0.8, 1), mesh.edges.size(), [&](std::size_t e) {
         const Vec<D>& u = (*displacements)[e];
         const bool whole = u == nodes[e].point - (*middles)[e].point;
         return whole ? nodes[e] : LagrangeNode<D>{(*middles)[e].point + u};

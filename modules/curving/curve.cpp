@@ -91,9 +91,10 @@ Outcome<Buffer<Vec<D>>> offsets_by_element(const QuadraticMesh<D>& mesh, const C
                                            const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
                                            const BackMesh<D>& back, const CurveOptions& options,
                                            const Execution& execution) {
-    auto offsets = accurate_offsets(mesh, kinds, EdgeKind::volume, shells, back, options, execution);
+    auto offsets = accurate_offsets(mesh, kinds, EdgeKind::volume, shells, back, options, part_of(execution, 0, 0.84));
     if (!offsets) return offsets;
-    auto lessened = lessen_by_element<D>(mesh, base.view(), shells, options.least_jacobian, *offsets, execution);
+    auto lessened =
+        lessen_by_element<D>(mesh, base.view(), shells, options.least_jacobian, *offsets, part_of(execution, 0.84, 1));
     if (!lessened) return fail(lessened.error());
     return offsets;
 }
@@ -150,7 +151,7 @@ Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<
         return std::accumulate(of_chunks.begin(), of_chunks.end(), CurveStatistics{},
                                [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; });
     }
-    const auto offsets = offsets_by_element(mesh, kinds, base, shells, back, options, without_progress(execution));
+    const auto offsets = offsets_by_element(mesh, kinds, base, shells, back, options, part_of(execution, 0, 0.48));
     if (!offsets) return fail(offsets.error());
     const auto target_of = [&](std::size_t e) {
         if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), base[e]);
@@ -160,7 +161,7 @@ Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<
         return measured_target(mesh, {EdgeId(e), shells[e].front()}, node, back, rules.report);
     };
     return reduce_each(
-        execution, mesh.edges.size(), CurveStatistics{},
+        part_of(execution, 0.48, 1), mesh.edges.size(), CurveStatistics{},
         [&](CurveStatistics& statistics, std::size_t e) {
             const EdgeTarget<D> target = target_of(e);
             take(e, target);

@@ -348,14 +348,35 @@ struct Solved {
     double correction = 0;
 };
 
+/// How far a solve is: the steps that are left, if each of them takes as much of the largest correction as those so far
+/// took of the residual's norm on the mean. Where it comes no nearer for a while, nobody can know, and the share stays.
+class Headway {
+  public:
+    Headway(double first, double tolerance, const Execution& execution)
+        : first_(first), tolerance_(tolerance), execution_(execution) {}
+    void after_step(const Sums& sums) {
+        const double gained = 0.5 * std::log(first_ / sums.by_residual);  // in all steps, of the norm
+        const double missing = std::log(sums.largest / tolerance_);
+        if (gained > 0 && missing < std::numeric_limits<double>::infinity())
+            share_ = std::max(share_, gained / (gained + std::max(missing, 0.0)));
+        constexpr std::size_t fine = 1000;
+        tell(execution_, static_cast<std::size_t>(share_ * fine), fine);
+    }
+
+  private:
+    double first_, tolerance_, share_ = 0;
+    const Execution& execution_;
+};
+
 /// Conjugate gradients with the diagonal as preconditioner; the D components share their steps. Rows join as the
 /// residual reaches them, so each new direction is made conjugate to the last by the product itself (Polak, Ribière).
 template <int D>
-Outcome<Solved> solve(System<D>& x, const ExtensionOptions& options) {
+Outcome<Solved> solve(System<D>& x, const ExtensionOptions& options, const Execution& execution) {
     Solved solved;
     auto sums = step(x, 0, options.tolerance);
     if (!sums) return fail(sums.error());
     const double first = sums->by_residual;
+    Headway headway(first, options.tolerance, execution);
     double turn = 0;
     for (; solved.iterations < options.max_iterations && sums->largest > options.tolerance &&
            sums->by_residual > rounding * rounding * first;
@@ -369,6 +390,7 @@ Outcome<Solved> solve(System<D>& x, const ExtensionOptions& options) {
         sums = step(x, along->slope / along->curvature, options.tolerance);
         if (!sums) return fail(sums.error());
         turn = -sums->by_product / along->curvature;
+        headway.after_step(*sums);
     }
     solved.correction = sums->largest;
     return solved;
@@ -387,20 +409,22 @@ Outcome<Extension<D>> extend_boundary(const QuadraticMesh<D>& mesh, const Column
         const auto& [a, b] = mesh.edges.vertices[e];
         return midpoint(mesh.linear.points[a], mesh.linear.points[b]);
     };
-    auto nodes = map_each(execution, n, [&](std::size_t e) {
+    // Shares of the time of shells with layers, 1 and 5 million elements.
+    auto nodes = map_each(part_of(execution, 0, 0.06), n, [&](std::size_t e) {
         return kinds[e] == EdgeKind::volume ? LagrangeNode<D>{middle(e)} : boundary_nodes[e];
     });
     if (!nodes) return fail(nodes.error());
     Extension<D> extension{std::move(*nodes)};
-    auto given = map_each(execution, n, [&](std::size_t e) {
+    auto given = map_each(part_of(execution, 0.06, 0.12), n, [&](std::size_t e) {
         return kinds[e] == EdgeKind::volume ? Vec<D>{} : extension.nodes[e].point - middle(e);
     });
     if (!given) return fail(given.error());
     if (std::all_of(given->begin(), given->end(), [](const Vec<D>& v) { return v == Vec<D>{}; })) return extension;
+    const Execution quiet = without_progress(execution);
     return guarded([&]() -> Outcome<Extension<D>> {
-        auto x = system_of<D>(mesh, kinds, std::move(*given), shells, options.stiffening, execution);
+        auto x = system_of<D>(mesh, kinds, std::move(*given), shells, options.stiffening, quiet);
         if (!x) return fail(x.error());
-        const auto solved = solve(*x, options);
+        const auto solved = solve(*x, options, part_of(execution, 0.15, 1));
         if (!solved) return fail(solved.error());
         extension.iterations = solved->iterations;
         extension.correction = solved->correction;

@@ -121,15 +121,16 @@ LinearMesh<D> straight_mesh(Mesh<D> raw) {
 template <int D>
 Outcome<DecodedMesh> quadratic_mesh(Mesh<D> raw, MidNodeKind kind, std::vector<Notice> notices,
                                     const Execution& execution) {
-    const auto numbers = without_mid_nodes(raw, execution);
+    const Execution quiet = without_progress(execution);
+    const auto numbers = without_mid_nodes(raw, quiet);
     if (!numbers) return fail(numbers.error());
-    auto mesh = corner_mesh(raw, *numbers, execution, notices);
+    auto mesh = corner_mesh(raw, *numbers, quiet, notices);
     if (!mesh) return fail(std::move(mesh.error()));
-    auto edges = unique_edges(*mesh, execution);
+    auto edges = unique_edges(*mesh, part_of(execution, 0.2, 0.6));
     if (!edges) return fail(std::move(edges.error()));
-    const auto mid = mid_nodes_of(raw, *edges, *numbers, execution);
+    const auto mid = mid_nodes_of(raw, *edges, *numbers, quiet);
     if (!mid) return fail(mid.error());
-    auto nodes = nodes_on_edges(raw, *mesh, *edges, *mid, kind, execution);
+    auto nodes = nodes_on_edges(raw, *mesh, *edges, *mid, kind, part_of(execution, 0.8, 1));
     if (!nodes) return fail(std::move(nodes.error()));
     note_mid_nodes(raw.point_references, *mesh, *edges, *mid, notices);
     MeshFields fields = fields_at_nodes(raw, *numbers, *mid, *edges);

@@ -13,6 +13,12 @@ namespace camber {
 
 namespace {
 
+/// Loops that nobody has weighed tell nothing.
+template <auto decode>
+Outcome<DecodedMesh> quiet(std::span<const std::byte> bytes, std::string_view name, const Execution& execution) {
+    return decode(bytes, name, without_progress(execution));
+}
+
 /// What `encode` makes of the mesh, whichever it holds.
 template <auto encode>
 Outcome<Chunks> encoded(const AnyMesh& mesh, const MeshFields& fields, EncodeOptions options,
@@ -40,9 +46,9 @@ template <MshVersion version, MshEncoding encoding>
 MeshFormat msh_row(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
     MeshFormat format{{name, what, std::move(endings),
                        [](std::span<const std::byte> bytes) { return is_msh(bytes, {version, encoding}); }}};
-    format.decode = decode_msh;
+    format.decode = quiet<decode_msh>;
     format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
-        return encode_msh(mesh, fields, {version, encoding}, execution);
+        return encode_msh(mesh, fields, {version, encoding}, without_progress(execution));
     }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_msh(mesh, version); }>;
     format.holds_fields = true;
@@ -52,10 +58,10 @@ MeshFormat msh_row(std::string_view name, std::string_view what, std::vector<std
 
 MeshFormat vtu_row() {
     MeshFormat format{{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu}};
-    format.decode = decode_vtu;
+    format.decode = quiet<decode_vtu>;
     format.encode =
         encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions options, const Execution& execution) {
-            return encode_vtu(mesh, fields, {options.cells}, execution);
+            return encode_vtu(mesh, fields, {options.cells}, without_progress(execution));
         }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_vtu(mesh); }>;
     format.holds_fields = true;
@@ -67,9 +73,9 @@ MeshFormat vtu_row() {
 
 MeshFormat mfem_row() {
     MeshFormat format{{"mfem", "MFEM mesh v1.0", {".mfem"}, is_mfem}};
-    format.decode = decode_mfem;
+    format.decode = quiet<decode_mfem>;
     format.encode = encoded<[](const auto& mesh, const MeshFields&, EncodeOptions, const Execution& execution) {
-        return encode_mfem(mesh, execution);
+        return encode_mfem(mesh, without_progress(execution));
     }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_mfem(mesh); }>;
     return format;
@@ -77,15 +83,15 @@ MeshFormat mfem_row() {
 
 MeshFormat su2_row() {
     MeshFormat format{{"su2", "SU2 mesh", {".su2"}, is_su2}};
-    format.decode = decode_su2;
+    format.decode = quiet<decode_su2>;
     return format;
 }
 
 MeshFormat cgns_row() {
     MeshFormat format{{"cgns", "CGNS", {".cgns"}, is_cgns}};
-    format.decode = decode_cgns;
+    format.decode = quiet<decode_cgns>;
     format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
-        return encode_cgns(mesh, fields, execution);
+        return encode_cgns(mesh, fields, without_progress(execution));
     }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_cgns(mesh); }>;
     format.holds_fields = true;

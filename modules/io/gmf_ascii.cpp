@@ -106,7 +106,10 @@ Outcome<Done> read_block(File& file, std::string_view name, std::size_t start, s
     if (info->content == Content::solution)
         if (auto fields = read_fields(file, words, block); !fields) return fields;
     block.body = static_cast<std::size_t>(words.at - reinterpret_cast<const char*>(file.bytes.data()));
-    if (auto counted = split(file, block, execution); !counted) return counted;
+    const auto share = [bytes = static_cast<double>(file.bytes.size())](std::size_t at) {
+        return static_cast<double>(at) / bytes;
+    };
+    if (auto counted = split(file, block, part_of(execution, share(block.body), share(end))); !counted) return counted;
     file.blocks.push_back(std::move(block));
     return Done{};
 }

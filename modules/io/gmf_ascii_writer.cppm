@@ -17,7 +17,8 @@ namespace camber::gmf {
 /// A sink that makes an ASCII file: a row a line, reals with the fewest digits that give them back.
 class AsciiWriter {
   public:
-    AsciiWriter(int version, const Execution& execution) : text_(execution) {
+    /// `words`: in the rows of all blocks, for the progress.
+    AsciiWriter(int version, std::size_t words, const Execution& execution) : text_(execution, words) {
         text_.put("MeshVersionFormatted " + std::to_string(version) + "\n");
     }
 

@@ -15,6 +15,7 @@ import :gmf_binary;
 import :gmf_file;
 import :gmf_keywords;
 import :gmf_row;
+import :text_writer;
 
 namespace camber::gmf {
 
@@ -32,9 +33,11 @@ class BinarySizer {
     Outcome<Done> rows(Keyword keyword, std::size_t n, const auto&) {
         if (n > 0 || keyword == Keyword::vertices) narrow_ += 12 + n * row_bytes(2, RowType::integers, RowType::reals);
         largest_ = std::max(largest_, n);
+        words_ += n * RowType::words;
         return Done{};
     }
     void more(std::size_t bytes) { narrow_ += bytes; }
+    [[nodiscard]] std::size_t words() const { return words_; }  ///< in all rows
 
     /// 2 below 2 GiB, 3 beyond, 4 when indices or counts need 64 bits (no index exceeds the largest count).
     [[nodiscard]] int least_version() const {
@@ -45,6 +48,7 @@ class BinarySizer {
 
   private:
     std::size_t narrow_ = 8 + 8;  // in version 2: mark and version; End and its position
+    std::size_t words_ = 0;
     std::size_t largest_ = 0;
 };
 
@@ -54,7 +58,9 @@ class BinaryWriter {
   public:
     using Integer = typename LayoutType::Integer;
 
-    BinaryWriter(int version, const Execution& execution) : version_(version), execution_(execution) {
+    /// `words`: in the rows of all blocks, for the progress.
+    BinaryWriter(int version, std::size_t words, const Execution& execution)
+        : version_(version), words_(words), execution_(execution) {
         put_header({1, version});
     }
 
@@ -73,7 +79,7 @@ class BinaryWriter {
         put(static_cast<Integer>(n));
         Buffer<std::byte> bytes(n * step);
         auto done = each_chunk(
-            execution_, n,
+            next_part(execution_, n * RowType::words, written_, words_), n,
             [&](std::size_t first, std::size_t last) {
                 for (std::size_t i = first; i < last; ++i) store(row(i), bytes.data() + i * step);
             },
@@ -143,6 +149,7 @@ class BinaryWriter {
     }
 
     int version_;
+    std::size_t words_, written_ = 0;
     const Execution& execution_;
     std::size_t position_ = 0;
     Chunks chunks_;

@@ -37,10 +37,11 @@ Outcome<Chunks> encode(const Mesh& mesh, GmfOptions options, const Execution& ex
     const bool ascii = options.encoding == GmfEncoding::ascii;
     const auto version = chosen_version(options, ascii ? 2 : sizer.least_version());
     if (!version) return fail(version.error());
-    if (ascii) return written(AsciiWriter(*version, execution), mesh);
+    const std::size_t words = sizer.words();
+    if (ascii) return written(AsciiWriter(*version, words, execution), mesh);
     if (*version == 4)
-        return written(BinaryWriter<Layout<double, std::int64_t, ByteOrder::native>>(4, execution), mesh);
-    return written(BinaryWriter<Layout<double, std::int32_t, ByteOrder::native>>(*version, execution), mesh);
+        return written(BinaryWriter<Layout<double, std::int64_t, ByteOrder::native>>(4, words, execution), mesh);
+    return written(BinaryWriter<Layout<double, std::int32_t, ByteOrder::native>>(*version, words, execution), mesh);
 }
 
 template <int D>

@@ -1,8 +1,10 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <string>
@@ -83,12 +85,13 @@ Outcome<Done> read_curved(const File& file, const Block& block, const Execution&
     if (!read) return read;
     auto order = read_order<K>(file);
     if (!order) return fail(std::move(order.error()));
-    if (*order) return listing::reorder<K>(kind.curved.nodes, **order, execution);
+    const Execution quiet = without_progress(execution);
+    if (*order) return listing::reorder<K>(kind.curved.nodes, **order, quiet);
     if constexpr (K == 3)
         if (block.info->keyword == straight_keyword<3>) {
-            const auto likely = likely_order<D>(raw.points, kind.curved.nodes, execution);
+            const auto likely = likely_order<D>(raw.points, kind.curved.nodes, quiet);
             if (!likely) return fail(likely.error());
-            return listing::reorder<3>(kind.curved.nodes, *likely, execution);
+            return listing::reorder<3>(kind.curved.nodes, *likely, quiet);
         }
     return Done{};
 }
@@ -96,6 +99,7 @@ Outcome<Done> read_curved(const File& file, const Block& block, const Execution&
 template <int K, int D>
 Outcome<Done> read_kind(const File& file, const Execution& execution, const listing::Mesh<D>& raw,
                         listing::Simplices<K>& kind) {
+    const Execution quiet = without_progress(execution);
     const Block* straight = file.find(straight_keyword<K>);
     const Block* curved = file.find(curved_keyword<K>);
     if (straight && words_per_row(file, *straight) == quadratic_nodes<K> + 1) {
@@ -108,9 +112,10 @@ Outcome<Done> read_kind(const File& file, const Execution& execution, const list
     if (curved)
         if (auto read = read_curved<K, D>(file, *curved, execution, raw, kind); !read) return read;
     if (straight)
-        if (auto read = read_simplices(file, *straight, raw.points.size(), execution, kind.straight); !read)
+        if (auto read = read_simplices(file, *straight, raw.points.size(), curved ? quiet : execution, kind.straight);
+            !read)
             return read;
-    return read_indices(file, required_keyword<K>, kind.indexed(), execution, kind.required);
+    return read_indices(file, required_keyword<K>, kind.indexed(), quiet, kind.required);
 }
 
 Outcome<Done> refuse_tetrahedra(const File& file) {
@@ -121,38 +126,52 @@ Outcome<Done> refuse_tetrahedra(const File& file) {
     return Done{};
 }
 
+/// The share of these blocks in the bytes of all: that of the time that they take to be read.
+double share_of(const File& file, std::initializer_list<Keyword> keywords) {
+    std::size_t all = 0, chosen = 0;
+    for (const Block& block : file.blocks) {
+        all += block.end - block.body;
+        if (std::ranges::find(keywords, block.info->keyword) != keywords.end()) chosen += block.end - block.body;
+    }
+    return all > 0 ? static_cast<double>(chosen) / static_cast<double>(all) : 0.0;
+}
+
 }  // namespace
 
 template <int D>
 Outcome<listing::Mesh<D>> read_raw(const File& file, const Execution& execution) {
     listing::Mesh<D> raw;
     raw.name = file.name;
-    auto read = read_points(file, execution, raw)
-                    .and_then([&](Done) { return read_kind<D, D>(file, execution, raw, raw.elements); })
-                    .and_then([&](Done) { return read_kind<D - 1, D>(file, execution, raw, raw.facets); })
-                    .and_then([&](Done) -> Outcome<Done> {
-                        if constexpr (D == 2)
-                            return refuse_tetrahedra(file);
-                        else
-                            return read_kind<1, D>(file, execution, raw, raw.edges);
-                    })
-                    .and_then([&](Done) {
-                        const std::size_t edges = D == 2 ? raw.facets.indexed() : raw.edges.indexed();
-                        return read_indices(file, Keyword::ridges, edges, execution, raw.ridges);
-                    })
-                    .and_then([&](Done) {
-                        return read_indices(file, Keyword::corners, raw.points.size(), execution, raw.corners);
-                    })
-                    .and_then([&](Done) {
-                        return read_indices(file, Keyword::required_vertices, raw.points.size(), execution,
-                                            raw.required_vertices);
-                    })
-                    .and_then([&](Done) {
-                        return read_geometry<D>(file, raw.points.size(), execution).map([&](GivenGeometry<D> geometry) {
-                            raw.geometry = std::move(geometry);
-                            return Done{};
-                        });
-                    });
+    const double points = share_of(file, {Keyword::vertices});
+    const double elements = points + share_of(file, {straight_keyword<D>, curved_keyword<D>});
+    const double facets = elements + share_of(file, {straight_keyword<D - 1>, curved_keyword<D - 1>});
+    const Execution quiet = without_progress(execution);
+    auto read =
+        read_points(file, part_of(execution, 0, points), raw)
+            .and_then(
+                [&](Done) { return read_kind<D, D>(file, part_of(execution, points, elements), raw, raw.elements); })
+            .and_then(
+                [&](Done) { return read_kind<D - 1, D>(file, part_of(execution, elements, facets), raw, raw.facets); })
+            .and_then([&](Done) -> Outcome<Done> {
+                if constexpr (D == 2)
+                    return refuse_tetrahedra(file);
+                else
+                    return read_kind<1, D>(file, quiet, raw, raw.edges);
+            })
+            .and_then([&](Done) {
+                const std::size_t edges = D == 2 ? raw.facets.indexed() : raw.edges.indexed();
+                return read_indices(file, Keyword::ridges, edges, quiet, raw.ridges);
+            })
+            .and_then([&](Done) { return read_indices(file, Keyword::corners, raw.points.size(), quiet, raw.corners); })
+            .and_then([&](Done) {
+                return read_indices(file, Keyword::required_vertices, raw.points.size(), quiet, raw.required_vertices);
+            })
+            .and_then([&](Done) {
+                return read_geometry<D>(file, raw.points.size(), quiet).map([&](GivenGeometry<D> geometry) {
+                    raw.geometry = std::move(geometry);
+                    return Done{};
+                });
+            });
     if (!read) return fail(std::move(read.error()));
     return raw;
 }

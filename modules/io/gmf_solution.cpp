@@ -58,10 +58,11 @@ Outcome<Chunks> encode(const Solution& solution, GmfOptions options, const Execu
     const bool ascii = options.encoding == GmfEncoding::ascii;
     const auto version = chosen_version(options, ascii ? 2 : sizer.least_version());
     if (!version) return fail(version.error());
-    if (ascii) return written(AsciiWriter(*version, execution), solution);
+    const std::size_t words = solution.values.size();
+    if (ascii) return written(AsciiWriter(*version, words, execution), solution);
     if (*version == 4)
-        return written(BinaryWriter<Layout<double, std::int64_t, ByteOrder::native>>(4, execution), solution);
-    return written(BinaryWriter<Layout<double, std::int32_t, ByteOrder::native>>(*version, execution), solution);
+        return written(BinaryWriter<Layout<double, std::int64_t, ByteOrder::native>>(4, words, execution), solution);
+    return written(BinaryWriter<Layout<double, std::int32_t, ByteOrder::native>>(*version, words, execution), solution);
 }
 
 }  // namespace
@@ -71,11 +72,12 @@ Outcome<Chunks> encode(const Solution& solution, GmfOptions options, const Execu
 Outcome<DecodedSolution> decode_gmf_solution(std::span<const std::byte> bytes, std::string_view name,
                                              const Execution& execution) {
     return guarded([&]() -> Outcome<DecodedSolution> {
-        const auto file = gmf::open_file(bytes, name, execution);
+        const double of_index = is_gmf_ascii(bytes) ? 0.3 : 0;
+        const auto file = gmf::open_file(bytes, name, part_of(execution, 0, of_index));
         if (!file) return fail(file.error());
         const gmf::Block* const block = file->find(gmf::Keyword::sol_at_vertices);
         if (!block) return gmf::fail_at(*file, 0, "the file has no SolAtVertices", "give a solution (.sol, .solb)");
-        auto solution = gmf::read_solution(*file, *block, execution);
+        auto solution = gmf::read_solution(*file, *block, part_of(execution, of_index, 1));
         if (!solution) return fail(std::move(solution.error()));
         return DecodedSolution{std::move(*solution), gmf::notices_of(*file)};
     });

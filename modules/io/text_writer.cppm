@@ -21,10 +21,20 @@ template <class Number>
     return to + 1;
 }
 
+/// For the next `words` of so many in all: their part of what `execution` tells of; `written` counts on.
+[[nodiscard]] inline Execution next_part(const Execution& execution, std::size_t words, std::size_t& written,
+                                         std::size_t all) {
+    if (all == 0) return without_progress(execution);
+    const auto share = [all](std::size_t n) { return static_cast<double>(n) / static_cast<double>(all); };
+    const double from = share(written);
+    return part_of(execution, from, share(written += words));
+}
+
 /// A text in chunks.
 class TextWriter {
   public:
-    explicit TextWriter(const Execution& execution) : execution_(execution) {}
+    /// `words`: in all lines, for the progress, which is not told where it is not known.
+    explicit TextWriter(const Execution& execution, std::size_t words = 0) : execution_(execution), words_(words) {}
 
     void put(std::string_view text) {
         Buffer<std::byte> bytes(text.size());
@@ -38,7 +48,7 @@ class TextWriter {
         const std::size_t before = chunks_.size();
         chunks_.resize(before + (n + grain - 1) / grain);
         return each_chunk(
-            execution_, n,
+            next_part(execution_, n * words, written_, words_), n,
             [&](std::size_t first, std::size_t last) {
                 Buffer<char> text((last - first) * words * word_room);
                 char* to = text.data();
@@ -54,6 +64,7 @@ class TextWriter {
 
   private:
     const Execution& execution_;
+    std::size_t words_, written_ = 0;
     Chunks chunks_;
 };
 

@@ -170,9 +170,9 @@ Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, Column<LogMetri
 template <int D>
 Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                     Column<LogMetric<D>> log_metrics, const Execution& execution) {
-    auto back = make_straight_back(mesh, balls, std::move(log_metrics), execution);
+    auto back = make_straight_back(mesh, balls, std::move(log_metrics), part_of(execution, 0, 0.6));
     if (!back) return fail(back.error());
-    auto gradients = mean_gradients(*back, balls, execution);
+    auto gradients = mean_gradients(*back, balls, part_of(execution, 0.6, 1));
     if (!gradients) return fail(gradients.error());
     back->nodal_gradients = std::move(*gradients);
     return BackMesh<D>(std::move(*back));

@@ -70,6 +70,7 @@ template <class Part, int D>
                 },
                 grain);
             if (!added) return added;
+            tell(execution, last, n);
         }
         return Done{};
     });

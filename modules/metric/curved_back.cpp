@@ -174,18 +174,18 @@ template <int D>
 Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                            Column<LogMetric<D>> log_metrics, const Execution& execution,
                                            KeptGradients kept) {
-    auto displacements = map_each(execution, mesh.edges.size(), [&](std::size_t e) {
+    auto displacements = map_each(part_of(execution, 0, 0.03), mesh.edges.size(), [&](std::size_t e) {
         const auto& [a, b] = mesh.edges.vertices[e];
         return mesh.mid_nodes[e].point - midpoint(mesh.linear.points[a], mesh.linear.points[b]);
     });
     if (!displacements) return fail(displacements.error());
     mesh.mid_nodes = {};
     if (std::ranges::all_of(*displacements, [](const Vec<D>& u) { return u == Vec<D>{}; }))
-        return make_back_mesh(mesh.linear, balls, std::move(log_metrics), execution);
-    auto straight = make_straight_back(mesh.linear, balls, std::move(log_metrics), execution);
+        return make_back_mesh(mesh.linear, balls, std::move(log_metrics), part_of(execution, 0.03, 1));
+    auto straight = make_straight_back(mesh.linear, balls, std::move(log_metrics), part_of(execution, 0.03, 0.35));
     if (!straight) return fail(straight.error());
     if (kept != KeptGradients::seen) {
-        auto recovered = mean_gradients(*straight, balls, execution);
+        auto recovered = mean_gradients(*straight, balls, part_of(execution, 0.35, 0.6));
         if (!recovered) return fail(recovered.error());
         straight->nodal_gradients = std::move(*recovered);
     }
@@ -194,7 +194,7 @@ Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidenc
     back.edges = mesh.edges;
     back.displacements = std::move(*displacements);
     if (kept == KeptGradients::recovered) return BackMesh<D>(std::move(back));
-    auto seen = relative_gradients(back, balls, execution);
+    auto seen = relative_gradients(back, balls, part_of(execution, kept == KeptGradients::seen ? 0.35 : 0.6, 1));
     if (!seen) return fail(seen.error());
     back.relative_gradients = std::move(*seen);
     return BackMesh<D>(std::move(back));

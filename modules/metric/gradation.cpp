@@ -93,7 +93,8 @@ Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     if (auto sound = check_sizes(mesh, edges, field, options); !sound) return fail(sound.error());
     const std::size_t n = mesh.points.size();
     const Incidence<VertexId> around = adjacent(edges, n);
-    auto metrics = decomposed<D>(field, execution);
+    const Execution quiet = without_progress(execution);
+    auto metrics = decomposed<D>(field, quiet);
     if (!metrics) return fail(metrics.error());
     Buffer<std::uint8_t> active(n, std::uint8_t{1});   // changed in the last sweep
     Buffer<std::uint8_t> touched(n, std::uint8_t{0});  // changed in any
@@ -112,8 +113,9 @@ Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     };
     Graded<D> result;
     for (;; ++result.sweeps) {
-        auto next = map_each(execution, n, swept);
+        auto next = map_each(quiet, n, swept);
         if (!next) return fail(next.error());
+        tell(execution, static_cast<std::size_t>(result.sweeps) + 1, static_cast<std::size_t>(options.max_sweeps) + 1);
         bool any = false;
         for (std::size_t v = 0; v < n; ++v) {
             (*metrics)[v] = (*next)[v].metric;
@@ -124,9 +126,8 @@ Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& 
         result.converged = !any;
         if (!any || result.sweeps == options.max_sweeps) break;
     }
-    auto logs = map_each(execution, n, [&](std::size_t v) {
-        return touched[v] != 0 ? LogMetric<D>{composed((*metrics)[v])} : field[v];
-    });
+    auto logs = map_each(
+        quiet, n, [&](std::size_t v) { return touched[v] != 0 ? LogMetric<D>{composed((*metrics)[v])} : field[v]; });
     if (!logs) return fail(logs.error());
     result.log_metrics = std::move(*logs);
     for (const std::uint8_t t : touched) result.changed += t;
@@ -137,10 +138,10 @@ template <int D>
 Outcome<double> gradation_excess(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Column<LogMetric<D>>& field,
                                  const GradationOptions& options, const Execution& execution) {
     if (auto sound = check_sizes(mesh, edges, field, options); !sound) return fail(sound.error());
-    const auto metrics = decomposed<D>(field, execution);
+    const auto metrics = decomposed<D>(field, part_of(execution, 0, 0.5));
     if (!metrics) return fail(metrics.error());
     return reduce_each(
-        execution, edges.size(), -1e300,
+        part_of(execution, 0.5, 1), edges.size(), -1e300,
         [&](double& most, std::size_t e) {
             const auto& [a, b] = edges.vertices[e];
             for (const auto& [p, q] : {std::array{a, b}, std::array{b, a}}) {

@@ -246,14 +246,14 @@ Outcome<Column<LogMetric<D>>> scale_to_complexity(const LinearMesh<D>& mesh, con
                                                   double target, const Execution& execution) {
     if (!(target > 0) || !std::isfinite(target))
         return fail(ErrorKind::usage, "the target complexity must be positive and finite");
-    const auto now = complexity(mesh, field, execution);
+    const auto now = complexity(mesh, field, part_of(execution, 0, 0.9));
     if (!now) return fail(now.error());
     if (!(*now > 0) || !std::isfinite(*now))
         return fail(ErrorKind::usage, "the metric's complexity is " + std::to_string(*now) + ": it cannot be scaled",
                     {}, {}, "bound its sizes first");
     const Sym<D> shift = 2.0 / D * std::log(target / *now) * Sym<D>::identity();
-    return as_column<D>(
-        map_each(execution, field.size(), [&](std::size_t v) { return LogMetric<D>{field[v].l + shift}; }));
+    return as_column<D>(map_each(part_of(execution, 0.9, 1), field.size(),
+                                 [&](std::size_t v) { return LogMetric<D>{field[v].l + shift}; }));
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                        \

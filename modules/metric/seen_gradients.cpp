@@ -260,7 +260,7 @@ template <int D>
 Outcome<Buffer<LogGradient<D>>> relative_gradients(const CurvedBack<D>& back, const Incidence<ElementId>& balls,
                                                    const Execution& execution) {
     const LinearMesh<D>& mesh = back.reference.mesh;
-    const auto systems = eigen_systems<D>(back.reference.log_metrics, execution);
+    const auto systems = eigen_systems<D>(back.reference.log_metrics, without_progress(execution));
     if (!systems) return fail(systems.error());
     const DecomposedField<D> field{back, *systems};
     return guarded([&]() -> Outcome<Buffer<LogGradient<D>>> {

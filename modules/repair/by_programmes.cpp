@@ -35,7 +35,7 @@ constexpr int most_joint_turns = 12;
 /// What one pass may take of the work that is left.
 constexpr double most_of_work = 0.5;
 /// Passes in a repair that needs all of them.
-constexpr std::size_t most_passes = 14;
+constexpr double most_passes = 14;
 /// Elements with an edge that costs less of its length return by single edges only.
 constexpr double costly = 1e-3;
 /// How many rings of elements around what is left the boundary's displacement is extended over.
@@ -165,7 +165,7 @@ struct Passes {
     /// So many of them whose nodes cost most where they are, by what is quick to tell: the mesh's own metric.
     [[nodiscard]] Outcome<std::vector<EdgeId>> costliest(std::vector<EdgeId> edges, std::size_t most) const {
         if (edges.size() <= most) return edges;
-        const auto costs = map_each(execution, edges.size(), [&](std::size_t i) {
+        const auto costs = map_each(without_progress(execution), edges.size(), [&](std::size_t i) {
             const EdgeId e = edges[i];
             const auto model = implied_edge_model(state.mesh(), e, {state.wanted(e)}, state.shells[e]);
             return std::pair(-model(state.moved.nodes[e].point), e);
@@ -193,12 +193,10 @@ struct Passes {
     /// The next pass's share of the progress of them all.
     [[nodiscard]] Execution next_pass(std::size_t turn = 0, std::size_t turns = 1) {
         if (turn == 0) ++begun;
-        if (!execution.progress) return execution;
-        constexpr std::size_t fine = 1000;
-        const std::size_t from = (begun - 1) * fine + turn * fine / turns;
-        return {execution.threads, execution.stop, [this, from, turns](std::size_t done, std::size_t total) {
-                    execution.progress(from + fine / turns * done / total, most_passes * fine);
-                }};
+        const auto share = [turns = static_cast<double>(turns), before = static_cast<double>(begun - 1)](double done) {
+            return (before + done / turns) / most_passes;
+        };
+        return part_of(execution, share(static_cast<double>(turn)), share(static_cast<double>(turn + 1)));
     }
     Outcome<Done> over_queue(const ClaimOf<ElementId>& claim, const PlanOf<ElementId>& plan) {
         // A pass that repairs nothing leaves something to those that come after it.
@@ -236,7 +234,7 @@ struct Passes {
 /// What passes that move vertices look at.
 template <int D>
 Outcome<Done> look_around_vertices(RepairState<D>& state, const Execution& execution) {
-    auto around = balls(state.mesh().linear, execution);
+    auto around = balls(state.mesh().linear, without_progress(execution));
     if (!around) return fail(around.error());
     state.around_vertices = {std::move(*around), held_vertices(state.mesh(), state.kinds, state.options.vertices)};
     return Done{};
@@ -295,7 +293,7 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
 template <int D>
 Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, const JudgedProposal<D>& wanted,
                                const RepairStatistics& passes, const Execution& execution) {
-    auto judged = judge_moved(state.moved, state.shells, wanted, execution);
+    auto judged = judge_moved(state.moved, state.shells, wanted, without_progress(execution));
     if (!judged) return fail(judged.error());
     RepairStatistics statistics = changes_between(wanted, *judged);
     statistics.work = state.work;

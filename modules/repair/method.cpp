@@ -38,7 +38,8 @@ Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const RepairGuide<D
     if (!needs_models(options.method)) return relax(wanted, options, execution);
     if (auto fits = check_limits(options); !fits) return fail(fits.error());
     if (wanted.validation().bound != options.min_scaled_jacobian.value) {
-        const auto again = validate(wanted.mesh(), wanted.proposal(), options.min_scaled_jacobian, execution);
+        const auto again =
+            validate(wanted.mesh(), wanted.proposal(), options.min_scaled_jacobian, without_progress(execution));
         if (!again) return fail(again.error());
         return repair(*again, guide, options, execution);
     }
@@ -58,12 +59,13 @@ Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const
     // The surface is left for no wish.
     RepairOptions demanded = options;
     if (!options.min_scaled_jacobian.is_asked) demanded.min_scaled_jacobian = least_bound;
+    const Execution quiet = without_progress(execution);
     const auto judged_for = [&](const JudgedProposal<D>& judged, double bound) {
-        return validate(judged.mesh(), judged.proposal(), bound, execution);
+        return validate(judged.mesh(), judged.proposal(), bound, quiet);
     };
     const auto before = judged_for(kept->judged, demanded.min_scaled_jacobian);
     if (!before) return fail(before.error());
-    auto done = relax(*before, demanded, execution);
+    auto done = relax(*before, demanded, quiet);
     if (!done) return fail(done.error());
     if (done->judged.validation().not_valid() >= before->validation().not_valid()) return kept;
     auto judged = judged_for(done->judged, options.min_scaled_jacobian);

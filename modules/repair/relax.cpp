@@ -210,20 +210,21 @@ Outcome<Repaired<D>> relax(const JudgedProposal<D>& wanted, const RepairOptions&
     const Proposal<D>& proposal = wanted.proposal();
     if (auto checked = check(wanted.mesh(), proposal, options); !checked) return fail(checked.error());
     if (wanted.validation().bound != options.min_scaled_jacobian.value) {
-        const auto again = validate(wanted.mesh(), proposal, options.min_scaled_jacobian, execution);
+        const auto again = validate(wanted.mesh(), proposal, options.min_scaled_jacobian, without_progress(execution));
         if (!again) return fail(again.error());
         return relax(*again, options, execution);
     }
     if (wanted.validation().all_valid()) return Repaired<D>{wanted};
     return guarded([&]() -> Outcome<Repaired<D>> {
-        const auto around = shells(wanted.mesh().edges, execution);
+        const Execution quiet = without_progress(execution);
+        const auto around = shells(wanted.mesh().edges, quiet);
         if (!around) return fail(around.error());
         Relaxing<D> relaxing{{MovedMesh<D>(wanted), *around, proposal.kinds, options}, execution};
         auto queue = elements_not_valid(wanted.validation());
         auto done = options.method == RepairMethod::theta ? relax_by_theta(relaxing, std::move(queue))
                                                           : relax_by_segments(relaxing, std::move(queue));
         if (!done) return fail(done.error());
-        auto judged = judge_moved(relaxing.state.moved, *around, wanted, execution);
+        auto judged = judge_moved(relaxing.state.moved, *around, wanted, quiet);
         if (!judged) return fail(judged.error());
         const RepairStatistics statistics = changes_between(wanted, *judged);
         return Repaired<D>{std::move(*judged), statistics};

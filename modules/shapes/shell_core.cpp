@@ -144,17 +144,20 @@ template <int D>
 Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& noise, const Execution& execution) {
     constexpr int spreads = 8, shakes = 30;
     constexpr double enough = 0.15;
+    const Execution quiet = without_progress(execution);
     for (int k = 0; k < spreads; ++k) {
         if (auto done = triangulate(core, noise); !done) return done;
-        if (auto done = spread(core, sizes, execution); !done) return done;
+        if (auto done = spread(core, sizes, quiet); !done) return done;
+        tell(execution, static_cast<std::size_t>(k) + 1, spreads + shakes);
     }
     ShellCore<D> best;
     double best_worst = -2;
     for (int k = 0; k < shakes && best_worst < enough; ++k) {
         if (auto done = triangulate(core, noise); !done) return done;
         ShellCore<D> before = core;
-        const auto worst = shake(core, sizes, enough, noise.stream(200 + k), execution);
+        const auto worst = shake(core, sizes, enough, noise.stream(200 + k), quiet);
         if (!worst) return fail(worst.error());
+        tell(execution, static_cast<std::size_t>(spreads + k) + 1, spreads + shakes);
         if (*worst > best_worst) {
             best_worst = *worst;
             best = std::move(before);
@@ -215,8 +218,8 @@ Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& no
                                                        : ShellSide::between;
         add_points<D>(core, radii[k], points_on_sphere<D>(radii[k], size), side, sizes.jitter * size, noise.stream(k));
     }
-    if (auto done = improve(core, sizes, noise, without_progress(execution)); !done) return fail(done.error());
-    if (auto done = find_walls(core, execution); !done) return fail(done.error());
+    if (auto done = improve(core, sizes, noise, execution); !done) return fail(done.error());
+    if (auto done = find_walls(core, without_progress(execution)); !done) return fail(done.error());
     return core;
 }
 

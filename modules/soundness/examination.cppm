@@ -95,7 +95,7 @@ template <class Point, class Counts, class Meets>
 [[nodiscard]] Outcome<Buffer<std::uint32_t>> coincident(std::size_t n, Point&& point, Counts&& counts, Meets&& meets,
                                                         const Execution& execution) {
     constexpr int most_asked = 32;
-    auto bucket = map_each(execution, n, [&](std::size_t i) {
+    auto bucket = map_each(part_of(execution, 0, 0.2), n, [&](std::size_t i) {
         return counts(i) ? static_cast<std::uint32_t>(bucket_of(point(i), n)) : nobody;
     });
     if (!bucket) return fail(bucket.error());
@@ -108,7 +108,7 @@ template <class Point, class Counts, class Meets>
     Buffer<std::uint32_t> cursor(offsets.begin(), offsets.end());
     for (std::size_t i = 0; i < n; ++i)
         if ((*bucket)[i] != nobody) items[cursor[(*bucket)[i]]++] = static_cast<std::uint32_t>(i);
-    return map_each(execution, n, [&](std::size_t i) {
+    return map_each(part_of(execution, 0.5, 1), n, [&](std::size_t i) {
         const std::uint32_t b = (*bucket)[i];
         if (b == nobody) return nobody;
         const auto p = point(i);

@@ -31,13 +31,13 @@ Outcome<Buffer<std::uint32_t>> twins(const Column<std::array<VertexId, N>>& simp
 template <int D>
 Outcome<Buffer<std::array<std::uint32_t, D + 1>>> across(const LinearMesh<D>& mesh, const Examination<D>& x,
                                                          const Execution& execution) {
-    auto links = map_each(execution, mesh.elements.size(), [](std::size_t) {
+    auto links = map_each(part_of(execution, 0, 0.26), mesh.elements.size(), [](std::size_t) {
         std::array<std::uint32_t, D + 1> none{};
         none.fill(nobody);
         return none;
     });
     if (!links) return links;
-    auto done = each_face(mesh, x.elements_of, execution, [&](std::span<const FaceAround<D>> on) {
+    auto done = each_face(mesh, x.elements_of, part_of(execution, 0.26, 1), [&](std::span<const FaceAround<D>> on) {
         for (const auto& [others, face] : on) {
             std::uint32_t& link = (*links)[face.element.index()][face.opposite];
             for (const FaceAround<D>& other : on) {
@@ -136,26 +136,27 @@ Outcome<Done> count_faces(const LinearMesh<D>& mesh, Examination<D>& x, const Ex
 template <int D>
 Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& x, const Execution& execution) {
     const std::size_t n = mesh.elements.size();
-    auto element_twins = twins(mesh.elements.vertices, x.elements_of, execution);
+    const Execution quiet = without_progress(execution);
+    auto element_twins = twins(mesh.elements.vertices, x.elements_of, part_of(execution, 0, 0.25));
     if (!element_twins) return fail(element_twins.error());
     x.element_twins = std::move(*element_twins);
-    auto facet_twins = twins(mesh.facets.vertices, x.facets_of, execution);
+    auto facet_twins = twins(mesh.facets.vertices, x.facets_of, quiet);
     if (!facet_twins) return fail(facet_twins.error());
     x.facet_twins = std::move(*facet_twins);
 
-    auto neighbours = across(mesh, x, execution);
+    auto neighbours = across(mesh, x, part_of(execution, 0.25, 0.91));
     if (!neighbours) return fail(neighbours.error());
     x.neighbours = std::move(*neighbours);
-    auto sides = map_each(execution, mesh.facets.size(), [&](std::size_t f) { return elements_beside(mesh, x, f); });
+    auto sides = map_each(quiet, mesh.facets.size(), [&](std::size_t f) { return elements_beside(mesh, x, f); });
     if (!sides) return fail(sides.error());
     x.sides = std::move(*sides);
-    auto unlisted = map_each(execution, n, [&](std::size_t e) {
+    auto unlisted = map_each(part_of(execution, 0.91, 0.95), n, [&](std::size_t e) {
         if (!x.element_counts(e)) return std::uint8_t{0};
         return unlisted_faces(mesh, x, e, [](std::uint32_t other) { return other == nobody; });
     });
     if (!unlisted) return fail(unlisted.error());
     x.unlisted = std::move(*unlisted);
-    auto interfaces = map_each(execution, n, [&](std::size_t e) {
+    auto interfaces = map_each(part_of(execution, 0.95, 1), n, [&](std::size_t e) {
         if (!x.element_counts(e)) return std::uint8_t{0};
         return unlisted_faces(mesh, x, e, [&](std::uint32_t other) {
             return other < several && other > e && mesh.elements.references[other] != mesh.elements.references[e];
@@ -164,15 +165,15 @@ Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& x, const 
     if (!interfaces) return fail(interfaces.error());
     x.interfaces = std::move(*interfaces);
 
-    auto elements = repeats(mesh.elements, x.element_twins, execution);
+    auto elements = repeats(mesh.elements, x.element_twins, quiet);
     if (!elements) return fail(elements.error());
-    auto facets = repeats(mesh.facets, x.facet_twins, execution);
+    auto facets = repeats(mesh.facets, x.facet_twins, quiet);
     if (!facets) return fail(facets.error());
     x[Defect::repeated_element] = (*elements)[0];
     x[Defect::contradicting_element] = (*elements)[1];
     x[Defect::repeated_facet] = (*facets)[0];
     x[Defect::contradicting_facet] = (*facets)[1];
-    return count_faces(mesh, x, execution);
+    return count_faces(mesh, x, quiet);
 }
 
 template Outcome<Done> examine_faces<2>(const LinearMesh<2>&, Examination<2>&, const Execution&);

@@ -37,7 +37,7 @@ Outcome<Done> examine_nodes(const QuadraticMesh<D>& mesh, Examination<D>& x, con
     };
     auto twin = coincident(n, point, used, meets, execution);
     if (!twin) return fail(twin.error());
-    auto found = count(execution, n, [&](std::size_t i) { return (*twin)[i] != nobody; });
+    auto found = count(without_progress(execution), n, [&](std::size_t i) { return (*twin)[i] != nobody; });
     if (!found) return fail(found.error());
     if (found->count > 0) found->other = (*twin)[found->first - 1] + std::size_t{1};
     x[Defect::coincident_node] = *found;

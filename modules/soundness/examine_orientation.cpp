@@ -90,12 +90,13 @@ Outcome<Done> examine_orientation(const LinearMesh<D>& mesh, const Buffer<double
         std::fill(x.turned.begin(), x.turned.end(), std::uint8_t{0});
     }
     const auto is_tangled = [&](std::size_t e) { return x.turned[e] == 1 ? volumes[e] > 0 : volumes[e] < 0; };
+    const Execution quiet = without_progress(execution);
     auto reversed =
-        count(execution, n, [&](std::size_t e) { return x.element_counts(e) && x.turned[e] == 1 && !is_tangled(e); });
+        count(quiet, n, [&](std::size_t e) { return x.element_counts(e) && x.turned[e] == 1 && !is_tangled(e); });
     if (!reversed) return fail(reversed.error());
-    auto tangled = count(execution, n, [&](std::size_t e) { return x.element_counts(e) && is_tangled(e); });
+    auto tangled = count(quiet, n, [&](std::size_t e) { return x.element_counts(e) && is_tangled(e); });
     if (!tangled) return fail(tangled.error());
-    auto flat = count(execution, n, [&](std::size_t e) { return x.element_counts(e) && volumes[e] == 0; });
+    auto flat = count(quiet, n, [&](std::size_t e) { return x.element_counts(e) && volumes[e] == 0; });
     if (!flat) return fail(flat.error());
     x[Defect::reversed_element] = *reversed;
     x[Defect::tangled_element] = *tangled;

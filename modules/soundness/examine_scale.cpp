@@ -34,13 +34,14 @@ bool is_tiny(const Column<Vec<D>>& points, const std::array<VertexId, N>& simple
 
 template <int D>
 Outcome<Done> examine_scale(const LinearMesh<D>& mesh, Examination<D>& x, const Execution& execution) {
-    auto distant = count(execution, mesh.points.size(), [&](std::size_t v) { return is_distant(mesh.points[v]); });
+    const Execution quiet = without_progress(execution);
+    auto distant = count(quiet, mesh.points.size(), [&](std::size_t v) { return is_distant(mesh.points[v]); });
     if (!distant) return fail(distant.error());
     auto elements = count(execution, mesh.elements.size(), [&](std::size_t e) {
         return x.element_counts(e) && is_tiny(mesh.points, mesh.elements.vertices[e]);
     });
     if (!elements) return fail(elements.error());
-    auto facets = count(execution, mesh.facets.size(), [&](std::size_t f) {
+    auto facets = count(quiet, mesh.facets.size(), [&](std::size_t f) {
         return x.facet_counts(f) && is_tiny(mesh.points, mesh.facets.vertices[f]);
     });
     if (!facets) return fail(facets.error());

@@ -147,16 +147,17 @@ Outcome<Finding> find_hanging(const LinearMesh<D>& mesh, const Examination<D>& x
 template <int D>
 Outcome<Done> examine_vertices(const LinearMesh<D>& mesh, Examination<D>& x, const Execution& execution) {
     const std::size_t n = mesh.points.size();
+    const Execution quiet = without_progress(execution);
     const auto used = [&](std::size_t v) { return !x.elements_of[v].empty() || !x.facets_of[v].empty(); };
     Buffer<std::uint8_t> on_edge(n);
     std::fill(on_edge.begin(), on_edge.end(), std::uint8_t{0});
     for (const auto& edge : mesh.edges.vertices)
         for (const VertexId v : edge) on_edge[v.index()] = 1;
-    auto unused = count(execution, n, [&](std::size_t v) { return !used(v) && on_edge[v] == 0; });
+    auto unused = count(quiet, n, [&](std::size_t v) { return !used(v) && on_edge[v] == 0; });
     if (!unused) return fail(unused.error());
     x[Defect::unused_vertex] = *unused;
 
-    auto lone = count(execution, mesh.edges.size(), [&](std::size_t i) {
+    auto lone = count(quiet, mesh.edges.size(), [&](std::size_t i) {
         const auto& edge = mesh.edges.vertices[i];
         for (const ElementId e : x.elements_of[loneliest(edge, x.elements_of)])
             if (has_all(mesh.elements.vertices[e], edge)) return false;
@@ -172,14 +173,13 @@ Outcome<Done> examine_vertices(const LinearMesh<D>& mesh, Examination<D>& x, con
         [](std::size_t, std::size_t) { return true; }, execution);
     if (!twin) return fail(twin.error());
     for (const bool slit : {true, false}) {
-        auto found = count(execution, n, [&](std::size_t v) {
-            return (*twin)[v] != nobody && is_slit(mesh, x, v, (*twin)[v]) == slit;
-        });
+        auto found = count(
+            quiet, n, [&](std::size_t v) { return (*twin)[v] != nobody && is_slit(mesh, x, v, (*twin)[v]) == slit; });
         if (!found) return fail(found.error());
         if (found->count > 0) found->other = (*twin)[found->first - 1] + std::size_t{1};
         x[slit ? Defect::slit_vertex : Defect::duplicate_vertex] = *found;
     }
-    auto hanging = find_hanging(mesh, x, execution);
+    auto hanging = find_hanging(mesh, x, quiet);
     if (!hanging) return fail(hanging.error());
     x[Defect::hanging_vertex] = *hanging;
     return Done{};

@@ -13,7 +13,7 @@ Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, co
                                                 const Geometry<D>& geometry, const Execution& execution) {
     if (features.edge_kinds.size() != mesh.edges.size() || mesh.mid_nodes.size() != mesh.edges.size())
         return fail(ErrorKind::internal, "the features are not of this mesh");
-    const auto shells = facet_shells(mesh.edges, execution);
+    const auto shells = facet_shells(mesh.edges, without_progress(execution));
     if (!shells) return fail(shells.error());
     const auto required = required_edges(mesh);
     return map_each(execution, mesh.edges.size(), [&](std::size_t e) -> LagrangeNode<D> {

@@ -140,11 +140,11 @@ void drop_lone_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const B
 Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                           const Incidence<FacetId>& shells, const TurnLimits& limits,
                                           const Execution& execution) {
-    auto breaks = map_each(execution, edges.size(),
+    auto breaks = map_each(part_of(execution, 0, 0.8), edges.size(),
                            [&](std::size_t e) { return break_at(mesh, edges.vertices[e], shells[e], limits); });
     if (!breaks) return fail(breaks.error());
     heed_listed_edges(mesh, edges, *breaks);
-    auto kinds = map_each(execution, edges.size(), [&](std::size_t e) {
+    auto kinds = map_each(part_of(execution, 0.8, 1), edges.size(), [&](std::size_t e) {
         switch ((*breaks)[e]) {
             case Break::none: return EdgeKind::volume;
             case Break::smooth: return EdgeKind::surface;
@@ -282,12 +282,12 @@ template <int D>
 Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const FeatureOptions<D>& options,
                                    const Execution& execution) {
     if (!belongs(mesh, edges)) return fail(ErrorKind::internal, "the edge set is not of this mesh");
-    const auto shells = facet_shells(edges, execution);
+    const auto shells = facet_shells(edges, part_of(execution, 0, 0.6));
     if (!shells) return fail(shells.error());
     constexpr double sharp_share = 1.5;
     const double ridge_cosine = cosine_of(options.ridge_angle_degrees);
     const TurnLimits limits{ridge_cosine, cosine_of(std::fmin(180, sharp_share * options.ridge_angle_degrees))};
-    auto edge_kinds = find_edge_kinds(mesh, edges, *shells, limits, execution);
+    auto edge_kinds = find_edge_kinds(mesh, edges, *shells, limits, part_of(execution, 0.6, 0.8));
     if (!edge_kinds) return fail(edge_kinds.error());
 
     const auto around = curve_edges_of_vertices(mesh.points.size(), edges, *edge_kinds);

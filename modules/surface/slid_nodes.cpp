@@ -45,7 +45,7 @@ Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh, const 
     const std::size_t n = mesh.edges.size();
     if (nodes.size() != n || shifts.size() != n || features.edge_kinds.size() != n)
         return fail(ErrorKind::internal, "the nodes or shifts are not of this mesh");
-    const auto shells = facet_shells(mesh.edges, execution);
+    const auto shells = facet_shells(mesh.edges, without_progress(execution));
     if (!shells) return fail(shells.error());
     const auto required = required_edges(mesh);
     return map_each(execution, n, [&](std::size_t e) -> LagrangeNode<D> {

@@ -192,7 +192,7 @@ Outcome<Surrogate<D>> assembled(const LinearMesh<D>& mesh, const Features<D>& fe
                                 Buffer<CubicSimplex<D - 1, D>> facets, Column<std::array<FacetId, D>> neighbours,
                                 const Execution& execution) {
     Surrogate<D> s;
-    const auto boxes = control_boxes(facets, execution);
+    const auto boxes = control_boxes(facets, without_progress(execution));
     if (!boxes) return fail(boxes.error());
     s.tree = BoxTree<D>(*boxes);
     if constexpr (D == 3) {
@@ -223,22 +223,22 @@ Outcome<Surrogate<3>> build(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, 
                             const Incidence<FacetId>& shells, Buffer<FlatPatch<3>> flats,
                             const CurveTangents<3>& tangents, const SurrogateOptions& options,
                             const Execution& execution) {
-    const auto fans = find_fans(mesh, edges, features, shells, execution);
+    const auto fans = find_fans(mesh, edges, features, shells, without_progress(execution));
     if (!fans) return fail(fans.error());
-    const auto normals =
-        fan_normals(mesh, edges, features, *fans, flats, tangents, options.file_directions_degrees, execution);
+    const auto normals = fan_normals(mesh, edges, features, *fans, flats, tangents, options.file_directions_degrees,
+                                     part_of(execution, 0, 0.4));
     if (!normals) return fail(normals.error());
     const Parts parts{mesh, edges, features, shells, *fans, flats, tangents, *normals};
 
     auto rows = boundary_edges(features);
-    auto curves = map_each(execution, rows.size(), [&](std::size_t row) {
+    auto curves = map_each(part_of(execution, 0.4, 0.42), rows.size(), [&](std::size_t row) {
         const EdgeId e = rows[row];
         SurrogateEdge<3> edge = features.edge_kinds[e] == EdgeKind::ridge ? ridge_edge(parts, e) : inner_edge(parts, e);
         edge.curve_number = features.curves[e];
         return edge;
     });
     if (!curves) return fail(curves.error());
-    auto facets = map_each(execution, mesh.facets.size(),
+    auto facets = map_each(part_of(execution, 0.42, 1), mesh.facets.size(),
                            [&](std::size_t f) { return cubic_triangle(parts, rows, *curves, FacetId(f)); });
     if (!facets) return fail(facets.error());
     return assembled<3>(mesh, features, std::move(flats), std::move(rows), std::move(*curves), std::move(*facets),
@@ -269,7 +269,7 @@ Outcome<Surrogate<2>> build(const LinearMesh<2>& mesh, const EdgeSet<2>& edges, 
                             const Incidence<FacetId>& shells, Buffer<FlatPatch<2>> flats,
                             const CurveTangents<2>& tangents, const SurrogateOptions&, const Execution& execution) {
     auto rows = boundary_edges(features);
-    auto curves = map_each(execution, rows.size(), [&](std::size_t row) {
+    auto curves = map_each(part_of(execution, 0, 0.5), rows.size(), [&](std::size_t row) {
         const EdgeId e = rows[row];
         const auto& [low, high] = edges.vertices[e];
         const Vec<2> a = mesh.points[low], b = mesh.points[high];
@@ -280,7 +280,7 @@ Outcome<Surrogate<2>> build(const LinearMesh<2>& mesh, const EdgeSet<2>& edges, 
         return edge;
     });
     if (!curves) return fail(curves.error());
-    auto facets = map_each(execution, mesh.facets.size(), [&](std::size_t f) {
+    auto facets = map_each(part_of(execution, 0.5, 1), mesh.facets.size(), [&](std::size_t f) {
         const EdgeId e = edges.of_facets[f][0];
         const auto row = static_cast<std::size_t>(std::lower_bound(rows.begin(), rows.end(), e) - rows.begin());
         CubicSimplex<1, 2> facet = (*curves)[row].curve;
@@ -307,11 +307,12 @@ Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D
     if (edges.of_facets.size() != mesh.facets.size() || features.patches.size() != mesh.facets.size() ||
         features.edge_kinds.size() != edges.size())
         return fail(ErrorKind::internal, "the edge set or the features are not of this mesh");
-    const auto shells = facet_shells(edges, execution);
+    const Execution quiet = without_progress(execution);
+    const auto shells = facet_shells(edges, quiet);
     if (!shells) return fail(shells.error());
-    auto flats = flat_patches(mesh, features, execution);
+    auto flats = flat_patches(mesh, features, quiet);
     if (!flats) return fail(flats.error());
-    const auto tangents = curve_tangents(mesh, edges, features, options.file_directions_degrees, execution);
+    const auto tangents = curve_tangents(mesh, edges, features, options.file_directions_degrees, quiet);
     if (!tangents) return fail(tangents.error());
     return build(mesh, edges, features, *shells, std::move(*flats), *tangents, options, execution);
 }

@@ -116,11 +116,12 @@ Outcome<Counts> count_verdicts(const QuadraticMesh<D>& mesh, double bound, const
 template <int D>
 Outcome<Validation<D>> finish_validation(const QuadraticMesh<D>& mesh, double bound, Marks marks,
                                          std::size_t straight_inverted, const Execution& execution) {
-    const auto counts = count_verdicts(mesh, bound, marks, execution);
+    const Execution quiet = without_progress(execution);
+    const auto counts = count_verdicts(mesh, bound, marks, quiet);
     if (!counts) return fail(counts.error());
     const auto scan = [&] {
         return reduce_each(
-            execution, marks.lows.size(), Smallest{},
+            quiet, marks.lows.size(), Smallest{},
             [&](Smallest& smallest, std::size_t e) { smallest.add(marks.lows[e], e); },
             [](const Smallest& a, const Smallest& b) { return a + b; });
     };
@@ -133,7 +134,7 @@ Outcome<Validation<D>> finish_validation(const QuadraticMesh<D>& mesh, double bo
         const double first = refined(lowest->element.index());
         marks.lows[lowest->element.index()] = rounded_down(first);
         const double ceiling = first - 0.1 * scaled_jacobian_tolerance * std::max(1.0, std::abs(first));
-        auto closed = each(execution, marks.lows.size(), [&](std::size_t e) {
+        auto closed = each(quiet, marks.lows.size(), [&](std::size_t e) {
             if (std::isfinite(marks.lows[e]) && marks.lows[e] < ceiling) marks.lows[e] = rounded_down(refined(e));
         });
         if (!closed) return fail(closed.error());
@@ -161,7 +162,7 @@ Outcome<Validation<D>> validate(const QuadraticMesh<D>& mesh, double bound, cons
         const std::size_t n = mesh.linear.elements.size();
         Marks marks{Buffer<Verdict>(n), Buffer<float>(n)};
         const auto straight_inverted =
-            mark_all(mesh, n, [](std::size_t e) { return ElementId(e); }, bound, marks, execution);
+            mark_all(mesh, n, [](std::size_t e) { return ElementId(e); }, bound, marks, part_of(execution, 0, 0.88));
         if (!straight_inverted) return fail(straight_inverted.error());
         return finish_validation(mesh, bound, std::move(marks), *straight_inverted, execution);
     });

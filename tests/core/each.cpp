@@ -1,4 +1,5 @@
 // The parallel loops: the same bytes for any number of threads, progress, and the wish to stop.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -12,11 +13,13 @@
 #include <utility>
 #include <vector>
 
+#include "dice.hpp"
 #include "property.hpp"
 
 import camber.core;
 
 using namespace camber;
+using camber::testing::Dice;
 using camber::testing::property;
 
 namespace {
@@ -130,6 +133,64 @@ TEST_CASE("progress rises, comes from one thread at a time, and ends with everyt
         for (std::size_t k = 1; k < ticks.size(); ++k) CHECK(ticks[k].first > ticks[k - 1].first);
         CHECK(ticks.back() == std::pair<std::size_t, std::size_t>{20000, 20000});
     }
+}
+
+namespace {
+
+using Ticks = std::vector<double>;
+
+/// The shares that are told, one after the other.
+Execution listening(Ticks& ticks) {
+    return {.threads = 1, .progress = [&ticks](std::size_t done, std::size_t total) {
+                ticks.push_back(static_cast<double>(done) / static_cast<double>(total));
+            }};
+}
+
+/// Parts of parts, to this depth, of one loop each: as many as the dice say, of shares as they say.
+void tell_parts(const Execution& execution, Dice& dice, int depth) {
+    if (depth == 0) {
+        const std::size_t items = 1 + dice.below(40);
+        for (std::size_t done = 1; done <= items; ++done) tell(execution, done, items);
+        return;
+    }
+    std::vector<double> cuts{0, 1};
+    for (std::uint64_t n = dice.below(4); n > 0; --n) cuts.push_back(dice.uniform(0, 1));
+    std::ranges::sort(cuts);
+    for (std::size_t k = 0; k + 1 < cuts.size(); ++k)
+        tell_parts(part_of(execution, cuts[k], cuts[k + 1]), dice, depth - 1);
+}
+
+}  // namespace
+
+TEST_CASE("what is made of parts tells rising shares and ends with the whole, however deep") {
+    property("parts of parts", [](std::uint64_t seed) {
+        Dice dice(seed);
+        Ticks ticks;
+        tell_parts(listening(ticks), dice, static_cast<int>(dice.below(5)));
+        RC_ASSERT(std::ranges::is_sorted(ticks));
+        RC_ASSERT(ticks.front() >= 0);
+        RC_ASSERT(ticks.back() == 1);
+    });
+}
+
+TEST_CASE("a part of a part is the part that it is of the whole") {
+    property("part_of(part_of(e, a, b), c, d) is part_of(e, a + (b - a) c, a + (b - a) d)", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const double a = dice.uniform(0, 1), b = dice.uniform(a, 1), c = dice.uniform(0, 1), d = dice.uniform(c, 1);
+        Ticks nested, direct;
+        const Execution twice = part_of(part_of(listening(nested), a, b), c, d);
+        const Execution once = part_of(listening(direct), a + (b - a) * c, a + (b - a) * d);
+        for (const Execution& e : {twice, once}) REQUIRE(each(e, 1000, [](std::size_t) {}, 100));
+        REQUIRE(nested.size() == direct.size());
+        for (std::size_t k = 0; k < nested.size(); ++k) RC_ASSERT(std::abs(nested[k] - direct[k]) < 1e-8);
+    });
+}
+
+TEST_CASE("a part of what nobody listens to tells nothing") {
+    const Execution deaf = part_of({.threads = 3}, 0.1, 0.2);
+    CHECK(deaf.threads == 3);
+    CHECK_FALSE(deaf.progress);
+    tell(deaf, 1, 2);
 }
 
 TEST_CASE("memory that is not there is an error of the loop, in whichever thread") {

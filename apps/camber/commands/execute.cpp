@@ -33,15 +33,18 @@ namespace {
 Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Execution& execution) {
     const config::Input& input = pipeline.input;
     const auto* file = std::get_if<config::FilePath>(&input.source);
-    auto mesh = file != nullptr ? read_mesh(file->path, input.flat, execution)
-                                : run::generate_shape(std::get<config::Shape>(input.source), execution);
+    const auto* const metric = std::get_if<config::FilePath>(&pipeline.metric);
+    const double of_mesh = metric != nullptr ? 0.7 : 1;
+    const Execution of_first = part_of(execution, 0, of_mesh);
+    auto mesh = file != nullptr ? read_mesh(file->path, input.flat, of_first)
+                                : run::generate_shape(std::get<config::Shape>(input.source), of_first);
     if (!mesh) return fail(mesh.error());
     if (!mesh->fields.empty())
         mesh->notices.push_back(
             {fmt::format("{} fields of the file were not kept: runs carry none", mesh->fields.size())});
     run::Inputs inputs{std::move(*mesh), {}};
-    if (const auto* metric = std::get_if<config::FilePath>(&pipeline.metric)) {
-        auto solution = read_solution_for(inputs.mesh, metric->path, execution);
+    if (metric != nullptr) {
+        auto solution = read_solution_for(inputs.mesh, metric->path, part_of(execution, of_mesh, 1));
         if (!solution) return fail(solution.error());
         inputs.metric = std::move(solution->solution);
         inputs.mesh.notices.insert(inputs.mesh.notices.end(), solution->notices.begin(), solution->notices.end());
@@ -50,7 +53,7 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
         const auto* intersect = std::get_if<config::Intersect>(&operation);
         const auto* operand = intersect != nullptr ? std::get_if<config::FilePath>(&intersect->metric) : nullptr;
         if (operand == nullptr) continue;
-        auto solution = read_solution_for(inputs.mesh, operand->path, execution);
+        auto solution = read_solution_for(inputs.mesh, operand->path, without_progress(execution));
         if (!solution) return fail(solution.error());
         inputs.operands.push_back({operand->path, std::move(solution->solution)});
     }
@@ -133,9 +136,9 @@ struct Placed {
 Outcome<Placed> raised(const run::Run& run, const Lift& lift, const run::Around& around) {
     Placed placed;
     auto done = around("raise", [&](const Execution& execution) -> Outcome<Done> {
-        auto mesh = camber::raised(run.mesh, lift, execution);
+        auto mesh = camber::raised(run.mesh, lift, without_progress(execution));
         if (!mesh) return fail(std::move(mesh.error()));
-        auto fields = camber::raised(run.fields, execution);
+        auto fields = camber::raised(run.fields, without_progress(execution));
         if (!fields) return fail(std::move(fields.error()));
         placed = {std::move(*mesh), std::move(*fields)};
         return Done{};
@@ -199,8 +202,9 @@ struct OutputWriter {
         if (!format) return fail(format.error());
         MeshFields fields;
         auto made = around("fields", [&](const Execution& execution) -> Outcome<Done> {
-            auto of_metric = run::solution_fields(metric, path, run.mesh, execution);
-            if (of_metric && goes_to_space(**format)) of_metric = camber::raised(*of_metric, execution);
+            const Execution quiet = without_progress(execution);
+            auto of_metric = run::solution_fields(metric, path, run.mesh, quiet);
+            if (of_metric && goes_to_space(**format)) of_metric = camber::raised(*of_metric, quiet);
             if (!of_metric) return fail(of_metric.error());
             fields = std::move(*of_metric);
             return Done{};
@@ -272,11 +276,11 @@ Error of_file(Error error, const std::string& path) {
 }
 
 Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const Execution& execution) {
-    auto bytes = read_file(path, execution.stop);
+    auto bytes = read_file(path, part_of(execution, 0, 0.5));
     if (!bytes) return fail(bytes.error());
-    auto decoded = decode_mesh(*bytes, path, execution);
+    auto decoded = decode_mesh(*bytes, path, part_of(execution, 0.5, 1));
     if (!decoded || flat == config::Flat::surface) return decoded;
-    decoded = with_flat_in_2d(std::move(*decoded), execution);
+    decoded = with_flat_in_2d(std::move(*decoded), without_progress(execution));
     if (decoded && decoded->lift)
         decoded->notices.push_back(
             {fmt::format("the mesh is flat (z = {}): taken as 2D{} (a surface in space: --flat surface, or "
@@ -289,7 +293,7 @@ Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::s
                                            const Execution& execution) {
     auto decoded = read_solution(path, execution);
     if (!decoded || !mesh.lift) return decoded;
-    auto flat = flattened(std::move(decoded->solution), execution);
+    auto flat = flattened(std::move(decoded->solution), without_progress(execution));
     if (!flat) return fail(std::move(flat.error()));
     decoded->solution = std::move(*flat);
     return decoded;

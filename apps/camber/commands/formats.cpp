@@ -17,10 +17,13 @@ namespace camber::app {
 
 namespace {
 
+/// The share of the time that making the bytes of a file takes, and that reading them does: the rest is the disk's.
+constexpr double of_encoding = 0.3, of_decoding = 0.5;
+
 Outcome<Done> write_chunks(const Outcome<Chunks>& chunks, const std::string& path, const Execution& execution) {
     if (!chunks) return fail(chunks.error());
     const std::vector<std::span<const std::byte>> parts(chunks->begin(), chunks->end());
-    return write_file(path, parts, execution.stop);
+    return write_file(path, parts, part_of(execution, of_encoding, 1));
 }
 
 }  // namespace
@@ -29,18 +32,18 @@ bool is_solution_file(std::string_view path) { return format_with_ending(solutio
 
 Outcome<Done> write_mesh(const MeshFormat& format, const AnyMesh& mesh, const MeshFields& fields, EncodeOptions options,
                          const std::string& path, const Execution& execution) {
-    return write_chunks(format.encode(mesh, fields, options, execution), path, execution);
+    return write_chunks(format.encode(mesh, fields, options, part_of(execution, 0, of_encoding)), path, execution);
 }
 
 Outcome<Done> write_solution(const SolutionFormat& format, const Solution& solution, const std::string& path,
                              const Execution& execution) {
-    return write_chunks(format.encode(solution, execution), path, execution);
+    return write_chunks(format.encode(solution, part_of(execution, 0, of_encoding)), path, execution);
 }
 
 Outcome<DecodedSolution> read_solution(const std::string& path, const Execution& execution) {
-    auto bytes = read_file(path, execution.stop);
+    auto bytes = read_file(path, part_of(execution, 0, 1 - of_decoding));
     if (!bytes) return fail(bytes.error());
-    return decode_solution(*bytes, path, execution);
+    return decode_solution(*bytes, path, part_of(execution, 1 - of_decoding, 1));
 }
 
 Outcome<Done> write_text(const std::string& path, std::string_view text) {

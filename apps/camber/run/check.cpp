@@ -116,12 +116,13 @@ class Checker {
     }
 
     Outcome<Done> judge(const Execution& execution) {
+        const double of_elevation = mesh_ ? 0 : 0.7;
         if (!mesh_) {
-            auto elevated = elevate(linear_, execution);
+            auto elevated = elevate(linear_, part_of(execution, 0, of_elevation));
             if (!elevated) return fail(elevated.error());
             mesh_ = std::move(*elevated);
         }
-        auto validation = validate(*mesh_, options_.min_scaled_jacobian, execution);
+        auto validation = validate(*mesh_, options_.min_scaled_jacobian, part_of(execution, of_elevation, 1));
         if (!validation) return fail(validation.error());
         validation_ = std::move(*validation);
         const Validation<D>& v = validation_;
@@ -144,7 +145,7 @@ class Checker {
     Outcome<Done> measure(const Execution& execution) {
         const std::size_t n = linear_.elements.size();
         ElementColumns& columns = report_.elements;
-        auto inverted = map_each(execution, n, [&](std::size_t e) {
+        auto inverted = map_each(part_of(execution, 0, 0.5), n, [&](std::size_t e) {
             const auto element = nodal_element<D>(*mesh_, mesh_->mid_nodes.view(), ElementId(e));
             return static_cast<std::uint8_t>(straight_inverted(element));
         });
@@ -156,18 +157,19 @@ class Checker {
             columns.min_scaled_jacobian = validation_.min_scaled_jacobian;
             add_histogram<float>(Quantity::scaled_jacobian, columns.min_scaled_jacobian.view());
         } else {
-            auto quality = map_each(
-                execution, n, [&](std::size_t e) { return static_cast<float>(mean_ratio<D>(corners_of(linear_, e))); });
+            auto quality = map_each(part_of(execution, 0.5, 0.7), n, [&](std::size_t e) {
+                return static_cast<float>(mean_ratio<D>(corners_of(linear_, e)));
+            });
             if (!quality) return fail(quality.error());
-            auto volume =
-                map_each(execution, n, [&](std::size_t e) { return signed_measure<D>(corners_of(linear_, e)); });
+            auto volume = map_each(part_of(execution, 0.7, 0.8), n,
+                                   [&](std::size_t e) { return signed_measure<D>(corners_of(linear_, e)); });
             if (!volume) return fail(volume.error());
             columns.quality = std::move(*quality);
             columns.volume = std::move(*volume);
             add_histogram<float>(Quantity::quality, columns.quality.view());
         }
         const Judged<D> judged{*mesh_, validation_, columns, soundness_, numbers_, degree_};
-        auto worst = find_worst_elements(judged, options_.worst, execution);
+        auto worst = find_worst_elements(judged, options_.worst, without_progress(execution));
         if (!worst) return fail(worst.error());
         report_.worst = std::move(*worst);
         return Done{};

@@ -86,9 +86,10 @@ double distance_from(const Geometry<D>& geometry, const LinearMesh<D>& mesh, std
 
 template <int D>
 Outcome<MeshField> distances(const QuadraticMesh<D>& mesh, const Geometry<D>& geometry, const Execution& execution) {
-    auto at_vertices = facet_balls(mesh.linear, execution);
+    const Execution quiet = without_progress(execution);
+    auto at_vertices = facet_balls(mesh.linear, quiet);
     if (!at_vertices) return fail(std::move(at_vertices.error()));
-    auto at_edges = facet_shells(mesh.edges, execution);
+    auto at_edges = facet_shells(mesh.edges, quiet);
     if (!at_edges) return fail(std::move(at_edges.error()));
     const std::size_t vertices = mesh.linear.points.size();
     auto column = map_each(
@@ -149,12 +150,12 @@ Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* fiel
                                   [&](std::size_t e) { return plan->proposal().kinds[e] == EdgeKind::volume; }));
     const Wanted<D>* const wanted = plan ? plan->wanted() : nullptr;
     if (wanted) {
-        auto made = distances(mesh, wanted->boundary.geometry, execution);
+        auto made = distances(mesh, wanted->boundary.geometry, part_of(execution, 0, 0.8));
         if (!made) return fail(std::move(made.error()));
         fields = std::move(fields).with(std::move(*made));
     }
     if (wanted && field) {
-        auto made = metrics(mesh, *field, wanted->shells, execution);
+        auto made = metrics(mesh, *field, wanted->shells, part_of(execution, 0.8, 1));
         if (!made) return fail(std::move(made.error()));
         fields = std::move(fields).with(std::move(*made));
     }

@@ -130,7 +130,7 @@ Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const Linea
                                    const Features<D>& features, const Execution& execution) {
     if (std::holds_alternative<config::Straight>(geometry)) return Geometry<D>(StraightGeometry<D>{});
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
-        auto made = make_analytic<D>(*analytic, mesh, execution);
+        auto made = make_analytic<D>(*analytic, mesh, without_progress(execution));
         if (!made) return fail(made.error());
         return with_surrogate(std::move(*made), mesh, edges, features, SurrogateOptions{}, execution);
     }

@@ -70,16 +70,17 @@ template <int D>
 Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const MetricInput<D>& input, const Execution& execution) {
     const LinearMesh<D>& mesh = input.mesh;
     const Geometry<D>& geometry = input.boundary.geometry;
-    auto normals = normals_of(geometry, mesh, execution);
+    auto normals = normals_of(geometry, mesh, part_of(execution, 0, 0.2));
     if (!normals) return normals;
     const auto has_surface = [&](std::size_t f) {
         return geometry->surface_at(facet_site(mesh, FacetId(f))).kind != GeometryKind::none;
     };
     const auto facets = std::views::iota(std::size_t{0}, mesh.facets.size());
     if (std::ranges::all_of(facets, has_surface)) return normals;
-    auto surrogate = build_surrogate(mesh, input.edges, input.boundary.features, SurrogateOptions{}, execution);
+    auto surrogate =
+        build_surrogate(mesh, input.edges, input.boundary.features, SurrogateOptions{}, part_of(execution, 0.2, 0.8));
     if (!surrogate) return fail(surrogate.error());
-    const auto made = normals_of(Geometry<D>(std::move(*surrogate)), mesh, execution);
+    const auto made = normals_of(Geometry<D>(std::move(*surrogate)), mesh, part_of(execution, 0.8, 1));
     if (!made) return made;
     for (const std::size_t f : facets)
         if (!has_surface(f)) (*normals)[f] = (*made)[f];
@@ -89,9 +90,9 @@ Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const MetricInput<D>& inpu
 /// The normals at each vertex, one a smooth side: those of its facets, without repetition.
 template <int D>
 Outcome<VertexNormals<D>> boundary_normals(const MetricInput<D>& input, const Execution& execution) {
-    const auto normals = corner_normals(input, execution);
+    const auto normals = corner_normals(input, part_of(execution, 0, 0.8));
     if (!normals) return fail(normals.error());
-    const auto around = facet_balls(input.mesh, execution);
+    const auto around = facet_balls(input.mesh, part_of(execution, 0.8, 1));
     if (!around) return fail(around.error());
     const LinearMesh<D>& mesh = input.mesh;
     constexpr double same = 1 - 1e-8;  // cosine: facets of one side agree to rounding
@@ -121,11 +122,11 @@ struct Operation {
     const Execution& execution;
 
     Outcome<Column<LogMetric<D>>> operator()(const config::Intersect& intersect) {
-        auto other = make_log_metrics(input, intersect.metric, execution);
+        auto other = make_log_metrics(input, intersect.metric, part_of(execution, 0, 0.5));
         if (!other) return fail(other.error());
         field.report.source += " and " + other->report.source;
         field.report.floored += other->report.floored;
-        return intersection(field.log_metrics, other->log_metrics, execution);
+        return intersection(field.log_metrics, other->log_metrics, part_of(execution, 0.5, 1));
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Gradation& gradation) {
         auto out = apply_gradation(input.mesh, input.edges, field.log_metrics, gradation, execution);
@@ -157,7 +158,7 @@ Outcome<Column<LogMetric<D>>> after(SourcedMetric<D>& field, const MetricInput<D
     const bool sets_sizes =
         std::holds_alternative<config::Bound>(operation) || std::holds_alternative<config::Complexity>(operation);
     if (!next || !sets_sizes) return next;
-    if (auto sizes = check_sizes(*next, execution); !sizes) {
+    if (auto sizes = check_sizes(*next, without_progress(execution)); !sizes) {
         Error error = sizes.error();
         if (error.kind == ErrorKind::input) error.kind = ErrorKind::usage;
         return fail(std::move(error));
@@ -170,11 +171,11 @@ Outcome<Column<LogMetric<D>>> after(SourcedMetric<D>& field, const MetricInput<D
 template <int D>
 Outcome<Column<LogMetric<D>>> make_surface_metric(const config::SurfaceMetric& metric, const MetricInput<D>& input,
                                                   const Execution& execution) {
-    const auto normals = boundary_normals(input, execution);
+    const auto normals = boundary_normals(input, part_of(execution, 0, 0.5));
     if (!normals) return fail(normals.error());
     SurfaceMetricOptions options{metric.tangent_size, metric.normal_size, {}};
     if (metric.volume_size > 0) options.volume_size = metric.volume_size;
-    return surface_log_metrics<D>(*normals, options, execution);
+    return surface_log_metrics<D>(*normals, options, part_of(execution, 0.5, 1));
 }
 
 template <int D>
@@ -190,7 +191,10 @@ Outcome<SourcedMetric<D>> apply_operations(SourcedMetric<D> field, const MetricI
                                            std::span<const config::MetricOperation> operations,
                                            const Execution& execution) {
     for (std::size_t i = 0; i < operations.size(); ++i) {
-        auto next = after(field, input, operations[i], execution);
+        const auto share = [n = static_cast<double>(operations.size())](std::size_t done) {
+            return static_cast<double>(done) / n;
+        };
+        auto next = after(field, input, operations[i], part_of(execution, share(i), share(i + 1)));
         if (!next) {
             Error error = next.error();
             const std::string path = "/metric_operations/" + std::to_string(i);

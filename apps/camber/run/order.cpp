@@ -66,13 +66,14 @@ Error too_much(const Row& row, int degree) {
                 {},
                 {},
                 elevates ? "leave one of them out" : "put \"" + row.name + "\" before \"elevate\""};
-    return {ErrorKind::input,
-            "the mesh is quadratic already" + (elevates ? "" : ", and stage \"" + row.name + "\" changes straight ones"),
-            {},
-            {},
-            elevates ? "give the straight one, or leave the stage \"elevate\" out: stages=[\"curve\", \"validate\", "
-                       "\"relax\", \"commit\"]"
-                     : "give the straight one"};
+    return {
+        ErrorKind::input,
+        "the mesh is quadratic already" + (elevates ? "" : ", and stage \"" + row.name + "\" changes straight ones"),
+        {},
+        {},
+        elevates ? "give the straight one, or leave the stage \"elevate\" out: stages=[\"curve\", \"validate\", "
+                   "\"relax\", \"commit\"]"
+                 : "give the straight one"};
 }
 
 }  // namespace

@@ -29,13 +29,14 @@ using Around =
 
 namespace camber::run {
 
-/// f(execution) → Outcome under the shell's wrapper, by that name.
+/// f(execution) → Outcome under the shell's wrapper, by that name; at its end the whole is told.
 template <class F>
 std::invoke_result_t<F, const Execution&> step(const Around& around, std::string_view name, F&& f) {
     std::optional<std::invoke_result_t<F, const Execution&>> made;
     const auto done = around(name, [&](const Execution& execution) -> Outcome<Done> {
         made = guarded([&] { return f(execution); });
         if (!*made) return fail(made->error());
+        camber::tell(execution, 1, 1);
         return Done{};
     });
     if (!done) return fail(done.error());

@@ -93,11 +93,11 @@ Outcome<Column<LogMetric<D>>> at_moved_vertices(Column<LogMetric<D>> field, cons
     if (points == input.given_points) return field;
     LinearMesh<D> given = input.mesh;
     given.points = input.given_points;
-    const auto around = balls(given, execution);
+    const auto around = balls(given, part_of(execution, 0, 0.2));
     if (!around) return fail(around.error());
-    const auto back = make_back_mesh(given, *around, field, execution);
+    const auto back = make_back_mesh(given, *around, field, part_of(execution, 0.2, 0.7));
     if (!back) return fail(back.error());
-    auto moved = map_each(execution, points.size(), [&](std::size_t v) {
+    auto moved = map_each(part_of(execution, 0.7, 1), points.size(), [&](std::size_t v) {
         if (points[v] == given.points[v] || (*around)[v].empty()) return field[v];
         return sample_value(*back, points[v], (*around)[v].front()).log_metric;
     });
@@ -133,9 +133,9 @@ struct Source {
     Outcome<SourcedMetric<D>> operator()(const config::FilePath& path) const {
         const auto file = std::ranges::find(input.files, path.path, &MetricFile::name);
         if (file == input.files.end()) return fail(ErrorKind::internal, "the metric file was not read");
-        auto metric = log_metrics_of_file<D>(*file, input.mesh.points.size(), execution);
+        auto metric = log_metrics_of_file<D>(*file, input.mesh.points.size(), part_of(execution, 0, 0.6));
         if (!metric) return metric;
-        auto here = at_moved_vertices(std::move(metric->log_metrics), input, execution);
+        auto here = at_moved_vertices(std::move(metric->log_metrics), input, part_of(execution, 0.6, 1));
         if (!here) return fail(here.error());
         metric->log_metrics = std::move(*here);
         return metric;
@@ -155,7 +155,7 @@ Outcome<SourcedMetric<D>> make_log_metrics(const MetricInput<D>& input, const co
                                            const Execution& execution) {
     auto made = std::visit(Source<D>{input, execution}, metric);
     if (!made || std::holds_alternative<config::NaturalMetric>(metric)) return made;
-    if (auto sizes = check_sizes(made->log_metrics, execution); !sizes) {
+    if (auto sizes = check_sizes(made->log_metrics, without_progress(execution)); !sizes) {
         Error error = sizes.error();
         const auto* file = std::get_if<config::FilePath>(&metric);
         if (file) error.where = file->path;

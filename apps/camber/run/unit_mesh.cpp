@@ -54,16 +54,16 @@ template <int D>
 Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                     const Column<LogMetric<D>>& log_metrics, std::string metric,
                                     const Execution& execution) {
-    const auto metrics =
-        map_each(execution, mesh.points.size(), [&](std::size_t v) { return MeasuringMetric<D>(log_metrics[v]); });
+    const auto metrics = map_each(part_of(execution, 0, 0.3), mesh.points.size(),
+                                  [&](std::size_t v) { return MeasuringMetric<D>(log_metrics[v]); });
     if (!metrics) return fail(metrics.error());
     const auto of = [&](VertexId v) -> const MeasuringMetric<D>& { return (*metrics)[v.index()]; };
-    const auto lengths = map_each(execution, edges.size(), [&](std::size_t e) {
+    const auto lengths = map_each(part_of(execution, 0.3, 0.6), edges.size(), [&](std::size_t e) {
         const auto& [a, b] = edges.vertices[e];
         return edge_length(of(a), of(b), mesh.points[b] - mesh.points[a]);
     });
     if (!lengths) return fail(lengths.error());
-    const auto qualities = map_each(execution, mesh.elements.size(), [&](std::size_t e) {
+    const auto qualities = map_each(part_of(execution, 0.6, 0.9), mesh.elements.size(), [&](std::size_t e) {
         std::array<Vec<D>, D + 1> corners;
         std::array<const MeasuringMetric<D>*, D + 1> at{};
         for (int i = 0; i <= D; ++i) {

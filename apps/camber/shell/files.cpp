@@ -84,14 +84,16 @@ bool wait_for(int fd, short events, const std::stop_token& stop) {
     return false;
 }
 
-/// False with errno as the system set it, ECANCELED when asked to stop.
-bool write_all(int fd, std::span<const std::byte> bytes, const std::stop_token& stop) {
+/// False with errno as the system set it, ECANCELED when asked to stop. `wrote(n)`: after each transfer of n bytes.
+template <class Wrote>
+bool write_all(int fd, std::span<const std::byte> bytes, const std::stop_token& stop, const Wrote& wrote) {
     while (!bytes.empty()) {
         if (!wait_for(fd, POLLOUT, stop)) return errno = ECANCELED, false;
         const ssize_t n = ::write(fd, bytes.data(), std::min(bytes.size(), largest_transfer));
         if (n < 0 && (errno == EINTR || errno == EAGAIN)) continue;
         if (n < 0) return false;
         bytes = bytes.subspan(static_cast<std::size_t>(n));
+        wrote(static_cast<std::size_t>(n));
     }
     return true;
 }
@@ -184,7 +186,7 @@ bool is_special(const std::string& path) {
 
 }  // namespace
 
-Outcome<Buffer<std::byte>> read_file(const std::string& path, const std::stop_token& stop) try {
+Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& execution) try {
     const auto unreadable = [&](int error = errno) { return system_error(ErrorKind::input, path, "read", error); };
     // A pipe without a writer would hold `open`: it is waited for below, where the wish to stop is heard.
     const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
@@ -197,12 +199,13 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path, const std::stop_to
     std::size_t size = 0;
     while (true) {
         if (size == bytes.size()) bytes.resize(2 * size);
-        if (!wait_for(file.get(), POLLIN, stop)) return fail(ErrorKind::stopped, "stopped on request", path);
+        if (!wait_for(file.get(), POLLIN, execution.stop)) return fail(ErrorKind::stopped, "stopped on request", path);
         const ssize_t n = ::read(file.get(), bytes.data() + size, std::min(bytes.size() - size, largest_transfer));
         if (n < 0 && (errno == EINTR || errno == EAGAIN)) continue;
         if (n < 0) return unreadable();
         if (n == 0) break;
         size += static_cast<std::size_t>(n);
+        camber::tell(execution, size, std::max(size, bytes.size() - 1));
     }
     bytes.resize(size);
     return bytes;
@@ -213,16 +216,20 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path, const std::stop_to
 }
 
 Outcome<Done> write_file(const std::string& path, std::span<const std::span<const std::byte>> chunks,
-                         const std::stop_token& stop) {
+                         const Execution& execution) {
     const auto unwritable = [&] {
         if (errno == ECANCELED) return fail(ErrorKind::stopped, "stopped on request", path);
         return system_error(ErrorKind::write, path, "written");
     };
+    std::size_t all = 0, written = 0;
+    for (const auto& chunk : chunks) all += chunk.size();
+    const auto wrote = [&](std::size_t bytes) { camber::tell(execution, written += bytes, all); };
     const auto write_chunks = [&](int fd) {
-        return std::all_of(chunks.begin(), chunks.end(), [&](const auto& chunk) { return write_all(fd, chunk, stop); });
+        return std::all_of(chunks.begin(), chunks.end(),
+                           [&](const auto& chunk) { return write_all(fd, chunk, execution.stop, wrote); });
     };
     if (is_special(path)) {
-        Descriptor file = open_special(path, stop);
+        Descriptor file = open_special(path, execution.stop);
         if (!file || !write_chunks(file.get()) || !file.close()) return unwritable();
         return Done{};
     }

@@ -1,7 +1,6 @@
 module;
 #include <cstddef>
 #include <span>
-#include <stop_token>
 #include <string>
 #include <string_view>
 export module camber.app_shell:files;
@@ -10,7 +9,7 @@ import camber.core;
 export namespace camber::app {
 
 /// The whole file (or pipe). Errors: input, with the system's reason; memory; stopped, also while a pipe is silent.
-[[nodiscard]] Outcome<Buffer<std::byte>> read_file(const std::string& path, const std::stop_token& stop = {});
+[[nodiscard]] Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& execution = {});
 
 [[nodiscard]] inline std::string_view as_text(std::span<const std::byte> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -24,7 +23,7 @@ export namespace camber::app {
 /// a part of it. Where the target is no plain file (a pipe, /dev/stdout) it is written to as it is.
 /// Errors: write, with the system's reason; stopped, as long as nothing has its name yet.
 [[nodiscard]] Outcome<Done> write_file(const std::string& path, std::span<const std::span<const std::byte>> chunks,
-                                       const std::stop_token& stop = {});
+                                       const Execution& execution = {});
 
 /// Whether a file could be written there, asked before the work begins: its folder exists and takes files.
 [[nodiscard]] Outcome<Done> check_writable(const std::string& path);

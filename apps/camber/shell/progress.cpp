@@ -56,27 +56,13 @@ void Progress::wipe() {
 
 Share StageShare::tick(std::size_t done, std::size_t total, double seconds) {
     constexpr double enough_to_judge = 0.02, almost_all = 0.99;
-    if (total != total_ || done < done_) {
-        ++loop_;
-        loop_start_ = last_;
-        if (last_ < shown_from) part_ = 0;
-    }
-    done_ = done;
-    total_ = total;
-    last_ = seconds;
-    if (seconds >= shown_from && loop_start_ > 0.5 * seconds) known_ = false;
-    if (!known_) return {-1, -1, loop_, seconds};
-    const double of_loop = total > 0 ? std::min(1.0, static_cast<double>(done) / static_cast<double>(total)) : 0.0;
-    if (of_loop < enough_to_judge) return {part_, -1, loop_, seconds};
-    const double left = (seconds - loop_start_) * (1 - of_loop) / of_loop;
-    const double part = seconds > 0 ? std::min(almost_all, seconds / (seconds + left)) : 0.0;
-    part_ = seconds < shown_from ? part : std::max(part_, part);
-    return {part_, left, loop_, seconds};
+    const double told = total > 0 ? static_cast<double>(done) / static_cast<double>(total) : 0.0;
+    part_ = std::clamp(told, part_, almost_all);
+    return {part_, part_ < enough_to_judge ? -1 : seconds * (1 - part_) / part_};
 }
 
 std::string progress_line(const std::string& stage, Share share) {
     constexpr std::size_t width = 30;
-    if (share.part < 0) return fmt::format("{:<10} step {}, {:.0f} s", stage, share.loop, share.seconds);
     const auto filled = static_cast<std::size_t>(share.part * static_cast<double>(width));
     std::string line = fmt::format("{:<10} [{}{}] {:3.0f} %", stage, std::string(filled, '#'),
                                    std::string(width - filled, ' '), 100 * share.part);

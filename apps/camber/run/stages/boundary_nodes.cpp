@@ -40,9 +40,9 @@ Outcome<CurveInput<D>> input_of(const QuadraticMesh<D>& mesh, const Boundary<D>&
 template <int D>
 Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                          const Execution& execution) {
-    auto nodes = on_geometry(mesh, boundary, execution);
+    auto nodes = on_geometry(mesh, boundary, part_of(execution, 0, 0.33));
     if (!nodes) return fail(nodes.error());
-    return input_of(mesh, boundary, std::move(*nodes), {}, execution);
+    return input_of(mesh, boundary, std::move(*nodes), {}, part_of(execution, 0.33, 1));
 }
 
 /// The same of a mesh that was read with its curves: boundary nodes where they are, but for edges on prescribed
@@ -50,9 +50,9 @@ Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Bou
 template <int D>
 Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                      const Execution& execution) {
-    auto nodes = on_geometry(mesh, boundary, execution);
+    auto nodes = on_geometry(mesh, boundary, part_of(execution, 0, 0.33));
     if (!nodes) return fail(nodes.error());
-    const auto around = facet_shells(mesh.edges, execution);
+    const auto around = facet_shells(mesh.edges, without_progress(execution));
     if (!around) return fail(around.error());
     std::size_t kept = 0;
     for (std::size_t e = 0; e < nodes->size(); ++e) {
@@ -65,7 +65,7 @@ Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundar
     }
     return input_of(mesh, boundary, std::move(*nodes),
                     {fmt::format("{} edges of the boundary keep the nodes that the mesh was read with", kept)},
-                    execution);
+                    part_of(execution, 0.33, 1));
 }
 
 }  // namespace
@@ -80,17 +80,19 @@ template <int D>
 Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& boundary, CurveInput<D> input,
                                   const BackMesh<D>& field, const CurveOptions& options, const Execution& execution) {
     if (options.aim != CurvingAim::accuracy || at.nodes == NodesOf::file) return input;
-    const Execution silent = without_progress(execution);
-    auto shifts = accurate_offsets(at.mesh, input.kinds, EdgeKind::surface, input.shells, field, options, silent);
+    auto shifts = accurate_offsets(at.mesh, input.kinds, EdgeKind::surface, input.shells, field, options,
+                                   part_of(execution, 0, 0.05));
     if (!shifts) return fail(shifts.error());
     const QuadraticMesh<D> mesh = boundary.required == RequiredBoundary::keep ? at.mesh : without_required(at.mesh);
     const Column<LagrangeNode<D>>& present = input.base;
-    auto nodes = slid_nodes<D>(mesh, present, *shifts, boundary.features, boundary.geometry, silent);
+    auto nodes =
+        slid_nodes<D>(mesh, present, *shifts, boundary.features, boundary.geometry, part_of(execution, 0.05, 0.82));
     if (!nodes) return fail(nodes.error());
     Buffer<Vec<D>>& slides = *shifts;
     for (std::size_t e = 0; e < slides.size(); ++e) slides[e] = (*nodes)[e].point - present[e].point;
     // A slide is worth no element; volume edges, which are where the field has them, have their say after it.
-    auto borne = lessen_by_element<D>(at.mesh, present.view(), input.shells, options.least_jacobian, slides, silent);
+    auto borne = lessen_by_element<D>(at.mesh, present.view(), input.shells, options.least_jacobian, slides,
+                                      part_of(execution, 0.82, 1));
     if (!borne) return fail(borne.error());
     for (std::size_t e = 0; e < slides.size(); ++e) (*nodes)[e].point = present[e].point + slides[e];
     input.base = std::move(*nodes);

@@ -126,11 +126,11 @@ Outcome<Done> curve_within(Runner<D>& run, Boundary<D> boundary, CurveInput<D>& 
 template <int D>
 Outcome<CurveInput<D>> begin_curving(Runner<D>& run, const Boundary<D>& boundary, const config::Curve& options) {
     return run.step("extension", [&](const Execution& e) -> Outcome<CurveInput<D>> {
-        auto input = curve_input(run.quadratic(), boundary, e);
         const bool carried =
             options.back_mesh == config::BackMeshKind::carried && options.objective != config::Objective::shape;
+        auto input = curve_input(run.quadratic(), boundary, carried ? part_of(e, 0, 0.18) : e);
         if (!input || !carried) return input;
-        return extended_input(run.quadratic(), std::move(*input), e);
+        return extended_input(run.quadratic(), std::move(*input), part_of(e, 0.18, 1));
     });
 }
 
@@ -153,10 +153,12 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
     return run.step_of(options, [&](const Execution& execution) {
         const Boundary<D> around = *boundary;
         const auto find = [&](const Execution& e) -> Outcome<Found<D>> {
-            auto slid = slid_input(run.quadratic(), around, std::move(*input), *run.field(), edges, e);
+            const double of_slides = edges.aim == CurvingAim::accuracy ? 0.26 : 0;
+            auto slid =
+                slid_input(run.quadratic(), around, std::move(*input), *run.field(), edges, part_of(e, 0, of_slides));
             if (!slid) return fail(slid.error());
             *input = std::move(*slid);
-            return by_field(mesh, *input, *run.field(), edges, e);
+            return by_field(mesh, *input, *run.field(), edges, part_of(e, of_slides, 1));
         };
         auto done = curve_within(run, std::move(*boundary), *input, edges.aim, find, execution);
         if (done && run.quadratic().nodes == NodesOf::file) run.tell(Notices{of_file(edges.aim)});

@@ -34,12 +34,14 @@ Outcome<Buffer<LagrangeNode<D>>> chord_middles(const QuadraticMesh<D>& mesh, con
 template <int D>
 Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const Boundary<D>& boundary, MeasuresReport& report,
                                 const Execution& execution) {
-    auto chords = chord_middles(seen, execution);
+    auto chords = chord_middles(seen, without_progress(execution));
     if (!chords) return fail(chords.error());
     const Column<LagrangeNode<D>> straight(std::move(*chords));
-    const auto before = boundary_distance(seen, straight.view(), boundary.features, boundary.geometry, execution);
+    const auto before =
+        boundary_distance(seen, straight.view(), boundary.features, boundary.geometry, part_of(execution, 0.05, 0.5));
     if (!before) return fail(before.error());
-    const auto after = boundary_distance(seen, seen.mid_nodes.view(), boundary.features, boundary.geometry, execution);
+    const auto after = boundary_distance(seen, seen.mid_nodes.view(), boundary.features, boundary.geometry,
+                                         part_of(execution, 0.5, 1));
     if (!after) return fail(after.error());
     report.straight_distance = before->largest;
     report.curved_distance = after->largest;
@@ -64,18 +66,19 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
     if (const Wanted<D>* wanted = plan ? plan->wanted() : nullptr) {
         const Proposal<D>& proposal = plan->proposal();
         const auto seen = apply_proposal(end.mesh, proposal);
-        if (auto done = measure_distances(seen, wanted->boundary, measured.report, execution); !done)
+        if (auto done = measure_distances(seen, wanted->boundary, measured.report, part_of(execution, 0, 0.39)); !done)
             return fail(done.error());
         if (field) {
-            auto lengths =
-                updated_lengths(end.mesh.edges, wanted->curved, proposal, wanted->shells, *field, which, execution);
+            auto lengths = updated_lengths(end.mesh.edges, wanted->curved, proposal, wanted->shells, *field, which,
+                                           part_of(execution, 0.39, 0.42));
             if (!lengths) return fail(lengths.error());
             measured.report.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
             measured.lengths = std::move(*lengths);
             if (straight) {
                 const auto beside = straight_back_mesh(*field, *straight);
                 if (!beside) return fail(beside.error());
-                const auto other = edge_lengths(end.mesh.edges, proposal, wanted->shells, *beside, which, execution);
+                const auto other = edge_lengths(end.mesh.edges, proposal, wanted->shells, *beside, which,
+                                                part_of(execution, 0.45, 0.73));
                 if (!other) return fail(other.error());
                 measured.report.edges_in_straight_field = edge_report(seen, proposal, other->straight, other->curved);
             }

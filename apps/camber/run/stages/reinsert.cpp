@@ -34,13 +34,13 @@ template <int D>
 Outcome<Walked<D>> walk_cavities(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const BackMesh<D>& field,
                                  const config::Reinsert& options, const Execution& execution) {
     const ReinsertAllOptions all{{edge_options(options.curve), options.relax}, options.max_turns};
-    auto done = reinsert_all(mesh, input.kinds, input.base, field, all, execution);
+    auto done = reinsert_all(mesh, input.kinds, input.base, field, all, part_of(execution, 0, 0.98));
     if (!done) return fail(done.error());
     const double bound = options.relax.min_scaled_jacobian;
-    const auto judged = validate(mesh, done->wanted.proposal, bound, execution);
+    const auto judged = validate(mesh, done->wanted.proposal, bound, part_of(execution, 0.98, 0.99));
     if (!judged) return fail(judged.error());
     const Validation<D>& wanted = judged->validation();
-    const auto now = validate(mesh, done->proposal, bound, execution);
+    const auto now = validate(mesh, done->proposal, bound, part_of(execution, 0.99, 1));
     if (!now) return fail(now.error());
 
     const ReinsertStatistics& s = done->statistics;
@@ -71,7 +71,8 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& given) {
     if (!input) return fail(input.error());
     return run.step_of(given, [&](const Execution& e) -> Outcome<Done> {
         Quadratic<D>& at = run.quadratic();
-        input = slid_input(at, *boundary, std::move(*input), *run.field(), edge_options(options.curve), e);
+        input = slid_input(at, *boundary, std::move(*input), *run.field(), edge_options(options.curve),
+                           without_progress(e));
         if (!input) return fail(input.error());
         run.tell(input->notices);
         auto timed = run.timed([&] { return walk_cavities(at.mesh, *input, *run.field(), options, e); });

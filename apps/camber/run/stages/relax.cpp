@@ -102,12 +102,12 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
     return run.step_of(given, [&](const Execution& e) -> Outcome<Done> {
         config::Relax options = given;
         options.min_scaled_jacobian = bound_for(run, given.min_scaled_jacobian);
-        if (auto done = judge_plan(run, options.min_scaled_jacobian, e); !done) return done;
+        if (auto done = judge_plan(run, options.min_scaled_jacobian, part_of(e, 0, 0.05)); !done) return done;
         const JudgedProposal<D>& judged = *run.plan().judged();
-        const auto guide = guide_of(run.plan(), judged, run.field(), options.method, e);
+        const auto guide = guide_of(run.plan(), judged, run.field(), options.method, part_of(e, 0.05, 0.1));
         if (!guide) return fail(guide.error());
         const auto relax = run.quadratic().boundary_is_given() ? relax_within_boundary<D> : relax_plan<D>;
-        auto made = relax(judged, *guide, options, e);
+        auto made = relax(judged, *guide, options, part_of(e, 0.1, 1));
         if (!made) return fail(made.error());
         run.tell(made->report);
         close(run.state.history);

@@ -32,9 +32,11 @@ template <int D>
 Outcome<Described<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const config::Pipeline& config,
                                 const Inherited<D>* inherited, const Execution& execution) {
     const config::Features& options = config.features;
-    auto features = find_features(mesh, edges, inherited ? listed_breaks<D> : by_angle<D>(options), execution);
+    auto features =
+        find_features(mesh, edges, inherited ? listed_breaks<D> : by_angle<D>(options), part_of(execution, 0, 0.3));
     if (!features) return fail(features.error());
-    auto made = inherited ? inherited->geometry : make_geometry(config.geometry, mesh, edges, *features, execution);
+    auto made = inherited ? inherited->geometry
+                          : make_geometry(config.geometry, mesh, edges, *features, part_of(execution, 0.3, 1));
     if (!made) return fail(made.error());
     const BoundaryReport report{
         features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}};
