@@ -178,9 +178,10 @@ class Checker {
     Outcome<Done> measure_in_metric() {
         if (!metric_) return Done{};
         return step("metric", [&](const Execution& e) -> Outcome<Done> {
-            const auto metric = log_metrics_of_file<D>(*metric_, linear_.points.size(), e);
+            const auto metric = log_metrics_of_file<D>(*metric_, linear_.points.size(), part_of(e, 0, 0.2));
             if (!metric) return fail(metric.error());
-            auto measured = measure_unit_mesh(linear_, mesh_->edges, metric->log_metrics, metric_->name, e);
+            auto measured =
+                measure_unit_mesh(linear_, mesh_->edges, metric->log_metrics, metric_->name, part_of(e, 0.2, 1));
             if (!measured) return fail(measured.error());
             for (Histogram& histogram : histograms_of(*measured, "count"))
                 report_.histograms.push_back(std::move(histogram));

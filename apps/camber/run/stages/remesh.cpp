@@ -37,11 +37,13 @@ Outcome<Begun<D>> begun(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, cons
     std::vector<VertexId> corners;
     for (std::size_t v = 0; v < mesh.points.size(); ++v)
         if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
-    auto made = begin_remeshing(mesh, edges, {features.edge_kinds.view(), corners}, goal, execution);
+    auto made = begin_remeshing(mesh, edges, {features.edge_kinds.view(), corners}, goal, part_of(execution, 0, 0.6));
     if (!made) return fail(made.error());
-    auto logs = map_each(execution, mesh.points.size(), [&](std::size_t v) { return made->metrics[v].log_metric; });
+    auto logs = map_each(without_progress(execution), mesh.points.size(),
+                         [&](std::size_t v) { return made->metrics[v].log_metric; });
     if (!logs) return fail(logs.error());
-    auto measured = measure_unit_mesh(mesh, edges, Column<LogMetric<D>>(std::move(*logs)), metric, execution);
+    auto measured =
+        measure_unit_mesh(mesh, edges, Column<LogMetric<D>>(std::move(*logs)), metric, part_of(execution, 0.6, 1));
     if (!measured) return fail(measured.error());
     return Begun<D>{std::move(*made), std::move(*measured)};
 }

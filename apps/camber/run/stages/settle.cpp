@@ -26,10 +26,10 @@ Outcome<Done> settle(Runner<D>& run) {
     if (changing == nullptr) return Done{};
     UnitMesh measured;
     auto made = run.step("settle", [&](const Execution& e) -> Outcome<SettledMesh<D>> {
-        auto mesh = settled(changing->mesh, e);
+        auto mesh = settled(changing->mesh, part_of(e, 0, 0.6));
         if (!mesh) return mesh;
-        auto in_metric =
-            measure_unit_mesh(mesh->compact.mesh, mesh->compact.edges, mesh->log_metrics, changing->metric.source, e);
+        auto in_metric = measure_unit_mesh(mesh->compact.mesh, mesh->compact.edges, mesh->log_metrics,
+                                           changing->metric.source, part_of(e, 0.6, 1));
         if (!in_metric) return fail(in_metric.error());
         measured = std::move(*in_metric);
         return mesh;
