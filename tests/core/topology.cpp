@@ -25,12 +25,7 @@ LinearMesh<D> random_mesh(std::uint64_t seed) {
     Dice dice(seed);
     LatticeOptions<D> options;
     for (int& n : options.cells) n = 1 + static_cast<int>(dice.below(D == 2 ? 7 : 4));
-    const std::uint64_t holes = dice.below(3);
-    options.keep = [seed, holes](const Cell<D>& c) {
-        std::uint64_t key = seed;
-        for (const int i : c) key = key * 6364136223846793005U + static_cast<std::uint64_t>(i) + 1442695040888963407U;
-        return holes == 0 || (key >> 33U) % 4 != 0 || std::all_of(c.begin(), c.end(), [](int i) { return i == 0; });
-    };
+    if (dice.below(3) != 0) options.keep = all_but_one_in<D>(4, seed);
     options.seed = seed + 1;
     return lattice_mesh(options);
 }
@@ -38,14 +33,6 @@ LinearMesh<D> random_mesh(std::uint64_t seed) {
 template <std::size_t N>
 std::array<VertexId, N> sorted(std::array<VertexId, N> v) {
     std::sort(v.begin(), v.end());
-    return v;
-}
-
-template <int D>
-SimplexVertices<D - 1> face_of(const LinearMesh<D>& mesh, ElementFace face) {
-    SimplexVertices<D - 1> v;
-    const auto local = face_opposite<D>(static_cast<int>(face.opposite));
-    for (int i = 0; i < D; ++i) v[i] = mesh.elements.vertices[face.element][local[i]];
     return v;
 }
 

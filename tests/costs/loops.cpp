@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <string>
 
+#include <doctest/doctest.h>
+
 #include "heap.hpp"
 #include "shell.hpp"
 

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <utility>
 
+#include <doctest/doctest.h>
+
 #include "heap.hpp"
 #include "shell.hpp"
 

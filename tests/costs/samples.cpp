@@ -3,6 +3,8 @@
 #include <span>
 #include <utility>
 
+#include <doctest/doctest.h>
+
 #include "shell.hpp"
 
 import camber.core;

@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include <doctest/doctest.h>
+
 #include "back.hpp"
 #include "dice.hpp"
 

@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include <doctest/doctest.h>
+
 #include "dice.hpp"
 #include "domains.hpp"
 #include "goals.hpp"

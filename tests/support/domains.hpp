@@ -41,9 +41,7 @@ LinearMesh<D> with_references(LinearMesh<D> mesh, const std::array<int, D>& cell
     for (std::size_t e = 0; e < mesh.elements.size(); ++e)
         for (int i = 0; i <= D; ++i) {
             const ElementId other = across[e][i];
-            SimplexVertices<D - 1> face;
-            const auto local = face_opposite<D>(i);
-            for (int k = 0; k < D; ++k) face[k] = mesh.elements.vertices[e][local[k]];
+            const SimplexVertices<D - 1> face = face_of(mesh, {ElementId(e), static_cast<std::uint32_t>(i)});
             Reference reference = 0;
             if (other.valid()) {
                 if (other.index() < e) continue;
@@ -75,12 +73,7 @@ LinearMesh<D> random_domain(std::uint64_t seed) {
     Dice dice(seed);
     LatticeOptions<D> options;
     for (int& n : options.cells) n = 2 + static_cast<int>(dice.below(D == 2 ? 4 : 2));
-    const std::uint64_t holes = dice.below(2);
-    options.keep = [seed, holes](const Cell<D>& c) {
-        std::uint64_t key = seed;
-        for (const int i : c) key = key * 6364136223846793005U + static_cast<std::uint64_t>(i) + 1442695040888963407U;
-        return holes == 0 || (key >> 33U) % 5 != 0 || std::all_of(c.begin(), c.end(), [](int i) { return i == 0; });
-    };
+    if (dice.below(2) == 1) options.keep = all_but_one_in<D>(5, seed);
     options.seed = seed + 1;
     return with_references<D>(lattice_mesh(options), options.cells, dice.below(2) == 1);
 }

@@ -9,10 +9,9 @@
 #include <functional>
 #include <numeric>
 #include <random>
+#include <stdexcept>
 #include <utility>
 #include <vector>
-
-#include <doctest/doctest.h>
 
 import camber.core;
 
@@ -54,6 +53,24 @@ LinearMesh<D> mesh_of(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements
     mesh.points = std::move(points);
     mesh.elements.vertices = std::move(elements);
     return mesh;
+}
+
+template <int D>
+SimplexVertices<D - 1> face_of(const LinearMesh<D>& mesh, ElementFace face) {
+    SimplexVertices<D - 1> v;
+    const auto local = face_opposite<D>(static_cast<int>(face.opposite));
+    for (int i = 0; i < D; ++i) v[i] = mesh.elements.vertices[face.element][local[i]];
+    return v;
+}
+
+/// Of a lattice all cells but about one in so many, and never without its first.
+template <int D>
+auto all_but_one_in(std::uint64_t many, std::uint64_t seed) {
+    return [many, seed](const Cell<D>& c) {
+        std::uint64_t key = seed;
+        for (const int i : c) key = key * 6364136223846793005U + static_cast<std::uint64_t>(i) + 1442695040888963407U;
+        return (key >> 33U) % many != 0 || std::all_of(c.begin(), c.end(), [](int i) { return i == 0; });
+    };
 }
 
 /// Kuhn's cut: a cell is the union of the D! simplices along the monotone paths between two opposite corners.
@@ -110,10 +127,10 @@ LinearMesh<D> lattice_mesh(const LatticeOptions<D>& o) {
     return mesh_of<D>(std::move(points), std::move(elements));
 }
 
-/// The value of an outcome that must be there.
+/// The value of an outcome that must be there; without it the test, or the program, fails.
 template <class T>
 T must(Outcome<T> outcome) {
-    REQUIRE_MESSAGE(outcome.has_value(), describe(outcome.has_value() ? Error{} : outcome.error()));
+    if (!outcome.has_value()) throw std::runtime_error(describe(outcome.error()));
     return std::move(*outcome);
 }
 

@@ -1,0 +1,128 @@
+// The laws of a mesh that changes, whole: random operations on random domains, until each kind was accepted so many
+// times, with all that holds of a mesh looked at along the way (tests/support/mesh_laws.hpp), and a table of what became
+// of them. Exit code 1: a law broke, by the seed and step that are told, or a kind stayed rare. A program with arguments,
+// not a timed test:
+//
+//     laws [--operations 100000] [--accepted 10000] [--seed 1] [--check 16]
+//
+// operations, accepted: in all, and of each kind, in each dimension; check: steps from one look at the whole mesh to the
+// next.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "operation_runs.hpp"
+#include "random_operations.hpp"
+
+import camber.core;
+import camber.dynamic;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+struct Arguments {
+    std::size_t operations = 100000, accepted = 10000;
+    std::uint64_t seed = 1;
+    std::size_t check = 16;
+};
+
+const char* word(Operation operation) {
+    switch (operation) {
+        case Operation::insert: return "insertion";
+        case Operation::collapse: return "collapse";
+        case Operation::swap_edge: return "edge swap";
+        case Operation::swap_face: return "face swap";
+        case Operation::reinsert: return "reinsertion";
+        case Operation::move: return "move";
+        case Operation::any_cavity: return "any cavity";
+    }
+    return "";
+}
+std::string name_of(Kind kind) {
+    if (kind.operation == Operation::any_cavity)
+        return kind.place == VertexPlace::inside ? "any cavity, a new point" : "any cavity, a vertex";
+    constexpr std::array places{"inside", "surface", "line", "corner"};
+    return std::string(word(kind.operation)) + ", " + places[static_cast<std::size_t>(kind.place)];
+}
+
+template <int D>
+void print(const Tally<D>& tally) {
+    constexpr std::array reasons{"",     "empty",  "required", "surface", "line",
+                                 "ball", "exists", "place",    "volume"};
+    std::printf("%dD %-21s %9s %9s", D, "", "tried", "accepted");
+    for (std::size_t i = 1; i < reasons.size(); ++i) std::printf(" %9s", reasons[i]);
+    std::printf("\n");
+    for (std::size_t k = 0; k < tally.rows.size(); ++k) {
+        const auto& [accepted, refused] = tally.rows[k];
+        std::size_t tried = accepted;
+        for (const std::size_t count : refused) tried += count;
+        std::printf("   %-21s %9zu %9zu", name_of(kinds<D>()[k]).c_str(), tried, accepted);
+        for (std::size_t i = 1; i < refused.size(); ++i) std::printf(" %9zu", refused[i]);
+        std::printf("\n");
+    }
+}
+
+/// False where a law breaks or a kind stays rare.
+template <int D>
+bool holds(const Arguments& a) {
+    const auto begin = std::chrono::steady_clock::now();
+    RunOptions options;
+    options.most_elements = D == 2 ? 200 : 600;
+    options.steps_a_check = a.check;
+    Tally<D> tally;
+    std::size_t domains = 0;
+    // A kind of which one try in a hundred goes is not rare.
+    const std::size_t most = 100 * (a.operations + a.accepted * kinds<D>().size()) / options.steps;
+    for (; domains <= most && (tally.least() < a.accepted || domains * options.steps < a.operations); ++domains)
+        if (const std::string broken = run_operations<D>(a.seed + domains, options, tally); !broken.empty()) {
+            std::printf("%dD: a law is broken: %s\n", D, broken.c_str());
+            return false;
+        }
+    print(tally);
+    std::printf("   %zu operations on %zu domains, seeds from %llu on, in %.1f s\n\n", domains * options.steps, domains,
+                static_cast<unsigned long long>(a.seed),
+                std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    if (tally.least() >= a.accepted) return true;
+    std::printf("%dD: a kind was accepted %zu times only\n", D, tally.least());
+    return false;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    Arguments a;
+    const std::span<char*> given(argv, static_cast<std::size_t>(argc));
+    for (std::size_t i = 1; i < given.size(); i += 2) {
+        const std::string_view word = given[i];
+        const std::uint64_t number = i + 1 < given.size() ? std::strtoull(given[i + 1], nullptr, 10) : 0;
+        if (word == "--operations") {
+            a.operations = number;
+        } else if (word == "--accepted") {
+            a.accepted = number;
+        } else if (word == "--seed") {
+            a.seed = number;
+        } else if (word == "--check" && number > 0) {
+            a.check = number;
+        } else {
+            std::fprintf(stderr, "laws [--operations N] [--accepted N] [--seed N] [--check N]\n");
+            return 2;
+        }
+    }
+    try {
+        const bool flat = holds<2>(a);
+        return holds<3>(a) && flat ? 0 : 1;
+    } catch (const std::exception& e) {
+        std::printf("a law is broken: %s\n", e.what());
+        return 1;
+    }
+}

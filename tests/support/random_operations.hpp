@@ -1,0 +1,279 @@
+// Operations at random places of a mesh: as patches, or why there is none.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "dice.hpp"
+#include "filling.hpp"
+#include "meshes.hpp"
+
+import camber.core;
+import camber.dynamic;
+
+namespace camber::testing {
+
+enum class Operation : std::uint8_t { insert, collapse, swap_edge, swap_face, reinsert, move, any_cavity };
+
+/// An operation by what it is done to: where its point, the vertex that goes, or the edge lies.
+struct Kind {
+    Operation operation;
+    VertexPlace place;
+};
+template <int D>
+constexpr auto kinds() {
+    using enum Operation;
+    using enum VertexPlace;
+    if constexpr (D == 2)
+        return std::array<Kind, 11>{{{insert, inside},
+                                     {insert, surface},
+                                     {collapse, inside},
+                                     {collapse, surface},
+                                     {swap_edge, inside},
+                                     {reinsert, inside},
+                                     {reinsert, surface},
+                                     {reinsert, corner},
+                                     {move, inside},
+                                     {move, surface},
+                                     {any_cavity, inside}}};
+    else
+        return std::array<Kind, 18>{{{insert, inside},
+                                     {insert, surface},
+                                     {insert, line},
+                                     {collapse, inside},
+                                     {collapse, surface},
+                                     {collapse, line},
+                                     {swap_edge, inside},
+                                     {swap_edge, surface},
+                                     {swap_face, inside},
+                                     {reinsert, inside},
+                                     {reinsert, surface},
+                                     {reinsert, line},
+                                     {reinsert, corner},
+                                     {move, inside},
+                                     {move, surface},
+                                     {move, line},
+                                     {any_cavity, inside},
+                                     {any_cavity, surface}}};
+}
+
+/// What came of a try: the failures of `star` by their numbers, then these.
+enum class Refusal : std::uint8_t {
+    none,
+    empty,
+    required,
+    surface,
+    line,
+    ball,
+    exists,
+    place,   ///< nothing of the kind was found there, or it may not go where it was to
+    volume,  ///< an element would be inverted, or not all of the cavity filled
+};
+inline constexpr std::size_t refusals = 9;
+
+template <int D>
+struct Attempt {
+    std::optional<TopologyPatch<D>> patch;  ///< where nothing is refused
+    Refusal refused = Refusal::none;
+};
+
+/// Chooses where an operation is tried, and what its cavity and point are.
+template <int D>
+class Trying {
+  public:
+    Trying(const DynamicMesh<D>& mesh, Dice& dice, StarWorkspace<D>& workspace)
+        : mesh_(mesh), dice_(dice), w_(workspace) {}
+
+    /// By topology alone, whatever the places of the vertices.
+    [[nodiscard]] Attempt<D> starred(Kind kind) {
+        TopologyPatch<D> patch{mesh_.stamp, {}, {}, {}};
+        if (!choose(kind, patch)) return {{}, Refusal::place};
+        const StarFailure failure = star(mesh_, patch.removed, patch.point.vertex, w_, patch.star);
+        if (failure != StarFailure::none) return {{}, static_cast<Refusal>(failure)};
+        return {std::move(patch), Refusal::none};
+    }
+    /// The same, and the mesh stays one of its domain. A point that is put in is found where it was meant.
+    [[nodiscard]] Attempt<D> planned(Kind kind) {
+        Attempt<D> attempt = starred(kind);
+        if (kind.operation == Operation::insert) expect_found();
+        if (attempt.patch && !fills(mesh_, *attempt.patch)) return {{}, Refusal::volume};
+        return attempt;
+    }
+
+  private:
+    [[nodiscard]] bool choose(Kind kind, TopologyPatch<D>& patch) {
+        switch (kind.operation) {
+            case Operation::insert: return choose_insertion(kind.place, patch);
+            case Operation::collapse: return choose_collapse(kind.place, patch);
+            case Operation::swap_edge: return choose_edge_swap(kind.place, patch);
+            case Operation::swap_face: return choose_face_swap(patch);
+            case Operation::reinsert: return choose_vertex(kind.place, patch);
+            case Operation::move: return choose_vertex(kind.place, patch) && choose_move(kind.place, patch);
+            case Operation::any_cavity: break;
+        }
+        grow(any_element(), patch.removed);
+        const auto& v = mesh_.elements.vertices[patch.removed.elements[0]];
+        if (kind.place == VertexPlace::inside)
+            patch.point.place = inner_point(v);
+        else
+            patch.point.vertex = v[dice_.below(D + 1)];
+        return true;
+    }
+
+    [[nodiscard]] ElementId any_element() {
+        for (;;)
+            if (const ElementId e(dice_.below(mesh_.elements.size())); !mesh_.is_free(e)) return e;
+    }
+    [[nodiscard]] Vec<D> inner_point(const auto& vertices) {
+        Vec<D> sum;
+        double all = 0;
+        for (const VertexId v : vertices) {
+            const double w = dice_.uniform(0.3, 1);
+            sum += w * mesh_.points[v];
+            all += w;
+        }
+        return sum / all;
+    }
+
+    /// A simplex of up to D dimensions that lies there; in the inside of it the point comes.
+    [[nodiscard]] bool choose_insertion(VertexPlace place, TopologyPatch<D>& patch) {
+        for (int tries = 0; tries < 40; ++tries) {
+            PointSite<D> site{any_element(), {}};
+            for (std::size_t left = 2 + dice_.below(D); left > 0;) {
+                bool& spans = site.spans[dice_.below(D + 1)];
+                left -= spans ? 0 : 1;
+                spans = true;
+            }
+            Insertion<D> in = insertion_at(mesh_, site);
+            if (in.place != place) continue;
+            std::vector<VertexId> vertices;
+            for (int i = 0; i <= D; ++i)
+                if (site.spans[i]) vertices.push_back(mesh_.elements.vertices[site.element][i]);
+            patch.removed = std::move(in.cavity);
+            patch.point.place = inserted_ = inner_point(vertices);
+            std::ranges::sort(vertices);
+            spanned_ = std::move(vertices);
+            return true;
+        }
+        spanned_.clear();
+        return false;
+    }
+    void expect_found() {
+        if (spanned_.empty()) return;
+        // Elements are no flatter than `fills` lets them be, and the point is in the middle of what it was put in.
+        const PointSite<D> site = must(locate(mesh_, inserted_, any_element(), 1e-6));
+        std::vector<VertexId> found;
+        for (int i = 0; i <= D; ++i)
+            if (site.spans[i]) found.push_back(mesh_.elements.vertices[site.element][i]);
+        std::ranges::sort(found);
+        if (found != spanned_) throw std::runtime_error("a point is found elsewhere than it was put");
+    }
+
+    [[nodiscard]] VertexId any_vertex(VertexPlace place) {
+        for (int tries = 0; tries < 40; ++tries)
+            if (const VertexId v = mesh_.elements.vertices[any_element()][dice_.below(D + 1)];
+                mesh_.states[v].place == place)
+                return v;
+        return {};
+    }
+    [[nodiscard]] bool choose_vertex(VertexPlace place, TopologyPatch<D>& patch) {
+        const VertexId v = any_vertex(place);
+        if (!v.valid()) return false;
+        cavity_of_vertex(mesh_, v, patch.removed);
+        patch.point.vertex = v;
+        return true;
+    }
+    [[nodiscard]] bool choose_collapse(VertexPlace place, TopologyPatch<D>& patch) {
+        if (!choose_vertex(place, patch)) return false;
+        const VertexId v = patch.point.vertex;
+        std::vector<VertexId> ends;
+        for (const ElementId e : patch.removed.elements)
+            for (const VertexId w : mesh_.elements.vertices[e])
+                if (w != v && may_collapse(mesh_, patch.removed, v, w)) ends.push_back(w);
+        if (ends.empty()) return false;
+        patch.point.vertex = ends[dice_.below(ends.size())];
+        return true;
+    }
+    /// Along what the vertex lies on, which is flat.
+    [[nodiscard]] bool choose_move(VertexPlace place, TopologyPatch<D>& patch) {
+        const auto& [elements, facets, lines] = patch.removed;
+        const Vec<D> from = mesh_.points[patch.point.vertex];
+        if (mesh_.states[patch.point.vertex].marks.has(Mark::required)) return false;
+        if (place == VertexPlace::inside) {
+            patch.point.place = from + 0.2 * dice_.vector<D>();
+            return true;
+        }
+        const Vec<D> to = place == VertexPlace::surface
+                              ? inner_point(mesh_.facets.vertices[facets[dice_.below(facets.size())]])
+                              : inner_point(mesh_.edges[mesh_.lines[lines[dice_.below(lines.size())]]]);
+        patch.point.place = from + dice_.uniform(0, 0.5) * (to - from);
+        return true;
+    }
+
+    [[nodiscard]] bool choose_edge_swap(VertexPlace place, TopologyPatch<D>& patch) {
+        for (int tries = 0; tries < 40; ++tries) {
+            const ElementId e = any_element();
+            const int k = static_cast<int>(dice_.below(edges_per_simplex<D>));
+            cavity_of_edge(mesh_, e, k, patch.removed);
+            const auto& [elements, facets, lines] = patch.removed;
+            if (!lines.empty() || facets.empty() != (place == VertexPlace::inside)) continue;
+            std::vector<VertexId> ring;
+            const auto add = [&](const auto& simplex) {
+                for (const VertexId v : simplex)
+                    if (local_vertex(mesh_.edges[mesh_.edges_of[e][k]], v) < 0) ring.push_back(v);
+            };
+            if (facets.empty())
+                for (const ElementId s : elements) add(mesh_.elements.vertices[s]);
+            else
+                for (const FacetId f : facets) add(mesh_.facets.vertices[f]);
+            if (ring.empty()) continue;
+            patch.point.vertex = ring[dice_.below(ring.size())];
+            return true;
+        }
+        return false;
+    }
+    [[nodiscard]] bool choose_face_swap(TopologyPatch<D>& patch) {
+        const ElementId e = any_element();
+        const int face = static_cast<int>(dice_.below(D + 1));
+        cavity_of_face(mesh_, e, face, patch.removed);
+        patch.point.vertex = mesh_.elements.vertices[e][face];
+        return patch.removed.facets.empty();
+    }
+
+    /// Elements, each across a face of one before, with some of their facets and lines.
+    void grow(ElementId first, CavityParts<D>& out) {
+        out.elements = {first};
+        for (std::size_t n = 1 + dice_.below(1 + dice_.below(20)); n > 0; --n) {
+            const ElementId from = out.elements[dice_.below(out.elements.size())];
+            const ElementId next = element_across(mesh_, from, static_cast<int>(dice_.below(D + 1)));
+            if (next.valid() && std::ranges::find(out.elements, next) == out.elements.end())
+                out.elements.push_back(next);
+        }
+        for (const ElementId e : out.elements) {
+            for (int i = 0; i <= D; ++i)
+                if (const FacetId f = facet_at(mesh_, e, i); f.valid() && dice_.below(2) == 0) out.facets.push_back(f);
+            for (const EdgeId edge : mesh_.edges_of[e])
+                if (const LineId l = mesh_.line_at(edge); l.valid() && dice_.below(3) == 0) out.lines.push_back(l);
+        }
+        const auto once = [](auto& ids) {
+            std::ranges::sort(ids);
+            ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+        };
+        once(out.facets);
+        once(out.lines);
+    }
+
+    const DynamicMesh<D>& mesh_;
+    Dice& dice_;
+    StarWorkspace<D>& w_;
+    std::vector<VertexId> spanned_;  ///< of the last insertion: the simplex that the point is in
+    Vec<D> inserted_;
+};
+
+}  // namespace camber::testing
