@@ -25,47 +25,64 @@ Vec<D> middle_of(const LinearMesh<D>& mesh, const SimplexVertices<D>& simplex) {
     return sum / (D + 1.0);
 }
 
-/// Boundary faces by the axis that they are normal to and their side, interfaces, and a baffle at half height where
-/// there is one; each kind has its reference.
-template <int D>
-LinearMesh<D> with_references(LinearMesh<D> mesh, const std::array<int, D>& cells, bool with_baffle) {
+/// What lies on both sides of a face.
+enum class FaceKind : std::uint8_t { boundary, interface, inside };
+
+/// Materials by the places of elements' vertices; a facet on each face that has a reference, by the places of its
+/// vertices, a vertex's place on its inner side, and its kind. 0: no facet.
+template <int D, class MaterialOf, class ReferenceOf>
+LinearMesh<D> with_facets(LinearMesh<D> mesh, MaterialOf&& material_of, ReferenceOf&& reference_of) {
     Buffer<Reference> materials(mesh.elements.size());
-    const double split = (cells[0] + 1) / 2;
-    for (std::size_t e = 0; e < materials.size(); ++e)
-        materials[e] = middle_of(mesh, mesh.elements.vertices[e])[0] < split ? 1 : 2;
-    const auto around = must(balls(mesh, alone));
-    const auto across = must(neighbours(mesh, around, alone));
+    for (std::size_t e = 0; e < materials.size(); ++e) materials[e] = material_of(corners(mesh, e));
+    const auto across = must(neighbours(mesh, must(balls(mesh, alone)), alone));
     Buffer<SimplexVertices<D - 1>> facets;
     Buffer<Reference> references;
-    const double baffle = (cells[1] + 1) / 2;
     for (std::size_t e = 0; e < mesh.elements.size(); ++e)
         for (int i = 0; i <= D; ++i) {
             const ElementId other = across[e][i];
+            if (other.valid() && other.index() < e) continue;
             const SimplexVertices<D - 1> face = face_of(mesh, {ElementId(e), static_cast<std::uint32_t>(i)});
-            Reference reference = 0;
-            if (other.valid()) {
-                if (other.index() < e) continue;
-                const bool lies_there = std::ranges::all_of(
-                    face, [&](VertexId v) { return mesh.points[v][1] == baffle && mesh.points[v][0] >= split; });
-                if (materials[other.index()] != materials[e])
-                    reference = 20;
-                else if (with_baffle && lies_there)
-                    reference = 30;
-                else
-                    continue;
-            } else {
-                for (int axis = 0; axis < D; ++axis) {
-                    const double x = mesh.points[face[0]][axis];
-                    if (std::ranges::all_of(face, [&](VertexId v) { return mesh.points[v][axis] == x; }))
-                        reference = 1 + 2 * axis + (middle_of(mesh, mesh.elements.vertices[e])[axis] < x ? 1 : 0);
-                }
-            }
+            std::array<Vec<D>, D> places;
+            for (int k = 0; k < D; ++k) places[k] = mesh.points[face[k]];
+            const FaceKind kind = !other.valid()                               ? FaceKind::boundary
+                                  : materials[other.index()] != materials[e] ? FaceKind::interface
+                                                                             : FaceKind::inside;
+            const Reference reference = reference_of(places, mesh.points[mesh.elements.vertices[e][i]], kind);
+            if (reference == 0) continue;
             facets.push_back(face);
             references.push_back(reference);
         }
     mesh.elements.references = std::move(materials);
     mesh.facets = {std::move(facets), std::move(references), {}};
     return mesh;
+}
+
+/// A face of an upright box: two references an axis, the even ones on the far side.
+template <int D>
+Reference side_of_box(const std::array<Vec<D>, D>& face, const Vec<D>& within) {
+    Reference reference = 0;
+    for (int axis = 0; axis < D; ++axis)
+        if (std::ranges::all_of(face, [&](const Vec<D>& p) { return p[axis] == face[0][axis]; }))
+            reference = 1 + 2 * axis + (within[axis] < face[0][axis] ? 1 : 0);
+    return reference;
+}
+
+/// Two materials, and a baffle at half height in the second where there is one; each kind has its reference.
+template <int D>
+LinearMesh<D> with_references(LinearMesh<D> mesh, const std::array<int, D>& cells, bool with_baffle) {
+    const double split = (cells[0] + 1) / 2;
+    const double baffle = (cells[1] + 1) / 2;
+    const auto material_of = [split](const std::array<Vec<D>, D + 1>& p) {
+        return std::ranges::any_of(p, [&](const Vec<D>& q) { return q[0] < split; }) ? 1 : 2;
+    };
+    const auto reference_of = [&](const std::array<Vec<D>, D>& face, const Vec<D>& within, FaceKind kind) -> Reference {
+        if (kind == FaceKind::boundary) return side_of_box<D>(face, within);
+        if (kind == FaceKind::interface) return 20;
+        const bool lies_there =
+            std::ranges::all_of(face, [&](const Vec<D>& p) { return p[1] == baffle && p[0] >= split; });
+        return with_baffle && lies_there ? 30 : 0;
+    };
+    return with_facets<D>(std::move(mesh), material_of, reference_of);
 }
 
 template <int D>
