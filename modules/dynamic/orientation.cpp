@@ -63,7 +63,7 @@ inline constexpr auto orders = orders_of(std::array<Permutation<D>, D == 2 ? 2 :
 /// Each of the D edge vectors from corner 0, exactly.
 template <int D>
 double exact_determinant(const std::array<Vec<D>, D + 1>& p) {
-    std::array<std::array<Parts, D>, D> columns;
+    std::array<std::array<Parts, D>, D> columns{};
     for (int a = 0; a < D; ++a)
         for (int c = 0; c < D; ++c) columns[a][c] = exact_sum(p[a + 1][c], -p[0][c]);
     ExactSum<D == 2 ? 16 : 192> sum;

@@ -1,0 +1,220 @@
+// Cavities before and after, as JSON for docs/pictures/draw_cavities.py: a point put into an anisotropic mesh by its
+// Delaunay cavity, a collapse, a swap in two dimensions; the shell of an edge in three. A program, not a timed test.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+import camber.core;
+import camber.metric;
+import camber.shapes;
+import camber.dynamic;
+import camber.surface;
+import camber.remesh;
+
+using namespace camber;
+
+namespace {
+
+template <class T>
+T must(Outcome<T> outcome) {
+    if (outcome) return std::move(*outcome);
+    std::fprintf(stderr, "%s\n", describe(outcome.error()).c_str());
+    std::exit(1);
+}
+
+template <int D>
+void print_mesh(const char* name, const DynamicMesh<D>& mesh, const std::vector<ElementId>& marked) {
+    std::printf(" \"%s\": {\"points\": [", name);
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+        std::printf("%s[", v == 0 ? "" : ", ");
+        for (int i = 0; i < D; ++i) std::printf("%s%.6f", i == 0 ? "" : ", ", mesh.points[v][i]);
+        std::printf("]");
+    }
+    std::printf("],\n  \"elements\": [");
+    bool first = true;
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+        if (mesh.is_free(ElementId(e))) continue;
+        std::printf("%s[", first ? "" : ", ");
+        for (const VertexId v : mesh.elements.vertices[e]) std::printf("%u, ", v.value);
+        std::printf("%d]", std::ranges::find(marked, ElementId(e)) != marked.end() ? 1 : 0);
+        first = false;
+    }
+    std::printf("]}");
+}
+
+/// A mesh before and after a patch. The last number of an element: whether it is of the cavity, or of the star.
+template <int D>
+void print_patch(const char* name, DynamicMesh<D> mesh, const TopologyPatch<D>& patch, const char* more) {
+    std::printf("%s\"%s\": {%s\n", std::string(name) == "insertion" ? "" : ",\n", name, more);
+    print_mesh("before", mesh, patch.removed.elements);
+    auto [after, changes] = must(commit<D>(std::move(mesh), {&patch, 1}));
+    std::printf(",\n \"point\": %u,\n", changes.points.front().value);
+    print_mesh("after", after, changes.elements.created);
+    std::printf("}");
+}
+
+/// A metric of these sizes along a direction and across it.
+LogMetric<2> metric_of(const Vec<2>& sizes) {
+    const double angle = std::numbers::pi / 6;
+    const Mat<2> axes{{Vec<2>{{std::cos(angle), std::sin(angle)}}, Vec<2>{{-std::sin(angle), std::cos(angle)}}}};
+    return log_metric_of_sizes<2>(sizes, axes);
+}
+
+/// A square whose edges are of unit length in a metric of these sizes.
+struct Square {
+    RemeshingGoal<2> goal;
+    Remeshing<2> state;
+};
+Square unit_square(const Vec<2>& sizes, const Execution& execution) {
+    BoxOptions<2> options;
+    options.cells = {12, 12};
+    const LinearMesh<2> mesh = must(generate(options));
+    Buffer<LogMetric<2>> metrics(mesh.points.size(), metric_of(sizes));
+    Square square;
+    square.goal.field = must(make_back_mesh(mesh, must(balls(mesh, execution)), Column(std::move(metrics)), execution));
+    square.state = must(begin_remeshing(mesh, must(unique_edges(mesh, execution)), {}, square.goal, execution));
+    square.state = must(bring_to_metric<2>(std::move(square.state), square.goal, {}, execution)).state;
+    return square;
+}
+
+CavityWish<2> insertion_wish(const Square& square, const Vec<2>& place) {
+    CavityWish<2> wish;
+    wish.cavity = must(insertion(square.state.mesh, place)).cavity;
+    wish.holders = wish.cavity.elements.size();
+    wish.place = place;
+    wish.metric = {metric_of({{0.32, 0.08}}), ElementId{}};
+    grow_delaunay(square.state, place, wish.metric.measure, 64, wish.cavity);
+    return wish;
+}
+
+/// The mesh is isotropic yet, the point's metric not. Of places near the middle with a large cavity, the one that is
+/// farthest from the vertices around it.
+void insert_one(const Square& square) {
+    PlanWorkspace<2> workspace;
+    TopologyPatch<2> patch, best;
+    double farthest = 0;
+    CavityWish<2> best_wish;
+    for (int i = 0; i <= 50; ++i)
+        for (int j = 0; j <= 50; ++j) {
+            const CavityWish<2> wish = insertion_wish(square, {{0.25 + 0.01 * i, 0.25 + 0.01 * j}});
+            if (plan(square.state, wish, {}, workspace, patch).rejected != RejectionReason::none) continue;
+            double near = 1;
+            for (const VertexId v : patch.star.boundary)
+                near = std::min(near, distance(square.state.mesh.points[v], wish.place));
+            if (!(near > farthest) || patch.removed.elements.size() < 8) continue;
+            farthest = near;
+            best = patch;
+            best_wish = wish;
+        }
+    // The rows of the metric's root: the unit ellipse is where |R (x − p)| = 1.
+    const auto& rows = best_wish.metric.measure.rows;
+    std::array<char, 160> ellipse{};
+    std::snprintf(ellipse.data(), ellipse.size(), "\"root\": [[%.6f, %.6f], [%.6f, %.6f]],", rows[0][0], rows[0][1],
+                  rows[1][0], rows[1][1]);
+    print_patch("insertion", square.state.mesh, best, ellipse.data());
+}
+
+/// The inner vertex nearest to a place.
+VertexId inner_vertex(const DynamicMesh<2>& mesh, const Vec<2>& place) {
+    VertexId best;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+        if (!mesh.is_free(VertexId(v)) && mesh.states[v].place == VertexPlace::inside)
+            if (!best.valid() || distance(mesh.points[v], place) < distance(mesh.points[best], place))
+                best = VertexId(v);
+    return best;
+}
+
+/// The vertex goes into the neighbour where the worst of the new elements is best.
+void collapse_one(const Square& square, const Vec<2>& place) {
+    const DynamicMesh<2>& mesh = square.state.mesh;
+    const VertexId v = inner_vertex(mesh, place);
+    TopologyPatch<2> patch, best;
+    double best_shape = 0;
+    CavityWish<2> wish;
+    cavity_of_vertex(mesh, v, wish.cavity);
+    PlanWorkspace<2> workspace;
+    for (const ElementId e : wish.cavity.elements)
+        for (const VertexId w : mesh.elements.vertices[e]) {
+            if (w == v) continue;
+            wish.join_to(square.state, w);
+            const PlanResult result = plan(square.state, wish, {}, workspace, patch);
+            if (result.rejected != RejectionReason::none || !(result.worst_shape > best_shape)) continue;
+            best_shape = result.worst_shape;
+            best = patch;
+        }
+    std::array<char, 40> more{};
+    std::snprintf(more.data(), more.size(), "\"goes\": %u,", v.value);
+    print_patch("collapse", mesh, best, more.data());
+}
+
+/// The edge of an element whose swap gives the best elements.
+void swap_one(const Square& square, const Vec<2>& place) {
+    const ElementId e = must(locate(square.state.mesh, place)).element;
+    TopologyPatch<2> patch, best;
+    double best_shape = 0;
+    PlanWorkspace<2> workspace;
+    for (int k = 0; k < 3; ++k) {
+        CavityWish<2> wish;
+        cavity_of_edge(square.state.mesh, e, k, wish.cavity);
+        if (!wish.cavity.facets.empty()) continue;
+        const auto [i, j] = local_edges<2>[k];
+        wish.join_to(square.state, square.state.mesh.elements.vertices[e][3 - i - j]);
+        const PlanResult result = plan(square.state, wish, {}, workspace, patch);
+        if (result.rejected != RejectionReason::none || !(result.worst_shape > best_shape)) continue;
+        best_shape = result.worst_shape;
+        best = patch;
+    }
+    print_patch("swap", square.state.mesh, best, "");
+}
+
+/// Tetrahedra around an edge, joined to a vertex of the ring around it.
+void swap_in_space() {
+    constexpr std::size_t n = 5;
+    Buffer<Vec<3>> points;
+    points.push_back({{0.05, 0, -1}});
+    points.push_back({{-0.05, 0.05, 1}});
+    Buffer<SimplexVertices<3>> elements;
+    Buffer<SimplexVertices<2>> facets;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double angle = 2 * std::numbers::pi * static_cast<double>(i) / n + 0.3;
+        points.push_back({{std::cos(angle), std::sin(angle), 0.12 * std::cos(2 * angle)}});
+        const VertexId a(2 + i);
+        const VertexId b(2 + (i + 1) % n);
+        const VertexId low(std::size_t{0});
+        const VertexId high(std::size_t{1});
+        elements.push_back({low, high, a, b});
+        facets.push_back({low, a, b});
+        facets.push_back({high, b, a});
+    }
+    LinearMesh<3> mesh;
+    mesh.points = std::move(points);
+    mesh.elements = {std::move(elements), Buffer<Reference>(n, 1), {}};
+    mesh.facets = {std::move(facets), Buffer<Reference>(2 * n, 1), {}};
+    const DynamicMesh<3> dynamic = must(make_dynamic(mesh, must(unique_edges(mesh, {})), {}, {}));
+    TopologyPatch<3> patch{dynamic.stamp, {VertexId(3)}, {}, {}};
+    cavity_of_edge(dynamic, ElementId(0), 0, patch.removed);
+    StarWorkspace<3> workspace;
+    if (star(dynamic, patch.removed, patch.point.vertex, workspace, patch.star) != StarFailure::none) std::exit(1);
+    print_patch("shell", dynamic, patch, "");
+}
+
+}  // namespace
+
+int main() {
+    const Execution execution;
+    std::printf("{");
+    insert_one(unit_square({{0.14, 0.14}}, execution));
+    const Square square = unit_square({{0.36, 0.12}}, execution);
+    collapse_one(square, {{0.5, 0.5}});
+    swap_one(square, {{0.5, 0.52}});
+    swap_in_space();
+    std::printf("}\n");
+    return 0;
+}
