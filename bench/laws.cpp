@@ -107,7 +107,7 @@ int main(int argc, char** argv) {
     const std::span<char*> given(argv, static_cast<std::size_t>(argc));
     for (std::size_t i = 1; i < given.size(); i += 2) {
         const std::string_view word = given[i];
-        const std::uint64_t number = i + 1 < given.size() ? std::strtoull(given[i + 1], nullptr, 10) : 0;
+        const auto number = static_cast<std::uint64_t>(i + 1 < given.size() ? std::strtod(given[i + 1], nullptr) : 0.0);
         if (word == "--operations") {
             a.operations = number;
         } else if (word == "--accepted") {

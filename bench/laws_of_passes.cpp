@@ -65,15 +65,15 @@ int main(int argc, char** argv) {
     const std::span<char*> given(argv, static_cast<std::size_t>(argc));
     for (std::size_t i = 1; i < given.size(); i += 2) {
         const std::string_view word = given[i];
-        const long number = i + 1 < given.size() ? std::strtol(given[i + 1], nullptr, 10) : 0;
+        const int number = static_cast<int>(i + 1 < given.size() ? std::strtod(given[i + 1], nullptr) : 0.0);
         if (word == "--cells" && number > 0 && number % 4 == 0) {
-            a.cells = static_cast<int>(number);
+            a.cells = number;
         } else if (word == "--rounds") {
-            a.rounds = static_cast<int>(number);
+            a.rounds = number;
         } else if (word == "--seed") {
             a.seed = static_cast<std::uint64_t>(number);
         } else if (word == "--threads") {
-            a.threads = static_cast<int>(number);
+            a.threads = number;
         } else {
             std::fprintf(stderr,
                          "laws_of_passes [--cells N] [--rounds N] [--seed N] [--threads N], cells a multiple of 4\n");

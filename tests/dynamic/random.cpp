@@ -30,12 +30,12 @@ void holds(const char* name, int count, const RunOptions& options, Run&& run) {
 }  // namespace
 
 TEST_CASE("random operations leave a sound mesh of the same domain") {
-    holds<2>("operations, 2D", 60, {.steps = 300, .most_elements = 200}, run_operations<2>);
-    holds<3>("operations, 3D", 40, {.steps = 400, .most_elements = 600}, run_operations<3>);
+    holds<2>("operations, 2D", 200, {.steps = 300, .most_elements = 200}, run_operations<2>);
+    holds<3>("operations, 3D", 150, {.steps = 400, .most_elements = 600}, run_operations<3>);
 }
 
 TEST_CASE("a star is sound by its topology alone") {
     const RunOptions options{.steps = 200, .most_elements = 300, .steps_a_check = 4};
-    holds<2>("topology, 2D", 60, options, run_topology<2>);
-    holds<3>("topology, 3D", 40, options, run_topology<3>);
+    holds<2>("topology, 2D", 150, options, run_topology<2>);
+    holds<3>("topology, 3D", 150, options, run_topology<3>);
 }
