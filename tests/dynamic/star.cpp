@@ -38,6 +38,29 @@ TEST_CASE("what must stay stays") {
     CHECK(star(dynamic, cavity, VertexId{}, workspace, made) == StarFailure::ball);
 }
 
+TEST_CASE("a line where the mesh touches itself stays") {
+    // Two cubes with an edge in common: a walk around it from one of them does not find the other.
+    LatticeOptions<3> options;
+    options.cells = {2, 2, 1};
+    options.keep = [](const Cell<3>& c) { return c[0] == c[1]; };
+    const auto dynamic = dynamic_of(with_references<3>(lattice_mesh(options), options.cells, false));
+    StarWorkspace<3> workspace;
+    Star<3> made;
+    CavityParts<3> cavity;
+    std::size_t tried = 0;
+    for (std::size_t e = 0; e < dynamic.elements.size(); ++e)
+        for (int k = 0; k < 6; ++k) {
+            cavity_of_edge(dynamic, ElementId(e), k, cavity);
+            const auto& ends = dynamic.edges[dynamic.edges_of[e][k]];
+            if (!std::ranges::all_of(ends, [&](VertexId v) { return dynamic.states[v].marks.has(Mark::held); }))
+                continue;
+            ++tried;
+            REQUIRE(cavity.lines.size() == 1);
+            CHECK(star(dynamic, cavity, VertexId{}, workspace, made) == StarFailure::required);
+        }
+    CHECK(tried > 0);
+}
+
 TEST_CASE("a surface that would be gone is not gone: a hole stays a hole, an inclusion an inclusion") {
     for (const bool is_hole : {true, false}) {
         LatticeOptions<2> options;
