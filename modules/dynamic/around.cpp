@@ -24,6 +24,13 @@ void add_facets(const DynamicMesh<D>& mesh, ElementId e, const std::array<bool, 
         if (!held[face] && mesh.across[e][face].is_facet()) found.push_back(mesh.across[e][face].facet());
 }
 
+/// Without a branch at each, so that several are compared at once.
+bool is_among(const std::vector<ElementId>& ids, ElementId id) {
+    bool found = false;
+    for (const ElementId i : ids) found |= i == id;
+    return found;
+}
+
 }  // namespace
 
 template <int D>
@@ -37,7 +44,7 @@ void ball(const DynamicMesh<D>& mesh, VertexId v, std::vector<ElementId>& found)
         for (int face = 0; face <= D; ++face) {
             if (vertices[face] == v) continue;
             const ElementId next = element_across(mesh, e, face);
-            if (next.valid() && std::find(found.rbegin(), found.rend(), next) == found.rend()) found.push_back(next);
+            if (next.valid() && !is_among(found, next)) found.push_back(next);
         }
     }
 }

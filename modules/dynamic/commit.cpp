@@ -140,9 +140,7 @@ class Committing {
     void number_edges(const TopologyPatch<D>& patch, VertexId point) {
         const Star<D>& star = patch.star;
         to_point_.assign(star.boundary.size(), EdgeId{});
-        std::vector<EdgeId> old;
         for (const ElementId e : patch.removed.elements) {
-            append(old, d_.edges_of[e.index()]);
             const auto& v = d_.elements[e.index()];
             const int held = patch.point.vertex.valid() ? local_vertex(v, point) : -1;
             for (int i = 0; held >= 0 && i <= D; ++i)
@@ -150,16 +148,7 @@ class Committing {
                     at != FlatMap<VertexId>::none)
                     to_point_[at] = d_.edges_of[e.index()][edge_between<D>[i][held]];
         }
-        stay_.clear();
-        for (const ElementFace& open : star.joined)
-            for (int k = 0; k < edges_per_simplex<D>; ++k)
-                if (const auto [i, j] = local_edges<D>[k];
-                    i != static_cast<int>(open.opposite) && j != static_cast<int>(open.opposite))
-                    stay_.put(d_.edges_of[open.element.index()][k], 0);
-        for (const EdgeId e : to_point_)
-            if (e.valid()) stay_.put(e, 0);
-        old = rising(std::move(old));
-        std::erase_if(old, [&](EdgeId e) { return stay_.contains(e); });
+        std::vector<EdgeId> old = edges_that_go(patch);
         append(changes_.edges.removed, old);
         Places places(old, d_.free_edges, [&] {
             d_.edges.push_back({});
@@ -184,6 +173,27 @@ class Committing {
                     elements_[j].edges[edge_between<D>[i][opposite]] =
                         to_point_[vertices_.find(elements_[j].vertices[i])];
         }
+    }
+
+    /// The edges of the cavity that no open face has, and that are not at the point; rising.
+    [[nodiscard]] std::vector<EdgeId> edges_that_go(const TopologyPatch<D>& patch) {
+        stay_.clear();
+        for (const ElementFace& open : patch.star.joined)
+            for (int k = 0; k < edges_per_simplex<D>; ++k)
+                if (const auto [i, j] = local_edges<D>[k];
+                    i != static_cast<int>(open.opposite) && j != static_cast<int>(open.opposite))
+                    stay_.put(d_.edges_of[open.element.index()][k], 0);
+        for (const EdgeId e : to_point_)
+            if (e.valid()) stay_.put(e, 0);
+        std::vector<EdgeId> old;
+        for (const ElementId e : patch.removed.elements)
+            for (const EdgeId edge : d_.edges_of[e.index()])
+                if (!stay_.contains(edge)) {
+                    stay_.put(edge, 0);
+                    old.push_back(edge);
+                }
+        std::sort(old.begin(), old.end());
+        return old;
     }
 
     /// The new facets, by the order of the star; their sides are put with the elements.
