@@ -10,6 +10,7 @@ import camber.core;
 import camber.metric;
 import camber.dynamic;
 import :measures;
+import :plan;
 import :rounds;
 import :state;
 
@@ -22,13 +23,74 @@ struct ElementEdge {
     int local = 0;
 };
 template <int D>
-[[nodiscard]] ElementEdge element_with_edge(const DynamicMesh<D>& mesh, EdgeId edge) {
-    std::vector<ElementId> around;
-    ball(mesh, mesh.edges[edge][0], around);
-    for (const ElementId e : around)
-        for (int k = 0; k < edges_per_simplex<D>; ++k)
-            if (mesh.edges_of[e][k] == edge) return {e, k};
+[[nodiscard]] ElementEdge edge_in(const DynamicMesh<D>& mesh, ElementId e, EdgeId edge) {
+    for (int k = 0; k < edges_per_simplex<D>; ++k)
+        if (mesh.edges_of[e][k] == edge) return {e, k};
     return {};
+}
+
+/// The face at its local vertex `from` through which the way to b leaves an element; −1: none.
+template <int D>
+[[nodiscard]] int face_towards(const DynamicMesh<D>& mesh, ElementId e, int from, const Vec<D>& b) {
+    const auto& vertices = mesh.elements.vertices[e];
+    const Vec<D>& a = mesh.points[vertices[from]];
+    Mat<D> sides;
+    std::array<int, D> others{};
+    for (int i = 0, n = 0; i <= D; ++i)
+        if (i != from) {
+            sides.column[n] = mesh.points[vertices[i]] - a;
+            others[n++] = i;
+        }
+    const double volume = det(sides);
+    int best = -1;
+    double least = 0;
+    for (int n = 0; n < D; ++n) {
+        Mat<D> seen = sides;
+        seen.column[n] = b - a;
+        const double part = volume > 0 ? det(seen) : -det(seen);
+        if (part < least) best = others[n], least = part;
+    }
+    return best;
+}
+
+/// From element to element around its first vertex towards its second; where that way ends, among all of them.
+template <int D>
+[[nodiscard]] ElementEdge element_with_edge(const DynamicMesh<D>& mesh, EdgeId edge) {
+    const auto& [a, b] = mesh.edges[edge];
+    constexpr int most_steps = 16;
+    ElementId e = mesh.element_of[a];
+    for (int step = 0; step < most_steps && e.valid(); ++step) {
+        if (const ElementEdge found = edge_in(mesh, e, edge); found.element.valid()) return found;
+        const int face = face_towards(mesh, e, local_vertex(mesh.elements.vertices[e], a), mesh.points[b]);
+        e = face >= 0 ? element_across(mesh, e, face) : ElementId{};
+    }
+    std::vector<ElementId> around;
+    ball(mesh, a, around);
+    for (const ElementId s : around)
+        if (const ElementEdge found = edge_in(mesh, s, edge); found.element.valid()) return found;
+    return {};
+}
+
+/// Whether an id is among a few; without a branch at each, so that several are compared at once.
+template <class Id>
+[[nodiscard]] bool is_among(const std::vector<Id>& ids, Id id) {
+    bool found = false;
+    for (const Id i : ids) found |= i == id;
+    return found;
+}
+
+/// The length from a wish's place to the nearest vertex of the elements that hold it.
+template <int D>
+[[nodiscard]] double nearest_of_holders(const Remeshing<D>& r, const CavityWish<D>& wish) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < wish.holders; ++i) {
+        const auto& vertices = r.mesh.elements.vertices[wish.cavity.elements[i]];
+        for (const VertexId v : vertices)
+            if (i == 0 || local_vertex(r.mesh.elements.vertices[wish.cavity.elements[i - 1]], v) < 0)
+                nearest = std::min(
+                    nearest, edge_length(wish.metric.measure, r.metrics[v].measure, r.mesh.points[v] - wish.place));
+    }
+    return nearest;
 }
 
 template <int D>

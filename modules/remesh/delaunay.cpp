@@ -34,23 +34,38 @@ bool is_in_metric_sphere(const Remeshing<D>& r, ElementId e, const Vec<D>& point
     return volume > 0 ? lifted > 0 : lifted < 0;
 }
 
+namespace {
+
+/// The vertex of `next` that `from` does not have, where they share a face.
+template <int D>
+VertexId vertex_beyond(const DynamicMesh<D>& mesh, ElementId from, ElementId next) {
+    const auto& faces = mesh.across[next];
+    for (int i = 0; i <= D; ++i)
+        if (faces[i] == Across(from)) return mesh.elements.vertices[next][i];
+    return {};
+}
+
+}  // namespace
+
 template <int D>
 void grow_delaunay(const Remeshing<D>& r, const Vec<D>& point, const MeasuringMetric<D>& metric, std::size_t most,
-                   CavityParts<D>& cavity) {
+                   double shortest, CavityParts<D>& cavity) {
     auto& elements = cavity.elements;
     for (std::size_t i = 0; i < elements.size() && elements.size() < most; ++i)
-        for (int face = 0; face <= D; ++face) {
+        for (int face = 0; face <= D && elements.size() < most; ++face) {
             const Across across = r.mesh.across[elements[i]][face];
             if (!across.valid() || !across.is_element()) continue;
             const ElementId next = across.element();
-            if (std::ranges::find(elements, next) != elements.end()) continue;
-            if (elements.size() < most && is_in_metric_sphere(r, next, point, metric)) elements.push_back(next);
+            if (is_among(elements, next) || !is_in_metric_sphere(r, next, point, metric)) continue;
+            const VertexId v = vertex_beyond(r.mesh, elements[i], next);
+            if (edge_length(metric, r.metrics[v].measure, r.mesh.points[v] - point) < shortest) continue;
+            elements.push_back(next);
         }
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                       \
-    template bool is_in_metric_sphere<D>(const Remeshing<D>&, ElementId, const Vec<D>&, const MeasuringMetric<D>&); \
-    template void grow_delaunay<D>(const Remeshing<D>&, const Vec<D>&, const MeasuringMetric<D>&, std::size_t,      \
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template bool is_in_metric_sphere<D>(const Remeshing<D>&, ElementId, const Vec<D>&, const MeasuringMetric<D>&);    \
+    template void grow_delaunay<D>(const Remeshing<D>&, const Vec<D>&, const MeasuringMetric<D>&, std::size_t, double, \
                                    CavityParts<D>&);
 
 CAMBER_INSTANTIATE(2)

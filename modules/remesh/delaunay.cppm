@@ -14,9 +14,10 @@ template <int D>
                                        const MeasuringMetric<D>& metric);
 
 /// The Delaunay cavity of a point in its own metric (paper §1.3): to the elements that are in it already, which hold
-/// the point, those that faces without facets connect and in whose spheres the point lies. At most `most` elements.
+/// the point, those that faces without facets connect and in whose spheres the point lies, unless their vertex opposite
+/// that face is nearer to the point than `shortest` (in the metric). At most `most` elements.
 template <int D>
 void grow_delaunay(const Remeshing<D>& r, const Vec<D>& point, const MeasuringMetric<D>& metric, std::size_t most,
-                   CavityParts<D>& cavity);
+                   double shortest, CavityParts<D>& cavity);
 
 }  // namespace camber

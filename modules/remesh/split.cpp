@@ -65,7 +65,9 @@ class Splits final : public Pass<D> {
         const FieldSample<D> sample = sample_value(goal_.field, wish.place, r.metrics[a].back);
         wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
         wish.holders = wish.cavity.elements.size();
-        grow_delaunay(r, wish.place, wish.metric.measure, most_elements, wish.cavity);
+        // Too near to a vertex that no growing takes away: rejected as it is.
+        if (nearest_of_holders(r, wish) >= options_.shortest)
+            grow_delaunay(r, wish.place, wish.metric.measure, most_elements, options_.shortest, wish.cavity);
         wished.limits.corrections = 16;
         wished.limits.shortest = options_.shortest;
         wished.limits.least_shape = shape_of_quality(options_.least_quality, D);
