@@ -29,7 +29,10 @@ class Moves final : public Pass<D> {
         if (r.mesh.is_free(v) || !may_move(state)) return {};
         LimitedWish<D> wished;
         auto& [wish, limits] = wished;
-        cavity_of_vertex(r.mesh, v, wish.cavity);
+        if (state.place == VertexPlace::inside)
+            ball(r.mesh, v, wish.cavity.elements);  // no facets, no lines
+        else
+            cavity_of_vertex(r.mesh, v, wish.cavity);
         const double before = worst_shape(r, wish.cavity.elements);
         if (!(before < wanted_)) return {};
         const Vec<D> here = r.mesh.points[v];
