@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <iterator>
 #include <span>
@@ -93,11 +94,16 @@ void tell(const Remeshing<3>& r, const Execution& execution) {
 template <class Pass>
 Remeshing<3> step(const char* name, Remeshing<3> r, const Arguments& a, const Execution& execution, Pass&& pass) {
     const auto begin = std::chrono::steady_clock::now();
+    const std::clock_t processor = std::clock();
     auto done = must(pass(std::move(r)));
+    const double used = static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC;
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     const auto& s = done.statistics;
-    std::printf("%-9s %6.2f s %8zu proposals %8zu accepted (%.0f a second), %zu rounds; rejected:", name, seconds,
-                s.proposals, s.accepted, static_cast<double>(s.accepted) / seconds, s.rounds);
+    std::printf(
+        "%-9s %6.2f s, of processors %6.2f s, %8zu proposals %8zu accepted (%.0f, %.0f a second), %zu rounds; "
+        "rejected:",
+        name, seconds, used, s.proposals, s.accepted, static_cast<double>(s.accepted) / seconds,
+        static_cast<double>(s.accepted) / used, s.rounds);
     constexpr std::array names{"",       "empty",  "required", "surface", "line",     "ball",
                                "exists", "volume", "quality",  "length",  "geometry", "waits"};
     for (std::size_t i = 1; i < names.size(); ++i)

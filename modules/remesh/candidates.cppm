@@ -9,6 +9,7 @@ export module camber.remesh:candidates;
 import camber.core;
 import camber.metric;
 import camber.dynamic;
+import :kept_shapes;
 import :measures;
 import :plan;
 import :rounds;
@@ -93,13 +94,6 @@ template <int D>
     return nearest;
 }
 
-template <int D>
-[[nodiscard]] double worst_shape(const Remeshing<D>& r, const std::vector<ElementId>& elements) {
-    double worst = std::numeric_limits<double>::infinity();
-    for (const ElementId e : elements) worst = std::min(worst, shape_of(r, e));
-    return worst;
-}
-
 /// The order of what is not to be done.
 inline constexpr double infinite_order = std::numeric_limits<double>::infinity();
 
@@ -131,13 +125,13 @@ void add_edge_tasks(const Remeshing<D>& r, const TopologyChanges& changes, Order
 
 /// The same for elements by their shape.
 template <int D, class OrderOf>
-[[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Remeshing<D>& r, OrderOf&& order_of,
-                                                       const Execution& execution) {
+[[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Remeshing<D>& r, const KeptShapes<D>& shapes,
+                                                       OrderOf&& order_of, const Execution& execution) {
     return reduce_each(
         execution, r.mesh.elements.size(), std::vector<Task>{},
         [&](std::vector<Task>& tasks, std::size_t e) {
             if (r.mesh.is_free(ElementId(e))) return;
-            if (const double order = order_of(shape_of(r, ElementId(e))); order < infinite_order)
+            if (const double order = order_of(shapes[ElementId(e)]); order < infinite_order)
                 tasks.push_back(task(order, ElementId(e)));
         },
         [](std::vector<Task> a, std::vector<Task> b) {

@@ -28,12 +28,16 @@ class Collapses final : public Pass<D> {
         const auto& [a, b] = r.mesh.edges[edge];
         // Into the end where the worst element is better; where both do not go, the first that may, to say why.
         std::optional<LimitedWish<D>> best;
-        double best_shape = -std::numeric_limits<double>::infinity();
+        double best_shape = 0;
+        ConeShapes<D> cones(r);
         for (const auto& [v, w] : {std::pair{a, b}, std::pair{b, a}}) {
             LimitedWish<D> wished;
             cavity_of_vertex(r.mesh, v, wished.wish.cavity);
             if (!may_collapse(r.mesh, wished.wish.cavity, v, w)) continue;
-            const double shape = worst_after(r, wished.wish.cavity.elements, v, w);
+            cones.clear();
+            for (const ElementId e : wished.wish.cavity.elements)
+                cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
+            const double shape = cones.worst(r.mesh.points[w], r.metrics[w].measure, best_shape, w);
             if (best && !(shape > best_shape)) continue;
             wished.wish.join_to(r, w);
             wished.limits.longest = options_.longest;
@@ -45,23 +49,11 @@ class Collapses final : public Pass<D> {
         }
         return best;
     }
-    void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const override {
+    void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }
 
   private:
-    [[nodiscard]] static double worst_after(const Remeshing<D>& r, const std::vector<ElementId>& around, VertexId v,
-                                            VertexId w) {
-        double worst = std::numeric_limits<double>::infinity();
-        for (const ElementId e : around) {
-            const auto& vertices = r.mesh.elements.vertices[e];
-            if (local_vertex(vertices, w) >= 0) continue;
-            worst =
-                std::min(worst, shape_with(r, e, local_vertex(vertices, v), r.mesh.points[w], r.metrics[w].measure));
-        }
-        return worst;
-    }
-
     const CollapseOptions& options_;
 };
 
@@ -71,7 +63,7 @@ template <int D>
 Outcome<Remeshed<D>> collapse(Remeshing<D> state, const RemeshingGoal<D>&, const CollapseOptions& options,
                               const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    const Collapses<D> pass(options);
+    Collapses<D> pass(options);
     auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());
     auto statistics = run_pass<D>(state, pass, std::move(*tasks), execution);

@@ -60,7 +60,7 @@ struct Planned {
 template <int D>
 class Rounds {
   public:
-    Rounds(Remeshing<D>& r, const Pass<D>& pass, std::vector<Task> tasks, const Execution& execution)
+    Rounds(Remeshing<D>& r, Pass<D>& pass, std::vector<Task> tasks, const Execution& execution)
         : r_(r), pass_(pass), tasks_(std::move(tasks)), execution_(execution) {
         std::make_heap(tasks_.begin(), tasks_.end(), later);
     }
@@ -162,7 +162,7 @@ class Rounds {
     }
 
     Remeshing<D>& r_;
-    const Pass<D>& pass_;
+    Pass<D>& pass_;
     std::vector<Task> tasks_, front_;
     const Execution& execution_;
     Claims claims_;
@@ -173,12 +173,11 @@ class Rounds {
 }  // namespace
 
 template <int D>
-Outcome<PassStatistics> run_pass(Remeshing<D>& r, const Pass<D>& pass, std::vector<Task> tasks,
-                                 const Execution& execution) {
+Outcome<PassStatistics> run_pass(Remeshing<D>& r, Pass<D>& pass, std::vector<Task> tasks, const Execution& execution) {
     return guarded([&] { return Rounds<D>(r, pass, std::move(tasks), execution).run(); });
 }
 
-template Outcome<PassStatistics> run_pass<2>(Remeshing<2>&, const Pass<2>&, std::vector<Task>, const Execution&);
-template Outcome<PassStatistics> run_pass<3>(Remeshing<3>&, const Pass<3>&, std::vector<Task>, const Execution&);
+template Outcome<PassStatistics> run_pass<2>(Remeshing<2>&, Pass<2>&, std::vector<Task>, const Execution&);
+template Outcome<PassStatistics> run_pass<3>(Remeshing<3>&, Pass<3>&, std::vector<Task>, const Execution&);
 
 }  // namespace camber

@@ -74,7 +74,7 @@ class Pass {
     [[nodiscard]] virtual std::optional<LimitedWish<D>> shortened(const Remeshing<D>&, const Task&, double) const {
         return {};
     }
-    virtual void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const = 0;
+    virtual void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) = 0;
 
   protected:
     Pass() = default;
@@ -88,7 +88,7 @@ class Pass {
 /// patches the first is taken, then each that removes no element and makes no edge of one before; one commit. Threads
 /// have no say in it. Errors: of commit; stopped, memory.
 template <int D>
-[[nodiscard]] Outcome<PassStatistics> run_pass(Remeshing<D>& r, const Pass<D>& pass, std::vector<Task> tasks,
+[[nodiscard]] Outcome<PassStatistics> run_pass(Remeshing<D>& r, Pass<D>& pass, std::vector<Task> tasks,
                                                const Execution& execution);
 
 }  // namespace camber

@@ -20,8 +20,11 @@ namespace {
 template <int D>
 class Moves final : public Pass<D> {
   public:
-    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options)
-        : goal_(goal), wanted_(shape_of_quality(options.wanted, D)), gain_(shape_of_quality(options.gain, D)) {}
+    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options, KeptShapes<D> shapes)
+        : goal_(goal),
+          wanted_(shape_of_quality(options.wanted, D)),
+          gain_(shape_of_quality(options.gain, D)),
+          shapes_(std::move(shapes)) {}
 
     [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
         const VertexId v(std::size_t{task.id});
@@ -33,16 +36,18 @@ class Moves final : public Pass<D> {
             ball(r.mesh, v, wish.cavity.elements);  // no facets, no lines
         else
             cavity_of_vertex(r.mesh, v, wish.cavity);
-        const double before = worst_shape(r, wish.cavity.elements);
+        const double before = shapes_.worst(wish.cavity.elements);
         if (!(before < wanted_)) return {};
+        ConeShapes<D> cones(r);
+        for (const ElementId e : wish.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
         const Vec<D> here = r.mesh.points[v];
-        const Vec<D> step = centre_of_unit_edges(r, wish.cavity, v) - here;
-        const double least = gain_ * std::max(before, 0.0);
+        const Vec<D> step = centre_of_unit_edges(r, wish.cavity, cones, v) - here;
+        const double least = gain_ * before;
         for (double share = 1; share > 0.2; share /= 2) {
             const Vec<D> place = on_geometry(r.mesh, wish.cavity, state.place, here + share * step);
             const FieldSample<D> sample = sample_value(goal_.field, place, r.metrics[v].back);
             const VertexMetric<D> metric(sample.log_metric, sample.location.element);
-            if (!(worst_at(r, wish.cavity.elements, v, place, metric.measure, least) > least)) continue;
+            if (!(cones.worst(place, metric.measure, least) > least)) continue;
             wish.point = v;
             wish.place = place;
             wish.metric = metric;
@@ -52,7 +57,9 @@ class Moves final : public Pass<D> {
         }
         return {};
     }
-    void follow(const Remeshing<D>&, const TopologyChanges&, std::vector<Task>&) const override {}
+    void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
+        shapes_.follow(r, changes);
+    }
 
   private:
     static constexpr double least_length = 0.1;
@@ -67,39 +74,31 @@ class Moves final : public Pass<D> {
         return place == VertexPlace::inside ? p : on_geometry_at_facet(goal_, mesh, around.facets.front(), p);
     }
     /// The mean of where v would be for each of its edges (on a surface those of its facets) to have length 1 at its
-    /// other end.
-    [[nodiscard]] static Vec<D> centre_of_unit_edges(const Remeshing<D>& r, const CavityParts<D>& around, VertexId v) {
+    /// other end, by how many elements (facets) have the edge.
+    [[nodiscard]] static Vec<D> centre_of_unit_edges(const Remeshing<D>& r, const CavityParts<D>& around,
+                                                     const ConeShapes<D>& cones, VertexId v) {
         const Vec<D> here = r.mesh.points[v];
         Vec<D> sum{};
         double weights = 0;
-        const auto add = [&](const auto& vertices) {
-            for (const VertexId w : vertices) {
-                if (w == v) continue;
-                const Vec<D> edge = here - r.mesh.points[w];
-                const double length = edge_length(r.metrics[v].measure, r.metrics[w].measure, edge);
-                if (!(length > least_length)) continue;  // it asks for a place far beyond all others
-                sum += r.mesh.points[w] + (1 / length) * edge;
-                weights += 1;
-            }
+        const auto add = [&](VertexId w, double weight) {
+            const Vec<D> edge = here - r.mesh.points[w];
+            const double length = edge_length(r.metrics[v].measure, r.metrics[w].measure, edge);
+            if (!(length > least_length)) return;  // it asks for a place far beyond all others
+            sum += weight * (r.mesh.points[w] + (1 / length) * edge);
+            weights += weight;
         };
         if (around.facets.empty())
-            for (const ElementId e : around.elements) add(r.mesh.elements.vertices[e]);
+            for (const auto& corner : cones.vertices()) add(corner.vertex, corner.faces);
         else
-            for (const FacetId f : around.facets) add(r.mesh.facets.vertices[f]);
+            for (const FacetId f : around.facets)
+                for (const VertexId w : r.mesh.facets.vertices[f])
+                    if (w != v) add(w, 1);
         return weights > 0 ? sum / weights : here;
-    }
-    [[nodiscard]] static double worst_at(const Remeshing<D>& r, const std::vector<ElementId>& around, VertexId v,
-                                         const Vec<D>& place, const MeasuringMetric<D>& metric, double least) {
-        double worst = std::numeric_limits<double>::infinity();
-        for (const ElementId e : around) {
-            worst = std::min(worst, shape_with(r, e, local_vertex(r.mesh.elements.vertices[e], v), place, metric));
-            if (!(worst > least)) break;
-        }
-        return worst;
     }
 
     const RemeshingGoal<D>& goal_;
     double wanted_, gain_;  ///< of shapes
+    KeptShapes<D> shapes_;
 };
 
 }  // namespace
@@ -109,7 +108,9 @@ Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal, co
                             const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     return guarded([&]() -> Outcome<Remeshed<D>> {
-        const Moves<D> pass(goal, options);
+        auto shapes = KeptShapes<D>::of(state, without_progress(execution));
+        if (!shapes) return fail(shapes.error());
+        Moves<D> pass(goal, options, std::move(*shapes));
         Remeshed<D> out{std::move(state), {}};
         for (int sweep = 0; sweep < options.sweeps; ++sweep) {
             std::vector<Task> tasks;

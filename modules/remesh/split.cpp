@@ -39,7 +39,7 @@ class Splits final : public Pass<D> {
         if (wished && wished->wish.cavity.facets.empty()) wished.reset();
         return wished;
     }
-    void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) const override {
+    void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }
 
@@ -84,7 +84,7 @@ template <int D>
 Outcome<Remeshed<D>> split(Remeshing<D> state, const RemeshingGoal<D>& goal, const SplitOptions& options,
                            const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    const Splits<D> pass(goal, options);
+    Splits<D> pass(goal, options);
     auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());
     auto statistics = run_pass<D>(state, pass, std::move(*tasks), execution);
