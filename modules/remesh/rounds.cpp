@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <optional>
 #include <unordered_set>
 #include <utility>
@@ -92,6 +93,9 @@ class Rounds {
             front_.push_back(tasks_.back());
             tasks_.pop_back();
         }
+        by_id_.resize(front_.size());
+        std::iota(by_id_.begin(), by_id_.end(), std::size_t{0});
+        std::ranges::sort(by_id_, {}, [&](std::size_t i) { return front_[i].id; });
     }
     [[nodiscard]] Outcome<std::vector<Planned<D>>> plan_front(const Execution& execution) {
         std::vector<Planned<D>> planned(front_.size());
@@ -100,7 +104,7 @@ class Rounds {
             execution, front_.size(),
             [&](std::size_t begin, std::size_t end) {
                 PlanWorkspace<D> workspace;
-                for (std::size_t i = begin; i < end; ++i) plan_task(front_[i], workspace, planned[i]);
+                for (std::size_t i = begin; i < end; ++i) plan_task(front_[by_id_[i]], workspace, planned[by_id_[i]]);
             },
             grain);
         if (!done) return fail(done.error());
@@ -164,6 +168,7 @@ class Rounds {
     Remeshing<D>& r_;
     Pass<D>& pass_;
     std::vector<Task> tasks_, front_;
+    std::vector<std::size_t> by_id_;  ///< of the front: neighbours in memory are planned one after the other
     const Execution& execution_;
     Claims claims_;
     PassStatistics statistics_;
