@@ -1,4 +1,5 @@
 module;
+#include <array>
 #include <cstddef>
 #include <vector>
 export module camber.remesh:on_geometry;
@@ -11,11 +12,21 @@ import :state;
 namespace camber {
 
 template <int D>
-[[nodiscard]] FacetSite<D> site_of(const DynamicMesh<D>& mesh, FacetId f) {
-    FacetSite<D> site{{}, mesh.facets.references[f], {}};
-    for (int i = 0; i < D; ++i) site.corners[i] = mesh.points[mesh.facets.vertices[f][i]];
-    return site;
+[[nodiscard]] std::array<Vec<D>, D> corners_of(const DynamicMesh<D>& mesh, FacetId f) {
+    std::array<Vec<D>, D> corners;
+    for (int i = 0; i < D; ++i) corners[i] = mesh.points[mesh.facets.vertices[f][i]];
+    return corners;
 }
+template <int D>
+[[nodiscard]] FacetSite<D> site_of(const DynamicMesh<D>& mesh, FacetId f) {
+    return {{}, mesh.facets.references[f], corners_of(mesh, f)};
+}
+
+/// Area times normal; 2D: length times normal.
+[[nodiscard]] inline Vec<2> facet_normal(const std::array<Vec<2>, 2>& p) {
+    return {{p[1][1] - p[0][1], p[0][0] - p[1][0]}};
+}
+[[nodiscard]] inline Vec<3> facet_normal(const std::array<Vec<3>, 3>& p) { return cross(p[1] - p[0], p[2] - p[0]); }
 
 /// The point of the geometry for p, on or near an edge with these facets; p itself without a geometry, or inside.
 template <int D>

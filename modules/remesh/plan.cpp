@@ -28,10 +28,6 @@ RejectionReason reason_of(StarFailure failure) {
     return RejectionReason::empty;
 }
 
-/// Area times normal; 2D: length times normal.
-Vec<2> facet_normal(const std::array<Vec<2>, 2>& p) { return {{p[1][1] - p[0][1], p[0][0] - p[1][0]}}; }
-Vec<3> facet_normal(const std::array<Vec<3>, 3>& p) { return cross(p[1] - p[0], p[2] - p[0]); }
-
 /// What the judge finds wrong, and at which joined face.
 struct Fault {
     RejectionReason reason = RejectionReason::none;
@@ -123,25 +119,19 @@ class Planning {
     [[nodiscard]] RejectionReason judge_facets() const {
         for (const auto& [facet, opposite] : out_.star.facets) {
             const Reference reference = r_.mesh.facets.references[facet];
-            std::array<Vec<D>, D> p = facet_corners(facet);
+            std::array<Vec<D>, D> p = corners_of(r_.mesh, facet);
             const Vec<D> own = facet_normal(p);
             p[opposite] = wish_.place;
             const Vec<D> now = facet_normal(p);
             for (const FacetId f : out_.removed.facets) {
                 if (r_.mesh.facets.references[f] != reference) continue;
-                const Vec<D> n = facet_normal(facet_corners(f));
+                const Vec<D> n = facet_normal(corners_of(r_.mesh, f));
                 const double turned = dot(n, own) < 0 ? -dot(n, now) : dot(n, now);  // facets are any way round
                 if (!(turned > limits_.facet_cosine * norm(n) * norm(now))) return RejectionReason::geometry;
             }
         }
         return RejectionReason::none;
     }
-    [[nodiscard]] std::array<Vec<D>, D> facet_corners(FacetId f) const {
-        std::array<Vec<D>, D> p;
-        for (int i = 0; i < D; ++i) p[i] = r_.mesh.points[r_.mesh.facets.vertices[f][i]];
-        return p;
-    }
-
     /// Half of the elements that may leave the cavity do: the later ones are farther off. False where none may.
     [[nodiscard]] bool shrink() {
         auto& elements = out_.removed.elements;

@@ -10,6 +10,7 @@ export import :rounds;
 export import :passes;
 export import :to_metric;
 export import :settled;
+import :boundary_moves;
 import :candidates;
 import :kept_shapes;
 import :on_geometry;

@@ -24,6 +24,7 @@ class Moves final : public Pass<D> {
         : goal_(goal),
           wanted_(shape_of_quality(options.wanted, D)),
           gain_(shape_of_quality(options.gain, D)),
+          poor_(shape_of_quality(0.3, D)),
           shapes_(std::move(shapes)) {}
 
     [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
@@ -40,22 +41,28 @@ class Moves final : public Pass<D> {
         if (!(before < wanted_)) return {};
         ConeShapes<D> cones(r);
         for (const ElementId e : wish.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
-        const Vec<D> here = r.mesh.points[v];
-        const Vec<D> step = centre_of_unit_edges(r, wish.cavity, cones, v) - here;
-        const double least = gain_ * before;
-        for (double share = 1; share > 0.2; share /= 2) {
-            const Vec<D> place = on_geometry(r.mesh, wish.cavity, state.place, here + share * step);
-            const FieldSample<D> sample = sample_value(goal_.field, place, r.metrics[v].back);
-            const VertexMetric<D> metric(sample.log_metric, sample.location.element);
-            if (!(cones.worst(place, metric.measure, least) > least)) continue;
-            wish.point = v;
-            wish.place = place;
-            wish.metric = metric;
-            limits.least_shape = least;
-            limits.corrections = 0;
-            return wished;
+        BestPlace best{{}, {}, gain_ * before};
+        const double least = best.shape;
+        const auto look = [&](const Vec<D>& target, double share) {
+            look_at(r, wish.cavity, cones, v, r.mesh.points[v] + share * (target - r.mesh.points[v]), best);
+            return best.shape > least;
+        };
+        const Vec<D> centre = centre_of_unit_edges(r, wish.cavity, cones, v);
+        // The first place that is better will do, but for bad elements: there the best.
+        const bool is_poor = before < poor_;
+        for (const double share : {1.0, 0.5, 0.25})
+            if (look(centre, share) && !is_poor) break;
+        if (is_poor) {
+            const Vec<D> apex = apex_of_worst(r, wish.cavity.elements, v);
+            for (const double share : {1.0, 0.5, 0.25, 0.1}) look(apex, share);
         }
-        return {};
+        if (!(best.shape > least)) return {};
+        wish.point = v;
+        wish.place = best.place;
+        wish.metric = best.metric;
+        limits.least_shape = least;
+        limits.corrections = 0;
+        return wished;
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
         shapes_.follow(r, changes);
@@ -63,18 +70,46 @@ class Moves final : public Pass<D> {
 
   private:
     static constexpr double least_length = 0.1;
-    /// Vertices of surfaces move on a geometry only: without one nobody knows where else they may be.
-    [[nodiscard]] bool may_move(const VertexState& state) const {
-        if (state.marks.has(Mark::required) || state.marks.has(Mark::held)) return false;
-        return state.place == VertexPlace::inside ||
-               (state.place == VertexPlace::surface && goal_.geometry.has_value());
+    struct BestPlace {
+        Vec<D> place;
+        VertexMetric<D> metric;
+        double shape = 0;
+    };
+    [[nodiscard]] static bool may_move(const VertexState& state) {
+        return !state.marks.has(Mark::required) && !state.marks.has(Mark::held) && state.place != VertexPlace::corner;
     }
-    [[nodiscard]] Vec<D> on_geometry(const DynamicMesh<D>& mesh, const CavityParts<D>& around, VertexPlace place,
-                                     const Vec<D>& p) const {
-        return place == VertexPlace::inside ? p : on_geometry_at_facet(goal_, mesh, around.facets.front(), p);
+    void look_at(const Remeshing<D>& r, const CavityParts<D>& around, ConeShapes<D>& cones, VertexId v,
+                 const Vec<D>& wanted, BestPlace& best) const {
+        const std::optional<Vec<D>> place = place_for(goal_, r.mesh, around, v, wanted);
+        if (!place) return;
+        const FieldSample<D> sample = sample_value(goal_.field, *place, r.metrics[v].back);
+        const VertexMetric<D> metric(sample.log_metric, sample.location.element);
+        const double shape = cones.worst(*place, metric.measure, best.shape);
+        if (shape > best.shape) best = {*place, metric, shape};
     }
-    /// The mean of where v would be for each of its edges (on a surface those of its facets) to have length 1 at its
-    /// other end, by how many elements (facets) have the edge.
+    /// Where v would make the worst of its elements regular, as v's metric sees its opposite face.
+    [[nodiscard]] Vec<D> apex_of_worst(const Remeshing<D>& r, const std::vector<ElementId>& around, VertexId v) const {
+        const ElementId worst = *std::ranges::min_element(around, {}, [&](ElementId e) { return shapes_[e]; });
+        const auto& vertices = r.mesh.elements.vertices[worst];
+        const auto& rows = r.metrics[v].measure.rows;
+        std::array<Vec<D>, D> face;
+        Vec<D> centre{};
+        const auto outward = face_opposite<D>(local_vertex(vertices, v));
+        for (int i = 0; i < D; ++i) {
+            const Vec<D>& p = r.mesh.points[vertices[outward[i]]];
+            centre += p / D;
+            for (int k = 0; k < D; ++k) face[i][k] = dot(rows[k], p - r.mesh.points[v]);
+        }
+        // v itself, the origin there, lies on the inner side.
+        Vec<D> n = facet_normal(face);
+        if (dot(n, face[0]) > 0) n *= -1.0;
+        const double height = std::sqrt((D + 1.0) / (2.0 * D)) / norm(n);
+        // The rows are orthogonal: their inverse is themselves by their squares.
+        for (int k = 0; k < D; ++k) centre += (height * n[k] / norm_squared(rows[k])) * rows[k];
+        return centre;
+    }
+    /// The mean of where v would be for each of its edges (on a surface those of its facets, on a line those) to have
+    /// length 1 at its other end, by how many elements (facets) have the edge.
     [[nodiscard]] static Vec<D> centre_of_unit_edges(const Remeshing<D>& r, const CavityParts<D>& around,
                                                      const ConeShapes<D>& cones, VertexId v) {
         const Vec<D> here = r.mesh.points[v];
@@ -87,17 +122,27 @@ class Moves final : public Pass<D> {
             sum += weight * (r.mesh.points[w] + (1 / length) * edge);
             weights += weight;
         };
-        if (around.facets.empty())
-            for (const auto& corner : cones.vertices()) add(corner.vertex, corner.faces);
-        else
-            for (const FacetId f : around.facets)
-                for (const VertexId w : r.mesh.facets.vertices[f])
-                    if (w != v) add(w, 1);
+        const auto add_others = [&](const auto& simplex) {
+            for (const VertexId w : simplex)
+                if (w != v) add(w, 1);
+        };
+        switch (r.mesh.states[v].place) {
+            case VertexPlace::inside:
+                for (const auto& corner : cones.vertices()) add(corner.vertex, corner.faces);
+                break;
+            case VertexPlace::surface:
+                for (const FacetId f : around.facets) add_others(r.mesh.facets.vertices[f]);
+                break;
+            case VertexPlace::line:
+                for (const LineId l : around.lines) add_others(r.mesh.edges[r.mesh.lines[l]]);
+                break;
+            case VertexPlace::corner: break;
+        }
         return weights > 0 ? sum / weights : here;
     }
 
     const RemeshingGoal<D>& goal_;
-    double wanted_, gain_;  ///< of shapes
+    double wanted_, gain_, poor_;  ///< of shapes
     KeptShapes<D> shapes_;
 };
 

@@ -1,0 +1,84 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <vector>
+export module camber.remesh:boundary_moves;
+import camber.core;
+import camber.dynamic;
+import camber.surface;
+import :on_geometry;
+import :state;
+
+/// Where vertices of the boundary may go.
+namespace camber {
+
+/// Whether a vertex may go this step without any of its facets leaving its plane: then its surface stays as it is.
+template <int D>
+[[nodiscard]] bool keeps_planes(const DynamicMesh<D>& mesh, const std::vector<FacetId>& facets, const Vec<D>& step) {
+    constexpr double parallel = 1e-10;  // coordinates have rounding, facets may be thin
+    return std::ranges::all_of(facets, [&](FacetId f) {
+        const Vec<D> n = facet_normal(corners_of(mesh, f));
+        return std::abs(dot(n, step)) <= parallel * norm(n) * norm(step);
+    });
+}
+
+/// Of a surface: to the geometry, or, where that has none there, in the plane of all of its facets.
+template <int D>
+[[nodiscard]] std::optional<Vec<D>> place_on_surface(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh,
+                                                     const CavityParts<D>& around, const Vec<D>& here,
+                                                     const Vec<D>& wanted) {
+    const FacetId f = around.facets.front();
+    if (goal.geometry && (*goal.geometry)->surface_at(site_of(mesh, f)).kind != GeometryKind::none)
+        return on_geometry_at_facet(goal, mesh, f, wanted);
+    const Vec<D> n = facet_normal(corners_of(mesh, f));
+    const Vec<D> step = (wanted - here) - (dot(n, wanted - here) / norm_squared(n)) * n;
+    if (!keeps_planes(mesh, around.facets, step)) return {};
+    return here + step;
+}
+
+/// Of a line: along that one of its two edges which the step goes with, and from there to the geometry; where that is
+/// no other place, only along what is straight.
+[[nodiscard]] inline std::optional<Vec<3>> place_on_line(const RemeshingGoal<3>& goal, const DynamicMesh<3>& mesh,
+                                                         const CavityParts<3>& around, VertexId v,
+                                                         const Vec<3>& wanted) {
+    if (around.lines.size() != 2) return {};
+    const Vec<3> here = mesh.points[v];
+    const Vec<3> step = wanted - here;
+    constexpr double most = 0.5;  // of the edge
+    std::optional<Vec<3>> place;
+    double farthest = 0;
+    for (const LineId line : around.lines) {
+        const EdgeId edge = mesh.lines[line];
+        const auto& [a, b] = mesh.edges[edge];
+        const Vec<3> along = mesh.points[a == v ? b : a] - here;
+        const double share = std::min(dot(step, along) / norm_squared(along), most);
+        if (!(share * norm(along) > farthest)) continue;
+        farthest = share * norm(along);
+        const Vec<3> on_chord = here + share * along;
+        std::vector<FacetId> facets;
+        facets_with(mesh, around.elements, edge, facets);
+        place = on_geometry_at_edge(goal, mesh, edge, facets, on_chord);
+        if (*place == on_chord && !keeps_planes(mesh, around.facets, on_chord - here)) place.reset();
+    }
+    return place;
+}
+
+/// Where a vertex goes that wishes to be at `wanted`; nothing where it may not, or nobody knows where its surface is.
+template <int D>
+[[nodiscard]] std::optional<Vec<D>> place_for(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh,
+                                              const CavityParts<D>& around, VertexId v, const Vec<D>& wanted) {
+    switch (mesh.states[v].place) {
+        case VertexPlace::inside: return wanted;
+        case VertexPlace::surface: return place_on_surface(goal, mesh, around, mesh.points[v], wanted);
+        case VertexPlace::line:
+            if constexpr (D == 3) return place_on_line(goal, mesh, around, v, wanted);
+            return {};
+        case VertexPlace::corner: return {};
+    }
+    return {};
+}
+
+}  // namespace camber
