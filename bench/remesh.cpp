@@ -104,8 +104,8 @@ Remeshing<3> step(const char* name, Remeshing<3> r, const Arguments& a, const Ex
         "rejected:",
         name, seconds, used, s.proposals, s.accepted, static_cast<double>(s.accepted) / seconds,
         static_cast<double>(s.accepted) / used, s.rounds);
-    constexpr std::array names{"",       "empty",  "required", "surface", "line",     "ball",
-                               "exists", "volume", "quality",  "length",  "geometry", "waits"};
+    constexpr std::array names{"",       "empty",   "required", "surface",  "line",  "ball",  "exists",
+                               "volume", "quality", "length",   "geometry", "waits", "height"};
     for (std::size_t i = 1; i < names.size(); ++i)
         if (s.rejected[i] > 0) std::printf(" %s %zu", names[i], s.rejected[i]);
     std::printf("\n");

@@ -18,7 +18,7 @@ namespace {
 template <int D>
 class Collapses final : public Pass<D> {
   public:
-    explicit Collapses(const CollapseOptions& options) : options_(options) {}
+    Collapses(const RemeshingGoal<D>& goal, const CollapseOptions& options) : goal_(goal), options_(options) {}
 
     [[nodiscard]] double order_of(double length) const { return length < options_.shortest ? length : infinite_order; }
 
@@ -49,21 +49,25 @@ class Collapses final : public Pass<D> {
         }
         return best;
     }
+    [[nodiscard]] RejectionReason judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
+        return is_near_geometry(r, goal_, patch, options_.distance) ? RejectionReason::none : RejectionReason::geometry;
+    }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }
 
   private:
+    const RemeshingGoal<D>& goal_;
     const CollapseOptions& options_;
 };
 
 }  // namespace
 
 template <int D>
-Outcome<Remeshed<D>> collapse(Remeshing<D> state, const RemeshingGoal<D>&, const CollapseOptions& options,
+Outcome<Remeshed<D>> collapse(Remeshing<D> state, const RemeshingGoal<D>& goal, const CollapseOptions& options,
                               const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    Collapses<D> pass(options);
+    Collapses<D> pass(goal, options);
     auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());
     auto statistics = run_pass<D>(state, pass, std::move(*tasks), execution);

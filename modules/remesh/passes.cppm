@@ -48,6 +48,7 @@ struct CollapseOptions {
     double shortest = shortest_unit_edge;
     double longest = longest_unit_edge;  ///< no edge longer than this is made
     double least_quality = 0.1;          ///< of new elements, unless what they replace is worse
+    double distance = 0.2;               ///< of new facets from the geometry, see is_near_geometry
 
     [[nodiscard]] static constexpr auto options() {
         using S = CollapseOptions;
@@ -58,7 +59,11 @@ struct CollapseOptions {
             option("longest", &S::longest, "no edge longer than this is made").unit("lengths in the metric").above(0),
             option("least_quality", &S::least_quality, "of new elements, unless what they replace is worse")
                 .at_least(0)
-                .below(1));
+                .below(1),
+            option("distance", &S::distance,
+                   "no new facet is farther from the geometry than this share of its longest edge, unless one that it "
+                   "replaces is")
+                .above(0));
     }
     friend bool operator==(const CollapseOptions&, const CollapseOptions&) = default;
 };
@@ -70,13 +75,18 @@ template <int D>
 /// the one of their ends, or of the vertices around them, is joined to what they leave that wins most.
 struct SwapOptions {
     double wanted = 0.6;
-    double gain = 1.02;  ///< the worst quality, after by before
+    double gain = 1.02;     ///< the worst quality, after by before
+    double distance = 0.2;  ///< of new facets from the geometry, see is_near_geometry
 
     [[nodiscard]] static constexpr auto options() {
         using S = SwapOptions;
         return std::tuple(
             option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
-            option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1));
+            option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1),
+            option("distance", &S::distance,
+                   "no new facet is farther from the geometry than this share of its longest edge, unless one that it "
+                   "replaces is")
+                .above(0));
     }
     friend bool operator==(const SwapOptions&, const SwapOptions&) = default;
 };

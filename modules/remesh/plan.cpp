@@ -28,6 +28,21 @@ RejectionReason reason_of(StarFailure failure) {
     return RejectionReason::empty;
 }
 
+/// The least distance of a vertex from the face opposite: volume by the largest face, both times (D − 1)! D.
+template <int D>
+double least_height(const std::array<Vec<D>, D + 1>& p) {
+    Mat<D> sides;
+    for (int i = 0; i < D; ++i) sides.column[i] = p[i + 1] - p[0];
+    double largest = 0;
+    for (int face = 0; face <= D; ++face) {
+        const auto local = face_opposite<D>(face);
+        std::array<Vec<D>, D> q;
+        for (int i = 0; i < D; ++i) q[i] = p[local[i]];
+        largest = std::max(largest, norm_squared(facet_normal(q)));
+    }
+    return std::abs(det(sides)) / std::sqrt(largest);
+}
+
 /// What the judge finds wrong, and at which joined face.
 struct Fault {
     RejectionReason reason = RejectionReason::none;
@@ -86,6 +101,7 @@ class Planning {
             const auto& [element, opposite] = out_.star.joined[j];
             const double shape = shape_with(r_, element, static_cast<int>(opposite), wish_.place, wish_.metric.measure);
             if (!(signed_volume<D>(corners(out_.star.joined[j])) > 0)) return {RejectionReason::volume, j};
+            if (is_flat(corners(out_.star.joined[j]))) return {RejectionReason::height, j};
             if (!(shape > least)) return {RejectionReason::quality, j};
             worst = std::min(worst, shape);
         }
@@ -113,6 +129,21 @@ class Planning {
             p[i] = i == static_cast<int>(open.opposite) ? wish_.place
                                                         : r_.mesh.points[r_.mesh.elements.vertices[open.element][i]];
         return p;
+    }
+
+    /// So low that coordinates, which are known to their rounding only, do not tell on which side a vertex is; or below
+    /// least_height as the point's metric sees it.
+    [[nodiscard]] bool is_flat(const std::array<Vec<D>, D + 1>& p) const {
+        constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
+        double largest = 0;
+        for (const Vec<D>& x : p)
+            for (const double c : x.c) largest = std::max(largest, std::abs(c));
+        if (!(least_height<D>(p) > rounding * largest)) return true;
+        if (!(limits_.least_height > 0)) return false;
+        std::array<Vec<D>, D + 1> seen;
+        for (int i = 0; i <= D; ++i)
+            for (int k = 0; k < D; ++k) seen[i][k] = dot(wish_.metric.measure.rows[k], p[i] - wish_.place);
+        return !(least_height<D>(seen) >= limits_.least_height);
     }
 
     /// New facets look where each of those that they replace looks.

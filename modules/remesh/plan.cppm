@@ -39,6 +39,7 @@ struct PatchLimits {
     /// Where it is given, above this share of the worst element that is replaced is enough.
     std::optional<double> share_of_replaced = {};
     double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< edges at the point, in the metric
+    double least_height = 0;                                                 ///< of new elements, in the point's metric
     /// The least cosine between a new facet's normal and those of the facets that it replaces.
     double facet_cosine = 0.8;
     /// Elements that may join the cavity, or leave it, to make it fit.
@@ -54,18 +55,19 @@ enum class RejectionReason : std::uint8_t {
     line,
     ball,
     exists,
-    volume,    ///< an element would be inverted or flat
+    volume,    ///< an element would be inverted, or have no volume
     quality,   ///< an element below least_shape
     length,    ///< an edge at the point out of bounds
-    geometry,  ///< facets would turn too far
+    geometry,  ///< facets would turn too far, or be too far from the geometry
     waits,     ///< another patch was in the way: in a later round
+    height,    ///< an element below least_height, or so flat that the rounding of coordinates could invert it
 };
 [[nodiscard]] constexpr auto words(RejectionReason) {
     using R = RejectionReason;
     return words_of(Word{R::none, "none"}, Word{R::empty, "empty"}, Word{R::required, "required"},
                     Word{R::surface, "surface"}, Word{R::line, "line"}, Word{R::ball, "ball"},
                     Word{R::exists, "exists"}, Word{R::volume, "volume"}, Word{R::quality, "quality"},
-                    Word{R::length, "length"}, Word{R::geometry, "geometry"}, Word{R::waits, "waits"});
+                    Word{R::length, "length"}, Word{R::height, "height"}, Word{R::geometry, "geometry"}, Word{R::waits, "waits"});
 }
 inline constexpr std::size_t rejection_reasons = words(RejectionReason{}).size();
 

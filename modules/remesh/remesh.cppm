@@ -6,6 +6,7 @@ export import :measures;
 export import :plan;
 export import :cone_shapes;
 export import :delaunay;
+export import :near_geometry;
 export import :rounds;
 export import :passes;
 export import :to_metric;

@@ -117,6 +117,7 @@ class Rounds {
             out.metric = wish->wish.metric;
             out.shortened = share < 1;
             out.result = plan(r_, wish->wish, wish->limits, workspace, out.patch);
+            if (out.result.rejected == RejectionReason::none) out.result.rejected = pass_.judge(r_, out.patch);
             if (!lies_badly(out.result.rejected) || share == 0) return;
             share = share > 0.2 ? share / 2 : 0;
             const Vec<D> before = wish->wish.place;
@@ -125,8 +126,8 @@ class Rounds {
         }
     }
     [[nodiscard]] static bool lies_badly(RejectionReason reason) {
-        return reason == RejectionReason::volume || reason == RejectionReason::quality ||
-               reason == RejectionReason::geometry;
+        return reason == RejectionReason::volume || reason == RejectionReason::height ||
+               reason == RejectionReason::quality || reason == RejectionReason::geometry;
     }
     [[nodiscard]] Outcome<Done> choose_and_commit(std::vector<Planned<D>>& planned) {
         claims_.begin(r_.mesh.elements.size());

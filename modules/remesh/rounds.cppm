@@ -74,6 +74,10 @@ class Pass {
     [[nodiscard]] virtual std::optional<LimitedWish<D>> shortened(const Remeshing<D>&, const Task&, double) const {
         return {};
     }
+    /// What the pass asks of a patch beyond the limits of its wish.
+    [[nodiscard]] virtual RejectionReason judge(const Remeshing<D>&, const TopologyPatch<D>&) const {
+        return RejectionReason::none;
+    }
     virtual void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) = 0;
 
   protected:

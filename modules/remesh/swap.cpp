@@ -27,8 +27,10 @@ struct BestSwap {
 template <int D>
 class Swaps final : public Pass<D> {
   public:
-    Swaps(const SwapOptions& options, KeptShapes<D> shapes)
-        : wanted_(shape_of_quality(options.wanted, D)),
+    Swaps(const RemeshingGoal<D>& goal, const SwapOptions& options, KeptShapes<D> shapes)
+        : goal_(goal),
+          distance_(options.distance),
+          wanted_(shape_of_quality(options.wanted, D)),
           gain_(shape_of_quality(options.gain, D)),
           shapes_(std::move(shapes)) {}
 
@@ -57,6 +59,9 @@ class Swaps final : public Pass<D> {
         wished.limits.least_shape = gain_ * best.before;
         wished.limits.corrections = 0;
         return wished;
+    }
+    [[nodiscard]] RejectionReason judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
+        return is_near_geometry(r, goal_, patch, distance_) ? RejectionReason::none : RejectionReason::geometry;
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         shapes_.follow(r, changes);
@@ -123,6 +128,8 @@ class Swaps final : public Pass<D> {
         if (after > least) take(best, cavity, p, after);
     }
 
+    const RemeshingGoal<D>& goal_;
+    double distance_;
     double wanted_, gain_;  ///< of shapes
     KeptShapes<D> shapes_;
 };
@@ -130,12 +137,12 @@ class Swaps final : public Pass<D> {
 }  // namespace
 
 template <int D>
-Outcome<Remeshed<D>> swap(Remeshing<D> state, const RemeshingGoal<D>&, const SwapOptions& options,
+Outcome<Remeshed<D>> swap(Remeshing<D> state, const RemeshingGoal<D>& goal, const SwapOptions& options,
                           const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     auto shapes = KeptShapes<D>::of(state, without_progress(execution));
     if (!shapes) return fail(shapes.error());
-    Swaps<D> pass(options, std::move(*shapes));
+    Swaps<D> pass(goal, options, std::move(*shapes));
     auto tasks = element_tasks(
         state, pass.shapes(), [&](double shape) { return pass.order_of(shape); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());

@@ -13,6 +13,7 @@
 
 import camber.core;
 import camber.metric;
+import camber.shapes;
 import camber.dynamic;
 import camber.surface;
 import camber.remesh;
@@ -77,6 +78,51 @@ TEST_CASE_FIXTURE(Fixture, "each reason for a rejection") {
     CavityWish<3> nothing;
     CHECK(planned(nothing).rejected == RejectionReason::empty);
     CHECK(check_consistency(r.mesh, alone).has_value());
+}
+
+TEST_CASE_FIXTURE(Fixture, "an element that is low in the metric, or flat to rounding, is rejected by its height") {
+    // The middle vertex almost in the plane of a face opposite it.
+    const VertexId middle = at({{1, 1, 1}});
+    CavityWish<3> move = collapse_of(middle, middle);
+    move.place = {{1e-3, 1, 1}};
+    CHECK(planned(move, {.facet_cosine = -1, .corrections = 0}).rejected == RejectionReason::none);
+    CHECK(planned(move, {.least_height = 0.1, .facet_cosine = -1, .corrections = 0}).rejected ==
+          RejectionReason::height);
+    move.place = {{1e-15, 1, 1}};
+    CHECK(planned(move, {.facet_cosine = -1, .corrections = 0}).rejected == RejectionReason::height);
+    move.place = {{0, 1, 1}};
+    CHECK(planned(move, {.facet_cosine = -1, .corrections = 0}).rejected == RejectionReason::volume);
+}
+
+TEST_CASE("facets stay near the geometry") {
+    // A shell's spheres: what is collapsed into one vertex after another leaves them at last.
+    ShellOptions<3> options;
+    options.outer_radius = 2;
+    options.inner_size = options.outer_size = 0.5;
+    const LinearMesh<3> mesh = must(generate(options));
+    RemeshingGoal<3> goal{
+        must(make_back_mesh(mesh, must(balls(mesh, alone)),
+                            Column<LogMetric<3>>(Buffer<LogMetric<3>>(mesh.points.size(), LogMetric<3>{})), alone)),
+        Geometry<3>(AnalyticGeometry<3>{{{1, Sphere<3>{{}, 2}}, {2, Sphere<3>{{}, 1}}}})};
+    const Remeshing<3> r = begun(mesh, goal);
+    PlanWorkspace<3> workspace;
+    TopologyPatch<3> patch;
+    std::size_t near = 0, far = 0;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+        CavityWish<3> wish;
+        cavity_of_vertex(r.mesh, VertexId(v), wish.cavity);
+        for (const FacetId f : wish.cavity.facets)
+            for (const VertexId w : r.mesh.facets.vertices[f]) {
+                if (w == VertexId(v)) continue;
+                wish.join_to(r, w);
+                if (plan(r, wish, {.facet_cosine = 0}, workspace, patch).rejected != RejectionReason::none) continue;
+                CHECK(is_near_geometry(r, goal, patch, 1));
+                (is_near_geometry(r, goal, patch, 0.12) ? near : far) += 1;
+                CHECK(is_near_geometry(r, {goal.field, {}}, patch, 1e-9));
+            }
+    }
+    CHECK(near > 10);
+    CHECK(far > 10);
 }
 
 TEST_CASE_FIXTURE(Fixture, "a cavity is corrected: elements that would be inverted join it") {

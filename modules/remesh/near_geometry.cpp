@@ -1,0 +1,70 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+module camber.remesh;
+import camber.core;
+import camber.bezier;
+import camber.dynamic;
+import camber.surface;
+
+namespace camber {
+
+namespace {
+
+/// Its middle and those of its edges.
+template <int D>
+auto places_on_facet() {
+    if constexpr (D == 2)
+        return std::array<Barycentric<1>, 1>{{{0.5, 0.5}}};
+    else
+        return std::array<Barycentric<2>, 4>{
+            {{1.0 / 3, 1.0 / 3, 1.0 / 3}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}};
+}
+
+/// The distance of a straight facet from its surface by its longest edge; 0 where it has none.
+template <int D>
+double distance_share(const Geometry<D>& geometry, const FacetSite<D>& facet) {
+    const auto at = places_on_facet<D>();
+    std::array<Vec<D>, at.size()> points;
+    std::array<double, at.size()> distances{};
+    for (std::size_t n = 0; n < at.size(); ++n) {
+        points[n] = {};
+        for (int i = 0; i < D; ++i) points[n] += at[n][i] * facet.corners[i];
+    }
+    if (!geometry->distances(facet, at, points, distances)) return 0;
+    double longest = 0;
+    for (const auto& [a, b] : local_edges<D - 1>)
+        longest = std::max(longest, norm(facet.corners[b] - facet.corners[a]));
+    return std::ranges::max(distances) / longest;
+}
+
+}  // namespace
+
+template <int D>
+bool is_near_geometry(const Remeshing<D>& r, const RemeshingGoal<D>& goal, const TopologyPatch<D>& patch,
+                      double share) {
+    if (!goal.geometry || patch.star.facets.empty()) return true;
+    const VertexId point = patch.point.vertex;
+    const Vec<D> place = patch.point.place ? *patch.point.place : r.mesh.points[point];
+    double most = share;
+    bool compared = false;
+    for (const auto& [facet, opposite] : patch.star.facets) {
+        FacetSite<D> made = site_of(r.mesh, facet);
+        made.corners[opposite] = place;
+        const double now = distance_share<D>(*goal.geometry, made);
+        if (now > most && !compared) {
+            for (const FacetId f : patch.removed.facets)
+                most = std::max(most, distance_share<D>(*goal.geometry, site_of(r.mesh, f)));
+            compared = true;
+        }
+        if (now > most) return false;
+    }
+    return true;
+}
+
+template bool is_near_geometry<2>(const Remeshing<2>&, const RemeshingGoal<2>&, const TopologyPatch<2>&, double);
+template bool is_near_geometry<3>(const Remeshing<3>&, const RemeshingGoal<3>&, const TopologyPatch<3>&, double);
+
+}  // namespace camber
