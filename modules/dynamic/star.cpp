@@ -32,9 +32,10 @@ StarFailure Starring<D>::take_parts() {
     w_.facets.clear();
     w_.lines.clear();
     if (point_.valid() && mesh_.states[point_].marks.has(Mark::held)) return StarFailure::required;
-    for (const ElementId e : cavity_.elements) {
+    for (std::uint32_t i = 0; i < cavity_.elements.size(); ++i) {
+        const ElementId e = cavity_.elements[i];
         if (mesh_.elements.marks[e].has(Mark::required)) return StarFailure::required;
-        w_.elements.put(e, 0);
+        w_.elements.put(e, i);
     }
     for (std::uint32_t i = 0; i < cavity_.facets.size(); ++i) {
         const FacetId f = cavity_.facets[i];
@@ -155,21 +156,21 @@ StarFailure Starring<D>::ball_around() {
 
 template <int D>
 bool Starring<D>::is_beside_one_part() {
-    w_.at_point.clear();
-    for (std::uint32_t i = 0; i < cavity_.elements.size(); ++i)
-        if (local_vertex(mesh_.elements.vertices[cavity_.elements[i]], point_) >= 0) w_.at_point.push_back(i);
-    if (w_.at_point.empty()) return false;
-    Groups groups(w_.groups, w_.at_point.size());
-    for (std::uint32_t i = 0; i < w_.at_point.size(); ++i) {
-        const ElementId e = cavity_.elements[w_.at_point[i]];
-        for (int face = 0; face <= D; ++face) {
-            if (mesh_.elements.vertices[e][face] == point_ || is_open(e, face)) continue;
+    // Elements that do not hold the point stay alone in their groups.
+    Groups groups(w_.groups, cavity_.elements.size());
+    std::size_t alone = 0;
+    for (std::uint32_t i = 0; i < cavity_.elements.size(); ++i) {
+        const ElementId e = cavity_.elements[i];
+        const int held = local_vertex(mesh_.elements.vertices[e], point_);
+        if (held < 0) ++alone;
+        for (int face = 0; held >= 0 && face <= D; ++face) {
+            if (face == held || is_open(e, face)) continue;
             const ElementId next = element_across(mesh_, e, face);
-            for (std::uint32_t j = 0; j < i; ++j)
-                if (cavity_.elements[w_.at_point[j]] == next) groups.join(i, j);
+            if (const std::uint32_t at = next.valid() ? w_.elements.find(next) : nothing; at != nothing)
+                groups.join(i, at);
         }
     }
-    return groups.count() == 1;
+    return groups.count() == alone + 1;
 }
 
 template <int D>

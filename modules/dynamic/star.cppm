@@ -118,7 +118,6 @@ class StarWorkspace {
     std::vector<ElementId> outside;  ///< all elements at the point
     std::vector<LineId> lines_at_point;
     std::vector<std::uint32_t> groups;
-    std::vector<std::uint32_t> at_point;  ///< indices of the cavity's elements that hold the point
 };
 
 /// Empties the cavity and joins what is left open to the point: a vertex of the mesh, or an invalid id for one that is

@@ -26,7 +26,7 @@ class Collapses final : public Pass<D> {
         const EdgeId edge(std::size_t{task.id});
         if (r.mesh.is_free(edge) || !(length_of(r, edge) < options_.shortest)) return {};
         const auto& [a, b] = r.mesh.edges[edge];
-        // Into the end where the worst element is better; where both do not go, the first that may, to say why.
+        // Into the end where the worst element is better, of those where no edge becomes too long.
         std::optional<LimitedWish<D>> best;
         double best_shape = 0;
         ConeShapes<D> cones(r);
@@ -37,9 +37,13 @@ class Collapses final : public Pass<D> {
             cones.clear();
             for (const ElementId e : wished.wish.cavity.elements)
                 cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
-            const double shape = cones.worst(r.mesh.points[w], r.metrics[w].measure, best_shape, w);
-            if (best && !(shape > best_shape)) continue;
+            const bool is_long = makes_long_edge(r, wished.wish.cavity.elements, cones, v, w);
+            if (is_long && best) continue;
+            const double least = best && best->rejected == RejectionReason::none ? best_shape : 0;
+            const double shape = is_long ? 0 : cones.worst(r.mesh.points[w], r.metrics[w].measure, least, w);
+            if (best && best->rejected == RejectionReason::none && !(shape > best_shape)) continue;
             wished.wish.join_to(r, w);
+            if (is_long) wished.rejected = RejectionReason::length;
             wished.limits.longest = options_.longest;
             wished.limits.least_shape = shape_of_quality(options_.least_quality, D);
             wished.limits.share_of_replaced = 1;
@@ -57,6 +61,20 @@ class Collapses final : public Pass<D> {
     }
 
   private:
+    /// From w to a vertex around v that it has no edge to yet.
+    [[nodiscard]] bool makes_long_edge(const Remeshing<D>& r, const std::vector<ElementId>& around,
+                                       const ConeShapes<D>& cones, VertexId v, VertexId w) const {
+        std::vector<VertexId> beside{w};
+        for (const ElementId e : around)
+            if (const auto& vertices = r.mesh.elements.vertices[e]; local_vertex(vertices, w) >= 0)
+                for (const VertexId x : vertices)
+                    if (x != v && x != w) beside.push_back(x);
+        return std::ranges::any_of(cones.vertices(), [&](const auto& corner) {
+            return !is_among(beside, corner.vertex) && edge_length(r.metrics[w].measure, *corner.metric,
+                                                                   corner.place - r.mesh.points[w]) > options_.longest;
+        });
+    }
+
     const RemeshingGoal<D>& goal_;
     const CollapseOptions& options_;
 };

@@ -58,10 +58,6 @@ class Planning {
 
     [[nodiscard]] PlanResult run() {
         PlanResult result;
-        if (wish_.holders > 0 && nearest_of_holders(r_, wish_) < limits_.shortest) {
-            result.rejected = RejectionReason::length;
-            return result;
-        }
         out_.removed = wish_.cavity;
         for (;; ++result.corrections) {
             const StarFailure failure = star(r_.mesh, out_.removed, wish_.point, w_.star, out_.star);

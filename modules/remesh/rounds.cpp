@@ -116,7 +116,9 @@ class Rounds {
         for (double share = 1; wish;) {
             out.metric = wish->wish.metric;
             out.shortened = share < 1;
-            out.result = plan(r_, wish->wish, wish->limits, workspace, out.patch);
+            out.result = wish->rejected == RejectionReason::none
+                             ? plan(r_, wish->wish, wish->limits, workspace, out.patch)
+                             : PlanResult{.rejected = wish->rejected};
             if (out.result.rejected == RejectionReason::none) out.result.rejected = pass_.judge(r_, out.patch);
             if (!lies_badly(out.result.rejected) || share == 0) return;
             share = share > 0.2 ? share / 2 : 0;

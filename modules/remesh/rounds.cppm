@@ -46,6 +46,7 @@ template <int D>
 struct LimitedWish {
     CavityWish<D> wish;
     PatchLimits limits;
+    RejectionReason rejected = RejectionReason::none;  ///< known already: nothing is planned
 };
 
 /// A thing to be done at an entity: the least `order` first. Numbers of entities are taken again, so a task may come to

@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -20,19 +21,21 @@ namespace {
 template <int D>
 class Moves final : public Pass<D> {
   public:
-    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options, KeptShapes<D> shapes)
+    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options, KeptShapes<D> shapes, std::size_t vertices)
         : goal_(goal),
           wanted_(shape_of_quality(options.wanted, D)),
           gain_(shape_of_quality(options.gain, D)),
           poor_(shape_of_quality(0.3, D)),
-          shapes_(std::move(shapes)) {}
+          shapes_(std::move(shapes)),
+          touched_(vertices, 1) {}
 
     [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
         const VertexId v(std::size_t{task.id});
         const VertexState& state = r.mesh.states[v];
         if (r.mesh.is_free(v) || !may_move(state)) return {};
         LimitedWish<D> wished;
-        auto& [wish, limits] = wished;
+        CavityWish<D>& wish = wished.wish;
+        PatchLimits& limits = wished.limits;
         if (state.place == VertexPlace::inside)
             ball(r.mesh, v, wish.cavity.elements);  // no facets, no lines
         else
@@ -66,6 +69,17 @@ class Moves final : public Pass<D> {
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
         shapes_.follow(r, changes);
+        for (const ElementId e : changes.elements.created)
+            for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
+    }
+    /// Tasks for all vertices whose elements have changed since the last call; at first all.
+    [[nodiscard]] std::vector<Task> tasks_of_touched(const DynamicMesh<D>& mesh) {
+        std::vector<Task> tasks;
+        tasks.reserve(mesh.points.size());
+        for (std::size_t v = 0; v < mesh.points.size(); ++v)
+            if (touched_[v] != 0 && !mesh.is_free(VertexId(v))) tasks.push_back(task(0, VertexId(v)));
+        touched_.assign(mesh.points.size(), 0);
+        return tasks;
     }
 
   private:
@@ -144,6 +158,7 @@ class Moves final : public Pass<D> {
     const RemeshingGoal<D>& goal_;
     double wanted_, gain_, poor_;  ///< of shapes
     KeptShapes<D> shapes_;
+    std::vector<std::uint8_t> touched_;  ///< of each vertex: an element of it has changed
 };
 
 }  // namespace
@@ -155,14 +170,10 @@ Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal, co
     return guarded([&]() -> Outcome<Remeshed<D>> {
         auto shapes = KeptShapes<D>::of(state, without_progress(execution));
         if (!shapes) return fail(shapes.error());
-        Moves<D> pass(goal, options, std::move(*shapes));
+        Moves<D> pass(goal, options, std::move(*shapes), state.mesh.points.size());
         Remeshed<D> out{std::move(state), {}};
         for (int sweep = 0; sweep < options.sweeps; ++sweep) {
-            std::vector<Task> tasks;
-            tasks.reserve(out.state.mesh.points.size());
-            for (std::size_t v = 0; v < out.state.mesh.points.size(); ++v)
-                if (!out.state.mesh.is_free(VertexId(v))) tasks.push_back(task(0, VertexId(v)));
-            auto statistics = run_pass<D>(out.state, pass, std::move(tasks), execution);
+            auto statistics = run_pass<D>(out.state, pass, pass.tasks_of_touched(out.state.mesh), execution);
             if (!statistics) return fail(statistics.error());
             out.statistics += *statistics;
             if (statistics->accepted == 0) break;

@@ -66,7 +66,9 @@ class Splits final : public Pass<D> {
         wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
         wish.holders = wish.cavity.elements.size();
         // Too near to a vertex that no growing takes away: rejected as it is.
-        if (nearest_of_holders(r, wish) >= options_.shortest)
+        if (nearest_of_holders(r, wish) < options_.shortest)
+            wished.rejected = RejectionReason::length;
+        else
             grow_delaunay(r, wish.place, wish.metric.measure, most_elements, options_.shortest, wish.cavity);
         wished.limits.corrections = 16;
         wished.limits.shortest = options_.shortest;
