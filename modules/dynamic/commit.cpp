@@ -48,6 +48,13 @@ class Committing {
     void apply(const TopologyPatch<D>& patch) {
         const Star<D>& star = patch.star;
         const VertexId point = put_point(patch);
+        if (keeps_topology<D>(d_.elements, patch)) {
+            for (const ElementId e : patch.removed.elements) d_.element_marks[e.index()] = {};
+            append(changes_.elements.removed, patch.removed.elements);
+            append(changes_.elements.created, patch.removed.elements);
+            changes_.points.push_back(point);
+            return;
+        }
         gather(patch, point);
         number_edges(patch, point);
         const std::vector<FacetId> facets = put_facets(patch, point);
@@ -353,30 +360,31 @@ auto refused(std::string what) { return fail(ErrorKind::internal, std::move(what
 /// Asked before anything is changed: patches of this mesh that do not get into each other's way.
 template <int D>
 Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const TopologyPatch<D>> patches) {
-    std::vector<ElementId> elements;
+    std::vector<bool> is_removed(mesh.elements.size(), false);
     std::vector<VertexId> vanishing;
     std::vector<std::array<VertexId, 2>> edges;
     std::size_t made = 0;
     constexpr std::size_t most_places = 0x7fffffffU;  // see Across
     for (const TopologyPatch<D>& patch : patches) {
         if (patch.planned_for != mesh.stamp) return refused("a patch was planned for another mesh");
-        append(elements, patch.removed.elements);
+        for (const ElementId e : patch.removed.elements) {
+            if (is_removed[e.index()])
+                return fail(ErrorKind::internal, "two patches remove one element", {},
+                            Entity{simplex_name<D>, e.index() + 1});
+            is_removed[e.index()] = true;
+        }
         append(vanishing, patch.star.vanishing);
         made += patch.star.joined.size();
         if (patch.point.vertex.valid() && patch.point.place && !patch.star.kept.empty() &&
             *patch.point.place != mesh.points[patch.point.vertex])
             return refused("a patch moves a vertex that elements outside of its cavity have");
-        if (const VertexId p = patch.point.vertex; p.valid())
+        if (const VertexId p = patch.point.vertex;
+            p.valid() && !keeps_topology<D>(mesh.elements.vertices.view(), patch))
             for (const VertexId v : patch.star.boundary) edges.push_back({std::min(p, v), std::max(p, v)});
     }
     if (mesh.elements.size() + made >= most_places || mesh.facets.size() + made >= most_places ||
         mesh.edges.size() + 3 * made >= max_entities)
         return fail(ErrorKind::unsupported, "the mesh would have more entities than 32 bits count");
-    std::sort(elements.begin(), elements.end());
-    const auto twice = std::adjacent_find(elements.begin(), elements.end());
-    if (twice != elements.end())
-        return fail(ErrorKind::internal, "two patches remove one element", {},
-                    Entity{simplex_name<D>, twice->index() + 1});
     std::sort(edges.begin(), edges.end());
     if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return refused("two patches make one edge");
     std::sort(vanishing.begin(), vanishing.end());

@@ -29,6 +29,18 @@ struct TopologyPatch {
     Star<D> star;  ///< of `removed` and the point, as the function `star` gave it
 };
 
+/// Whether a patch leaves everything joined as it is: a vertex inside with all of its elements, which moves at most.
+template <int D, class Elements>
+[[nodiscard]] bool keeps_topology(const Elements& elements, const TopologyPatch<D>& patch) {
+    const auto& [joined, kept, facets, lines, boundary, vanishing, place] = patch.star;
+    const auto& removed = patch.removed;
+    if (!patch.point.vertex.valid() || !kept.empty() || !removed.facets.empty() || !removed.lines.empty()) return false;
+    if (joined.size() != removed.elements.size()) return false;
+    for (const ElementFace& open : joined)
+        if (elements[open.element.index()][open.opposite] != patch.point.vertex) return false;
+    return true;
+}
+
 /// What became of the entities of one kind. A place may be of one that is removed and of one that is created.
 template <class Id>
 struct IdChanges {
@@ -55,7 +67,8 @@ struct ChangedMesh {
 
 /// The last verb for topology: the patches' simplices in the place of their cavities, at the cost of the patches. New
 /// edges, lines, facets and elements take the places of those that their patch removes, rising; then free ones, the
-/// last that became free first, as new vertices do; then new ones at the end. As if one patch after the other; what
+/// last that became free first, as new vertices do; then new ones at the end. Elements of a patch that keeps_topology
+/// stay in their own places. As if one patch after the other; what
 /// they give is the same up to the numbers of entities in any order. Give the mesh away (std::move), or all of it is
 /// copied; with an error it is lost then. Errors (internal): patches planned for another mesh, that overlap, that make
 /// the same edge, that move a vertex which elements outside of their cavity have, or one whose point another removes;

@@ -17,13 +17,27 @@ template <int D>
 StarFailure Starring<D>::run() {
     out_.clear();
     using Step = StarFailure (Starring::*)();
-    constexpr std::array<Step, 10> steps{
-        &Starring::take_parts,     &Starring::open_faces,      &Starring::vertices,    &Starring::faces_at_point,
-        &Starring::facets,         &Starring::lines,           &Starring::ball_around, &Starring::nothing_exists,
-        &Starring::faces_complete, &Starring::surface_at_point};
-    for (const Step step : steps)
+    constexpr std::array<Step, 3> taking{&Starring::take_parts, &Starring::open_faces, &Starring::vertices};
+    constexpr std::array<Step, 7> joining{
+        &Starring::faces_at_point, &Starring::facets,         &Starring::lines,           &Starring::ball_around,
+        &Starring::nothing_exists, &Starring::faces_complete, &Starring::surface_at_point};
+    for (const Step step : taking)
+        if (const StarFailure failure = (this->*step)(); failure != StarFailure::none) return failure;
+    if (is_ball_inside()) return StarFailure::none;
+    for (const Step step : joining)
         if (const StarFailure failure = (this->*step)(); failure != StarFailure::none) return failure;
     return line_at_point();
+}
+
+template <int D>
+bool Starring<D>::is_ball_inside() const {
+    if (!point_.valid() || mesh_.states[point_].place != VertexPlace::inside) return false;
+    if (!cavity_.facets.empty() || !cavity_.lines.empty() || !out_.kept.empty()) return false;
+    // Each element gives the one face that is opposite the point.
+    return out_.joined.size() == cavity_.elements.size() &&
+           std::ranges::all_of(out_.joined, [&](const ElementFace& open) {
+               return mesh_.elements.vertices[open.element][static_cast<int>(open.opposite)] == point_;
+           });
 }
 
 template <int D>

@@ -71,6 +71,8 @@ class Starring {
     }
     StarFailure open_faces();
     StarFailure vertices();
+    /// All that is around a vertex inside, and nothing else, put together again: the mesh as it was.
+    [[nodiscard]] bool is_ball_inside() const;
     StarFailure faces_at_point();
     /// A vertex on a line that goes is on the border of its patch.
     void keep_facet_at(EdgeId edge);

@@ -72,6 +72,14 @@ template <int D>
     return {};
 }
 
+/// cavity_of_vertex, without looking for what vertices inside do not have.
+template <int D>
+void cavity_around(const DynamicMesh<D>& mesh, VertexId v, CavityParts<D>& out) {
+    if (mesh.states[v].place != VertexPlace::inside) return cavity_of_vertex(mesh, v, out);
+    out.clear();
+    ball(mesh, v, out.elements);
+}
+
 /// Whether an id is among a few; without a branch at each, so that several are compared at once.
 template <class Id>
 [[nodiscard]] bool is_among(const std::vector<Id>& ids, Id id) {

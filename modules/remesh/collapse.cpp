@@ -32,7 +32,7 @@ class Collapses final : public Pass<D> {
         ConeShapes<D> cones(r);
         for (const auto& [v, w] : {std::pair{a, b}, std::pair{b, a}}) {
             LimitedWish<D> wished;
-            cavity_of_vertex(r.mesh, v, wished.wish.cavity);
+            cavity_around(r.mesh, v, wished.wish.cavity);
             if (!may_collapse(r.mesh, wished.wish.cavity, v, w)) continue;
             cones.clear();
             for (const ElementId e : wished.wish.cavity.elements)
@@ -43,7 +43,10 @@ class Collapses final : public Pass<D> {
             const double shape = is_long ? 0 : cones.worst(r.mesh.points[w], r.metrics[w].measure, least, w);
             if (best && best->rejected == RejectionReason::none && !(shape > best_shape)) continue;
             wished.wish.join_to(r, w);
-            if (is_long) wished.rejected = RejectionReason::length;
+            if (is_long)
+                wished.rejected = RejectionReason::length;
+            else if (!(shape > 0))
+                wished.rejected = RejectionReason::volume;
             wished.limits.longest = options_.longest;
             wished.limits.least_shape = shape_of_quality(options_.least_quality, D);
             wished.limits.share_of_replaced = 1;

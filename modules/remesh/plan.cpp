@@ -4,6 +4,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <vector>
 module camber.remesh;
 import camber.core;
@@ -91,14 +92,17 @@ class Planning {
                 edge_length(wish_.metric.measure, r_.metrics[v].measure, r_.mesh.points[v] - wish_.place);
             if (!(length >= limits_.shortest && length <= limits_.longest)) return {RejectionReason::length, nowhere};
         }
-        const double least = least_shape();
+        std::optional<double> replaced;
         worst = std::numeric_limits<double>::infinity();
         for (std::size_t j = 0; j < out_.star.joined.size(); ++j) {
             const auto& [element, opposite] = out_.star.joined[j];
             const double shape = shape_with(r_, element, static_cast<int>(opposite), wish_.place, wish_.metric.measure);
             if (!(signed_volume<D>(corners(out_.star.joined[j])) > 0)) return {RejectionReason::volume, j};
             if (is_flat(corners(out_.star.joined[j]))) return {RejectionReason::height, j};
-            if (!(shape > least)) return {RejectionReason::quality, j};
+            if (!(shape > limits_.least_shape)) {
+                if (!replaced) replaced = share_of_replaced();
+                if (!(shape > *replaced)) return {RejectionReason::quality, j};
+            }
             worst = std::min(worst, shape);
         }
         return {};
@@ -112,11 +116,11 @@ class Planning {
         const VertexState& state = r_.mesh.states[wish_.point];
         return out_.star.kept.empty() && state.place != VertexPlace::corner && !state.marks.has(Mark::required);
     }
-    [[nodiscard]] double least_shape() const {
+    [[nodiscard]] double share_of_replaced() const {
         if (!limits_.share_of_replaced) return limits_.least_shape;
         double worst = std::numeric_limits<double>::infinity();
         for (const ElementId e : out_.removed.elements) worst = std::min(worst, shape_of(r_, e));
-        return std::min(limits_.least_shape, *limits_.share_of_replaced * worst);
+        return *limits_.share_of_replaced * worst;
     }
 
     [[nodiscard]] std::array<Vec<D>, D + 1> corners(const ElementFace& open) const {

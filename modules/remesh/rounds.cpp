@@ -28,10 +28,11 @@ class Claims {
         edges_.clear();
     }
     template <int D>
-    [[nodiscard]] bool take(const TopologyPatch<D>& patch) {
+    [[nodiscard]] bool take(const DynamicMesh<D>& mesh, const TopologyPatch<D>& patch) {
         for (const ElementId e : patch.removed.elements)
             if (claimed_[e.index()] == round_) return false;
-        if (const VertexId p = patch.point.vertex; p.valid()) {
+        if (const VertexId p = patch.point.vertex;
+            p.valid() && !keeps_topology<D>(mesh.elements.vertices.view(), patch)) {
             for (const VertexId v : patch.star.boundary)
                 if (edges_.contains(key(p, v))) return false;
             for (const VertexId v : patch.star.boundary) edges_.insert(key(p, v));
@@ -139,7 +140,7 @@ class Rounds {
             auto& [wished, shortened, result, patch, metric] = planned[i];
             if (!wished) continue;
             ++statistics_.proposals;
-            if (result.rejected == RejectionReason::none && !claims_.take(patch)) {
+            if (result.rejected == RejectionReason::none && !claims_.take(r_.mesh, patch)) {
                 result.rejected = RejectionReason::waits;
                 put(front_[i]);
             }

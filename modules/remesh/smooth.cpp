@@ -21,12 +21,11 @@ namespace {
 template <int D>
 class Moves final : public Pass<D> {
   public:
-    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options, KeptShapes<D> shapes, std::size_t vertices)
+    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options, std::size_t vertices)
         : goal_(goal),
           wanted_(shape_of_quality(options.wanted, D)),
           gain_(shape_of_quality(options.gain, D)),
           poor_(shape_of_quality(0.3, D)),
-          shapes_(std::move(shapes)),
           touched_(vertices, 1) {}
 
     [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
@@ -36,14 +35,11 @@ class Moves final : public Pass<D> {
         LimitedWish<D> wished;
         CavityWish<D>& wish = wished.wish;
         PatchLimits& limits = wished.limits;
-        if (state.place == VertexPlace::inside)
-            ball(r.mesh, v, wish.cavity.elements);  // no facets, no lines
-        else
-            cavity_of_vertex(r.mesh, v, wish.cavity);
-        const double before = shapes_.worst(wish.cavity.elements);
-        if (!(before < wanted_)) return {};
+        cavity_around(r.mesh, v, wish.cavity);
         ConeShapes<D> cones(r);
         for (const ElementId e : wish.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
+        const double before = cones.worst(r.mesh.points[v], r.metrics[v].measure, 0);
+        if (!(before < wanted_)) return {};
         BestPlace best{{}, {}, gain_ * before};
         const double least = best.shape;
         const auto look = [&](const Vec<D>& target, double share) {
@@ -68,7 +64,6 @@ class Moves final : public Pass<D> {
         return wished;
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
-        shapes_.follow(r, changes);
         for (const ElementId e : changes.elements.created)
             for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
     }
@@ -102,8 +97,8 @@ class Moves final : public Pass<D> {
         if (shape > best.shape) best = {*place, metric, shape};
     }
     /// Where v would make the worst of its elements regular, as v's metric sees its opposite face.
-    [[nodiscard]] Vec<D> apex_of_worst(const Remeshing<D>& r, const std::vector<ElementId>& around, VertexId v) const {
-        const ElementId worst = *std::ranges::min_element(around, {}, [&](ElementId e) { return shapes_[e]; });
+    [[nodiscard]] static Vec<D> apex_of_worst(const Remeshing<D>& r, const std::vector<ElementId>& around, VertexId v) {
+        const ElementId worst = *std::ranges::min_element(around, {}, [&](ElementId e) { return shape_of(r, e); });
         const auto& vertices = r.mesh.elements.vertices[worst];
         const auto& rows = r.metrics[v].measure.rows;
         std::array<Vec<D>, D> face;
@@ -156,8 +151,7 @@ class Moves final : public Pass<D> {
     }
 
     const RemeshingGoal<D>& goal_;
-    double wanted_, gain_, poor_;  ///< of shapes
-    KeptShapes<D> shapes_;
+    double wanted_, gain_, poor_;        ///< of shapes
     std::vector<std::uint8_t> touched_;  ///< of each vertex: an element of it has changed
 };
 
@@ -168,9 +162,7 @@ Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal, co
                             const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     return guarded([&]() -> Outcome<Remeshed<D>> {
-        auto shapes = KeptShapes<D>::of(state, without_progress(execution));
-        if (!shapes) return fail(shapes.error());
-        Moves<D> pass(goal, options, std::move(*shapes), state.mesh.points.size());
+        Moves<D> pass(goal, options, state.mesh.points.size());
         Remeshed<D> out{std::move(state), {}};
         for (int sweep = 0; sweep < options.sweeps; ++sweep) {
             auto statistics = run_pass<D>(out.state, pass, pass.tasks_of_touched(out.state.mesh), execution);
