@@ -139,5 +139,7 @@ int main(int argc, char** argv) {
         r = step("smooth", std::move(r), a, execution,
                  [&](Remeshing<3> state) { return smooth<3>(std::move(state), goal, {}, execution); });
     }
+    r = step("mend", std::move(r), a, execution,
+             [&](Remeshing<3> state) { return mend<3>(std::move(state), goal, {}, execution); });
     return 0;
 }

@@ -114,4 +114,21 @@ template <int D>
 [[nodiscard]] Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal,
                                           const SmoothOptions& options, const Execution& execution);
 
+/// Swaps and moves for bad elements alone, in turns, until there are none or no turn finds anything to do.
+struct MendOptions {
+    double wanted = 0.3;
+    int turns = 4;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = MendOptions;
+        return std::tuple(
+            option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
+            option("turns", &S::turns, "turns of swaps and moves").at_least(0).at_most(1000));
+    }
+    friend bool operator==(const MendOptions&, const MendOptions&) = default;
+};
+template <int D>
+[[nodiscard]] Outcome<Remeshed<D>> mend(Remeshing<D> state, const RemeshingGoal<D>& goal, const MendOptions& options,
+                                        const Execution& execution);
+
 }  // namespace camber

@@ -21,12 +21,12 @@ namespace {
 template <int D>
 class Moves final : public Pass<D> {
   public:
-    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options, std::size_t vertices)
+    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options, std::vector<std::uint8_t> touched)
         : goal_(goal),
           wanted_(shape_of_quality(options.wanted, D)),
           gain_(shape_of_quality(options.gain, D)),
           poor_(shape_of_quality(0.3, D)),
-          touched_(vertices, 1) {}
+          touched_(std::move(touched)) {}
 
     [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
         const VertexId v(std::size_t{task.id});
@@ -67,7 +67,7 @@ class Moves final : public Pass<D> {
         for (const ElementId e : changes.elements.created)
             for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
     }
-    /// Tasks for all vertices whose elements have changed since the last call; at first all.
+    /// Tasks for all vertices whose elements have changed since the last call; at first those that are given.
     [[nodiscard]] std::vector<Task> tasks_of_touched(const DynamicMesh<D>& mesh) {
         std::vector<Task> tasks;
         tasks.reserve(mesh.points.size());
@@ -155,6 +155,18 @@ class Moves final : public Pass<D> {
     std::vector<std::uint8_t> touched_;  ///< of each vertex: an element of it has changed
 };
 
+template <int D>
+Outcome<std::vector<std::uint8_t>> vertices_of_bad_elements(const Remeshing<D>& r, double wanted,
+                                                            const Execution& execution) {
+    const auto shapes = KeptShapes<D>::of(r, execution);
+    if (!shapes) return fail(shapes.error());
+    std::vector<std::uint8_t> found(r.mesh.points.size(), 0);
+    for (std::size_t e = 0; e < r.mesh.elements.size(); ++e)
+        if (!r.mesh.is_free(ElementId(e)) && (*shapes)[ElementId(e)] < wanted)
+            for (const VertexId v : r.mesh.elements.vertices[e]) found[v.index()] = 1;
+    return found;
+}
+
 }  // namespace
 
 template <int D>
@@ -162,7 +174,10 @@ Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal, co
                             const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     return guarded([&]() -> Outcome<Remeshed<D>> {
-        Moves<D> pass(goal, options, state.mesh.points.size());
+        auto touched =
+            vertices_of_bad_elements(state, shape_of_quality(options.wanted, D), without_progress(execution));
+        if (!touched) return fail(touched.error());
+        Moves<D> pass(goal, options, std::move(*touched));
         Remeshed<D> out{std::move(state), {}};
         for (int sweep = 0; sweep < options.sweeps; ++sweep) {
             auto statistics = run_pass<D>(out.state, pass, pass.tasks_of_touched(out.state.mesh), execution);

@@ -81,6 +81,10 @@ Outcome<BroughtToMetric<D>> bring_to_metric(Remeshing<D> state, const RemeshingG
         is_settled =
             has_settled(before, s.after, s.collapse.accepted + s.split.accepted - changes, options.least_change);
     }
+    if (const auto mended = driving.pass(&mend<D>, options.mend, s.mend); !mended) return fail(mended.error());
+    const auto end = driving.measured();
+    if (!end) return fail(end.error());
+    s.after = *end;
     return BroughtToMetric<D>{std::move(driving).state(), s};
 }
 

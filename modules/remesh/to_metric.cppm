@@ -15,12 +15,13 @@ import :state;
 
 export namespace camber {
 
-/// Rounds of collapse, split, swap and smooth.
+/// Rounds of collapse, split, swap and smooth; bad elements are mended at last.
 struct ToMetricOptions {
     CollapseOptions collapse = {};
     SplitOptions split = {};
     SwapOptions swap = {};
     SmoothOptions smooth = {};
+    MendOptions mend = {};
     int rounds = 6;
     double least_change = 0.002;
 
@@ -44,7 +45,7 @@ struct ToMetricOptions {
 /// What each kind of pass did, in all rounds.
 struct ToMetricStatistics {
     int rounds = 0;
-    PassStatistics collapse, split, swap, smooth;
+    PassStatistics collapse, split, swap, smooth, mend;
     UnitMeshStatistics before, after;
 };
 
