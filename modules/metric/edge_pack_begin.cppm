@@ -82,6 +82,7 @@ template <int D>
 struct PackedEdges {
     const StraightBack<D>& back;
     std::span<const BackEdge> edges;
+    std::span<const std::uint32_t> order;  ///< in which they begin
     const EdgeRules& rules;
     const EdgeMinimiserOptions& options;
     std::span<EdgeMinimum<D>> minima;

@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cstddef>
 export module camber.metric:edge_pack_location;
@@ -182,6 +183,21 @@ template <int D>
     return t;
 }
 
+/// ⟨adjoint, ∂ log M⟩ where a point was located. Beyond the boundary the field is constant along the normal.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> slope_across(const LocatedPack<D>& place, const CornerLogs<D>& logs,
+                                                                 const SymPack<D>& adjoint) {
+    VecPack<D> across;
+    for (int n = 0; n < D; ++n) {
+        const Pack by_n = inner(adjoint, logs.change[n]);
+        for (int i = 0; i < D; ++i) across[i] += by_n * place.at.gradient[n + 1][i];
+    }
+    const Pack squared = dot(place.normal, place.normal);
+    const Pack along = select(squared > 0, dot(across, place.normal) / squared, packed(0));
+    for (int i = 0; i < D; ++i) across[i] -= along * place.normal[i];
+    return across;
+}
+
 /// Energy and length with their gradients in the unit frame, each point in its element.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_values(const StraightBack<D>& back,
@@ -192,38 +208,41 @@ template <int D>
     for (int i = 0; i < D; ++i) offset[i] = f.scale[i] * y[i];
     EdgeValues<D> out{};
     const MatPack<D> back_to_space = transposed(f.axes);
-    for (std::size_t q = 0; q < rule.size(); ++q) {
-        const double t = rule.t[q];
-        const double w = rule.w[q];
-        const auto [at, normal] = located(back, elements[q], place_at(f, offset, t), marks);
-        const CornerLogs<D> logs = corner_logs(back, elements[q]);
-        const SymPack<D> log_metric = congruence_transposed(f.axes, log_metric_at(logs, at));
-        SymPack<D> bulge = log_metric;
-        for (int k = 0; k < sym_size<D>; ++k) bulge.c[k] -= f.log_metric.c[k] + t * f.change.c[k];
-        out.bulge = max(out.bulge, inner(bulge, bulge));
-        const PointPack<D> point = decomposed(f, log_metric, offset, t);
-        VecPack<D> moved;
-        for (int i = 0; i < D; ++i) moved[i] = point.values[i] * point.velocity[i];
-        moved = times(point.log_metric.vectors, moved);
-        const SymPack<D> adjoint = congruence_transposed(back_to_space, adjoint_of(point));
-        VecPack<D> across;  // ⟨adjoint, ∂ log M⟩
-        for (int n = 0; n < D; ++n) {
-            const Pack by_n = inner(adjoint, logs.change[n]);
-            for (int i = 0; i < D; ++i) across[i] += by_n * at.gradient[n + 1][i];
+    // Two points at a time, as in each_point.
+    for (std::size_t first = 0; first < rule.size(); first += 2) {
+        const std::size_t count = std::min<std::size_t>(2, rule.size() - first);
+        std::array<LocatedPack<D>, 2> place;
+        std::array<CornerLogs<D>, 2> logs;
+        std::array<SymPack<D>, 2> log_metric;
+        for (std::size_t n = 0; n < count; ++n) {
+            const double t = rule.t[first + n];
+            place[n] = located(back, elements[first + n], place_at(f, offset, t), marks);
+            logs[n] = corner_logs(back, elements[first + n]);
+            log_metric[n] = congruence_transposed(f.axes, log_metric_at(logs[n], place[n].at));
+            SymPack<D> bulge = log_metric[n];
+            for (int k = 0; k < sym_size<D>; ++k) bulge.c[k] -= f.log_metric.c[k] + t * f.change.c[k];
+            out.bulge = max(out.bulge, inner(bulge, bulge));
         }
-        // Beyond the boundary the field is constant along the normal.
-        const Pack squared = dot(normal, normal);
-        const Pack along = select(squared > 0, dot(across, normal) / squared, packed(0));
-        for (int i = 0; i < D; ++i) across[i] -= along * normal[i];
-        across = in_frame(f, across);
-        const Pack root = sqrt(point.squared);
-        const Pack half = select(root > 0, 0.5 / root, packed(0));
-        out.energy += w * point.squared;
-        out.length += w * root;
-        for (int i = 0; i < D; ++i) {
-            const Pack slope = w * ((8 * (1 - 2 * t)) * f.scale[i] * moved[i] + (4 * t * (1 - t)) * across[i]);
-            out.energy_gradient[i] += slope;
-            out.length_gradient[i] += half * slope;
+        if (count == 1) log_metric[1] = log_metric[0];
+        const auto systems = log_eigen_systems<D, 2>(log_metric);
+        for (std::size_t n = 0; n < count; ++n) {
+            const double t = rule.t[first + n];
+            const double w = rule.w[first + n];
+            const PointPack<D> point = measured_point(f, systems[n], offset, t);
+            VecPack<D> moved;
+            for (int i = 0; i < D; ++i) moved[i] = point.values[i] * point.velocity[i];
+            moved = times(point.log_metric.vectors, moved);
+            const SymPack<D> adjoint = congruence_transposed(back_to_space, adjoint_of(point));
+            const VecPack<D> across = in_frame(f, slope_across(place[n], logs[n], adjoint));
+            const Pack root = sqrt(point.squared);
+            const Pack half = select(root > 0, 0.5 / root, packed(0));
+            out.energy += w * point.squared;
+            out.length += w * root;
+            for (int i = 0; i < D; ++i) {
+                const Pack slope = w * ((8 * (1 - 2 * t)) * f.scale[i] * moved[i] + (4 * t * (1 - t)) * across[i]);
+                out.energy_gradient[i] += slope;
+                out.length_gradient[i] += half * slope;
+            }
         }
     }
     return out;

@@ -4,7 +4,9 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 module camber.metric;
 import :packs;
@@ -129,8 +131,8 @@ template <int D>
 [[nodiscard, gnu::always_inline]] inline int take_edges(const PackedEdges<D>& all, std::size_t& next,
                                                         std::array<std::uint32_t, pack_size>& taken) {
     int count = 0;
-    for (; next < all.edges.size() && count < pack_size; ++next)
-        if (all.alone[next] == 0) taken[count++] = static_cast<std::uint32_t>(next);
+    for (; next < all.order.size() && count < pack_size; ++next)
+        if (all.alone[all.order[next]] == 0) taken[count++] = all.order[next];
     for (int k = count; k < pack_size; ++k) taken[k] = taken[0];
     return count;
 }
@@ -216,6 +218,14 @@ template <int D>
     }
 }
 
+/// Edges by the sizes of their shells: the lanes of a pack wait for the largest.
+std::vector<std::uint32_t> by_shell_size(std::span<const BackEdge> edges) {
+    std::vector<std::uint32_t> order(edges.size());
+    std::iota(order.begin(), order.end(), std::uint32_t{0});
+    std::ranges::sort(order, {}, [&](std::uint32_t e) { return std::pair(edges[e].shell.size(), e); });
+    return order;
+}
+
 /// The straight mesh of a field, or its reference; null where there is none.
 template <int D>
 const StraightBack<D>* straight_mesh_of(const BackMesh<D>& back) {
@@ -244,7 +254,8 @@ EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, std::span<const Back
             minima[i].node.point = middle;
         }
     if (straight) {
-        const PackedEdges<D> all{*straight, edges, rules, options, minima, alone, work};
+        const std::vector<std::uint32_t> order = by_shell_size(edges);
+        const PackedEdges<D> all{*straight, edges, order, rules, options, minima, alone, work};
         with_instructions(set, [&]() __attribute__((always_inline)) { search<D>(all); });
     }
     for (std::size_t i = 0; i < edges.size(); ++i) {

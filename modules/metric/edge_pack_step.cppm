@@ -147,6 +147,16 @@ struct ThroughElements {
     }
 };
 
+/// y of the lanes whose last step does not leave their element.
+template <int D>
+[[gnu::always_inline]] inline void take_last_step(SearchPack<D>& s, Mask lanes, const VecPack<D>& direction,
+                                                  const EdgeMinimiserOptions& options) {
+    if (!any(lanes)) return;
+    choose(lanes, s.direction, direction);
+    s.step = select(lanes, reach(s, options), s.step);
+    choose(lanes & ~leaves(s, options), s.y, trial_of(s, options));
+}
+
 struct Ended {
     Mask ended{}, exhausted{}, kinked{};
     Mask leaves{};  ///< not ended: to go on another way
@@ -186,7 +196,8 @@ template <int D, class Where>
     const WallStep<D> next = step_within(s.wedge.rise, free_part(s, s.inverse_hessian, gradient, o), gradient, s.y);
     const Mask last_phase = by_length & Mask(shortens ? -1 : 0);
     const Pack tolerance =
-        select(last_phase, packed(o.length_tolerance), packed(o.tolerance)) * value_of(s.at, by_length);
+        select(last_phase, packed(o.length_tolerance), packed(std::max(o.tolerance, last_step))) *
+        value_of(s.at, by_length);
     const Mask minimal = ~(-next.slope > tolerance);
     const Mask converged = accepted & (minimal | (from - value < 0.1 * tolerance));
     s.steps += select(accepted, packed(1), packed(0));
@@ -228,6 +239,7 @@ template <int D, class Where>
     out.kinked = (out.ended & (stuck | held)) | blocked;
     out.ended |= blocked;
     out.leaves = renewed & ~out.ended & leaves(s, o);
+    take_last_step(s, converged & out.ended & ~last_phase, next.step, o);
     return out;
 }
 
