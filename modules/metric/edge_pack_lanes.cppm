@@ -66,13 +66,9 @@ struct SearchLanes {
     SearchPack<D> pack{};
     std::array<std::uint32_t, pack_size> edge{};
     std::array<ElementId, pack_size> element{};
-    PointElements points{};  ///< of searches that locate them
 
     /// Lanes without an edge look at some element too.
-    [[gnu::always_inline]] inline void look_anywhere() {
-        element.fill(ElementId(std::size_t{0}));
-        for (auto& point : points) point.fill(ElementId(std::size_t{0}));
-    }
+    [[gnu::always_inline]] inline void look_anywhere() { element.fill(ElementId(std::size_t{0})); }
 };
 
 template <int D>

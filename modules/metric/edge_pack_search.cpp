@@ -4,9 +4,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <numeric>
 #include <span>
-#include <utility>
 #include <vector>
 module camber.metric;
 import :packs;
@@ -55,7 +53,7 @@ template <int D, class Length>
     for (int halving = 0; halving < 7 && any(open); ++halving) {
         if (halving == 6)
             for (int i = 0; i < D; ++i) s.y[i] = select(open, packed(0), s.y[i]);
-        WalkMarks marks;
+        WalkMarks marks{.lost = ~open};
         const Pack length = length_of(lanes, marks);
         for (int lane = 0; lane < count; ++lane) all.work.decompositions += open[lane] != 0 ? rule.size() : 0;
         elsewhere |= open & (marks.outside | marks.lost);
@@ -144,6 +142,11 @@ template <int D>
     SearchLanes<D> through{};
     within.look_anywhere();
     through.look_anywhere();
+    PointElements<D> points{};  ///< of `through`
+    for (std::size_t q = 0; q < all.rules.objective.size(); ++q) {
+        points[q].element = through.element;
+        enter(all.back, points[q], Mask(-1));
+    }
     SearchQueue<D> leaving;
     SearchQueue<D> to_judge;
     SearchQueue<D> to_judge_through;
@@ -173,19 +176,26 @@ template <int D>
             }
         }
         const int busy = busy_lanes(within);
+        Mask come{};
         for (int lane = 0; lane < pack_size && leaving.count > 0; ++lane) {
             if (through.pack.busy[lane] != 0) continue;
             leaving.pop(through, lane);
             for (int n = 0; n < D - 1; ++n)
                 for (int i = 0; i < D; ++i) through.pack.wedge.rise[n][i][lane] = 0;
             for (int i = 0; i < D; ++i) through.pack.wedge.rise_b[i][lane] = 0;
-            for (auto& point : through.points) point[lane] = through.element[lane];
+            come[lane] = -1;
         }
+        if (any(come))
+            for (std::size_t q = 0; q < all.rules.objective.size(); ++q) {
+                for (int lane = 0; lane < pack_size; ++lane)
+                    if (come[lane] != 0) points[q].element[lane] = through.element[lane];
+                enter(all.back, points[q], come);
+            }
         const int busy_through = busy_lanes(through);
         if (busy_through == pack_size || (busy == 0 && busy_through > 0)) {
             all.work.decompositions += static_cast<std::size_t>(busy_through) * all.rules.objective.size();
-            resolve(all, through, stepped(all, through, ThroughElements<D>{}), ThroughElements<D>{}, to_judge_through,
-                    leaving);
+            const ThroughElements<D> where{points};
+            resolve(all, through, stepped(all, through, where), where, to_judge_through, leaving);
         } else if (busy > 0) {
             all.work.decompositions += static_cast<std::size_t>(busy) * all.rules.objective.size();
             resolve(all, within, stepped(all, within, WithinWedge<D>{}), WithinWedge<D>{}, to_judge, leaving);
@@ -207,10 +217,9 @@ template <int D>
             int count = 0;
             while (count < pack_size && to_judge_through.count > 0) to_judge_through.pop(open, count++);
             judged(all, open, count, [&](const SearchLanes<D>& lanes, WalkMarks& marks) __attribute__((always_inline)) {
-                auto within = lanes.element;
-                return located_lengths(
-                           all.back, lanes.pack.frame, lanes.pack.y, all.rules.report,
-                           [&](std::size_t) __attribute__((always_inline)) -> auto& { return within; }, marks)
+                ElementsPack<D> elements{.element = lanes.element};
+                enter(all.back, elements, Mask(-1));
+                return located_lengths(all.back, lanes.pack.frame, lanes.pack.y, all.rules.report, elements, marks)
                     .length;
             });
         }
@@ -220,9 +229,12 @@ template <int D>
 
 /// Edges by the sizes of their shells: the lanes of a pack wait for the largest.
 std::vector<std::uint32_t> by_shell_size(std::span<const BackEdge> edges) {
+    std::array<std::uint32_t, 32> begin{};
+    const auto size_class = [&](std::size_t e) { return std::min(edges[e].shell.size(), begin.size() - 1); };
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        for (std::size_t larger = size_class(e) + 1; larger < begin.size(); ++larger) ++begin[larger];
     std::vector<std::uint32_t> order(edges.size());
-    std::iota(order.begin(), order.end(), std::uint32_t{0});
-    std::ranges::sort(order, {}, [&](std::uint32_t e) { return std::pair(edges[e].shell.size(), e); });
+    for (std::size_t e = 0; e < edges.size(); ++e) order[begin[size_class(e)]++] = static_cast<std::uint32_t>(e);
     return order;
 }
 

@@ -127,10 +127,12 @@ struct WithinWedge {
 /// Anywhere in the mesh, point by point.
 template <int D>
 struct ThroughElements {
-    [[nodiscard, gnu::always_inline]] static inline EdgeValues<D> values(const PackedEdges<D>& all,
+    PointElements<D>& points;
+
+    [[nodiscard, gnu::always_inline]] inline EdgeValues<D> values(const PackedEdges<D>& all,
                                                                          SearchLanes<D>& lanes, const VecPack<D>& y,
                                                                          WalkMarks& marks) {
-        return located_values(all.back, lanes.pack.frame, y, all.rules.objective, lanes.points, marks);
+        return located_values(all.back, lanes.pack.frame, y, all.rules.objective, points, marks);
     }
     [[gnu::always_inline]] static inline void keep(SearchLanes<D>&, Mask) {}
     [[nodiscard, gnu::always_inline]] static inline Pack bulge(const SearchLanes<D>& lanes) {
@@ -171,7 +173,7 @@ template <int D, class Where>
     const Mask by_length = s.by_length != 0;
     const VecPack<D> trial = trial_of(s, o);
     Ended out;
-    WalkMarks marks;
+    WalkMarks marks{.lost = s.busy == 0};
     const EdgeValues<D> at = where.values(all, lanes, trial, marks);
     const Mask busy = (s.busy != 0) & ~marks.lost;
     const Pack from = value_of(s.at, by_length);

@@ -66,12 +66,16 @@ template <int D>
     ShellElementPack<D> w;
     std::array<VecPack<D>, D - 1> across;
     for (int lane = 0; lane < pack_size; ++lane) {
-        int n = 0;
+        // Those off the edge, without branches, of which half would be guessed wrong.
+        std::array<VertexId, D + 2> off{};
+        std::size_t count = 0;
         for (const VertexId v : back.mesh.elements.vertices[elements[lane]]) {
-            if (v == edges.a[lane] || v == edges.b[lane] || n == D - 1) continue;
-            put(across[n], lane, back.mesh.points[v]);
-            put(w.change[n], lane, back.log_metrics[v].l);
-            ++n;
+            off[count] = v;
+            count += static_cast<std::size_t>(static_cast<int>(v != edges.a[lane]) & static_cast<int>(v != edges.b[lane]));
+        }
+        for (int n = 0; n < D - 1; ++n) {
+            put(across[n], lane, back.mesh.points[off[n]]);
+            put(w.change[n], lane, back.log_metrics[off[n]].l);
         }
     }
     const Pack scale = 1 / dot(edges.chord, edges.chord);
