@@ -1,7 +1,9 @@
 module;
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 export module camber.metric:edge_pack_location;
 import camber.core;
 import :edge_pack_objective;
@@ -72,22 +74,36 @@ template <int D>
     }
 }
 
-/// Those lanes look at other elements now.
+/// use(lane) of each in the mask, without a branch for each of the others.
+template <class Use>
+[[gnu::always_inline]] inline void each_lane(Mask mask, const Use& use) {
+    using Flags = bool __attribute__((ext_vector_type(8)));
+    for (unsigned bits = __builtin_bit_cast(std::uint8_t, __builtin_convertvector(mask, Flags)); bits != 0;
+         bits &= bits - 1)
+        use(std::countr_zero(bits));
+}
+
+/// Those lanes look at other elements now: where these are.
 template <int D>
 [[gnu::always_inline]] inline void enter(const StraightBack<D>& back, ElementsPack<D>& e, Mask lanes) {
-    for (int lane = 0; lane < pack_size; ++lane) {
-        if (lanes[lane] == 0) continue;
+    each_lane(lanes, [&](int lane) __attribute__((always_inline)) {
+        const auto& v = back.mesh.elements.vertices[e.element[lane]];
+        for (int n = 0; n <= D; ++n) put(e.corner[n], lane, back.mesh.points[v[n]]);
+    });
+    measure(back, e);
+}
+/// And what log M is there.
+template <int D>
+[[gnu::always_inline]] inline void read_logs(const StraightBack<D>& back, ElementsPack<D>& e, Mask lanes) {
+    each_lane(lanes, [&](int lane) __attribute__((always_inline)) {
         const auto& v = back.mesh.elements.vertices[e.element[lane]];
         const Sym<D>& first = back.log_metrics[v[0]].l;
-        put(e.corner[0], lane, back.mesh.points[v[0]]);
         put(e.log_metric, lane, first);
         for (int n = 0; n < D; ++n) {
             const Sym<D>& other = back.log_metrics[v[n + 1]].l;
-            put(e.corner[n + 1], lane, back.mesh.points[v[n + 1]]);
             for (int k = 0; k < sym_size<D>; ++k) e.change[n].c[k][lane] = other.c[k] - first.c[k];
         }
-    }
-    measure(back, e);
+    });
 }
 
 template <int D>
@@ -131,6 +147,7 @@ template <int D>
 [[nodiscard, gnu::always_inline]] inline LocatedPack<D> located(const StraightBack<D>& back, ElementsPack<D>& elements,
                                                                 VecPack<D> x, WalkMarks& marks) {
     LocatedPack<D> out{coordinates_in(back, elements, x), {}};
+    Mask moved{};
     for (int step = 0;; ++step) {
         Pack least = out.u[0];
         Mask lowest{};
@@ -139,17 +156,17 @@ template <int D>
             least = min(out.u[n], least);
         }
         const Mask open = ~marks.lost & ~(least >= -elements.tolerance);
-        if (!any(open)) return out;
-        if (step == 64) {
-            marks.lost |= open;
+        if (step == 64) marks.lost |= open;
+        if (step == 64 || !any(open)) {
+            read_logs(back, elements, moved);
             return out;
         }
-        for (int lane = 0; lane < pack_size; ++lane) {
-            if (open[lane] == 0) continue;
+        moved |= open;
+        each_lane(open, [&](int lane) __attribute__((always_inline)) {
             const ElementId next = back.neighbours[elements.element[lane].index()][static_cast<int>(lowest[lane])];
             if (next.valid()) {
                 elements.element[lane] = next;
-                continue;
+                return;
             }
             const VecPack<D>& slope = elements.slope[static_cast<std::size_t>(lowest[lane])];
             double squared = 0;
@@ -159,7 +176,7 @@ template <int D>
                 x[i][lane] -= least[lane] / squared * slope[i][lane];
             }
             marks.outside[lane] = -1;
-        }
+        });
         enter(back, elements, open);
         out.u = coordinates_in(back, elements, x);
     }

@@ -146,6 +146,7 @@ template <int D>
     for (std::size_t q = 0; q < all.rules.objective.size(); ++q) {
         points[q].element = through.element;
         enter(all.back, points[q], Mask(-1));
+        read_logs(all.back, points[q], Mask(-1));
     }
     SearchQueue<D> leaving;
     SearchQueue<D> to_judge;
@@ -190,6 +191,7 @@ template <int D>
                 for (int lane = 0; lane < pack_size; ++lane)
                     if (come[lane] != 0) points[q].element[lane] = through.element[lane];
                 enter(all.back, points[q], come);
+                read_logs(all.back, points[q], come);
             }
         const int busy_through = busy_lanes(through);
         if (busy_through == pack_size || (busy == 0 && busy_through > 0)) {
@@ -219,6 +221,7 @@ template <int D>
             judged(all, open, count, [&](const SearchLanes<D>& lanes, WalkMarks& marks) __attribute__((always_inline)) {
                 ElementsPack<D> elements{.element = lanes.element};
                 enter(all.back, elements, Mask(-1));
+                read_logs(all.back, elements, Mask(-1));
                 return located_lengths(all.back, lanes.pack.frame, lanes.pack.y, all.rules.report, elements, marks)
                     .length;
             });
