@@ -107,6 +107,27 @@ template <int D>
 }
 
 template <int D>
+[[nodiscard, gnu::always_inline]] inline ElementsPack<D> entered(const StraightBack<D>& back,
+                                                                 const std::array<ElementId, pack_size>& elements) {
+    ElementsPack<D> e{.element = elements};
+    enter(back, e, Mask(-1));
+    read_logs(back, e, Mask(-1));
+    return e;
+}
+template <int D>
+[[gnu::always_inline]] inline void choose(Mask mask, ElementsPack<D>& to, const ElementsPack<D>& from) {
+    each_lane(mask, [&](int lane) __attribute__((always_inline)) { to.element[lane] = from.element[lane]; });
+    choose(mask, to.log_metric, from.log_metric);
+    for (int n = 0; n < D; ++n) choose(mask, to.change[n], from.change[n]);
+    for (int n = 0; n <= D; ++n) {
+        choose(mask, to.corner[n], from.corner[n]);
+        choose(mask, to.slope[n], from.slope[n]);
+    }
+    to.tolerance = select(mask, from.tolerance, to.tolerance);
+    to.slim = mask ? from.slim : to.slim;
+}
+
+template <int D>
 [[nodiscard, gnu::always_inline]] inline std::array<Pack, D + 1> coordinates_in(const StraightBack<D>& back,
                                                                                const ElementsPack<D>& e,
                                                                                const VecPack<D>& x) {

@@ -142,12 +142,9 @@ template <int D>
     SearchLanes<D> through{};
     within.look_anywhere();
     through.look_anywhere();
+    const ElementsPack<D> anywhere = entered<D>(all.back, through.element);
     PointElements<D> points{};  ///< of `through`
-    for (std::size_t q = 0; q < all.rules.objective.size(); ++q) {
-        points[q].element = through.element;
-        enter(all.back, points[q], Mask(-1));
-        read_logs(all.back, points[q], Mask(-1));
-    }
+    for (std::size_t q = 0; q < all.rules.objective.size(); ++q) points[q] = anywhere;
     SearchQueue<D> leaving;
     SearchQueue<D> to_judge;
     SearchQueue<D> to_judge_through;
@@ -186,13 +183,10 @@ template <int D>
             for (int i = 0; i < D; ++i) through.pack.wedge.rise_b[i][lane] = 0;
             come[lane] = -1;
         }
-        if (any(come))
-            for (std::size_t q = 0; q < all.rules.objective.size(); ++q) {
-                for (int lane = 0; lane < pack_size; ++lane)
-                    if (come[lane] != 0) points[q].element[lane] = through.element[lane];
-                enter(all.back, points[q], come);
-                read_logs(all.back, points[q], come);
-            }
+        if (any(come)) {
+            const ElementsPack<D> at = entered<D>(all.back, through.element);
+            for (std::size_t q = 0; q < all.rules.objective.size(); ++q) choose(come, points[q], at);
+        }
         const int busy_through = busy_lanes(through);
         if (busy_through == pack_size || (busy == 0 && busy_through > 0)) {
             all.work.decompositions += static_cast<std::size_t>(busy_through) * all.rules.objective.size();
@@ -219,9 +213,7 @@ template <int D>
             int count = 0;
             while (count < pack_size && to_judge_through.count > 0) to_judge_through.pop(open, count++);
             judged(all, open, count, [&](const SearchLanes<D>& lanes, WalkMarks& marks) __attribute__((always_inline)) {
-                ElementsPack<D> elements{.element = lanes.element};
-                enter(all.back, elements, Mask(-1));
-                read_logs(all.back, elements, Mask(-1));
+                ElementsPack<D> elements = entered<D>(all.back, lanes.element);
                 return located_lengths(all.back, lanes.pack.frame, lanes.pack.y, all.rules.report, elements, marks)
                     .length;
             });
