@@ -34,7 +34,7 @@ inline constexpr int most_crossings = 6;
 inline constexpr int most_length_steps = 5;
 /// A step of the energy that promises less than this share is the last, and taken unmeasured: by then the model is
 /// near enough that what it leaves is a small part of that (docs/algorithms/edge-minimisation.md).
-inline constexpr double last_step = 1e-4;
+inline constexpr double last_step = 3e-4;
 
 /// What is searched in packs: edges within which log M, along the chord, to the vertices of the shell and out to the
 /// node, changes by less. Others

@@ -4,6 +4,7 @@ module;
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 export module camber.metric:edge_pack_location;
 import camber.core;
 import :edge_pack_objective;
@@ -83,14 +84,11 @@ template <class Use>
         use(std::countr_zero(bits));
 }
 
-/// Those lanes look at other elements now: where these are.
+/// That lane looks at another element now: where it is. To be measured.
 template <int D>
-[[gnu::always_inline]] inline void enter(const StraightBack<D>& back, ElementsPack<D>& e, Mask lanes) {
-    each_lane(lanes, [&](int lane) __attribute__((always_inline)) {
-        const auto& v = back.mesh.elements.vertices[e.element[lane]];
-        for (int n = 0; n <= D; ++n) put(e.corner[n], lane, back.mesh.points[v[n]]);
-    });
-    measure(back, e);
+[[gnu::always_inline]] inline void read_corners(const StraightBack<D>& back, ElementsPack<D>& e, int lane) {
+    const auto& v = back.mesh.elements.vertices[e.element[lane]];
+    for (int n = 0; n <= D; ++n) put(e.corner[n], lane, back.mesh.points[v[n]]);
 }
 /// And what log M is there.
 template <int D>
@@ -110,7 +108,8 @@ template <int D>
 [[nodiscard, gnu::always_inline]] inline ElementsPack<D> entered(const StraightBack<D>& back,
                                                                  const std::array<ElementId, pack_size>& elements) {
     ElementsPack<D> e{.element = elements};
-    enter(back, e, Mask(-1));
+    for (int lane = 0; lane < pack_size; ++lane) read_corners(back, e, lane);
+    measure(back, e);
     read_logs(back, e, Mask(-1));
     return e;
 }
@@ -162,45 +161,69 @@ struct LocatedPack {
     VecPack<D> normal;
 };
 
-/// By walks from `elements`, of lanes that are not lost. A walk that comes to the boundary goes on along it: to the
-/// point's foot on that face.
+/// The element across the face of the lowest coordinate; where there is none, the point moves to its foot on that face.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline LocatedPack<D> located(const StraightBack<D>& back, ElementsPack<D>& elements,
-                                                                VecPack<D> x, WalkMarks& marks) {
-    LocatedPack<D> out{coordinates_in(back, elements, x), {}};
-    Mask moved{};
-    for (int step = 0;; ++step) {
-        Pack least = out.u[0];
-        Mask lowest{};
-        for (int n = 1; n <= D; ++n) {
-            lowest = out.u[n] < least ? Mask(n) : lowest;
-            least = min(out.u[n], least);
-        }
-        const Mask open = ~marks.lost & ~(least >= -elements.tolerance);
-        if (step == 64) marks.lost |= open;
-        if (step == 64 || !any(open)) {
-            read_logs(back, elements, moved);
-            return out;
-        }
-        moved |= open;
-        each_lane(open, [&](int lane) __attribute__((always_inline)) {
-            const ElementId next = back.neighbours[elements.element[lane].index()][static_cast<int>(lowest[lane])];
-            if (next.valid()) {
-                elements.element[lane] = next;
-                return;
-            }
-            const VecPack<D>& slope = elements.slope[static_cast<std::size_t>(lowest[lane])];
-            double squared = 0;
-            for (int i = 0; i < D; ++i) squared += slope[i][lane] * slope[i][lane];
-            for (int i = 0; i < D; ++i) {
-                out.normal[i][lane] = slope[i][lane];
-                x[i][lane] -= least[lane] / squared * slope[i][lane];
-            }
-            marks.outside[lane] = -1;
-        });
-        enter(back, elements, open);
-        out.u = coordinates_in(back, elements, x);
+[[gnu::always_inline]] inline void cross_face(const StraightBack<D>& back, ElementsPack<D>& elements, VecPack<D>& x,
+                                              LocatedPack<D>& place, WalkMarks& marks, int lane, int lowest) {
+    const ElementId next = back.neighbours[elements.element[lane].index()][lowest];
+    if (next.valid()) {
+        elements.element[lane] = next;
+        return;
     }
+    const VecPack<D>& slope = elements.slope[lowest];
+    double squared = 0;
+    for (int i = 0; i < D; ++i) squared += slope[i][lane] * slope[i][lane];
+    const double height = place.u[lowest][lane];
+    for (int i = 0; i < D; ++i) {
+        place.normal[i][lane] = slope[i][lane];
+        x[i][lane] -= height / squared * slope[i][lane];
+    }
+    marks.outside[lane] = -1;
+}
+
+/// Points by walks from `elements`, of lanes that are not lost. A walk that comes to the boundary goes on along it. All
+/// points of a rule walk side by side, so that one does not wait for what the other reads.
+template <int D>
+[[gnu::always_inline]] inline void locate(const StraightBack<D>& back, std::span<ElementsPack<D>> elements,
+                                          std::span<VecPack<D>> x, std::span<LocatedPack<D>> places,
+                                          WalkMarks& marks) {
+    std::array<Mask, most_points> moved{};
+    std::array<Mask, most_points> open{};
+    for (std::size_t q = 0; q < x.size(); ++q) {
+        places[q] = {coordinates_in(back, elements[q], x[q]), {}};
+        open[q] = Mask(-1);
+    }
+    for (int step = 0; step <= 64; ++step) {
+        Mask walking{};
+        for (std::size_t q = 0; q < x.size(); ++q) {
+            if (!any(open[q])) continue;
+            Pack least = places[q].u[0];
+            Mask lowest{};
+            for (int n = 1; n <= D; ++n) {
+                lowest = places[q].u[n] < least ? Mask(n) : lowest;
+                least = min(places[q].u[n], least);
+            }
+            open[q] = ~marks.lost & ~(least >= -elements[q].tolerance);
+            walking |= open[q];
+            if (step == 64) continue;
+            each_lane(open[q], [&](int lane) __attribute__((always_inline)) {
+                cross_face(back, elements[q], x[q], places[q], marks, lane, static_cast<int>(lowest[lane]));
+                read_corners(back, elements[q], lane);
+            });
+        }
+        if (!any(walking)) break;
+        if (step == 64) {
+            marks.lost |= walking;
+            break;
+        }
+        for (std::size_t q = 0; q < x.size(); ++q) {
+            if (!any(open[q])) continue;
+            moved[q] |= open[q];
+            measure(back, elements[q]);
+            places[q].u = coordinates_in(back, elements[q], x[q]);
+        }
+    }
+    for (std::size_t q = 0; q < x.size(); ++q) read_logs(back, elements[q], moved[q]);
 }
 
 template <int D>
@@ -256,16 +279,17 @@ template <int D>
     for (int i = 0; i < D; ++i) offset[i] = f.scale[i] * y[i];
     EdgeValues<D> out{};
     const MatPack<D> back_to_space = transposed(f.axes);
+    std::array<VecPack<D>, most_points> x;
+    std::array<LocatedPack<D>, most_points> places;
+    for (std::size_t q = 0; q < rule.size(); ++q) x[q] = place_at(f, offset, rule.t[q]);
+    locate<D>(back, std::span(elements).first(rule.size()), std::span(x).first(rule.size()), places, marks);
     // Two points at a time, as in each_point.
     for (std::size_t first = 0; first < rule.size(); first += 2) {
         const std::size_t count = std::min<std::size_t>(2, rule.size() - first);
-        std::array<VecPack<D>, 2> normal;
         std::array<SymPack<D>, 2> log_metric;
         for (std::size_t n = 0; n < count; ++n) {
             const double t = rule.t[first + n];
-            const LocatedPack<D> place = located(back, elements[first + n], place_at(f, offset, t), marks);
-            normal[n] = place.normal;
-            log_metric[n] = congruence_transposed(f.axes, log_metric_at<D>(elements[first + n], place.u));
+            log_metric[n] = congruence_transposed(f.axes, log_metric_at<D>(elements[first + n], places[first + n].u));
             SymPack<D> bulge = log_metric[n];
             for (int k = 0; k < sym_size<D>; ++k) bulge.c[k] -= f.log_metric.c[k] + t * f.change.c[k];
             out.bulge = max(out.bulge, inner(bulge, bulge));
@@ -280,7 +304,7 @@ template <int D>
             for (int i = 0; i < D; ++i) moved[i] = point.values[i] * point.velocity[i];
             moved = times(point.log_metric.vectors, moved);
             const SymPack<D> adjoint = congruence_transposed(back_to_space, adjoint_of(point));
-            const VecPack<D> across = in_frame(f, slope_across(elements[first + n], normal[n], adjoint));
+            const VecPack<D> across = in_frame(f, slope_across(elements[first + n], places[first + n].normal, adjoint));
             const Pack root = sqrt(point.squared);
             const Pack half = select(root > 0, 0.5 / root, packed(0));
             out.energy += w * point.squared;
@@ -305,7 +329,9 @@ template <int D>
     for (int i = 0; i < D; ++i) offset[i] = f.scale[i] * y[i];
     EdgeValues<D> out{};
     for (std::size_t q = 0; q < rule.size(); ++q) {
-        const LocatedPack<D> found = located(back, elements, place_at(f, offset, rule.t[q]), marks);
+        VecPack<D> x = place_at(f, offset, rule.t[q]);
+        LocatedPack<D> found;
+        locate<D>(back, {&elements, 1}, {&x, 1}, {&found, 1}, marks);
         const SymPack<D> log_metric = log_metric_at<D>(elements, found.u);
         const Pack squared = decomposed(f, congruence_transposed(f.axes, log_metric), offset, rule.t[q]).squared;
         out.energy += rule.w[q] * squared;
