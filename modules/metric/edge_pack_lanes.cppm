@@ -51,15 +51,16 @@ inline constexpr double sure_share_with_kinks = 0.03;
 template <int D>
 struct SearchPack {
     ChordFrame<D> frame;
-    WedgePack<D> wedge;
     Pack chord_length{}, chord_unsure{};
     VecPack<D> y;
     EdgeValues<D> at;  ///< y
-    EdgeSums<D> sums;  ///< the same, while the parabola is in one element
     VecPack<D> direction;
     SymPack<D> inverse_hessian;
     Pack slope{}, step{}, attempts{}, steps{}, crossings{};
     Pack by_length{}, busy{};  ///< 1 or 0
+    // While the parabola is in one element:
+    WedgePack<D> wedge;
+    EdgeSums<D> sums;  ///< `at` is of these
 };
 template <int D>
 struct SearchLanes {
@@ -72,15 +73,25 @@ struct SearchLanes {
 };
 
 template <int D>
-[[gnu::always_inline]] inline void copy_lane(SearchLanes<D>& to, std::size_t to_lane, const SearchLanes<D>& from,
-                                             std::size_t from_lane) {
+[[gnu::always_inline]] inline void copy_packs(SearchLanes<D>& to, std::size_t to_lane, const SearchLanes<D>& from,
+                                              std::size_t from_lane, std::size_t size) {
     auto* const out = reinterpret_cast<std::byte*>(&to.pack);
     const auto* const in = reinterpret_cast<const std::byte*>(&from.pack);
-    for (std::size_t k = 0; k < sizeof(SearchPack<D>) / sizeof(Pack); ++k)
-        std::memcpy(out + k * sizeof(Pack) + to_lane * sizeof(double),
-                    in + k * sizeof(Pack) + from_lane * sizeof(double), sizeof(double));
+    for (std::size_t at = 0; at < size; at += sizeof(Pack))
+        std::memcpy(out + at + to_lane * sizeof(double), in + at + from_lane * sizeof(double), sizeof(double));
     to.edge[to_lane] = from.edge[from_lane];
     to.element[to_lane] = from.element[from_lane];
+}
+template <int D>
+[[gnu::always_inline]] inline void copy_lane(SearchLanes<D>& to, std::size_t to_lane, const SearchLanes<D>& from,
+                                             std::size_t from_lane) {
+    copy_packs(to, to_lane, from, from_lane, sizeof(SearchPack<D>));
+}
+/// Of a search that leaves its element, without what is of that.
+template <int D>
+[[gnu::always_inline]] inline void copy_leaving(SearchLanes<D>& to, std::size_t to_lane, const SearchLanes<D>& from,
+                                                std::size_t from_lane) {
+    copy_packs(to, to_lane, from, from_lane, sizeof(SearchPack<D>) - sizeof(WedgePack<D>) - sizeof(EdgeSums<D>));
 }
 
 template <int D>

@@ -85,6 +85,14 @@ struct SearchQueue {
         --count;
         copy_lane(to, lane, lanes[count / pack_size], count % pack_size);
     }
+    [[gnu::always_inline]] inline void push_leaving(const SearchLanes<D>& from, int lane) {
+        copy_leaving(lanes[count / pack_size], count % pack_size, from, lane);
+        ++count;
+    }
+    [[gnu::always_inline]] inline void pop_leaving(SearchLanes<D>& to, int lane) {
+        --count;
+        copy_leaving(to, lane, lanes[count / pack_size], count % pack_size);
+    }
 };
 
 /// What ended, and is shorter beyond doubt, is done; what is not goes to be judged; what left its element to `leaving`.
@@ -101,7 +109,7 @@ template <int D, class Where>
         if (out[lane] == 0) continue;
         const std::uint32_t edge = lanes.edge[lane];
         if (ended.leaves[lane] != 0) {
-            leaving.push(lanes, lane);
+            leaving.push_leaving(lanes, lane);
         } else {
             EdgeMinimum<D>& minimum = all.minima[edge];
             if (ended.exhausted[lane] != 0) minimum.search = EdgeSearch::exhausted;
@@ -139,7 +147,7 @@ template <int D>
 [[gnu::always_inline]] inline void search(const PackedEdges<D>& all) {
     SearchLanes<D> fresh{};
     SearchLanes<D> within{};
-    SearchLanes<D> through{};
+    SearchLanes<D> through{};  ///< without a wedge: no walls
     within.look_anywhere();
     through.look_anywhere();
     const ElementsPack<D> anywhere = entered<D>(all.back, through.element);
@@ -165,7 +173,7 @@ template <int D>
                     const Mask away = leaves(fresh.pack, all.options) & (fresh.pack.busy != 0);
                     for (int k = 0; k < pack_size; ++k) {
                         if (away[k] == 0) continue;
-                        leaving.push(fresh, k);
+                        leaving.push_leaving(fresh, k);
                         fresh.pack.busy[k] = 0;
                     }
                 }
@@ -177,10 +185,7 @@ template <int D>
         Mask come{};
         for (int lane = 0; lane < pack_size && leaving.count > 0; ++lane) {
             if (through.pack.busy[lane] != 0) continue;
-            leaving.pop(through, lane);
-            for (int n = 0; n < D - 1; ++n)
-                for (int i = 0; i < D; ++i) through.pack.wedge.rise[n][i][lane] = 0;
-            for (int i = 0; i < D; ++i) through.pack.wedge.rise_b[i][lane] = 0;
+            leaving.pop_leaving(through, lane);
             come[lane] = -1;
         }
         if (any(come)) {
