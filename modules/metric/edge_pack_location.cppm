@@ -28,8 +28,8 @@ template <int D>
 struct ElementsPack {
     std::array<ElementId, pack_size> element{};
     std::array<VecPack<D>, D + 1> corner{};
-    SymPack<D> log_metric{};               ///< at the first corner
-    std::array<SymPack<D>, D> change{};    ///< at the others, less that
+    SymPack<D> log_metric{};                ///< at the first corner
+    std::array<SymPack<D>, D> change{};     ///< at the others, less that
     std::array<VecPack<D>, D + 1> slope{};  ///< ∇u, as Frame has them
     Pack tolerance{};
     Mask slim{};  ///< Frame itself finds the coordinates
@@ -128,8 +128,8 @@ template <int D>
 
 template <int D>
 [[nodiscard, gnu::always_inline]] inline std::array<Pack, D + 1> coordinates_in(const StraightBack<D>& back,
-                                                                               const ElementsPack<D>& e,
-                                                                               const VecPack<D>& x) {
+                                                                                const ElementsPack<D>& e,
+                                                                                const VecPack<D>& x) {
     std::array<Pack, D + 1> u;
     VecPack<D> from;
     for (int i = 0; i < D; ++i) from[i] = x[i] - e.corner[0][i];
@@ -185,8 +185,7 @@ template <int D>
 /// points of a rule walk side by side, so that one does not wait for what the other reads.
 template <int D>
 [[gnu::always_inline]] inline void locate(const StraightBack<D>& back, std::span<ElementsPack<D>> elements,
-                                          std::span<VecPack<D>> x, std::span<LocatedPack<D>> places,
-                                          WalkMarks& marks) {
+                                          std::span<VecPack<D>> x, std::span<LocatedPack<D>> places, WalkMarks& marks) {
     std::array<Mask, most_points> moved{};
     std::array<Mask, most_points> open{};
     for (std::size_t q = 0; q < x.size(); ++q) {
@@ -273,8 +272,8 @@ template <int D>
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_values(const StraightBack<D>& back,
                                                                       const ChordFrame<D>& f, const VecPack<D>& y,
-                                                                      const Quadrature& rule, PointElements<D>& elements,
-                                                                      WalkMarks& marks) {
+                                                                      const Quadrature& rule,
+                                                                      PointElements<D>& elements, WalkMarks& marks) {
     VecPack<D> offset;
     for (int i = 0; i < D; ++i) offset[i] = f.scale[i] * y[i];
     EdgeValues<D> out{};

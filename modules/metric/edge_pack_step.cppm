@@ -129,9 +129,8 @@ template <int D>
 struct ThroughElements {
     PointElements<D>& points;
 
-    [[nodiscard, gnu::always_inline]] inline EdgeValues<D> values(const PackedEdges<D>& all,
-                                                                         SearchLanes<D>& lanes, const VecPack<D>& y,
-                                                                         WalkMarks& marks) {
+    [[nodiscard, gnu::always_inline]] inline EdgeValues<D> values(const PackedEdges<D>& all, SearchLanes<D>& lanes,
+                                                                  const VecPack<D>& y, WalkMarks& marks) {
         return located_values(all.back, lanes.pack.frame, y, all.rules.objective, points, marks);
     }
     [[gnu::always_inline]] static inline void keep(SearchLanes<D>&, Mask) {}
@@ -197,9 +196,8 @@ template <int D, class Where>
     const VecPack<D> gradient = gradient_of(s.at, by_length);
     const WallStep<D> next = step_within(s.wedge.rise, free_part(s, s.inverse_hessian, gradient, o), gradient, s.y);
     const Mask last_phase = by_length & Mask(shortens ? -1 : 0);
-    const Pack tolerance =
-        select(last_phase, packed(o.length_tolerance), packed(std::max(o.tolerance, last_step))) *
-        value_of(s.at, by_length);
+    const Pack tolerance = select(last_phase, packed(o.length_tolerance), packed(std::max(o.tolerance, last_step))) *
+                           value_of(s.at, by_length);
     const Mask minimal = ~(-next.slope > tolerance);
     const Mask converged = accepted & (minimal | (from - value < 0.1 * tolerance));
     s.steps += select(accepted, packed(1), packed(0));

@@ -71,7 +71,8 @@ template <int D>
         std::size_t count = 0;
         for (const VertexId v : back.mesh.elements.vertices[elements[lane]]) {
             off[count] = v;
-            count += static_cast<std::size_t>(static_cast<int>(v != edges.a[lane]) & static_cast<int>(v != edges.b[lane]));
+            count +=
+                static_cast<std::size_t>(static_cast<int>(v != edges.a[lane]) & static_cast<int>(v != edges.b[lane]));
         }
         for (int n = 0; n < D - 1; ++n) {
             put(across[n], lane, back.mesh.points[off[n]]);
