@@ -196,8 +196,12 @@ template <int D, class Where>
     const VecPack<D> gradient = gradient_of(s.at, by_length);
     const WallStep<D> next = step_within(s.wedge.rise, free_part(s, s.inverse_hessian, gradient, o), gradient, s.y);
     const Mask last_phase = by_length & Mask(shortens ? -1 : 0);
-    const Pack tolerance = select(last_phase, packed(o.length_tolerance), packed(std::max(o.tolerance, last_step))) *
-                           value_of(s.at, by_length);
+    // The length's own Hessian is singular along the edge; and what is shorter beyond doubt has to stay so.
+    const Pack gain = s.chord_length - s.at.length;
+    const Pack sure = where.sure_gain(all, lanes);
+    const Mask loose = ~by_length & ~((gain > sure) & (gain < sure + 2 * last_step * s.chord_length));
+    const Pack least = select(loose, packed(std::max(o.tolerance, last_step)), packed(o.tolerance));
+    const Pack tolerance = select(last_phase, packed(o.length_tolerance), least) * value_of(s.at, by_length);
     const Mask minimal = ~(-next.slope > tolerance);
     const Mask converged = accepted & (minimal | (from - value < 0.1 * tolerance));
     s.steps += select(accepted, packed(1), packed(0));
@@ -239,7 +243,7 @@ template <int D, class Where>
     out.kinked = (out.ended & (stuck | held)) | blocked;
     out.ended |= blocked;
     out.leaves = renewed & ~out.ended & leaves(s, o);
-    take_last_step(s, converged & out.ended & ~last_phase, next.step, o);
+    take_last_step(s, converged & out.ended & loose, next.step, o);
     return out;
 }
 
