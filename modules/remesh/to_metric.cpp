@@ -81,10 +81,9 @@ Outcome<BroughtToMetric<D>> bring_to_metric(Remeshing<D> state, const RemeshingG
         is_settled =
             has_settled(before, s.after, s.collapse.accepted + s.split.accepted - changes, options.least_change);
     }
-    if (const auto mended = driving.pass(&mend<D>, options.mend, s.mend); !mended) return fail(mended.error());
-    const auto end = driving.measured();
-    if (!end) return fail(end.error());
-    s.after = *end;
+    const auto mended =
+        driving.pass("mend", &mend<D>, options.mend, s.mend).and_then([&](Done) { return driving.measure(s.after); });
+    if (!mended) return fail(mended.error());
     return BroughtToMetric<D>{std::move(driving).state(), s};
 }
 

@@ -32,6 +32,7 @@ struct ToMetricOptions {
             option("split", &S::split, "the options of the stage split"),
             option("swap", &S::swap, "the options of the stage swap"),
             option("smooth", &S::smooth, "the options of the stage smooth"),
+            option("mend", &S::mend, "the options of the stage mend, which comes last"),
             option("rounds", &S::rounds, "rounds of collapse, split, swap and smooth").at_least(0).at_most(1000),
             option("least_change", &S::least_change,
                    "ends where a round raises the share of unit edges by less and makes or removes a smaller share of "

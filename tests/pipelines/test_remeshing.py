@@ -120,7 +120,7 @@ class Remesh(unittest.TestCase):
             self.assertEqual(lengths["remeshed"], checked["histograms"]["edge_length"]["count"])
             # what was done, and why not more
             passes = {p["pass"]: p for p in report["remesh"]["passes"]}
-            self.assertEqual(set(passes), {"collapse", "split", "swap", "smooth"})
+            self.assertEqual(set(passes), {"collapse", "split", "swap", "smooth", "mend"})
             self.assertGreater(passes["split"]["accepted"], 0)
             for p in passes.values():
                 self.assertEqual(p["proposals"], p["accepted"] + sum(p["rejected"].values()), p)

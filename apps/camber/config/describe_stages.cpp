@@ -110,11 +110,18 @@ const Description<Smooth>& Described<Smooth>::get() {
     return description;
 }
 
+const Description<Mend>& Described<Mend>::get() {
+    static const Description<Mend> description{
+        "mend", "Of a straight mesh: swaps and moves for bad elements alone, turn after turn.", listed<Mend>(), {}};
+    return description;
+}
+
 const Description<Remesh>& Described<Remesh>::get() {
     static const Description<Remesh> description{
         "remesh",
         "Brings a straight mesh to the metric: rounds of collapse, split, swap and smooth, until edges are of unit "
-        "length and nothing changes much. References, materials, interfaces, ridges, corners and whatever is required "
+        "length and nothing changes much; mend at last. References, materials, interfaces, ridges, corners and "
+        "whatever is required "
         "are kept. The metric is made of the mesh as it is before; the geometry too, and what follows is curved onto "
         "it.",
         listed<Remesh>(),
@@ -129,7 +136,8 @@ const Choice<Stage>& Described<Stage>::get() {
         key<Relax>("relax", "repair what is not valid"), key<Commit>("commit", "make the plan the mesh"),
         key<Reinsert>("reinsert", "curve cavity by cavity"), key<Collapse>("collapse", "remove short edges"),
         key<Split>("split", "divide long edges"), key<Swap>("swap", "exchange edges and faces of bad elements"),
-        key<Smooth>("smooth", "move vertices"), key<Remesh>("remesh", "bring a straight mesh to the metric"));
+        key<Smooth>("smooth", "move vertices"), key<Mend>("mend", "swap and move for bad elements alone"),
+        key<Remesh>("remesh", "bring a straight mesh to the metric"));
     return choice;
 }
 

@@ -318,8 +318,10 @@ using Collapse = CollapseOptions;
 using Split = SplitOptions;
 using Swap = SwapOptions;
 using Smooth = SmoothOptions;
+using Mend = MendOptions;
 using Remesh = ToMetricOptions;
-using Stage = std::variant<Elevate, Curve, Validate, Relax, Commit, Reinsert, Collapse, Split, Swap, Smooth, Remesh>;
+using Stage =
+    std::variant<Elevate, Curve, Validate, Relax, Commit, Reinsert, Collapse, Split, Swap, Smooth, Mend, Remesh>;
 
 // ---------------------------------------------------------------- the whole
 

@@ -39,6 +39,7 @@ inline constexpr std::tuple stage_rows{
     StageRow<config::Split>{"split", Holds::straight_mesh, Holds::straight_mesh},
     StageRow<config::Swap>{"swap", Holds::straight_mesh, Holds::straight_mesh},
     StageRow<config::Smooth>{"smooth", Holds::straight_mesh, Holds::straight_mesh},
+    StageRow<config::Mend>{"mend", Holds::straight_mesh, Holds::straight_mesh},
     StageRow<config::Remesh>{"remesh", Holds::straight_mesh, Holds::straight_mesh},
 };
 

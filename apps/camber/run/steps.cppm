@@ -37,6 +37,8 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Smooth& options);
 template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Mend& options);
+template <int D>
 [[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Remesh& options);
 
 /// The boundary as the config describes it, before a stage that curves. Errors (usage): a geometry that is not the

@@ -113,6 +113,10 @@ template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Smooth& options) {
     return apply_pass(run, options, &smooth<D>);
 }
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Mend& options) {
+    return apply_pass(run, options, &mend<D>);
+}
 
 template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
@@ -128,8 +132,9 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     if (!made) return fail(made.error());
     changing.mesh = std::move(made->state);
     const ToMetricStatistics& s = made->statistics;
-    for (const auto& [pass, done] : {std::pair("collapse", &s.collapse), std::pair("split", &s.split),
-                                     std::pair("swap", &s.swap), std::pair("smooth", &s.smooth)})
+    for (const auto& [pass, done] :
+         {std::pair("collapse", &s.collapse), std::pair("split", &s.split), std::pair("swap", &s.swap),
+          std::pair("smooth", &s.smooth), std::pair("mend", &s.mend)})
         run.tell(pass_report(pass, *done, seconds[pass]));
     return Done{};
 }
@@ -139,6 +144,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     template Outcome<Done> apply<D>(Runner<D>&, const config::Split&);    \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Swap&);     \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Smooth&);   \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Mend&);     \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Remesh&);
 
 CAMBER_INSTANTIATE(2)
