@@ -54,14 +54,14 @@ Outcome<Examination<D>> examine_all(const LinearMesh<D>& mesh, const Execution& 
 template <int D>
 Outcome<Examination<D>> examine_all(const QuadraticMesh<D>& mesh, const Execution& execution,
                                     const ExamineOptions& options) {
-    auto volumes = map_each(part_of(execution, 0, 0.3), mesh.linear.elements.size(), [&](std::size_t e) {
+    auto volumes = map_each(part_of(execution, 0, 0.21), mesh.linear.elements.size(), [&](std::size_t e) {
         return signed_volume(nodal_element<D>(mesh, mesh.mid_nodes.view(), ElementId(e)));
     });
     if (!volumes) return fail(volumes.error());
-    auto x = examine_with(mesh.linear, *volumes, options, part_of(execution, 0.3, 0.8));
+    auto x = examine_with(mesh.linear, *volumes, options, part_of(execution, 0.21, 0.72));
     if (!x) return x;
     auto done = examine_scale(mesh, *x, without_progress(execution)).and_then([&](Done) {
-        return examine_nodes(mesh, *x, part_of(execution, 0.8, 1));
+        return examine_nodes(mesh, *x, part_of(execution, 0.72, 1));
     });
     if (!done) return fail(done.error());
     return x;

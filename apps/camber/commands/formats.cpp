@@ -17,7 +17,7 @@ namespace camber::app {
 
 namespace {
 
-/// The share of the time that making the bytes of a file takes, and that reading them does: the rest is the disk's.
+/// The share of the time that making the bytes of a file takes, and making something of them: the rest is the disk's.
 constexpr double of_encoding = 0.3, of_decoding = 0.5;
 
 Outcome<Done> write_chunks(const Outcome<Chunks>& chunks, const std::string& path, const Execution& execution) {

@@ -145,7 +145,7 @@ class Checker {
     Outcome<Done> measure(const Execution& execution) {
         const std::size_t n = linear_.elements.size();
         ElementColumns& columns = report_.elements;
-        auto inverted = map_each(part_of(execution, 0, 0.5), n, [&](std::size_t e) {
+        auto inverted = map_each(part_of(execution, 0, degree_ == 2 ? 1 : 0.5), n, [&](std::size_t e) {
             const auto element = nodal_element<D>(*mesh_, mesh_->mid_nodes.view(), ElementId(e));
             return static_cast<std::uint8_t>(straight_inverted(element));
         });
