@@ -150,12 +150,12 @@ Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* fiel
                                   [&](std::size_t e) { return plan->proposal().kinds[e] == EdgeKind::volume; }));
     const Wanted<D>* const wanted = plan ? plan->wanted() : nullptr;
     if (wanted) {
-        auto made = distances(mesh, wanted->boundary.geometry, part_of(execution, 0, 0.8));
+        auto made = distances(mesh, wanted->boundary.geometry, part_of(execution, 0, 0.1));
         if (!made) return fail(std::move(made.error()));
         fields = std::move(fields).with(std::move(*made));
     }
     if (wanted && field) {
-        auto made = metrics(mesh, *field, wanted->shells, part_of(execution, 0.8, 1));
+        auto made = metrics(mesh, *field, wanted->shells, part_of(execution, 0.1, 1));
         if (!made) return fail(std::move(made.error()));
         fields = std::move(fields).with(std::move(*made));
     }
