@@ -151,7 +151,9 @@ Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<
         return std::accumulate(of_chunks.begin(), of_chunks.end(), CurveStatistics{},
                                [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; });
     }
-    const auto offsets = offsets_by_element(mesh, kinds, base, shells, back, options, part_of(execution, 0, 0.48));
+    const double of_offsets = options.measured == MeasuredEdges::all ? 0.1 : 0.48;  // lengths take long
+    const auto offsets =
+        offsets_by_element(mesh, kinds, base, shells, back, options, part_of(execution, 0, of_offsets));
     if (!offsets) return fail(offsets.error());
     const auto target_of = [&](std::size_t e) {
         if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), base[e]);
@@ -161,7 +163,7 @@ Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<
         return measured_target(mesh, {EdgeId(e), shells[e].front()}, node, back, rules.report);
     };
     return reduce_each(
-        part_of(execution, 0.48, 1), mesh.edges.size(), CurveStatistics{},
+        part_of(execution, of_offsets, 1), mesh.edges.size(), CurveStatistics{},
         [&](CurveStatistics& statistics, std::size_t e) {
             const EdgeTarget<D> target = target_of(e);
             take(e, target);

@@ -153,7 +153,9 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
     return run.step_of(options, [&](const Execution& execution) {
         const Boundary<D> around = *boundary;
         const auto find = [&](const Execution& e) -> Outcome<Found<D>> {
-            const double of_slides = edges.aim == CurvingAim::accuracy ? 0.26 : 0;
+            const double of_slides = edges.aim != CurvingAim::accuracy      ? 0
+                                     : edges.measured == MeasuredEdges::all ? 0.05
+                                                                            : 0.26;
             auto slid =
                 slid_input(run.quadratic(), around, std::move(*input), *run.field(), edges, part_of(e, 0, of_slides));
             if (!slid) return fail(slid.error());
