@@ -105,6 +105,7 @@ class StarWorkspace {
         bool lost_facet = false;   ///< of the vertex: one of its facets is removed
         bool keeps_facet = false;  ///< of the vertex: a side of a removed facet that stays open holds it
         std::uint8_t facets = 0;   ///< on the edge, afterwards
+        std::uint8_t before = 0;   ///< a line's: on the edge, or on the line that it comes of, before
         Reference reference = 0;   ///< of these
     };
     std::vector<ToPoint> to_point;

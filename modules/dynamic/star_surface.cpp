@@ -123,6 +123,29 @@ bool Starring<D>::count_facet(const SimplexVertices<D - 1>& facet, Reference ref
 }
 
 template <int D>
+void Starring<D>::count_before(const SimplexVertices<D - 1>& facet) {
+    for (const VertexId v : facet)
+        if (const std::uint32_t at = v == point_ ? nothing : w_.vertices.find(v); at != nothing)
+            ++w_.to_point[at].before;
+}
+
+template <int D>
+bool Starring<D>::lines_keep_their_facets() {
+    for (const auto& [line, opposite] : out_.lines) {
+        const auto& ends = mesh_.edges[mesh_.lines[line]];
+        if (ends[opposite] == point_) continue;  // made again: counted
+        const auto is_on_line = [&](FacetId f) {
+            const auto& v = mesh_.facets.vertices[f];
+            return local_vertex(v, ends[0]) >= 0 && local_vertex(v, ends[1]) >= 0;
+        };
+        w_.to_point[w_.vertices.find(ends[1 - opposite])].before =
+            static_cast<std::uint8_t>(std::ranges::count_if(cavity_.facets, is_on_line));
+    }
+    return std::ranges::all_of(w_.to_point,
+                               [](const auto& edge) { return !edge.is_line || edge.facets == edge.before; });
+}
+
+template <int D>
 StarFailure Starring<D>::surface_at_point() {
     facets_at_point_ = 0;
     bool fits = true;
@@ -134,6 +157,7 @@ StarFailure Starring<D>::surface_at_point() {
                 const FacetId f = facet_at(mesh_, e, face);
                 if (!f.valid() || mesh_.sides[f][0] != e || mesh_.elements.vertices[e][face] == point_) continue;
                 ++before;
+                if (D == 3) count_before(mesh_.facets.vertices[f]);
                 if (w_.facets.contains(f)) {
                     was_touched = true;
                     continue;
@@ -151,8 +175,10 @@ StarFailure Starring<D>::surface_at_point() {
     if (D == 3)
         for (const auto& edge : w_.to_point)
             if (!edge.is_line && edge.facets != 0 && edge.facets != 2) return StarFailure::surface;
+    if (D == 3 && !lines_keep_their_facets()) return StarFailure::surface;
     if (facets_at_point_ > 0) out_.place = VertexPlace::surface;
-    if (!point_.valid()) return StarFailure::none;
+    // A new point is on one piece of surfaces.
+    if (!point_.valid()) return D == 2 || is_one_fan() ? StarFailure::none : StarFailure::surface;
     // A point of surfaces stays on those that it was on, and comes on no other.
     if (D == 2) passed_before_ = before;
     if ((before > 0) != (facets_at_point_ > 0)) return StarFailure::surface;
@@ -168,7 +194,7 @@ bool Starring<D>::is_one_fan() {
     for (std::uint32_t i = 0; i < out_.facets.size(); ++i)
         for (std::uint32_t j = 0; j < i; ++j)
             if (share_a_vertex(out_.facets[i], out_.facets[j])) groups.join(i, j);
-    return groups.count() == 1;
+    return out_.facets.empty() || groups.count() == 1;
 }
 
 template <int D>

@@ -117,6 +117,11 @@ class Starring {
     StarFailure nothing_exists();
     /// Counts a facet that has the point, on its edges there.
     [[nodiscard]] bool count_facet(const SimplexVertices<D - 1>& facet, Reference reference);
+    /// A facet at the point, before: counted on its edges there.
+    void count_before(const SimplexVertices<D - 1>& facet);
+    /// Whether each line at the point has as many facets as it had, or as the line that it comes of: a surface that
+    /// came to a line which it did not end at, or left one, would be another surface (3D).
+    [[nodiscard]] bool lines_keep_their_facets();
     /// Edges at the point that are no lines have no facets, or two of one reference; the point is on surfaces if it
     /// was.
     StarFailure surface_at_point();

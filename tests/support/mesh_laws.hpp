@@ -7,7 +7,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -36,11 +38,45 @@ std::ptrdiff_t euler(const DynamicMesh<D>& mesh) {
     return n(vertices) - n(mesh.edge_count()) + n(faces) - n(mesh.element_count());
 }
 
+/// Euler's characteristic of what each reference has: materials, surfaces, lines.
+using Characteristics = std::map<std::pair<int, Reference>, std::ptrdiff_t>;
+template <int D>
+Characteristics characteristics(const DynamicMesh<D>& mesh) {
+    // Every simplex with all of its faces, by their vertices.
+    using Face = std::array<VertexId, D + 1>;
+    std::vector<std::tuple<int, Reference, Face>> faces;
+    const auto add = [&](const auto& simplex, int dimension, Reference reference) {
+        for (unsigned some = 1; some < 1U << simplex.size(); ++some) {
+            Face face{};
+            std::size_t n = 0;
+            for (std::size_t i = 0; i < simplex.size(); ++i)
+                if ((some >> i & 1U) != 0) face[n++] = simplex[i];
+            std::sort(face.begin(), face.end());  // places that are not taken come last
+            faces.emplace_back(dimension, reference, face);
+        }
+    };
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e)
+        if (!mesh.is_free(ElementId(e))) add(mesh.elements.vertices[e], D, mesh.elements.references[e]);
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f)
+        if (!mesh.is_free(FacetId(f))) add(mesh.facets.vertices[f], D - 1, mesh.facets.references[f]);
+    for (std::size_t l = 0; l < mesh.lines.size(); ++l)
+        if (!mesh.is_free(LineId(l))) add(mesh.edges[mesh.lines[l]], 0, mesh.line_references[l]);
+    std::sort(faces.begin(), faces.end());
+    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+    Characteristics sums;
+    for (const auto& [dimension, reference, face] : faces) {
+        const auto vertices = std::ranges::count_if(face, [](VertexId v) { return v.valid(); });
+        sums[{dimension, reference}] += vertices % 2 == 1 ? 1 : -1;
+    }
+    return sums;
+}
+
 /// What a mesh keeps.
 template <int D>
 struct Kept {
     Sizes sizes;  ///< of flat domains
     std::ptrdiff_t characteristic = 0;
+    Characteristics by_reference;
     std::vector<std::pair<VertexId, Vec<D>>> vertices;  ///< corners, those that are required, those that are held
     std::vector<std::pair<EdgeId, std::array<VertexId, 2>>> lines;
     std::vector<std::pair<FacetId, SimplexVertices<D - 1>>> facets;
@@ -48,7 +84,7 @@ struct Kept {
 };
 template <int D>
 Kept<D> kept_by(const DynamicMesh<D>& mesh) {
-    Kept<D> kept{measures(mesh), euler(mesh), {}, {}, {}, {}};
+    Kept<D> kept{measures(mesh), euler(mesh), characteristics(mesh), {}, {}, {}, {}};
     for (std::size_t v = 0; v < mesh.points.size(); ++v) {
         const auto& [place, marks] = mesh.states[v];
         if (place == VertexPlace::corner || marks.has(Mark::required) || marks.has(Mark::held))
@@ -72,6 +108,19 @@ std::string unless_sound(const DynamicMesh<D>& mesh) {
 template <int D>
 std::string unless_euler_holds(const DynamicMesh<D>& mesh, const Kept<D>& kept) {
     return euler(mesh) == kept.characteristic ? "" : "Euler's characteristic is another";
+}
+
+/// A surface stays a disc or a sphere or what it was, and so do materials and lines.
+template <int D>
+std::string unless_parts_stay(const DynamicMesh<D>& mesh, const Kept<D>& kept) {
+    const Characteristics now = characteristics(mesh);
+    if (now.size() != kept.by_reference.size()) return "a reference came or went";
+    for (const auto& [key, value] : kept.by_reference)
+        if (const auto at = now.find(key); at == now.end() || at->second != value)
+            return "what has dimension " + std::to_string(key.first) + " and reference " + std::to_string(key.second) +
+                   " is of another shape: its Euler characteristic is " +
+                   std::to_string(at == now.end() ? 0 : at->second) + " and was " + std::to_string(value);
+    return "";
 }
 
 /// Corners where they were, and what is required with the vertices that it had.
@@ -184,8 +233,9 @@ std::string unless_topology_holds(const DynamicMesh<D>& mesh, const Kept<D>& kep
 }
 template <int D>
 std::string unless_all_holds(const DynamicMesh<D>& mesh, const Kept<D>& kept) {
-    for (const std::string& broken : {unless_topology_holds(mesh, kept), unless_elements_are_positive(mesh),
-                                      unless_sizes_stay(mesh, kept), unless_as_made_anew(mesh)})
+    for (const std::string& broken :
+         {unless_topology_holds(mesh, kept), unless_parts_stay(mesh, kept), unless_elements_are_positive(mesh),
+          unless_sizes_stay(mesh, kept), unless_as_made_anew(mesh)})
         if (!broken.empty()) return broken;
     return "";
 }

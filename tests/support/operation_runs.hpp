@@ -111,7 +111,9 @@ std::string run_topology(std::uint64_t seed, const RunOptions& options, Tally<D>
         if (const std::string law = unless_topology_holds(mesh, kept); !law.empty())
             return "seed " + std::to_string(seed) + ", step " + std::to_string(step) + ": " + law;
     }
-    return unless_as_made_anew(mesh);
+    for (const std::string& broken : {unless_parts_stay(mesh, kept), unless_as_made_anew(mesh)})
+        if (!broken.empty()) return "seed " + std::to_string(seed) + ": " + broken;
+    return "";
 }
 
 }  // namespace camber::testing
