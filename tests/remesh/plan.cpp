@@ -153,6 +153,38 @@ TEST_CASE_FIXTURE(Fixture, "a cavity is corrected: elements that would be invert
     CHECK(corrected);
 }
 
+TEST_CASE("a vertex inside that moves leaves all ids as they are") {
+    LatticeOptions<3> options;
+    options.cells = {2, 2, 2};
+    LinearMesh<3> mesh = with_references<3>(lattice_mesh(options), {0, 2, 2}, false);  // one material
+    Dice dice(1);
+    const RemeshingGoal<3> goal = goal_over(mesh, 1, dice);
+    const Remeshing<3> r = begun(mesh, goal);
+    CavityWish<3> wish;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+        if (mesh.points[v] == Vec<3>{{1, 1, 1}}) wish.join_to(r, VertexId(v));
+    cavity_of_vertex(r.mesh, wish.point, wish.cavity);
+    wish.place += Vec<3>{{0.1, 0.05, 0}};
+    PlanWorkspace<3> workspace;
+    TopologyPatch<3> patch;
+    REQUIRE(plan(r, wish, {}, workspace, patch).rejected == RejectionReason::none);
+    CHECK(keeps_topology<3>(r.mesh.elements.vertices.view(), patch));
+    const auto changed = must(commit<3>(r.mesh, {&patch, 1}));
+    CHECK(check_consistency(changed.mesh, alone).has_value());
+    CHECK(changed.mesh.elements.vertices == r.mesh.elements.vertices);
+    CHECK(changed.mesh.across == r.mesh.across);
+    CHECK(changed.mesh.edges == r.mesh.edges);
+    CHECK(changed.mesh.points[wish.point] == wish.place);
+    CHECK(changed.changes.elements.created == wish.cavity.elements);
+    CHECK(changed.changes.points == std::vector{wish.point});
+    // Joined to another vertex it is a collapse.
+    wish.join_to(r, r.mesh.elements.vertices[wish.cavity.elements[0]][0] == wish.point
+                        ? r.mesh.elements.vertices[wish.cavity.elements[0]][1]
+                        : r.mesh.elements.vertices[wish.cavity.elements[0]][0]);
+    if (plan(r, wish, {}, workspace, patch).rejected == RejectionReason::none)
+        CHECK(!keeps_topology<3>(r.mesh.elements.vertices.view(), patch));
+}
+
 TEST_CASE_FIXTURE(Fixture, "a vertex moves with all of its elements, and if it may") {
     const VertexId middle = at({{1, 1, 1}});
     CavityWish<3> part = collapse_of(middle, middle);
