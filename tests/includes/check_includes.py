@@ -39,6 +39,7 @@ cstdint: int16_t int32_t int64_t int8_t intptr_t uint16_t uint32_t uint64_t uint
 cstdio: FILE fclose fflush fgets fopen fprintf fputc fputs fread fwrite perror printf puts remove rename size_t snprintf
 cstdlib: abort aligned_alloc atexit exit free getenv malloc quick_exit size_t strtod system
 cstring: memchr memcmp memcpy memmove memset size_t strchr strcmp strerror strlen strncmp strrchr strstr
+ctime: clock clock_t
 deque: deque
 exception: current_exception exception exception_ptr rethrow_exception terminate
 filesystem: filesystem
