@@ -16,8 +16,9 @@ namespace camber {
 
 namespace {
 
-/// So many tasks are planned in a round: few against the mesh, so that few are in one another's way.
-std::size_t window_of(std::size_t elements) { return std::clamp<std::size_t>(elements / 64, 32, 8192); }
+/// So many tasks are planned in a round: few against the mesh, so that few are in one another's way and are planned
+/// again, and enough for the threads.
+std::size_t window_of(std::size_t elements) { return std::clamp<std::size_t>(elements / 256, 32, 8192); }
 
 /// Elements that patches of a round remove, and edges that they make.
 class Claims {
