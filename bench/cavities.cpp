@@ -90,7 +90,7 @@ CavityWish<2> insertion_wish(const Square& square, const Vec<2>& place) {
     wish.holders = wish.cavity.elements.size();
     wish.place = place;
     wish.metric = {metric_of({{0.32, 0.08}}), ElementId{}};
-    grow_delaunay(square.state, place, wish.metric.measure, 64, wish.cavity);
+    grow_delaunay(square.state, place, wish.metric.measure, 64, 0, wish.cavity);
     return wish;
 }
 
