@@ -57,6 +57,7 @@ class Collapses final : public Pass<D> {
         return best;
     }
     [[nodiscard]] RejectionReason judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
+        if (adds_wall_elements(r, goal_, patch)) return RejectionReason::wall;
         return is_near_geometry(r, goal_, patch, options_.distance) ? RejectionReason::none : RejectionReason::geometry;
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {

@@ -95,7 +95,7 @@ template <int D>
                                         const Execution& execution);
 
 /// Vertices inside, and those of smooth surfaces where there is a geometry, go to where their edges are nearer to unit,
-/// as far as the worst element around them becomes better.
+/// as far as the worst element around them becomes better. First those that are off the geometry go onto it.
 struct SmoothOptions {
     double wanted = 0.8;
     double gain = 1.01;

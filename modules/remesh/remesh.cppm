@@ -13,5 +13,7 @@ export import :to_metric;
 export import :settled;
 import :boundary_moves;
 import :candidates;
+import :homecoming;
 import :kept_shapes;
 import :on_geometry;
+import :wall_elements;

@@ -136,7 +136,11 @@ class Rounds {
     [[nodiscard]] Outcome<Done> choose_and_commit(std::vector<Planned<D>>& planned) {
         claims_.begin(r_.mesh.elements.size());
         std::vector<TopologyPatch<D>> patches;
-        std::vector<VertexMetric<D>> metrics;
+        struct OfPoint {
+            VertexMetric<D> metric;
+            bool shortened = false;
+        };
+        std::vector<OfPoint> of_points;
         for (std::size_t i = 0; i < planned.size(); ++i) {
             auto& [wished, shortened, result, patch, metric] = planned[i];
             if (!wished) continue;
@@ -153,7 +157,7 @@ class Rounds {
             statistics_.shortened += shortened ? 1 : 0;
             statistics_.corrections += static_cast<std::size_t>(result.corrections);
             patches.push_back(std::move(patch));
-            metrics.push_back(metric);
+            of_points.push_back({metric, shortened});
         }
         if (patches.empty()) return Done{};
         auto changed = commit<D>(std::move(r_.mesh), patches);
@@ -161,8 +165,13 @@ class Rounds {
         r_.mesh = std::move(changed->mesh);
         auto of_vertices = take(std::move(r_.metrics));
         of_vertices.resize(r_.mesh.points.size());
-        for (std::size_t i = 0; i < metrics.size(); ++i) of_vertices[changed->changes.points[i].index()] = metrics[i];
+        auto astray = take(std::move(r_.astray));
+        for (std::size_t i = 0; i < of_points.size(); ++i) {
+            of_vertices[changed->changes.points[i].index()] = of_points[i].metric;
+            if (of_points[i].shortened) astray.push_back(changed->changes.points[i]);
+        }
         r_.metrics = std::move(of_vertices);
+        r_.astray = std::move(astray);
         ++statistics_.rounds;
         std::vector<Task> followers;
         pass_.follow(r_, changed->changes, followers);

@@ -174,11 +174,13 @@ Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal, co
                             const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     return guarded([&]() -> Outcome<Remeshed<D>> {
+        const auto homecoming = bring_home(state, goal, without_progress(execution));
+        if (!homecoming) return fail(homecoming.error());
         auto touched =
             vertices_of_bad_elements(state, shape_of_quality(options.wanted, D), without_progress(execution));
         if (!touched) return fail(touched.error());
         Moves<D> pass(goal, options, std::move(*touched));
-        Remeshed<D> out{std::move(state), {}};
+        Remeshed<D> out{std::move(state), *homecoming};
         for (int sweep = 0; sweep < options.sweeps; ++sweep) {
             auto statistics = run_pass<D>(out.state, pass, pass.tasks_of_touched(out.state.mesh), execution);
             if (!statistics) return fail(statistics.error());

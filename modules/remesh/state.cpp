@@ -26,7 +26,13 @@ Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D
             }
         });
         if (!asked) return fail(asked.error());
-        return Remeshing<D>{std::move(*made), std::move(metrics)};
+        Buffer<VertexId> astray;
+        if (goal.geometry)
+            for (std::size_t v = 0; v < made->states.size(); ++v)
+                if (const VertexPlace place = made->states[v].place;
+                    place == VertexPlace::surface || place == VertexPlace::line)
+                    astray.push_back(VertexId(v));
+        return Remeshing<D>{std::move(*made), std::move(metrics), std::move(astray)};
     });
 }
 

@@ -26,6 +26,9 @@ template <int D>
 struct Remeshing {
     DynamicMesh<D> mesh;
     Column<VertexMetric<D>> metrics;  ///< one a vertex
+    /// Vertices of the boundary that may be off the geometry: a mesh begins with all, and new ones are among them that
+    /// could go a part of their way only. Ids may have come to name others since.
+    Column<VertexId> astray = {};
 };
 
 /// What the mesh is brought to: the field, which new vertices ask for theirs, and the geometry on which those of the

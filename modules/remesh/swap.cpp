@@ -61,6 +61,7 @@ class Swaps final : public Pass<D> {
         return wished;
     }
     [[nodiscard]] RejectionReason judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
+        if (adds_wall_elements(r, goal_, patch)) return RejectionReason::wall;
         return is_near_geometry(r, goal_, patch, distance_) ? RejectionReason::none : RejectionReason::geometry;
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {

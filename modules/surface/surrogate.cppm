@@ -81,14 +81,15 @@ template <int D>
                                             const Vec<D>& p);
 
 /// The closest point of all facets for which `admits(facet)`; an invalid facet when there is none. `known`: one that is
-/// near, on a facet that is admitted, if there is one: what is farther is not looked at.
+/// near, on a facet that is admitted, if there is one: it is the closest of its facet, and what is farther is not
+/// looked at.
 template <int D, class Admits>
 [[nodiscard]] SurrogateFoot<D> closest_among(const Surrogate<D>& surrogate, const Vec<D>& p, Admits&& admits,
                                              const SurrogateFoot<D>& known = {}) {
     constexpr double infinite = std::numeric_limits<double>::infinity();
     double least = known.facet.valid() ? known.distance_squared : infinite;
     const auto distance_squared = [&](std::size_t f) {
-        if (!admits(FacetId(f))) return infinite;
+        if (FacetId(f) == known.facet || !admits(FacetId(f))) return infinite;
         Box<D> box;  // of its control points: the facet lies within
         for (const Vec<D>& c : surrogate.facets[f].control) box.include(c);
         if (box.distance_squared(p) > least) return infinite;

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <utility>
 
+#include <doctest/doctest.h>
+
 #include "dice.hpp"
 #include "domains.hpp"
 #include "goals.hpp"
@@ -24,9 +26,10 @@ namespace {
 LinearMesh<3> box(double jitter) {
     LatticeOptions<3> options;
     options.cells = {4, 4, 4};
-    options.jitter = jitter;
     options.seed = 3;
     LinearMesh<3> mesh = with_references<3>(lattice_mesh(options), options.cells, false);
+    options.jitter = jitter;  // of the same lattice: its sides are told by where they were
+    mesh.points = lattice_mesh(options).points;
     Buffer<SimplexVertices<2>> facets;
     Buffer<Reference> references;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
