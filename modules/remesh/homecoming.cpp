@@ -81,20 +81,25 @@ class Homecomings final : public Pass<D> {
 
 template <int D>
 Outcome<PassStatistics> bring_home(Remeshing<D>& r, const RemeshingGoal<D>& goal, const Execution& execution) {
-    if (!goal.geometry || r.astray.empty()) return PassStatistics{};
-    const Buffer<VertexId> astray = take(std::exchange(r.astray, {}));
-    std::vector<Task> tasks;
-    tasks.reserve(astray.size());
-    for (const VertexId v : astray) tasks.push_back(task(0, v));
+    PassStatistics all;
+    if (!goal.geometry) return all;
+    constexpr int most_turns = 8;  // where one goes, the next one may get farther
     Homecomings<D> pass(goal);
-    auto statistics = run_pass<D>(r, pass, std::move(tasks), execution);
-    if (!statistics) return statistics;
-    // Those that could not go at all: they are looked for anew, since nobody else tells.
-    Buffer<VertexId> left = take(std::move(r.astray));
-    for (const VertexId v : astray)
-        if (pass.wish(r, task(0, v))) left.push_back(v);
-    r.astray = std::move(left);
-    return statistics;
+    for (int turn = 0; turn < most_turns && !r.astray.empty(); ++turn) {
+        const Buffer<VertexId> astray = take(std::exchange(r.astray, {}));
+        std::vector<Task> tasks;
+        tasks.reserve(astray.size());
+        for (const VertexId v : astray) tasks.push_back(task(0, v));
+        auto statistics = run_pass<D>(r, pass, std::move(tasks), execution);
+        if (!statistics) return statistics;
+        all += *statistics;
+        Buffer<VertexId> left;
+        for (const VertexId v : astray)
+            if (pass.wish(r, task(0, v))) left.push_back(v);
+        r.astray = std::move(left);
+        if (statistics->accepted == 0) break;
+    }
+    return all;
 }
 
 template Outcome<PassStatistics> bring_home<2>(Remeshing<2>&, const RemeshingGoal<2>&, const Execution&);
