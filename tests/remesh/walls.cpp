@@ -73,11 +73,11 @@ template <int D>
 void expect_no_folds(int cells, double coarse, double fine) {
     const NamedDomain<D> domain = ball_in_box<D>(cells);
     Remeshing<D> r = begun_with_breaks(domain.mesh, ball_goal(domain, fine));
-    const std::size_t before = folded_at_the_ball(r.mesh);
     for (const double size : {fine, coarse, fine}) {
         const RemeshingGoal<D> goal = ball_goal(domain, size);
         const CompactMesh<D> mesh = must(settled(r, alone)).compact;  // lists its breaks
         r = must(begin_remeshing(mesh.mesh, mesh.edges, {}, goal, alone));
+        const std::size_t before = folded_at_the_ball(r.mesh);
         r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, alone)).state;
         CHECK(folded_at_the_ball(r.mesh) <= before);
         CHECK(must(unit_mesh_statistics(r, alone)).worst_quality > 0.02);
