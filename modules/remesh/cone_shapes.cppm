@@ -44,7 +44,7 @@ class ConeShapes {
     [[nodiscard]] std::span<const Corner> vertices() const { return vertices_; }
 
     /// The worst shape, where that is above `least`; otherwise something that is not. Faces that hold `without` do not
-    /// count.
+    /// count; 0 where none does.
     [[nodiscard]] double worst(const Vec<D>& place, const MeasuringMetric<D>& metric, double least,
                                VertexId without = {}) {
         // Volumes first: they are cheap, and most bad places are so by them.
@@ -63,7 +63,7 @@ class ConeShapes {
             worst = std::min(worst, shape(face, place, metric));
             if (!(worst > least)) return worst;
         }
-        return worst;
+        return worst < std::numeric_limits<double>::infinity() ? worst : 0;  // nothing would be left
     }
 
   private:

@@ -1,5 +1,8 @@
 module;
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -40,7 +43,8 @@ class Homecomings final : public Pass<D> {
         cavity_of_vertex(r.mesh, v, wish.cavity);
         const Vec<D> here = r.mesh.points[v];
         const Vec<D> home = home_of(r.mesh, wish.cavity, v);
-        if (!(norm(home - here) > tolerance * size_at(r.mesh, wish.cavity))) return {};
+        if (!(norm(home - here) > tolerance * size_at(r.mesh, wish.cavity) + rounding * largest_coordinate(here)))
+            return {};
         wish.point = v;
         wish.place = here + share * (home - here);
         const FieldSample<D> sample = sample_value(goal_.field, wish.place, r.metrics[v].back);
@@ -72,6 +76,13 @@ class Homecomings final : public Pass<D> {
         return norm(p[1] - p[0]);
     }
 
+    [[nodiscard]] static double largest_coordinate(const Vec<D>& p) {
+        double largest = 0;
+        for (const double x : p.c) largest = std::max(largest, std::abs(x));
+        return largest;
+    }
+
+    static constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
     static constexpr double tolerance = 1e-9;  // of the size of facets: projections are so to rounding
     static constexpr double least_quality = 0.05;
     const RemeshingGoal<D>& goal_;

@@ -4,6 +4,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <vector>
 module camber.remesh;
@@ -146,16 +147,50 @@ class Planning {
         return !(least_height<D>(seen) >= limits_.least_height);
     }
 
-    /// New facets look where each of those that they replace looks.
+    /// Whether the surface goes on from one facet to the other, across a side on which it does not break.
+    [[nodiscard]] bool goes_on(FacetId f, FacetId g) const {
+        const auto& of_f = r_.mesh.facets.vertices[f];
+        const auto& of_g = r_.mesh.facets.vertices[g];
+        std::array<VertexId, D> shared;
+        int count = 0;
+        for (const VertexId v : of_f)
+            if (local_vertex(of_g, v) >= 0) shared[count++] = v;
+        if (count != D - 1 || r_.mesh.facets.references[f] != r_.mesh.facets.references[g]) return false;
+        if constexpr (D == 2) return r_.mesh.states[shared[0]].place != VertexPlace::corner;
+        const ElementId e = r_.mesh.sides[f][0];
+        const auto& vertices = r_.mesh.elements.vertices[e];
+        const int k = edge_between<D>[local_vertex(vertices, shared[0])][local_vertex(vertices, shared[D - 2])];
+        return !r_.mesh.line_at(r_.mesh.edges_of[e][k]).valid();
+    }
+    /// The removed facets by the smooth pieces that they make: the first of its piece, of each.
+    void find_pieces() const {
+        const auto& facets = out_.removed.facets;
+        w_.pieces.resize(facets.size());
+        std::iota(w_.pieces.begin(), w_.pieces.end(), std::size_t{0});
+        for (bool grows = true; grows;) {
+            grows = false;
+            for (std::size_t i = 0; i < facets.size(); ++i)
+                for (std::size_t j = 0; j < i; ++j) {
+                    if (w_.pieces[i] == w_.pieces[j] || !goes_on(facets[i], facets[j])) continue;
+                    w_.pieces[i] = w_.pieces[j] = std::min(w_.pieces[i], w_.pieces[j]);
+                    grows = true;
+                }
+        }
+    }
+
+    /// New facets look where each of those that they replace looks, on their own side of ridges.
     [[nodiscard]] RejectionReason judge_facets() const {
+        if (!out_.star.facets.empty()) find_pieces();
+        const auto& removed = out_.removed.facets;
         for (const auto& [facet, opposite] : out_.star.facets) {
-            const Reference reference = r_.mesh.facets.references[facet];
+            const auto piece = w_.pieces[std::ranges::find(removed, facet) - removed.begin()];
             std::array<Vec<D>, D> p = corners_of(r_.mesh, facet);
             const Vec<D> own = facet_normal(p);
             p[opposite] = wish_.place;
             const Vec<D> now = facet_normal(p);
-            for (const FacetId f : out_.removed.facets) {
-                if (r_.mesh.facets.references[f] != reference) continue;
+            for (std::size_t i = 0; i < removed.size(); ++i) {
+                if (w_.pieces[i] != piece) continue;
+                const FacetId f = removed[i];
                 const Vec<D> n = facet_normal(corners_of(r_.mesh, f));
                 const double turned = dot(n, own) < 0 ? -dot(n, now) : dot(n, now);  // facets are any way round
                 if (!(turned > limits_.facet_cosine * norm(n) * norm(now))) return RejectionReason::geometry;

@@ -4,6 +4,7 @@ module;
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <vector>
 export module camber.remesh:plan;
 import camber.core;
 import camber.metric;
@@ -77,6 +78,7 @@ template <int D>
 struct PlanWorkspace {
     StarWorkspace<D> star;
     CavityParts<D> cavity;
+    std::vector<std::size_t> pieces;  ///< of the cavity's facets
 };
 
 /// What came of a wish.

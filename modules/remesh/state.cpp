@@ -1,6 +1,7 @@
 module;
 #include <algorithm>
 #include <cstddef>
+#include <string>
 #include <utility>
 module camber.remesh;
 import camber.core;
@@ -12,6 +13,11 @@ namespace camber {
 template <int D>
 Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const BreaksOfMesh& breaks,
                                       const RemeshingGoal<D>& goal, const Execution& execution) {
+    if (mesh.elements.size() == 0)
+        return fail(
+            ErrorKind::input,
+            std::string("the mesh has no ") + (D == 2 ? "triangles" : "tetrahedra") + ": there is nothing to remesh",
+            {}, {}, D == 3 ? "meshes of a surface alone cannot be remeshed" : "");
     auto made = make_dynamic(mesh, edges, breaks, execution);
     if (!made) return fail(made.error());
     return guarded([&]() -> Outcome<Remeshing<D>> {

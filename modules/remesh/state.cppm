@@ -39,7 +39,8 @@ struct RemeshingGoal {
     std::optional<Geometry<D>> geometry;
 };
 
-/// The mesh with its metric at each vertex, which is asked of the field. Errors: those of make_dynamic.
+/// The mesh with its metric at each vertex, which is asked of the field. Errors: a mesh without elements (input), those
+/// of make_dynamic.
 template <int D>
 [[nodiscard]] Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                     const BreaksOfMesh& breaks, const RemeshingGoal<D>& goal,

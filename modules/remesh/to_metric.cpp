@@ -56,12 +56,9 @@ bool has_settled(const UnitMeshStatistics& before, const UnitMeshStatistics& aft
            static_cast<double>(changed_vertices) < least_change * vertices;
 }
 
-}  // namespace
-
 template <int D>
-Outcome<BroughtToMetric<D>> bring_to_metric(Remeshing<D> state, const RemeshingGoal<D>& goal,
-                                            const ToMetricOptions& options, const AroundPass& around) {
-    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+Outcome<BroughtToMetric<D>> driven(Remeshing<D> state, const RemeshingGoal<D>& goal, const ToMetricOptions& options,
+                                   const AroundPass& around) {
     Driving<D> driving(std::move(state), goal, around);
     ToMetricStatistics s;
     if (auto begin = driving.measure(s.before); !begin) return fail(begin.error());
@@ -85,6 +82,15 @@ Outcome<BroughtToMetric<D>> bring_to_metric(Remeshing<D> state, const RemeshingG
         driving.pass("mend", &mend<D>, options.mend, s.mend).and_then([&](Done) { return driving.measure(s.after); });
     if (!mended) return fail(mended.error());
     return BroughtToMetric<D>{std::move(driving).state(), s};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<BroughtToMetric<D>> bring_to_metric(Remeshing<D> state, const RemeshingGoal<D>& goal,
+                                            const ToMetricOptions& options, const AroundPass& around) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    return guarded([&] { return driven(std::move(state), goal, options, around); });
 }
 
 template Outcome<BroughtToMetric<2>> bring_to_metric<2>(Remeshing<2>, const RemeshingGoal<2>&, const ToMetricOptions&,

@@ -31,6 +31,7 @@ bool breaks_between(const DynamicMesh<D>& mesh, ElementId e, int i, int j) {
 /// A facet of the mesh that will be: its reference, and its vertices but for the point.
 template <int D>
 struct FacetAtPoint {
+    FacetId like;  ///< one of the mesh, on the same surface
     Reference reference = 0;
     std::array<VertexId, D - 1> others{};
 };
@@ -40,7 +41,7 @@ template <int D>
 std::vector<FacetAtPoint<D>> facets_at_point(const DynamicMesh<D>& mesh, const TopologyPatch<D>& patch) {
     std::vector<FacetAtPoint<D>> found;
     const auto add = [&](FacetId f, auto&& is_point) {
-        FacetAtPoint<D> facet{mesh.facets.references[f], {}};
+        FacetAtPoint<D> facet{f, mesh.facets.references[f], {}};
         int n = 0;
         for (int k = 0; k < D; ++k)
             if (!is_point(k) && n < D - 1) facet.others[n++] = mesh.facets.vertices[f][k];
@@ -57,7 +58,8 @@ std::vector<FacetAtPoint<D>> facets_at_point(const DynamicMesh<D>& mesh, const T
 /// Whether the surface breaks along the edge from the point to a vertex; 2D: at the point.
 template <int D>
 bool breaks_at(const DynamicMesh<D>& mesh, const TopologyPatch<D>& patch, VertexId v) {
-    if constexpr (D == 2) return patch.star.place == VertexPlace::corner;
+    if constexpr (D == 2)
+        return patch.point.vertex.valid() && mesh.states[patch.point.vertex].place == VertexPlace::corner;
     for (const auto& [line, opposite] : patch.star.lines)
         if (mesh.edges[mesh.lines[line]][1 - opposite] == v) return true;
     for (const auto& [element, opposite] : patch.star.kept) {
@@ -138,9 +140,7 @@ bool adds_wall_elements(const Remeshing<D>& r, const RemeshingGoal<D>& goal, con
     if (after == 0) return false;
     for (const ElementId e : patch.removed.elements) before += is_wall_element(r.mesh, e) ? 1 : 0;
     if (after <= before) return false;
-    const auto& facets = patch.star.facets;
-    return facets.empty() ||
-           std::ranges::any_of(facets, [&](const JoinedFacet& f) { return !is_plane(goal, r.mesh, f.facet); });
+    return std::ranges::any_of(at_point, [&](const FacetAtPoint<D>& f) { return !is_plane(goal, r.mesh, f.like); });
 }
 
 template bool is_wall_element<2>(const DynamicMesh<2>&, ElementId);

@@ -162,6 +162,36 @@ class Remesh(unittest.TestCase):
             relaxed = np.count_nonzero(abs(nodes - radius) > 1e-9 * radius)
             self.assertLessEqual(relaxed, report["relax"]["relaxed_surface_edges"])
 
+    def test_ridges_between_facets_of_one_reference(self):
+        """Found by angle alone they are split and collapsed as those between references."""
+        for dim, n in ((2, 3), (3, 2)):
+            before = lattice(dim, n)  # all sides of reference 1
+            (self.folder.path / "in.mesh").write_text(before.text())
+            for size in (0.45, 1.4):
+                report = self.run_stages(["remesh"], size)
+                after = self.read()
+                self.assert_kept(before, after, dim)
+                told = report["remesh"]["after"]
+                self.assertGreater(told["unit_edges"], 0.75 * told["edges"])
+                self.assertLess(told["longest"], 2.2)
+                edges = {tuple(sorted(e)) for row in cells(after, dim - 1)[0] for e in itertools.combinations(row, 2)}
+                sizes = [np.linalg.norm(after.points[a] - after.points[b]) for a, b in edges
+                         if dim == 3 and sum(after.points[a] == after.points[b]) == 2]
+                if size < 1 and dim == 3:
+                    self.assertLess(max(sizes), 0.7)  # along the box's own edges too
+                os.replace(self.folder.path / "out.mesh", self.folder.path / "in.mesh")
+
+    def test_what_cannot_be_remeshed_is_told(self):
+        surface = lattice(3, 1)
+        surface.elements, surface.element_references = [], []
+        (self.folder.path / "in.mesh").write_text(surface.text())
+        done = self.run_stages(["remesh"], 0.5, code=3)
+        self.assertRegex(done.stderr, "the mesh has no tetrahedra: there is nothing to remesh")
+        self.given(3, 1)
+        done = self.run_stages(["remesh"], 1e-9, code=3)
+        self.assertRegex(done.stderr, "the metric asks for some .* tetrahedra .*make it coarser")
+        self.assertNotIn("out.mesh", self.folder.files())
+
     def test_order_and_degree_are_told(self):
         self.given(3, 1)
         done = self.run_stages(["elevate", "remesh"], 0.5, code=2)

@@ -51,6 +51,11 @@ std::string repair_limit(const config::Stage& stage, int threads) {
                        seconds(1) - seconds(0));
 }
 
+bool changes_topology(const config::Stage& stage) {
+    return std::visit(
+        []<class S>(const S&) { return std::is_same_v<S, config::Remesh> || std::is_same_v<S, config::Split>; }, stage);
+}
+
 std::string row(const std::string& name, const std::string& value) { return fmt::format("  {:<26}{}\n", name, value); }
 
 }  // namespace
@@ -82,6 +87,9 @@ std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, in
         text += row(fmt::format("stage {}", i + 1), parts.stages[i]);
         if (const auto limit = repair_limit(pipeline.stages[i], threads); !limit.empty())
             text += row("  repair ends after", limit);
+        if (changes_topology(pipeline.stages[i]))
+            text +=
+                row("  not counted below", "what it makes: some 200 bytes for each element that the metric asks for");
     }
     return text + row("threads", fmt::format("{}", threads)) +
            row("peak memory", fmt::format("about {:.0f} MiB", static_cast<double>(size.peak_bytes) / 1048576)) +

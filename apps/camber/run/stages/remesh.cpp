@@ -7,6 +7,8 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include <fmt/format.h>
 module camber.run;
 import camber.core;
 import camber.config;
@@ -48,6 +50,16 @@ Outcome<Begun<D>> begun(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, cons
     return Begun<D>{std::move(*made), std::move(*measured)};
 }
 
+/// Whether a mesh that is unit for the metric can be counted.
+Outcome<Done> check_complexity(double complexity, int dimension) {
+    const double elements = (dimension == 2 ? 2.5 : 11.5) * complexity;  // as meshes came out
+    if (elements < static_cast<double>(max_entities)) return Done{};
+    return fail(
+        ErrorKind::unsupported,
+        fmt::format("the metric asks for some {:.1g} {}", elements, dimension == 2 ? "triangles" : "tetrahedra"), {},
+        {}, "make it coarser: metric_operations bound or complexity");
+}
+
 /// The state's straight mesh becomes one that changes: its boundary is described and its field made first.
 template <int D>
 Outcome<Done> begin_changing(Runner<D>& run) {
@@ -59,6 +71,7 @@ Outcome<Done> begin_changing(Runner<D>& run) {
     if (!boundary) return fail(boundary.error());
     auto field = make_straight_field(run, mesh, *edges, *boundary);
     if (!field) return fail(field.error());
+    if (auto bearable = check_complexity(field->report.complexity, D); !bearable) return fail(bearable.error());
     RemeshingGoal<D> goal{std::move(field->back), std::move(boundary->geometry)};
     auto made = run.step("topology", [&](const Execution& e) {
         return begun(mesh, *edges, boundary->features, goal, field->report.source, e);
