@@ -11,10 +11,10 @@ namespace camber::app {
 
 namespace {
 
-constexpr const char* base = R"({"input": {"mesh": "-"}, "stages": ["remesh"]})";
+constexpr const char* remesh_alone = R"({"input": {"mesh": "-"}, "stages": ["remesh"]})";
 
 Outcome<config::Pipeline> remeshing(const RemeshArguments& arguments) {
-    auto pipeline = pipeline_of(base, arguments);
+    auto pipeline = pipeline_of(remesh_alone, arguments);
     if (!pipeline) return pipeline;
     if (auto set = set_metric(arguments.metric, *pipeline); !set) return fail(set.error());
     if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
