@@ -25,30 +25,42 @@ template <int D>
     });
 }
 
+/// A place, and where on the geometry that is.
+template <int D>
+struct BoundaryPlace {
+    Vec<D> point;
+    GeometryPlace lies = {};
+};
+template <int D>
+[[nodiscard]] BoundaryPlace<D> boundary_place(const SurfacePoint<D>& on) {
+    return {on.point, place_of(on)};
+}
+
 /// Of a surface: to the geometry, or, where that has none there, in the plane of all of its facets.
 template <int D>
-[[nodiscard]] std::optional<Vec<D>> place_on_surface(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh,
-                                                     const CavityParts<D>& around, const Vec<D>& here,
-                                                     const Vec<D>& wanted) {
+[[nodiscard]] std::optional<BoundaryPlace<D>> place_on_surface(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh,
+                                                               const CavityParts<D>& around, const Vec<D>& here,
+                                                               const Vec<D>& wanted) {
     const FacetId f = around.facets.front();
     if (goal.geometry && (*goal.geometry)->surface_at(site_of(mesh, f)).kind != GeometryKind::none)
-        return on_geometry_at_facet(goal, mesh, f, wanted);
+        return boundary_place(on_geometry_at_facet(goal, mesh, f, wanted));
     const Vec<D> n = facet_normal(corners_of(mesh, f));
     const Vec<D> step = (wanted - here) - (dot(n, wanted - here) / norm_squared(n)) * n;
     if (!keeps_planes(mesh, around.facets, step)) return {};
-    return here + step;
+    return BoundaryPlace<D>{here + step};
 }
 
 /// Of a line: along that one of its two edges which the step goes with, and from there to the geometry; where that is
 /// no other place, only along what is straight.
-[[nodiscard]] inline std::optional<Vec<3>> place_on_line(const RemeshingGoal<3>& goal, const DynamicMesh<3>& mesh,
-                                                         const CavityParts<3>& around, VertexId v,
-                                                         const Vec<3>& wanted) {
+[[nodiscard]] inline std::optional<BoundaryPlace<3>> place_on_line(const RemeshingGoal<3>& goal,
+                                                                   const DynamicMesh<3>& mesh,
+                                                                   const CavityParts<3>& around, VertexId v,
+                                                                   const Vec<3>& wanted) {
     if (around.lines.size() != 2) return {};
     const Vec<3> here = mesh.points[v];
     const Vec<3> step = wanted - here;
     constexpr double most = 0.5;  // of the edge
-    std::optional<Vec<3>> place;
+    std::optional<BoundaryPlace<3>> place;
     double farthest = 0;
     for (const LineId line : around.lines) {
         const EdgeId edge = mesh.lines[line];
@@ -60,18 +72,19 @@ template <int D>
         const Vec<3> on_chord = here + share * along;
         std::vector<FacetId> facets;
         facets_with(mesh, around.elements, edge, facets);
-        place = on_geometry_at_edge(goal, mesh, edge, facets, on_chord);
-        if (*place == on_chord && !keeps_planes(mesh, around.facets, on_chord - here)) place.reset();
+        place = boundary_place(on_geometry_at_edge(goal, mesh, edge, facets, on_chord));
+        if (place->point == on_chord && !keeps_planes(mesh, around.facets, on_chord - here)) place.reset();
     }
     return place;
 }
 
 /// Where a vertex goes that wishes to be at `wanted`; nothing where it may not, or nobody knows where its surface is.
 template <int D>
-[[nodiscard]] std::optional<Vec<D>> place_for(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh,
-                                              const CavityParts<D>& around, VertexId v, const Vec<D>& wanted) {
+[[nodiscard]] std::optional<BoundaryPlace<D>> place_for(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh,
+                                                        const CavityParts<D>& around, VertexId v,
+                                                        const Vec<D>& wanted) {
     switch (mesh.states[v].place) {
-        case VertexPlace::inside: return wanted;
+        case VertexPlace::inside: return BoundaryPlace<D>{wanted};
         case VertexPlace::surface: return place_on_surface(goal, mesh, around, mesh.points[v], wanted);
         case VertexPlace::line:
             if constexpr (D == 3) return place_on_line(goal, mesh, around, v, wanted);

@@ -1,8 +1,5 @@
 module;
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -42,11 +39,11 @@ class Homecomings final : public Pass<D> {
         CavityWish<D>& wish = wished.wish;
         cavity_of_vertex(r.mesh, v, wish.cavity);
         const Vec<D> here = r.mesh.points[v];
-        const Vec<D> home = home_of(r.mesh, wish.cavity, v);
-        if (!(norm(home - here) > tolerance * size_at(r.mesh, wish.cavity) + rounding * largest_coordinate(here)))
-            return {};
+        const std::optional<SurfacePoint<D>> home = home_of(goal_, r.mesh, wish.cavity, v);
+        if (!home || is_home(r.mesh, wish.cavity, here, home->point)) return {};
         wish.point = v;
-        wish.place = here + share * (home - here);
+        wish.place = here + share * (home->point - here);
+        wish.lies = place_after(share, *home);
         const FieldSample<D> sample = sample_value(goal_.field, wish.place, r.metrics[v].back);
         wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
         wished.limits.least_shape = shape_of_quality(least_quality, D);
@@ -55,35 +52,7 @@ class Homecomings final : public Pass<D> {
         wished.limits.corrections = 16;
         return wished;
     }
-    [[nodiscard]] Vec<D> home_of(const DynamicMesh<D>& mesh, const CavityParts<D>& around, VertexId v) const {
-        const Vec<D> here = mesh.points[v];
-        if constexpr (D == 3)
-            if (mesh.states[v].place == VertexPlace::line) {
-                if (around.lines.empty()) return here;
-                const EdgeId edge = mesh.lines[around.lines.front()];
-                std::vector<FacetId> facets;
-                facets_with(mesh, around.elements, edge, facets);
-                return on_geometry_at_edge(goal_, mesh, edge, facets, here);
-            }
-        if (around.facets.empty()) return here;
-        const FacetId f = around.facets.front();
-        if ((*goal_.geometry)->surface_at(site_of(mesh, f)).kind == GeometryKind::none) return here;
-        return on_geometry_at_facet(goal_, mesh, f, here);
-    }
-    [[nodiscard]] static double size_at(const DynamicMesh<D>& mesh, const CavityParts<D>& around) {
-        if (around.facets.empty()) return 0;
-        const auto p = corners_of(mesh, around.facets.front());
-        return norm(p[1] - p[0]);
-    }
 
-    [[nodiscard]] static double largest_coordinate(const Vec<D>& p) {
-        double largest = 0;
-        for (const double x : p.c) largest = std::max(largest, std::abs(x));
-        return largest;
-    }
-
-    static constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
-    static constexpr double tolerance = 1e-9;  // of the size of facets: projections are so to rounding
     static constexpr double least_quality = 0.05;
     const RemeshingGoal<D>& goal_;
 };

@@ -1,6 +1,10 @@
 module;
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <limits>
+#include <optional>
 #include <vector>
 export module camber.remesh:on_geometry;
 import camber.core;
@@ -30,26 +34,63 @@ template <int D>
 
 /// The point of the geometry for p, on or near an edge with these facets; p itself without a geometry, or inside.
 template <int D>
-[[nodiscard]] Vec<D> on_geometry_at_edge(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh, EdgeId edge,
-                                         const std::vector<FacetId>& facets, const Vec<D>& p) {
-    if (!goal.geometry || facets.empty()) return p;
+[[nodiscard]] SurfacePoint<D> on_geometry_at_edge(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh, EdgeId edge,
+                                                  const std::vector<FacetId>& facets, const Vec<D>& p) {
+    if (!goal.geometry || facets.empty()) return {.point = p, .normal = {}};
     EdgeSite<D> site;
     site.kind = mesh.line_at(edge).valid() ? EdgeKind::ridge : EdgeKind::surface;
     for (int i = 0; i < 2; ++i) site.ends[i] = mesh.points[mesh.edges[edge][i]];
     site.facets.reserve(facets.size());
     for (const FacetId f : facets) site.facets.push_back(site_of(mesh, f));
-    return (*goal.geometry)->on_edge(site, p).point;
+    return (*goal.geometry)->on_edge(site, p);
 }
 
 /// The point of the surface for p near a facet.
 template <int D>
-[[nodiscard]] Vec<D> on_geometry_at_facet(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh, FacetId f,
-                                          const Vec<D>& p) {
+[[nodiscard]] SurfacePoint<D> on_geometry_at_facet(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh, FacetId f,
+                                                   const Vec<D>& p) {
     const FacetSite<D> site = site_of(mesh, f);
     SurfaceHint hint;
     hint.reference = site.reference;
     hint.entity = (*goal.geometry)->surface_at(site);
-    return (*goal.geometry)->project(hint, p).point;
+    return (*goal.geometry)->project(hint, p);
+}
+
+/// The geometry's point for a vertex of a surface or a line, with its whole ball: nothing where it has none there.
+template <int D>
+[[nodiscard]] std::optional<SurfacePoint<D>> home_of(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh,
+                                                     const CavityParts<D>& around, VertexId v) {
+    if (!goal.geometry || around.facets.empty()) return {};
+    const Vec<D> here = mesh.points[v];
+    if constexpr (D == 3)
+        if (mesh.states[v].place == VertexPlace::line) {
+            if (around.lines.empty()) return {};
+            const EdgeId edge = mesh.lines[around.lines.front()];
+            std::vector<FacetId> facets;
+            facets_with(mesh, around.elements, edge, facets);
+            return on_geometry_at_edge(goal, mesh, edge, facets, here);
+        }
+    const FacetId f = around.facets.front();
+    if ((*goal.geometry)->surface_at(site_of(mesh, f)).kind == GeometryKind::none) return {};
+    return on_geometry_at_facet(goal, mesh, f, here);
+}
+
+/// Where a point is that went this share of its way home: short of it, it has no parameters.
+template <int D>
+[[nodiscard]] GeometryPlace place_after(double share, const SurfacePoint<D>& home) {
+    return share == 1 ? place_of(home) : GeometryPlace{home.entity};
+}
+
+/// Whether a point is at its home, but for rounding and what projections leave.
+template <int D>
+[[nodiscard]] bool is_home(const DynamicMesh<D>& mesh, const CavityParts<D>& around, const Vec<D>& here,
+                           const Vec<D>& home) {
+    constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
+    constexpr double tolerance = 1e-9;  // of the size of facets: projections are so to rounding
+    const auto p = corners_of(mesh, around.facets.front());
+    double largest = 0;
+    for (const double x : here.c) largest = std::max(largest, std::abs(x));
+    return norm(home - here) <= tolerance * norm(p[1] - p[0]) + rounding * largest;
 }
 
 }  // namespace camber

@@ -9,6 +9,7 @@ export module camber.remesh:plan;
 import camber.core;
 import camber.metric;
 import camber.dynamic;
+import camber.surface;
 import :state;
 
 export namespace camber {
@@ -25,12 +26,14 @@ struct CavityWish {
     /// The first so many of the cavity's elements hold the point; the others may leave it again to make it fit.
     std::size_t holders = 0;
     Reference reference = 0;
+    GeometryPlace lies = {};  ///< where `place` is on the geometry
 
     /// To a vertex as it is.
     void join_to(const Remeshing<D>& r, VertexId v) {
         point = v;
         place = r.mesh.points[v];
         metric = r.metrics[v];
+        if (!r.places.empty()) lies = r.places[v];
     }
 };
 

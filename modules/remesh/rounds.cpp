@@ -11,6 +11,7 @@ module camber.remesh;
 import camber.core;
 import camber.metric;
 import camber.dynamic;
+import camber.surface;
 
 namespace camber {
 
@@ -58,6 +59,7 @@ struct Planned {
     PlanResult result;
     TopologyPatch<D> patch;
     VertexMetric<D> metric;
+    GeometryPlace lies;
 };
 
 template <int D>
@@ -117,6 +119,7 @@ class Rounds {
         out.wished = wish.has_value();
         for (double share = 1; wish;) {
             out.metric = wish->wish.metric;
+            out.lies = wish->wish.lies;
             out.shortened = share < 1;
             out.result = wish->rejected == RejectionReason::none
                              ? plan(r_, wish->wish, wish->limits, workspace, out.patch)
@@ -138,11 +141,12 @@ class Rounds {
         std::vector<TopologyPatch<D>> patches;
         struct OfPoint {
             VertexMetric<D> metric;
+            GeometryPlace lies;
             bool shortened = false;
         };
         std::vector<OfPoint> of_points;
         for (std::size_t i = 0; i < planned.size(); ++i) {
-            auto& [wished, shortened, result, patch, metric] = planned[i];
+            auto& [wished, shortened, result, patch, metric, lies] = planned[i];
             if (!wished) continue;
             ++statistics_.proposals;
             if (result.rejected == RejectionReason::none && !claims_.take(r_.mesh, patch)) {
@@ -157,7 +161,7 @@ class Rounds {
             statistics_.shortened += shortened ? 1 : 0;
             statistics_.corrections += static_cast<std::size_t>(result.corrections);
             patches.push_back(std::move(patch));
-            of_points.push_back({metric, shortened});
+            of_points.push_back({metric, lies, shortened});
         }
         if (patches.empty()) return Done{};
         auto changed = commit<D>(std::move(r_.mesh), patches);
@@ -165,12 +169,17 @@ class Rounds {
         r_.mesh = std::move(changed->mesh);
         auto of_vertices = take(std::move(r_.metrics));
         of_vertices.resize(r_.mesh.points.size());
+        auto places = take(std::move(r_.places));
+        if (!places.empty()) places.resize(r_.mesh.points.size());
         auto astray = take(std::move(r_.astray));
         for (std::size_t i = 0; i < of_points.size(); ++i) {
-            of_vertices[changed->changes.points[i].index()] = of_points[i].metric;
-            if (of_points[i].shortened) astray.push_back(changed->changes.points[i]);
+            const VertexId point = changed->changes.points[i];
+            of_vertices[point.index()] = of_points[i].metric;
+            if (!places.empty()) places[point.index()] = of_points[i].lies;
+            if (of_points[i].shortened) astray.push_back(point);
         }
         r_.metrics = std::move(of_vertices);
+        r_.places = std::move(places);
         r_.astray = std::move(astray);
         ++statistics_.rounds;
         std::vector<Task> followers;

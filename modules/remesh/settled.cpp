@@ -5,6 +5,7 @@ module camber.remesh;
 import camber.core;
 import camber.metric;
 import camber.dynamic;
+import camber.surface;
 
 namespace camber {
 
@@ -33,10 +34,14 @@ Outcome<SettledMesh<D>> settled(const Remeshing<D>& r, const Execution& executio
         auto compact = compacted(with_breaks_listed(r.mesh), execution);
         if (!compact) return fail(compact.error());
         Buffer<LogMetric<D>> logs(compact->mesh.points.size());
+        Buffer<GeometryPlace> places(r.places.empty() ? 0 : logs.size());
         const auto& map = compact->maps.vertices;
         for (std::size_t v = 0; v < r.metrics.size(); ++v)
-            if (const VertexId to = map[VertexId(v)]; to.valid()) logs[to.index()] = r.metrics[v].log_metric;
-        return SettledMesh<D>{std::move(*compact), std::move(logs)};
+            if (const VertexId to = map[VertexId(v)]; to.valid()) {
+                logs[to.index()] = r.metrics[v].log_metric;
+                if (!places.empty()) places[to.index()] = r.places[v];
+            }
+        return SettledMesh<D>{std::move(*compact), std::move(logs), std::move(places)};
     });
 }
 

@@ -4,15 +4,17 @@ export module camber.remesh:settled;
 import camber.core;
 import camber.metric;
 import camber.dynamic;
+import camber.surface;
 import :state;
 
 export namespace camber {
 
-/// A mesh that was remeshed, as any other mesh, and its metric at each vertex.
+/// A mesh that was remeshed, as any other mesh, its metric at each vertex, and what that lies on.
 template <int D>
 struct SettledMesh {
     CompactMesh<D> compact;
     Column<LogMetric<D>> log_metrics;
+    Column<GeometryPlace> places;  ///< see Remeshing
 };
 
 /// The mesh without free places. All corners are listed in it and all lines on which its surfaces break (3D), those

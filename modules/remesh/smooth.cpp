@@ -57,7 +57,8 @@ class Moves final : public Pass<D> {
         }
         if (!(best.shape > least)) return {};
         wish.point = v;
-        wish.place = best.place;
+        wish.place = best.place.point;
+        wish.lies = best.place.lies;
         wish.metric = best.metric;
         limits.least_shape = least;
         limits.corrections = 0;
@@ -80,7 +81,7 @@ class Moves final : public Pass<D> {
   private:
     static constexpr double least_length = 0.1;
     struct BestPlace {
-        Vec<D> place;
+        BoundaryPlace<D> place;
         VertexMetric<D> metric;
         double shape = 0;
     };
@@ -89,11 +90,11 @@ class Moves final : public Pass<D> {
     }
     void look_at(const Remeshing<D>& r, const CavityParts<D>& around, ConeShapes<D>& cones, VertexId v,
                  const Vec<D>& wanted, BestPlace& best) const {
-        const std::optional<Vec<D>> place = place_for(goal_, r.mesh, around, v, wanted);
+        const std::optional<BoundaryPlace<D>> place = place_for(goal_, r.mesh, around, v, wanted);
         if (!place) return;
-        const FieldSample<D> sample = sample_value(goal_.field, *place, r.metrics[v].back);
+        const FieldSample<D> sample = sample_value(goal_.field, place->point, r.metrics[v].back);
         const VertexMetric<D> metric(sample.log_metric, sample.location.element);
-        const double shape = cones.worst(*place, metric.measure, best.shape);
+        const double shape = cones.worst(place->point, metric.measure, best.shape);
         if (shape > best.shape) best = {*place, metric, shape};
     }
     /// Where v would make the worst of its elements regular, as v's metric sees its opposite face.

@@ -63,7 +63,9 @@ class Splits final : public Pass<D> {
         const double t = half_of_length(std::sqrt(r.metrics[a].measure.length_squared(chord)),
                                         std::sqrt(r.metrics[b].measure.length_squared(chord)));
         wish.place = r.mesh.points[a] + t * chord;
-        wish.place += share * (on_geometry_at_edge(goal_, r.mesh, edge, wish.cavity.facets, wish.place) - wish.place);
+        const SurfacePoint<D> home = on_geometry_at_edge(goal_, r.mesh, edge, wish.cavity.facets, wish.place);
+        wish.place += share * (home.point - wish.place);
+        wish.lies = place_after(share, home);
         if (r.mesh.point_references[a] == r.mesh.point_references[b]) wish.reference = r.mesh.point_references[a];
         const FieldSample<D> sample = sample_value(goal_.field, wish.place, r.metrics[a].back);
         wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);

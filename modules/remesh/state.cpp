@@ -1,14 +1,64 @@
 module;
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <utility>
+#include <vector>
 module camber.remesh;
 import camber.core;
 import camber.metric;
 import camber.dynamic;
+import camber.surface;
 
 namespace camber {
+
+namespace {
+
+/// What a vertex of the boundary lies on, and whether it is at its place there.
+struct Placed {
+    GeometryPlace place;
+    bool astray = false;
+};
+template <int D>
+Placed placed(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh, VertexId v, CavityParts<D>& ball) {
+    if (mesh.states[v].place == VertexPlace::inside || mesh.is_free(v)) return {};
+    cavity_of_vertex(mesh, v, ball);
+    if (ball.facets.empty()) return {};
+    if (mesh.states[v].place == VertexPlace::corner) {
+        std::vector<FacetSite<D>> sites;
+        sites.reserve(ball.facets.size());
+        for (const FacetId f : ball.facets) sites.push_back(site_of(mesh, f));
+        return {{(*goal.geometry)->entity_at_vertex(sites)}};
+    }
+    const auto home = home_of(goal, mesh, ball, v);
+    if (!home) return {};
+    const bool astray = !is_home(mesh, ball, mesh.points[v], home->point);
+    return {astray ? GeometryPlace{home->entity} : place_of(*home), astray};
+}
+
+template <int D>
+Outcome<Done> place_boundary(Remeshing<D>& r, const RemeshingGoal<D>& goal, const Execution& execution) {
+    Buffer<GeometryPlace> places(r.mesh.points.size());
+    Buffer<std::uint8_t> strays(places.size(), 0);
+    auto done = each_chunk(execution, places.size(), [&](std::size_t begin, std::size_t end) {
+        CavityParts<D> ball;
+        for (std::size_t v = begin; v < end; ++v) {
+            const Placed found = placed(goal, r.mesh, VertexId(v), ball);
+            places[v] = found.place;
+            strays[v] = found.astray ? 1 : 0;
+        }
+    });
+    if (!done) return done;
+    Buffer<VertexId> astray;
+    for (std::size_t v = 0; v < strays.size(); ++v)
+        if (strays[v] != 0) astray.push_back(VertexId(v));
+    r.places = std::move(places);
+    r.astray = std::move(astray);
+    return Done{};
+}
+
+}  // namespace
 
 template <int D>
 Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const BreaksOfMesh& breaks,
@@ -32,13 +82,10 @@ Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D
             }
         });
         if (!asked) return fail(asked.error());
-        Buffer<VertexId> astray;
+        Remeshing<D> r{std::move(*made), std::move(metrics)};
         if (goal.geometry)
-            for (std::size_t v = 0; v < made->states.size(); ++v)
-                if (const VertexPlace place = made->states[v].place;
-                    place == VertexPlace::surface || place == VertexPlace::line)
-                    astray.push_back(VertexId(v));
-        return Remeshing<D>{std::move(*made), std::move(metrics), std::move(astray)};
+            if (auto done = place_boundary(r, goal, without_progress(execution)); !done) return fail(done.error());
+        return r;
     });
 }
 

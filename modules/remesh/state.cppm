@@ -26,8 +26,11 @@ template <int D>
 struct Remeshing {
     DynamicMesh<D> mesh;
     Column<VertexMetric<D>> metrics;  ///< one a vertex
-    /// Vertices of the boundary that may be off the geometry: a mesh begins with all, and new ones are among them that
-    /// could go a part of their way only. Ids may have come to name others since.
+    /// One a vertex: what it lies on, and where in that if it is at a place of the geometry's; of nothing inside. No
+    /// rows without a geometry.
+    Column<GeometryPlace> places = {};
+    /// Vertices of the boundary that are off the geometry, new ones among them that could go a part of their way only.
+    /// Ids may have come to name others since.
     Column<VertexId> astray = {};
 };
 

@@ -45,6 +45,12 @@ class AnalyticModel final : public GeometryModel<D> {
         return point_of_parameters<D>(geometry_.surfaces[static_cast<std::size_t>(row)].second, parameters);
     }
 
+    [[nodiscard]] std::array<double, 2> periods(const GeometryEntity& entity) const override {
+        const std::int64_t row = row_of({.facet = {}, .reference = {}, .entity = entity});
+        if (row < 0) return {0, 0};
+        return periods_of<D>(geometry_.surfaces[static_cast<std::size_t>(row)].second);
+    }
+
     [[nodiscard]] std::optional<Plane<D>> plane_at(const FacetSite<D>& facet) const override {
         const auto* surface = surface_of(geometry_, facet.reference);
         if (!surface) return plane_through(facet.corners);

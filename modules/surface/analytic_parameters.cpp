@@ -1,5 +1,7 @@
 module;
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <variant>
 module camber.surface;
@@ -8,6 +10,8 @@ import camber.core;
 namespace camber {
 
 namespace {
+
+constexpr double turn = 2 * std::numbers::pi;
 
 /// Perpendicular unit vectors, the third along an axis.
 struct Axes {
@@ -93,7 +97,19 @@ EntityPoint<3> at(const Torus& torus, double u, double v) {
             n};
 }
 
+std::array<double, 2> periods(const Plane<2>&) { return {0, 0}; }
+std::array<double, 2> periods(const Sphere<2>&) { return {turn, 0}; }
+std::array<double, 2> periods(const Plane<3>&) { return {0, 0}; }
+std::array<double, 2> periods(const Sphere<3>&) { return {turn, 0}; }
+std::array<double, 2> periods(const Cylinder&) { return {turn, 0}; }
+std::array<double, 2> periods(const Torus&) { return {turn, turn}; }
+
 }  // namespace
+
+template <int D>
+std::array<double, 2> periods_of(const AnalyticSurface<D>& surface) {
+    return std::visit([](const auto& s) { return periods(s); }, surface);
+}
 
 template <int D>
 GeometryParameters parameters_of(const AnalyticSurface<D>& surface, const Vec<D>& p) {
@@ -105,6 +121,8 @@ EntityPoint<D> point_of_parameters(const AnalyticSurface<D>& surface, const Geom
     return std::visit([&](const auto& s) { return at(s, parameters.u[0], parameters.u[1]); }, surface);
 }
 
+template std::array<double, 2> periods_of<2>(const AnalyticSurface<2>&);
+template std::array<double, 2> periods_of<3>(const AnalyticSurface<3>&);
 template GeometryParameters parameters_of<2>(const AnalyticSurface<2>&, const Vec<2>&);
 template GeometryParameters parameters_of<3>(const AnalyticSurface<3>&, const Vec<3>&);
 template EntityPoint<2> point_of_parameters<2>(const AnalyticSurface<2>&, const GeometryParameters&);

@@ -1,3 +1,5 @@
+module;
+#include <array>
 export module camber.surface:analytic_parameters;
 import camber.core;
 import :analytic;
@@ -15,5 +17,9 @@ template <int D>
 template <int D>
 [[nodiscard]] EntityPoint<D> point_of_parameters(const AnalyticSurface<D>& surface,
                                                  const GeometryParameters& parameters);
+
+/// After how much each coordinate is at the same point again; 0: never.
+template <int D>
+[[nodiscard]] std::array<double, 2> periods_of(const AnalyticSurface<D>& surface);
 
 }  // namespace camber

@@ -42,6 +42,11 @@ std::optional<EntityPoint<D>> GeometryModel<D>::evaluate(const GeometryEntity&, 
 }
 
 template <int D>
+std::array<double, 2> GeometryModel<D>::periods(const GeometryEntity&) const {
+    return {0, 0};
+}
+
+template <int D>
 GeometryEntity GeometryModel<D>::entity_at_edge(const EdgeSite<D>& edge) const {
     return entity_of(surfaces_of<D>(*this, edge.facets), GeometryKind::curve);
 }
@@ -67,10 +72,7 @@ SurfacePoint<D> GeometryModel<D>::on_edge(const EdgeSite<D>& edge, const Vec<D>&
     const auto has_surface = [&](const FacetSite<D>& f) { return surface_at(f).kind != GeometryKind::none; };
     if (std::none_of(edge.facets.begin(), edge.facets.end(), has_surface)) return {.point = p, .normal = {}};
     const SurfaceFoot<D> foot = foot_on_edge(*this, has_surface, *this, edge, p, [&] { return p; });
-    return {.point = foot.point,
-            .normal = foot.normal,
-            .distance = camber::distance(foot.point, p),
-            .entity = entity_at_edge(edge)};
+    return point_on_edge(*this, edge, foot, p);
 }
 
 template <int D>

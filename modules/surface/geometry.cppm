@@ -34,6 +34,8 @@ class GeometryModel {
     /// The point of an entity with these parameters, as project gives them. Here: nothing, a maker without parameters.
     [[nodiscard]] virtual std::optional<EntityPoint<D>> evaluate(const GeometryEntity& entity,
                                                                  const GeometryParameters& parameters) const;
+    /// After how much each coordinate of an entity is at the same point again; 0: never. Here: never.
+    [[nodiscard]] virtual std::array<double, 2> periods(const GeometryEntity& entity) const;
     /// What an edge of a mesh lies on. Here: the surface of its facets, or the curve where two are.
     [[nodiscard]] virtual GeometryEntity entity_at_edge(const EdgeSite<D>& edge) const;
     /// What a vertex with these facets around it lies on. Here: their surface, the curve where two are, the corner

@@ -67,6 +67,17 @@ struct SurfacePoint {
     std::optional<GeometryParameters> parameters = {};  ///< where the maker has them: evaluate gives the point back
 };
 
+/// What a point lies on and, where that is known, where in it.
+struct GeometryPlace {
+    GeometryEntity entity;
+    std::optional<GeometryParameters> parameters = {};
+    friend bool operator==(const GeometryPlace&, const GeometryPlace&) = default;
+};
+template <int D>
+[[nodiscard]] GeometryPlace place_of(const SurfacePoint<D>& point) {
+    return {point.entity, point.parameters};
+}
+
 /// A point of an entity by its parameters: derivatives by u in `tangents` (a curve has the first alone), the unit
 /// normal of a surface, zero on a curve.
 template <int D>

@@ -94,4 +94,19 @@ template <int D, class Owns, class RestAt>
     return foot_where_they_meet(around.distinct, around.all ? p : rest_at());
 }
 
+/// What stands at an edge, by its foot there: on a surface with the place in that.
+template <int D>
+[[nodiscard]] SurfacePoint<D> point_on_edge(const GeometryModel<D>& model, const EdgeSite<D>& edge,
+                                            const SurfaceFoot<D>& foot, const Vec<D>& p) {
+    SurfacePoint<D> out{.point = foot.point,
+                        .normal = foot.normal,
+                        .distance = camber::distance(foot.point, p),
+                        .entity = model.entity_at_edge(edge)};
+    if (out.entity.kind != GeometryKind::surface) return out;
+    const auto in_surface = model.project({.facet = {}, .reference = {}, .entity = out.entity}, foot.point);
+    out.reference = edge.facets.front().reference;
+    out.parameters = in_surface.parameters;
+    return out;
+}
+
 }  // namespace camber

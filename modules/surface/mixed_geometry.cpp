@@ -70,6 +70,10 @@ class MixedModel final : public GeometryModel<D> {
         return model(part_of(entity)).evaluate(own_entity(entity), parameters);
     }
 
+    [[nodiscard]] std::array<double, 2> periods(const GeometryEntity& entity) const override {
+        return model(part_of(entity)).periods(own_entity(entity));
+    }
+
     [[nodiscard]] GeometryEntity entity_at_edge(const EdgeSite<D>& edge) const override {
         const auto [some, all] = owned_by_first(edge);
         if (some != all) return GeometryModel<D>::entity_at_edge(edge);
@@ -85,10 +89,7 @@ class MixedModel final : public GeometryModel<D> {
         if (!owned_by_first(edge).some) return named(Part::rest, parts_.rest->on_edge(edge, p));
         const SurfaceFoot<D> foot = foot_on_edge(*parts_.first, owns(), *parts_.rest, edge, p,
                                                  [&] { return parts_.rest->on_edge(edge, p).point; });
-        return {.point = foot.point,
-                .normal = foot.normal,
-                .distance = camber::distance(foot.point, p),
-                .entity = entity_at_edge(edge)};
+        return point_on_edge<D>(*this, edge, foot, p);
     }
 
     [[nodiscard]] Vec<D> middle_of(const EdgeSite<D>& edge) const override {

@@ -10,6 +10,7 @@ export import :analytic;
 export import :surrogate;
 export import :geometry_places;
 export import :geometry;
+export import :seams;
 export import :makers;
 export import :boundary;
 import :analytic_parameters;
