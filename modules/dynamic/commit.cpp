@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <string>
 #include <utility>
@@ -50,6 +51,10 @@ class Committing {
         const VertexId point = put_point(patch);
         if (keeps_topology<D>(d_.elements, patch)) {
             for (const ElementId e : patch.removed.elements) d_.element_marks[e.index()] = {};
+            if (!patch.nodes.empty()) {
+                find_edges_at(patch, point);
+                put_nodes(patch);
+            }
             append(changes_.elements.removed, patch.removed.elements);
             append(changes_.elements.created, patch.removed.elements);
             changes_.points.push_back(point);
@@ -101,8 +106,6 @@ class Committing {
     void gather(const TopologyPatch<D>& patch, VertexId point) {
         const Star<D>& star = patch.star;
         static_cast<void>(find_faces<D>(d_.elements, d_.edges_of, star, patch.point.vertex, names_, faces_));
-        vertices_.clear();
-        for (std::uint32_t i = 0; i < star.boundary.size(); ++i) vertices_.put(star.boundary[i], i);
         elements_.clear();
         beyond_.clear();
         for (const ElementFace& open : star.joined) {
@@ -143,10 +146,11 @@ class Committing {
             d_.across[there.outside.element().index()][there.place] = Across(element);
     }
 
-    /// The edges at the point: those that the cavity has already, and new ones.
-    void number_edges(const TopologyPatch<D>& patch, VertexId point) {
-        const Star<D>& star = patch.star;
-        to_point_.assign(star.boundary.size(), EdgeId{});
+    /// The edges at the point that the cavity has already.
+    void find_edges_at(const TopologyPatch<D>& patch, VertexId point) {
+        vertices_.clear();
+        for (std::uint32_t i = 0; i < patch.star.boundary.size(); ++i) vertices_.put(patch.star.boundary[i], i);
+        to_point_.assign(patch.star.boundary.size(), EdgeId{});
         for (const ElementId e : patch.removed.elements) {
             const auto& v = d_.elements[e.index()];
             const int held = patch.point.vertex.valid() ? local_vertex(v, point) : -1;
@@ -155,11 +159,20 @@ class Committing {
                     at != FlatMap<VertexId>::none)
                     to_point_[at] = d_.edges_of[e.index()][edge_between<D>[i][held]];
         }
+    }
+    void put_nodes(const TopologyPatch<D>& patch) {
+        for (std::size_t i = 0; i < patch.nodes.size(); ++i) d_.nodes[to_point_[i].index()] = patch.nodes[i];
+    }
+    /// And new ones.
+    void number_edges(const TopologyPatch<D>& patch, VertexId point) {
+        const Star<D>& star = patch.star;
+        find_edges_at(patch, point);
         std::vector<EdgeId> old = edges_that_go(patch);
         append(changes_.edges.removed, old);
         Places places(old, d_.free_edges, [&] {
             d_.edges.push_back({});
             if (D == 3) d_.line_of.push_back({});
+            if (!d_.nodes.empty()) d_.nodes.push_back({});
             return EdgeId(d_.edges.size() - 1);
         });
         for (std::size_t i = 0; i < to_point_.size(); ++i) {
@@ -173,6 +186,7 @@ class Committing {
             d_.edges[e.index()] = {};
             if (D == 3) d_.line_of[e.index()] = {};
         });
+        put_nodes(patch);
         for (std::size_t j = 0; j < elements_.size(); ++j) {
             const int opposite = static_cast<int>(star.joined[j].opposite);
             for (int i = 0; i <= D; ++i)
@@ -357,6 +371,23 @@ class Committing {
 
 auto refused(std::string what) { return fail(ErrorKind::internal, std::move(what)); }
 
+/// Whether edges at the point that elements or facets outside of the cavity have keep their nodes.
+template <int D>
+bool keeps_outer_nodes(const DynamicMesh<D>& mesh, const TopologyPatch<D>& patch) {
+    const auto& boundary = patch.star.boundary;
+    for (const ElementFace& face : patch.star.kept) {
+        const auto& vertices = mesh.elements.vertices[face.element];
+        const int held = local_vertex(vertices, patch.point.vertex);
+        for (int i = 0; i <= D; ++i) {
+            if (i == held || i == static_cast<int>(face.opposite)) continue;
+            const auto at = std::find(boundary.begin(), boundary.end(), vertices[i]) - boundary.begin();
+            if (at == std::ssize(boundary)) continue;  // no new element has the edge
+            if (mesh.nodes[mesh.edges_of[face.element][edge_between<D>[i][held]]] != patch.nodes[at]) return false;
+        }
+    }
+    return true;
+}
+
 /// Asked before anything is changed: patches of this mesh that do not get into each other's way.
 template <int D>
 Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const TopologyPatch<D>> patches) {
@@ -378,6 +409,10 @@ Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Topology
         if (patch.point.vertex.valid() && patch.point.place && !patch.star.kept.empty() &&
             *patch.point.place != mesh.points[patch.point.vertex])
             return refused("a patch moves a vertex that elements outside of its cavity have");
+        if (patch.nodes.size() != (mesh.is_curved() ? patch.star.boundary.size() : 0))
+            return refused("a patch has not one node for each edge at its point");
+        if (mesh.is_curved() && !keeps_outer_nodes(mesh, patch))
+            return refused("a patch moves a node that elements or facets outside of its cavity have");
         if (const VertexId p = patch.point.vertex;
             p.valid() && !keeps_topology<D>(mesh.elements.vertices.view(), patch))
             for (const VertexId v : patch.star.boundary) edges.push_back({std::min(p, v), std::max(p, v)});

@@ -126,6 +126,14 @@ Outcome<IdMap<EdgeId>> edge_map(const DynamicMesh<D>& mesh, const Buffer<VertexI
     return IdMap<EdgeId>(std::move(*ids));
 }
 
+template <int D>
+Buffer<LagrangeNode<D>> nodes_of(const DynamicMesh<D>& mesh, const IdMap<EdgeId>& edges, std::size_t count) {
+    Buffer<LagrangeNode<D>> out(count);
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e)
+        if (const EdgeId to = edges[EdgeId(e)]; to.valid()) out[to.index()] = mesh.nodes[e];
+    return out;
+}
+
 }  // namespace
 
 template <int D>
@@ -148,6 +156,7 @@ Outcome<CompactMesh<D>> compacted(const DynamicMesh<D>& mesh, const Execution& e
         out.edges = std::move(*edges);
         auto edge_ids = edge_map(mesh, vertices, out.edges, execution);
         if (!edge_ids) return fail(edge_ids.error());
+        if (mesh.is_curved()) out.nodes = nodes_of(mesh, *edge_ids, out.edges.size());
         out.maps = {IdMap<VertexId>(std::move(vertices)), std::move(*edge_ids), IdMap<ElementId>(std::move(elements)),
                     IdMap<FacetId>(std::move(facets))};
         return out;

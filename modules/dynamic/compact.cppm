@@ -11,6 +11,7 @@ template <int D>
 struct CompactMesh {
     LinearMesh<D> mesh;
     EdgeSet<D> edges;
+    Column<LagrangeNode<D>> nodes;  ///< one an edge; no rows: a straight mesh
     MeshMaps maps;
 };
 

@@ -169,6 +169,8 @@ Outcome<Done> check_free(const DynamicMesh<D>& mesh, const Column<std::uint32_t>
 template <int D>
 Outcome<Done> check_consistency(const DynamicMesh<D>& mesh, const Execution& execution) {
     return guarded([&]() -> Outcome<Done> {
+        if (mesh.is_curved() && mesh.nodes.size() != mesh.edges.size())
+            return fail(ErrorKind::internal, "the nodes are not one an edge");
         return none_wrong(mesh.elements.size(), simplex_name<D>, execution,
                           [&](std::size_t e) { return wrong_element(mesh, ElementId(e)); })
             .and_then([&](Done) {

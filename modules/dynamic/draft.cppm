@@ -28,6 +28,7 @@ struct Draft {
           edges_of(take(std::move(mesh.edges_of))),
           edges(take(std::move(mesh.edges))),
           line_of(take(std::move(mesh.line_of))),
+          nodes(take(std::move(mesh.nodes))),
           facets(take(std::move(mesh.facets.vertices))),
           facet_references(take(std::move(mesh.facets.references))),
           facet_entities(take(std::move(mesh.facets.entities))),
@@ -57,6 +58,7 @@ struct Draft {
         out.edges_of = std::move(edges_of);
         out.edges = std::move(edges);
         out.line_of = std::move(line_of);
+        out.nodes = std::move(nodes);
         out.facets = {std::move(facets), std::move(facet_references), std::move(facet_entities),
                       std::move(facet_marks)};
         out.sides = std::move(sides);
@@ -83,6 +85,7 @@ struct Draft {
     Buffer<std::array<EdgeId, edges_per_simplex<D>>> edges_of;
     Buffer<std::array<VertexId, 2>> edges;
     Buffer<LineId> line_of;
+    Buffer<LagrangeNode<D>> nodes;
     Buffer<SimplexVertices<D - 1>> facets;
     Buffer<Reference> facet_references, facet_entities;
     Buffer<Marks> facet_marks;

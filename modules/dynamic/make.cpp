@@ -326,6 +326,18 @@ Outcome<DynamicMesh<D>> make_dynamic(const LinearMesh<D>& mesh, const EdgeSet<D>
     });
 }
 
+template <int D>
+Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
+                                     const Execution& execution) {
+    if (mesh.mid_nodes.size() != mesh.edges.size())
+        return fail(ErrorKind::internal, "a mesh of degree 2 has not one node for each edge");
+    auto made = make_dynamic(mesh.linear, mesh.edges, breaks, execution);
+    if (made) made->nodes = mesh.mid_nodes;
+    return made;
+}
+
+template Outcome<DynamicMesh<2>> make_dynamic<2>(const QuadraticMesh<2>&, const BreaksOfMesh&, const Execution&);
+template Outcome<DynamicMesh<3>> make_dynamic<3>(const QuadraticMesh<3>&, const BreaksOfMesh&, const Execution&);
 template Outcome<DynamicMesh<2>> make_dynamic<2>(const LinearMesh<2>&, const EdgeSet<2>&, const BreaksOfMesh&,
                                                  const Execution&);
 template Outcome<DynamicMesh<3>> make_dynamic<3>(const LinearMesh<3>&, const EdgeSet<3>&, const BreaksOfMesh&,

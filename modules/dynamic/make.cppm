@@ -27,4 +27,9 @@ template <int D>
 [[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                    const BreaksOfMesh& breaks, const Execution& execution);
 
+/// The same of a mesh of degree 2, with its nodes.
+template <int D>
+[[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
+                                                   const Execution& execution);
+
 }  // namespace camber

@@ -100,8 +100,8 @@ struct FreePlaces {
 using Stamp = std::shared_ptr<const char>;
 [[nodiscard]] inline Stamp new_stamp() { return std::make_shared<const char>(); }
 
-/// A straight mesh whose topology changes at the cost of what is changed: an immutable value of columns, as LinearMesh,
-/// with neighbours, edges, lines and facets that `commit` keeps up to date. Ids are stable: what is removed leaves its
+/// A mesh, straight or of degree 2, whose topology changes at the cost of what is changed: an immutable value of
+/// columns, as LinearMesh, with neighbours, edges, lines and facets that `commit` keeps up to date. Ids are stable: what is removed leaves its
 /// place free, and places are taken again. Free places: elements, facets and edges name no vertex, lines no edge,
 /// vertices no element (those that belonged to none when the mesh was made are held).
 template <int D>
@@ -118,6 +118,7 @@ struct DynamicMesh {
     Column<std::array<EdgeId, edges_per_simplex<D>>> edges_of;  ///< in the order of `local_edges`
     Column<std::array<VertexId, 2>> edges;                      ///< lower vertex first
     Column<LineId> line_of;                                     ///< of each edge; no rows in 2D
+    Column<LagrangeNode<D>> nodes;                              ///< of each edge; no rows: a straight mesh
     DynamicSimplices<D - 1> facets;
     Column<FacetSides> sides;
     Column<EdgeId> lines;  ///< 3D
@@ -135,6 +136,7 @@ struct DynamicMesh {
     [[nodiscard]] std::size_t facet_count() const { return facets.size() - free.facets.size(); }
     [[nodiscard]] std::size_t element_count() const { return elements.size() - free.elements.size(); }
 
+    [[nodiscard]] bool is_curved() const { return !nodes.empty(); }
     [[nodiscard]] bool is_free(ElementId e) const { return !elements.vertices[e][0].valid(); }
     [[nodiscard]] bool is_free(FacetId f) const { return !facets.vertices[f][0].valid(); }
     [[nodiscard]] bool is_free(EdgeId e) const { return !edges[e][0].valid(); }

@@ -27,6 +27,9 @@ struct TopologyPatch {
     PatchPoint<D> point;
     CavityParts<D> removed;
     Star<D> star;  ///< of `removed` and the point, as the function `star` gave it
+    /// In a mesh of degree 2: of the edges from the point to star.boundary. Those that elements or facets outside of
+    /// the cavity have too keep their nodes.
+    std::vector<LagrangeNode<D>> nodes = {};
 };
 
 /// Whether a patch leaves everything joined as it is: a vertex inside with all of its elements, which moves at most.
@@ -71,7 +74,8 @@ struct ChangedMesh {
 /// stay in their own places. As if one patch after the other; what
 /// they give is the same up to the numbers of entities in any order. Give the mesh away (std::move), or all of it is
 /// copied; with an error it is lost then. Errors (internal): patches planned for another mesh, that overlap, that make
-/// the same edge, that move a vertex which elements outside of their cavity have, or one whose point another removes;
+/// the same edge, that move a vertex or a node which elements outside of their cavity have, or one whose point another
+/// removes; nodes that are not one for each edge at the point of a mesh of degree 2;
 /// more entities than 32 bits count (unsupported); memory.
 template <int D>
 [[nodiscard]] Outcome<ChangedMesh<D>> commit(DynamicMesh<D> mesh, std::span<const TopologyPatch<D>> patches);

@@ -25,7 +25,7 @@ void made_and_given_back(std::uint64_t seed) {
     const DynamicMesh<D> dynamic = dynamic_of(mesh);
     const auto consistent = check_consistency(dynamic, alone);
     RC_ASSERT(consistent.has_value());
-    const auto [back, edges, maps] = must(compacted(dynamic, alone));
+    const auto [back, edges, nodes, maps] = must(compacted(dynamic, alone));
     RC_ASSERT(back == mesh);
     RC_ASSERT(edges == must(unique_edges(mesh, alone)));
     for (std::size_t e = 0; e < edges.size(); ++e) RC_ASSERT(maps.edges[EdgeId(e)] == EdgeId(e));

@@ -184,7 +184,7 @@ std::string unless_sizes_stay(const DynamicMesh<D>& mesh, const Kept<D>& kept, d
 /// Kept up to date, and made anew from the simplices alone, it is the same.
 template <int D>
 std::string unless_as_made_anew(const DynamicMesh<D>& mesh) {
-    const auto [compact, edges, maps] = must(compacted(mesh, alone));
+    const auto [compact, edges, nodes, maps] = must(compacted(mesh, alone));
     const DynamicMesh<D> anew = must(make_dynamic(compact, edges, {}, alone));
     if (anew.edge_count() != mesh.edge_count() || by_places(anew) != by_places(mesh))
         return "made anew it has other simplices";
