@@ -29,3 +29,7 @@ export import :operations;
 export import :gradation;
 export import :surface_metric;
 export import :unit_mesh;
+export import :curved_length;
+export import :distortion;
+export import :distortion_bound;
+export import :curved_unit_mesh;

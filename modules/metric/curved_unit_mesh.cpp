@@ -1,0 +1,53 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <utility>
+module camber.metric;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+template <int D>
+Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh, std::span<const LogMetric<D>> log_metrics,
+                                       int bisections, const Execution& execution) {
+    auto lengths = map_each(part_of(execution, 0, 0.1), mesh.edges.size(), [&](std::size_t e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        return edge_length(log_metrics[a.index()], log_metrics[b.index()], edge_of(mesh, EdgeId(e)));
+    });
+    if (!lengths) return fail(lengths.error());
+    const std::size_t n = mesh.linear.elements.size();
+    auto qualities = map_each(part_of(execution, 0.1, 0.2), n, [&](std::size_t e) {
+        const ElementInMetric<D> element = element_in_metric<D>(mesh, log_metrics, ElementId(e));
+        return curved_quality<D>(element.nodes, element_metric<D>(element.metrics));
+    });
+    if (!qualities) return fail(qualities.error());
+    const auto look = [&](std::size_t e, const BoundEffort& effort) {
+        const ElementInMetric<D> element = element_in_metric<D>(mesh, log_metrics, ElementId(e));
+        LeastQuality found = bound_quality<D>(element.nodes, element.metrics, effort);
+        found.attained = std::min(found.attained, (*qualities)[e].least);
+        found.bound = std::min(found.bound, found.attained);
+        return found;
+    };
+    auto least =
+        map_each(part_of(execution, 0.2, 0.5), n, [&](std::size_t e) { return look(e, BoundEffort{.bisections = 0}); });
+    if (!least) return fail(least.error());
+    double lowest = 1;
+    for (const LeastQuality& found : *least) lowest = std::min(lowest, found.attained);
+    auto refined = each(part_of(execution, 0.5, 1), n, [&](std::size_t e) {
+        LeastQuality& found = (*least)[e];
+        if (lowest > 0 && found.bound < lowest) found = look(e, {.enough = lowest, .bisections = bisections});
+    });
+    if (!refined) return fail(refined.error());
+    auto means = map_each(without_progress(execution), n, [&](std::size_t e) { return (*qualities)[e].mean; });
+    if (!means) return fail(means.error());
+    return CurvedMeasures{std::move(*lengths), std::move(*means), std::move(*least)};
+}
+
+template Outcome<CurvedMeasures> measure_curved<2>(const QuadraticMesh<2>&, std::span<const LogMetric<2>>, int,
+                                                   const Execution&);
+template Outcome<CurvedMeasures> measure_curved<3>(const QuadraticMesh<3>&, std::span<const LogMetric<3>>, int,
+                                                   const Execution&);
+
+}  // namespace camber
