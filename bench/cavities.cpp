@@ -104,7 +104,7 @@ void insert_one(const Square& square) {
     for (int i = 0; i <= 50; ++i)
         for (int j = 0; j <= 50; ++j) {
             const CavityWish<2> wish = insertion_wish(square, {{0.25 + 0.01 * i, 0.25 + 0.01 * j}});
-            if (plan(square.state, wish, {}, workspace, patch).rejected != RejectionReason::none) continue;
+            if (plan(square.state, square.goal, wish, {}, workspace, patch).rejected != RejectionReason::none) continue;
             double near = 1;
             for (const VertexId v : patch.star.boundary)
                 near = std::min(near, distance(square.state.mesh.points[v], wish.place));
@@ -144,7 +144,7 @@ void collapse_one(const Square& square, const Vec<2>& place) {
         for (const VertexId w : mesh.elements.vertices[e]) {
             if (w == v) continue;
             wish.join_to(square.state, w);
-            const PlanResult result = plan(square.state, wish, {}, workspace, patch);
+            const PlanResult result = plan(square.state, square.goal, wish, {}, workspace, patch);
             if (result.rejected != RejectionReason::none || !(result.worst_shape > best_shape)) continue;
             best_shape = result.worst_shape;
             best = patch;
@@ -166,7 +166,7 @@ void swap_one(const Square& square, const Vec<2>& place) {
         if (!wish.cavity.facets.empty()) continue;
         const auto [i, j] = local_edges<2>[k];
         wish.join_to(square.state, square.state.mesh.elements.vertices[e][3 - i - j]);
-        const PlanResult result = plan(square.state, wish, {}, workspace, patch);
+        const PlanResult result = plan(square.state, square.goal, wish, {}, workspace, patch);
         if (result.rejected != RejectionReason::none || !(result.worst_shape > best_shape)) continue;
         best_shape = result.worst_shape;
         best = patch;

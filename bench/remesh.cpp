@@ -1,9 +1,11 @@
 // A straight mesh brought to a metric by the passes of camber.remesh: what each did, its time, and how near to unit the
 // mesh is. A program with arguments, not a timed test:
 //
-//     remesh MESH SOLUTION [--finer 2] [--rounds 4] [--threads 0] [--check]
+//     remesh MESH SOLUTION [--finer 2] [--rounds 4] [--threads 0] [--curved] [--check]
 //
-// finer: the metric's sizes divided by this; check: the whole topology after each pass.
+// finer: the metric's sizes divided by this; curved: as a mesh of degree 2 on the surrogate of its boundary (a mesh
+// that is curved already is one anyway, and keeps its nodes); check: the whole topology, and certificates, after each
+// pass.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -26,6 +28,7 @@ import camber.metric;
 import camber.io;
 import camber.dynamic;
 import camber.surface;
+import camber.validity;
 import camber.remesh;
 
 using namespace camber;
@@ -37,7 +40,7 @@ struct Arguments {
     double finer = 1;
     int rounds = 4;
     int threads = 0;
-    bool check = false;
+    bool curved = false, check = false;
 };
 
 template <class T>
@@ -74,6 +77,8 @@ Arguments arguments(std::span<char*> given) {
             a.rounds = static_cast<int>(number());
         else if (word == "--threads")
             a.threads = static_cast<int>(number());
+        else if (word == "--curved")
+            a.curved = true;
         else if (word == "--check")
             a.check = true;
         else
@@ -91,6 +96,16 @@ void tell(const Remeshing<3>& r, const Execution& execution) {
         s.mean_quality);
 }
 
+/// The topology, and the certificate of each curved element.
+void check(const DynamicMesh<3>& mesh, const Execution& execution) {
+    must(check_consistency(mesh, execution));
+    if (!mesh.is_curved()) return;
+    const auto compact = must(compacted(mesh, execution));
+    const auto validity = must(validate(QuadraticMesh<3>{compact.mesh, compact.edges, compact.nodes}, 0, execution));
+    std::printf("    %zu invalid, %zu undecided; smallest scaled Jacobian %.4f\n", validity.invalid, validity.undecided,
+                validity.smallest);
+}
+
 template <class Pass>
 Remeshing<3> step(const char* name, Remeshing<3> r, const Arguments& a, const Execution& execution, Pass&& pass) {
     const auto begin = std::chrono::steady_clock::now();
@@ -104,13 +119,13 @@ Remeshing<3> step(const char* name, Remeshing<3> r, const Arguments& a, const Ex
         "rejected:",
         name, seconds, used, s.proposals, s.accepted, static_cast<double>(s.accepted) / seconds,
         static_cast<double>(s.accepted) / used, s.rounds);
-    constexpr std::array names{"",       "empty",   "required", "surface",  "line",  "ball",  "exists",
-                               "volume", "quality", "length",   "geometry", "waits", "height"};
+    constexpr std::array names{"",       "empty",   "required", "surface",  "line",  "ball", "exists",
+                               "volume", "quality", "length",   "geometry", "waits", "wall", "height"};
     for (std::size_t i = 1; i < names.size(); ++i)
         if (s.rejected[i] > 0) std::printf(" %s %zu", names[i], s.rejected[i]);
     std::printf("\n");
     tell(done.state, execution);
-    if (a.check) must(check_consistency(done.state.mesh, execution));
+    if (a.check) check(done.state.mesh, execution);
     return std::move(done.state);
 }
 
@@ -119,15 +134,24 @@ Remeshing<3> step(const char* name, Remeshing<3> r, const Arguments& a, const Ex
 int main(int argc, char** argv) {
     const Arguments a = arguments({argv, static_cast<std::size_t>(argc)});
     const Execution execution{.threads = a.threads};
-    const auto mesh = std::get<LinearMesh<3>>(must(decode_mesh(bytes_of(a.mesh), a.mesh, execution)).mesh);
+    auto decoded = must(decode_mesh(bytes_of(a.mesh), a.mesh, execution)).mesh;
+    QuadraticMesh<3> curved;
+    if (auto* given = std::get_if<QuadraticMesh<3>>(&decoded)) curved = std::move(*given);
+    const LinearMesh<3> mesh = curved.edges.size() > 0 ? curved.linear : std::get<LinearMesh<3>>(decoded);
     const auto edges = must(unique_edges(mesh, execution));
     const auto features = must(find_features(mesh, edges, FeatureOptions<3>{}, execution));
     std::vector<VertexId> corners;
     for (std::size_t v = 0; v < mesh.points.size(); ++v)
         if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
+    const BreaksOfMesh breaks{features.edge_kinds.view(), corners};
     const auto around = must(balls(mesh, execution));
-    const RemeshingGoal<3> goal{must(make_back_mesh(mesh, around, metrics_of(a, execution), execution)), {}};
-    Remeshing<3> r = must(begin_remeshing(mesh, edges, {features.edge_kinds.view(), corners}, goal, execution));
+    RemeshingGoal<3> goal{must(make_back_mesh(mesh, around, metrics_of(a, execution), execution)), {}};
+    const bool is_curved = a.curved || curved.edges.size() > 0;
+    if (is_curved)
+        goal.geometry = Geometry<3>(must(build_surrogate(mesh, edges, features, SurrogateOptions{}, execution)));
+    if (a.curved && curved.edges.size() == 0) curved = must(elevate(mesh, execution));
+    Remeshing<3> r = is_curved ? must(begin_remeshing(curved, breaks, goal, execution))
+                               : must(begin_remeshing(mesh, edges, breaks, goal, execution));
     tell(r, execution);
     for (int round = 0; round < a.rounds; ++round) {
         r = step("collapse", std::move(r), a, execution,

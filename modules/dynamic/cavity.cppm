@@ -45,7 +45,7 @@ struct Star {
     std::vector<ElementFace> kept;            ///< such faces that hold the point already: they make none
     std::vector<JoinedFacet> facets;          ///< (3D: edges of removed facets; 2D: their vertices): each makes a facet
     std::vector<JoinedLine> lines;            ///< ends of removed lines: each makes a line
-    std::vector<VertexId> boundary;           ///< the vertices of `joined`, rising: the point has an edge to each
+    std::vector<VertexId> boundary;           ///< the vertices of `joined`, as met there: the point has an edge to each
     std::vector<VertexId> vanishing;          ///< vertices of the cavity that are not on its boundary, rising
     VertexPlace place = VertexPlace::inside;  ///< of the point, by what is joined to it
 

@@ -101,9 +101,9 @@ using Stamp = std::shared_ptr<const char>;
 [[nodiscard]] inline Stamp new_stamp() { return std::make_shared<const char>(); }
 
 /// A mesh, straight or of degree 2, whose topology changes at the cost of what is changed: an immutable value of
-/// columns, as LinearMesh, with neighbours, edges, lines and facets that `commit` keeps up to date. Ids are stable: what is removed leaves its
-/// place free, and places are taken again. Free places: elements, facets and edges name no vertex, lines no edge,
-/// vertices no element (those that belonged to none when the mesh was made are held).
+/// columns, as LinearMesh, with neighbours, edges, lines and facets that `commit` keeps up to date. Ids are stable:
+/// what is removed leaves its place free, and places are taken again. Free places: elements, facets and edges name no
+/// vertex, lines no edge, vertices no element (those that belonged to none when the mesh was made are held).
 template <int D>
 struct DynamicMesh {
     static constexpr int dimension = D;

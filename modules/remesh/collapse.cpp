@@ -45,7 +45,7 @@ class Collapses final : public Pass<D> {
             wished.wish.join_to(r, w);
             if (is_long)
                 wished.rejected = RejectionReason::length;
-            else if (!(shape > 0))
+            else if (!(shape > 0) && !r.mesh.is_curved())  // the curved ones may be valid
                 wished.rejected = RejectionReason::volume;
             wished.limits.longest = options_.longest;
             wished.limits.least_shape = shape_of_quality(options_.least_quality, D);
@@ -92,7 +92,7 @@ Outcome<Remeshed<D>> collapse(Remeshing<D> state, const RemeshingGoal<D>& goal, 
     Collapses<D> pass(goal, options);
     auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());
-    auto statistics = run_pass<D>(state, pass, std::move(*tasks), execution);
+    auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
     if (!statistics) return fail(statistics.error());
     return Remeshed<D>{std::move(state), *statistics};
 }

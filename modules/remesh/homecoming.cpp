@@ -44,8 +44,8 @@ class Homecomings final : public Pass<D> {
         wish.point = v;
         wish.place = here + share * (home->point - here);
         wish.lies = place_after(share, *home);
-        const FieldSample<D> sample = sample_value(goal_.field, wish.place, r.metrics[v].back);
-        wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
+        wish.share = share;
+        ask_field(r, goal_, r.metrics[v].back, wish);
         wished.limits.least_shape = shape_of_quality(least_quality, D);
         wished.limits.share_of_replaced = 0.5;
         wished.limits.facet_cosine = 0.2;  // the facets around it are what is wrong
@@ -70,7 +70,7 @@ Outcome<PassStatistics> bring_home(Remeshing<D>& r, const RemeshingGoal<D>& goal
         std::vector<Task> tasks;
         tasks.reserve(astray.size());
         for (const VertexId v : astray) tasks.push_back(task(0, v));
-        auto statistics = run_pass<D>(r, pass, std::move(tasks), execution);
+        auto statistics = run_pass<D>(r, goal, pass, std::move(tasks), execution);
         if (!statistics) return statistics;
         all += *statistics;
         Buffer<VertexId> left;

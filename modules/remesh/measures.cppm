@@ -3,16 +3,34 @@ module;
 #include <cstddef>
 export module camber.remesh:measures;
 import camber.core;
+import camber.bezier;
 import camber.metric;
 import camber.dynamic;
 import :state;
 
 export namespace camber {
 
-/// The length of an edge in the metric, and the metric_shape of an element.
+/// The nodes of an element of degree 2.
+template <int D>
+[[nodiscard]] inline QuadraticNodes<D> nodes_of(const DynamicMesh<D>& mesh, ElementId e) {
+    QuadraticNodes<D> nodes;
+    for (int i = 0; i <= D; ++i) nodes[i] = mesh.points[mesh.elements.vertices[e][i]];
+    for (int k = 0; k < edges_per_simplex<D>; ++k) nodes[D + 1 + k] = mesh.nodes[mesh.edges_of[e][k]].point;
+    return nodes;
+}
+/// Of a curved element, as metric_shape of a straight one: the power D/2 of its quality by the mean of its distortion.
+template <int D>
+[[nodiscard]] inline double curved_shape(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& metrics) {
+    return shape_of_quality(curved_quality<D>(nodes, element_metric<D>(metrics)).mean, D);
+}
+
+/// The length of an edge in the metric, along its curve, and the shape of an element: metric_shape of a straight one.
 template <int D>
 [[nodiscard]] inline double length_of(const Remeshing<D>& r, EdgeId edge) {
     const auto& [a, b] = r.mesh.edges[edge];
+    if (r.mesh.is_curved())
+        return edge_length<D>(r.metrics[a].log_metric, r.metrics[b].log_metric,
+                              {r.mesh.points[a], r.mesh.nodes[edge], r.mesh.points[b]});
     return edge_length(r.metrics[a].measure, r.metrics[b].measure, r.mesh.points[b] - r.mesh.points[a]);
 }
 template <int D>
@@ -20,13 +38,18 @@ template <int D>
     std::array<Vec<D>, D + 1> corners;
     std::array<const MeasuringMetric<D>*, D + 1> metrics;
     const auto& vertices = r.mesh.elements.vertices[e];
+    if (r.mesh.is_curved()) {
+        VertexLogMetrics<D> logs;
+        for (int i = 0; i <= D; ++i) logs[i] = r.metrics[vertices[i]].log_metric;
+        return curved_shape<D>(nodes_of(r.mesh, e), logs);
+    }
     for (int i = 0; i <= D; ++i) {
         corners[i] = r.mesh.points[vertices[i]];
         metrics[i] = &r.metrics[vertices[i]].measure;
     }
     return metric_shape<D>(corners, metrics);
 }
-/// The same with a point in the place of a local vertex.
+/// Of a straight one, with a point in the place of a local vertex.
 template <int D>
 [[nodiscard]] inline double shape_with(const Remeshing<D>& r, ElementId e, int local, const Vec<D>& place,
                                        const MeasuringMetric<D>& metric) {

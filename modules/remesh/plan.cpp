@@ -45,22 +45,17 @@ double least_height(const std::array<Vec<D>, D + 1>& p) {
     return std::abs(det(sides)) / std::sqrt(largest);
 }
 
-/// What the judge finds wrong, and at which joined face.
-struct Fault {
-    RejectionReason reason = RejectionReason::none;
-    std::size_t joined = 0;
-};
-
 template <int D>
 class Planning {
   public:
-    Planning(const Remeshing<D>& r, const CavityWish<D>& wish, const PatchLimits& limits, PlanWorkspace<D>& workspace,
-             TopologyPatch<D>& out)
-        : r_(r), wish_(wish), limits_(limits), w_(workspace), out_(out) {}
+    Planning(const Remeshing<D>& r, const RemeshingGoal<D>& goal, const CavityWish<D>& wish, const PatchLimits& limits,
+             PlanWorkspace<D>& workspace, TopologyPatch<D>& out)
+        : r_(r), goal_(goal), wish_(wish), limits_(limits), w_(workspace), out_(out) {}
 
     [[nodiscard]] PlanResult run() {
         PlanResult result;
         out_.removed = wish_.cavity;
+        out_.nodes.clear();
         for (;; ++result.corrections) {
             const StarFailure failure = star(r_.mesh, out_.removed, wish_.point, w_.star, out_.star);
             if (failure != StarFailure::none) {
@@ -68,7 +63,7 @@ class Planning {
                 if (result.corrections == limits_.corrections || !shrink()) return result;
                 continue;
             }
-            const Fault fault = judge(result.worst_shape);
+            const StarFault fault = judge(result.worst_shape);
             result.rejected = fault.reason;
             // What was grown beyond the point's own elements may hold what is in the way.
             if (fault.reason == RejectionReason::length && result.corrections < limits_.corrections && shrink())
@@ -83,15 +78,16 @@ class Planning {
     }
 
   private:
-    [[nodiscard]] Fault judge(double& worst) const {
-        if (const RejectionReason reason = judge_facets(); reason != RejectionReason::none) return {reason, nowhere};
-        if (!may_move()) return {RejectionReason::required, nowhere};
+    [[nodiscard]] StarFault judge(double& worst) const {
+        if (const RejectionReason reason = judge_facets(); reason != RejectionReason::none) return {reason, no_face};
+        if (!may_move()) return {RejectionReason::required, no_face};
+        if (r_.mesh.is_curved()) return curve_star(r_, goal_, wish_, limits_, w_, out_, worst);
         for (std::size_t i = 0; i < out_.star.boundary.size(); ++i) {
             if (w_.star.to_point[i].is_there && !moves()) continue;  // no edge that is made
             const VertexId v = out_.star.boundary[i];
             const double length =
                 edge_length(wish_.metric.measure, r_.metrics[v].measure, r_.mesh.points[v] - wish_.place);
-            if (!(length >= limits_.shortest && length <= limits_.longest)) return {RejectionReason::length, nowhere};
+            if (!(length >= limits_.shortest && length <= limits_.longest)) return {RejectionReason::length, no_face};
         }
         std::optional<double> replaced;
         worst = std::numeric_limits<double>::infinity();
@@ -108,7 +104,7 @@ class Planning {
         }
         return {};
     }
-    static constexpr std::size_t nowhere = static_cast<std::size_t>(-1);
+    static constexpr std::size_t no_face = static_cast<std::size_t>(-1);
 
     [[nodiscard]] bool moves() const { return wish_.point.valid() && wish_.place != r_.mesh.points[wish_.point]; }
     /// A vertex moves with all of its elements, and if it may.
@@ -206,8 +202,8 @@ class Planning {
         return true;
     }
     /// The cavity made to fit; false where it cannot be.
-    [[nodiscard]] bool correct(const Fault& fault) {
-        if (fault.joined == nowhere) return false;
+    [[nodiscard]] bool correct(const StarFault& fault) {
+        if (fault.joined == no_face) return false;
         const auto [element, opposite] = out_.star.joined[fault.joined];
         auto& elements = out_.removed.elements;
         const auto at = std::ranges::find(elements, element);
@@ -222,6 +218,7 @@ class Planning {
     }
 
     const Remeshing<D>& r_;
+    const RemeshingGoal<D>& goal_;
     const CavityWish<D>& wish_;
     const PatchLimits& limits_;
     PlanWorkspace<D>& w_;
@@ -231,14 +228,14 @@ class Planning {
 }  // namespace
 
 template <int D>
-PlanResult plan(const Remeshing<D>& r, const CavityWish<D>& wish, const PatchLimits& limits,
-                PlanWorkspace<D>& workspace, TopologyPatch<D>& out) {
-    return Planning<D>(r, wish, limits, workspace, out).run();
+PlanResult plan(const Remeshing<D>& r, const RemeshingGoal<D>& goal, const CavityWish<D>& wish,
+                const PatchLimits& limits, PlanWorkspace<D>& workspace, TopologyPatch<D>& out) {
+    return Planning<D>(r, goal, wish, limits, workspace, out).run();
 }
 
-template PlanResult plan<2>(const Remeshing<2>&, const CavityWish<2>&, const PatchLimits&, PlanWorkspace<2>&,
-                            TopologyPatch<2>&);
-template PlanResult plan<3>(const Remeshing<3>&, const CavityWish<3>&, const PatchLimits&, PlanWorkspace<3>&,
-                            TopologyPatch<3>&);
+template PlanResult plan<2>(const Remeshing<2>&, const RemeshingGoal<2>&, const CavityWish<2>&, const PatchLimits&,
+                            PlanWorkspace<2>&, TopologyPatch<2>&);
+template PlanResult plan<3>(const Remeshing<3>&, const RemeshingGoal<3>&, const CavityWish<3>&, const PatchLimits&,
+                            PlanWorkspace<3>&, TopologyPatch<3>&);
 
 }  // namespace camber

@@ -1,8 +1,10 @@
-/// A straight mesh brought to a metric: the P1 cavity operator on wishes, and the passes split, collapse, swap and
-/// smooth.
+/// A mesh, straight or of degree 2, brought to a metric: the cavity operator on wishes, and the passes split, collapse,
+/// swap and smooth.
 export module camber.remesh;
 export import :state;
 export import :measures;
+export import :wish;
+export import :curved_workspace;
 export import :plan;
 export import :cone_shapes;
 export import :delaunay;
@@ -13,6 +15,7 @@ export import :to_metric;
 export import :settled;
 import :boundary_moves;
 import :candidates;
+import :curved_star;
 import :homecoming;
 import :kept_shapes;
 import :on_geometry;

@@ -52,21 +52,30 @@ class Claims {
     std::uint32_t round_ = 0;
 };
 
+/// What a mesh keeps of the point of a patch.
+template <int D>
+struct OfPoint {
+    VertexMetric<D> metric;
+    GeometryPlace lies;
+    LogGradient<D> gradient{};
+    bool shortened = false;
+};
+
 /// What came of a task.
 template <int D>
 struct Planned {
-    bool wished = false, shortened = false;
+    bool wished = false;
     PlanResult result;
     TopologyPatch<D> patch;
-    VertexMetric<D> metric;
-    GeometryPlace lies;
+    OfPoint<D> of_point;
 };
 
 template <int D>
 class Rounds {
   public:
-    Rounds(Remeshing<D>& r, Pass<D>& pass, std::vector<Task> tasks, const Execution& execution)
-        : r_(r), pass_(pass), tasks_(std::move(tasks)), execution_(execution) {
+    Rounds(Remeshing<D>& r, const RemeshingGoal<D>& goal, Pass<D>& pass, std::vector<Task> tasks,
+           const Execution& execution)
+        : r_(r), goal_(goal), pass_(pass), tasks_(std::move(tasks)), execution_(execution) {
         std::make_heap(tasks_.begin(), tasks_.end(), later);
     }
 
@@ -118,11 +127,9 @@ class Rounds {
         std::optional<LimitedWish<D>> wish = pass_.wish(r_, task);
         out.wished = wish.has_value();
         for (double share = 1; wish;) {
-            out.metric = wish->wish.metric;
-            out.lies = wish->wish.lies;
-            out.shortened = share < 1;
+            out.of_point = {wish->wish.metric, wish->wish.lies, wish->wish.gradient, share < 1};
             out.result = wish->rejected == RejectionReason::none
-                             ? plan(r_, wish->wish, wish->limits, workspace, out.patch)
+                             ? plan(r_, goal_, wish->wish, wish->limits, workspace, out.patch)
                              : PlanResult{.rejected = wish->rejected};
             if (out.result.rejected == RejectionReason::none) out.result.rejected = pass_.judge(r_, out.patch);
             if (!lies_badly(out.result.rejected) || share == 0) return;
@@ -139,14 +146,9 @@ class Rounds {
     [[nodiscard]] Outcome<Done> choose_and_commit(std::vector<Planned<D>>& planned) {
         claims_.begin(r_.mesh.elements.size());
         std::vector<TopologyPatch<D>> patches;
-        struct OfPoint {
-            VertexMetric<D> metric;
-            GeometryPlace lies;
-            bool shortened = false;
-        };
-        std::vector<OfPoint> of_points;
+        std::vector<OfPoint<D>> of_points;
         for (std::size_t i = 0; i < planned.size(); ++i) {
-            auto& [wished, shortened, result, patch, metric, lies] = planned[i];
+            auto& [wished, result, patch, of_point] = planned[i];
             if (!wished) continue;
             ++statistics_.proposals;
             if (result.rejected == RejectionReason::none && !claims_.take(r_.mesh, patch)) {
@@ -158,10 +160,10 @@ class Rounds {
                 continue;
             }
             ++statistics_.accepted;
-            statistics_.shortened += shortened ? 1 : 0;
+            statistics_.shortened += of_point.shortened ? 1 : 0;
             statistics_.corrections += static_cast<std::size_t>(result.corrections);
             patches.push_back(std::move(patch));
-            of_points.push_back({metric, lies, shortened});
+            of_points.push_back(of_point);
         }
         if (patches.empty()) return Done{};
         auto changed = commit<D>(std::move(r_.mesh), patches);
@@ -171,15 +173,19 @@ class Rounds {
         of_vertices.resize(r_.mesh.points.size());
         auto places = take(std::move(r_.places));
         if (!places.empty()) places.resize(r_.mesh.points.size());
+        auto gradients = take(std::move(r_.gradients));
+        if (!gradients.empty()) gradients.resize(r_.mesh.points.size());
         auto astray = take(std::move(r_.astray));
         for (std::size_t i = 0; i < of_points.size(); ++i) {
             const VertexId point = changed->changes.points[i];
             of_vertices[point.index()] = of_points[i].metric;
+            if (!gradients.empty()) gradients[point.index()] = of_points[i].gradient;
             if (!places.empty()) places[point.index()] = of_points[i].lies;
             if (of_points[i].shortened) astray.push_back(point);
         }
         r_.metrics = std::move(of_vertices);
         r_.places = std::move(places);
+        r_.gradients = std::move(gradients);
         r_.astray = std::move(astray);
         ++statistics_.rounds;
         std::vector<Task> followers;
@@ -189,6 +195,7 @@ class Rounds {
     }
 
     Remeshing<D>& r_;
+    const RemeshingGoal<D>& goal_;
     Pass<D>& pass_;
     std::vector<Task> tasks_, front_;
     std::vector<std::size_t> by_id_;  ///< of the front: neighbours in memory are planned one after the other
@@ -201,11 +208,14 @@ class Rounds {
 }  // namespace
 
 template <int D>
-Outcome<PassStatistics> run_pass(Remeshing<D>& r, Pass<D>& pass, std::vector<Task> tasks, const Execution& execution) {
-    return guarded([&] { return Rounds<D>(r, pass, std::move(tasks), execution).run(); });
+Outcome<PassStatistics> run_pass(Remeshing<D>& r, const RemeshingGoal<D>& goal, Pass<D>& pass, std::vector<Task> tasks,
+                                 const Execution& execution) {
+    return guarded([&] { return Rounds<D>(r, goal, pass, std::move(tasks), execution).run(); });
 }
 
-template Outcome<PassStatistics> run_pass<2>(Remeshing<2>&, Pass<2>&, std::vector<Task>, const Execution&);
-template Outcome<PassStatistics> run_pass<3>(Remeshing<3>&, Pass<3>&, std::vector<Task>, const Execution&);
+template Outcome<PassStatistics> run_pass<2>(Remeshing<2>&, const RemeshingGoal<2>&, Pass<2>&, std::vector<Task>,
+                                             const Execution&);
+template Outcome<PassStatistics> run_pass<3>(Remeshing<3>&, const RemeshingGoal<3>&, Pass<3>&, std::vector<Task>,
+                                             const Execution&);
 
 }  // namespace camber

@@ -12,6 +12,7 @@ import camber.dynamic;
 import :measures;
 import :plan;
 import :state;
+import :wish;
 
 export namespace camber {
 
@@ -93,7 +94,7 @@ class Pass {
 /// patches the first is taken, then each that removes no element and makes no edge of one before; one commit. Threads
 /// have no say in it. Errors: of commit; stopped, memory.
 template <int D>
-[[nodiscard]] Outcome<PassStatistics> run_pass(Remeshing<D>& r, Pass<D>& pass, std::vector<Task> tasks,
-                                               const Execution& execution);
+[[nodiscard]] Outcome<PassStatistics> run_pass(Remeshing<D>& r, const RemeshingGoal<D>& goal, Pass<D>& pass,
+                                               std::vector<Task> tasks, const Execution& execution);
 
 }  // namespace camber

@@ -38,7 +38,8 @@ class Moves final : public Pass<D> {
         cavity_around(r.mesh, v, wish.cavity);
         ConeShapes<D> cones(r);
         for (const ElementId e : wish.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
-        const double before = cones.worst(r.mesh.points[v], r.metrics[v].measure, 0);
+        const double before = r.mesh.is_curved() ? worst_of(r, wish.cavity.elements)
+                                                 : cones.worst(r.mesh.points[v], r.metrics[v].measure, 0);
         if (!(before < wanted_)) return {};
         BestPlace best{{}, {}, gain_ * before};
         const double least = best.shape;
@@ -60,6 +61,7 @@ class Moves final : public Pass<D> {
         wish.place = best.place.point;
         wish.lies = best.place.lies;
         wish.metric = best.metric;
+        if (r.mesh.is_curved()) ask_field(r, goal_, best.metric.back, wish);
         limits.least_shape = least;
         limits.corrections = 0;
         return wished;
@@ -96,6 +98,11 @@ class Moves final : public Pass<D> {
         const VertexMetric<D> metric(sample.log_metric, sample.location.element);
         const double shape = cones.worst(place->point, metric.measure, best.shape);
         if (shape > best.shape) best = {*place, metric, shape};
+    }
+    [[nodiscard]] static double worst_of(const Remeshing<D>& r, const std::vector<ElementId>& around) {
+        double worst = std::numeric_limits<double>::infinity();
+        for (const ElementId e : around) worst = std::min(worst, shape_of(r, e));
+        return worst;
     }
     /// Where v would make the worst of its elements regular, as v's metric sees its opposite face.
     [[nodiscard]] static Vec<D> apex_of_worst(const Remeshing<D>& r, const std::vector<ElementId>& around, VertexId v) {
@@ -183,7 +190,7 @@ Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal, co
         Moves<D> pass(goal, options, std::move(*touched));
         Remeshed<D> out{std::move(state), *homecoming};
         for (int sweep = 0; sweep < options.sweeps; ++sweep) {
-            auto statistics = run_pass<D>(out.state, pass, pass.tasks_of_touched(out.state.mesh), execution);
+            auto statistics = run_pass<D>(out.state, goal, pass, pass.tasks_of_touched(out.state.mesh), execution);
             if (!statistics) return fail(statistics.error());
             out.statistics += *statistics;
             if (statistics->accepted == 0) break;

@@ -8,6 +8,7 @@ module;
 #include <vector>
 module camber.remesh;
 import camber.core;
+import camber.bezier;
 import camber.metric;
 import camber.dynamic;
 import camber.surface;
@@ -63,12 +64,17 @@ class Splits final : public Pass<D> {
         const double t = half_of_length(std::sqrt(r.metrics[a].measure.length_squared(chord)),
                                         std::sqrt(r.metrics[b].measure.length_squared(chord)));
         wish.place = r.mesh.points[a] + t * chord;
+        if (r.mesh.is_curved()) {
+            wish.origin = wish.place;
+            wish.halves = {a, b};
+            wish.place = QuadraticEdge<D>{r.mesh.points[a], r.mesh.nodes[edge], r.mesh.points[b]}.point(t);
+        }
+        wish.share = share;
         const SurfacePoint<D> home = on_geometry_at_edge(goal_, r.mesh, edge, wish.cavity.facets, wish.place);
         wish.place += share * (home.point - wish.place);
         wish.lies = place_after(share, home);
         if (r.mesh.point_references[a] == r.mesh.point_references[b]) wish.reference = r.mesh.point_references[a];
-        const FieldSample<D> sample = sample_value(goal_.field, wish.place, r.metrics[a].back);
-        wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
+        ask_field(r, goal_, r.metrics[a].back, wish);
         wish.holders = wish.cavity.elements.size();
         // Too near to a vertex that no growing takes away: rejected as it is.
         if (nearest_of_holders(r, wish) < options_.shortest)
@@ -94,7 +100,7 @@ Outcome<Remeshed<D>> split(Remeshing<D> state, const RemeshingGoal<D>& goal, con
     Splits<D> pass(goal, options);
     auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());
-    auto statistics = run_pass<D>(state, pass, std::move(*tasks), execution);
+    auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
     if (!statistics) return fail(statistics.error());
     return Remeshed<D>{std::move(state), *statistics};
 }

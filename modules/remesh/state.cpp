@@ -58,35 +58,64 @@ Outcome<Done> place_boundary(Remeshing<D>& r, const RemeshingGoal<D>& goal, cons
     return Done{};
 }
 
+/// The metric of each vertex and, if that is wanted, the field's gradient there.
+template <int D>
+Outcome<Done> ask_at_vertices(Remeshing<D>& r, const RemeshingGoal<D>& goal, const Execution& execution) {
+    const std::size_t n = r.mesh.points.size();
+    Buffer<VertexMetric<D>> metrics(n);
+    Buffer<LogGradient<D>> gradients(r.mesh.is_curved() ? n : 0);
+    // The field may be on any mesh: each search begins where the one before it ended.
+    auto asked = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
+        ElementId hint;
+        for (std::size_t v = begin; v < end; ++v) {
+            const Vec<D>& p = r.mesh.points[v];
+            const FieldSample<D> sample = gradients.empty() ? sample_value(goal.field, p, hint)
+                                                            : sample_with_recovered_gradient(goal.field, p, hint);
+            hint = sample.location.element;
+            metrics[v] = VertexMetric<D>(sample.log_metric, hint);
+            if (!gradients.empty()) gradients[v] = sample.gradient;
+        }
+    });
+    r.metrics = std::move(metrics);
+    r.gradients = std::move(gradients);
+    return asked;
+}
+
+/// `make`: the mesh that changes.
+template <int D, class Make>
+Outcome<Remeshing<D>> begun(std::size_t elements, const RemeshingGoal<D>& goal, const Execution& execution,
+                            Make&& make) {
+    if (elements == 0)
+        return fail(
+            ErrorKind::input,
+            std::string("the mesh has no ") + (D == 2 ? "triangles" : "tetrahedra") + ": there is nothing to remesh",
+            {}, {}, D == 3 ? "meshes of a surface alone cannot be remeshed" : "");
+    auto made = make();
+    if (!made) return fail(made.error());
+    return guarded([&]() -> Outcome<Remeshing<D>> {
+        Remeshing<D> r;
+        r.mesh = std::move(*made);
+        if (auto asked = ask_at_vertices(r, goal, execution); !asked) return fail(asked.error());
+        if (goal.geometry)
+            if (auto done = place_boundary(r, goal, without_progress(execution)); !done) return fail(done.error());
+        return r;
+    });
+}
+
 }  // namespace
 
 template <int D>
 Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const BreaksOfMesh& breaks,
                                       const RemeshingGoal<D>& goal, const Execution& execution) {
-    if (mesh.elements.size() == 0)
-        return fail(
-            ErrorKind::input,
-            std::string("the mesh has no ") + (D == 2 ? "triangles" : "tetrahedra") + ": there is nothing to remesh",
-            {}, {}, D == 3 ? "meshes of a surface alone cannot be remeshed" : "");
-    auto made = make_dynamic(mesh, edges, breaks, execution);
-    if (!made) return fail(made.error());
-    return guarded([&]() -> Outcome<Remeshing<D>> {
-        Buffer<VertexMetric<D>> metrics(mesh.points.size());
-        // The field may be on any mesh: each search begins where the one before it ended.
-        auto asked = each_chunk(execution, metrics.size(), [&](std::size_t begin, std::size_t end) {
-            ElementId hint;
-            for (std::size_t v = begin; v < end; ++v) {
-                const FieldSample<D> sample = sample_value(goal.field, mesh.points[v], hint);
-                hint = sample.location.element;
-                metrics[v] = VertexMetric<D>(sample.log_metric, hint);
-            }
-        });
-        if (!asked) return fail(asked.error());
-        Remeshing<D> r{std::move(*made), std::move(metrics)};
-        if (goal.geometry)
-            if (auto done = place_boundary(r, goal, without_progress(execution)); !done) return fail(done.error());
-        return r;
-    });
+    return begun<D>(mesh.elements.size(), goal, execution,
+                    [&] { return make_dynamic(mesh, edges, breaks, execution); });
+}
+
+template <int D>
+Outcome<Remeshing<D>> begin_remeshing(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
+                                      const RemeshingGoal<D>& goal, const Execution& execution) {
+    return begun<D>(mesh.linear.elements.size(), goal, execution,
+                    [&] { return make_dynamic(mesh, breaks, execution); });
 }
 
 template <int D>
@@ -136,6 +165,8 @@ Outcome<UnitMeshStatistics> unit_mesh_statistics(const Remeshing<D>& r, const Ex
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \
     template Outcome<Remeshing<D>> begin_remeshing<D>(const LinearMesh<D>&, const EdgeSet<D>&, const BreaksOfMesh&, \
+                                                      const RemeshingGoal<D>&, const Execution&);                   \
+    template Outcome<Remeshing<D>> begin_remeshing<D>(const QuadraticMesh<D>&, const BreaksOfMesh&,                 \
                                                       const RemeshingGoal<D>&, const Execution&);                   \
     template Outcome<UnitMeshStatistics> unit_mesh_statistics<D>(const Remeshing<D>&, const Execution&);
 

@@ -29,6 +29,7 @@ struct Remeshing {
     /// One a vertex: what it lies on, and where in that if it is at a place of the geometry's; of nothing inside. No
     /// rows without a geometry.
     Column<GeometryPlace> places = {};
+    Column<LogGradient<D>> gradients = {};  ///< of the field at each vertex, recovered; no rows of a straight mesh
     /// Vertices of the boundary that are off the geometry, new ones among them that could go a part of their way only.
     /// Ids may have come to name others since.
     Column<VertexId> astray = {};
@@ -40,6 +41,7 @@ template <int D>
 struct RemeshingGoal {
     BackMesh<D> field;
     std::optional<Geometry<D>> geometry;
+    EdgeAccuracyOptions accuracy = {};  ///< of degree 2: where inner nodes are wanted
 };
 
 /// The mesh with its metric at each vertex, which is asked of the field. Errors: a mesh without elements (input), those
@@ -48,5 +50,10 @@ template <int D>
 [[nodiscard]] Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                     const BreaksOfMesh& breaks, const RemeshingGoal<D>& goal,
                                                     const Execution& execution);
+
+/// The same of a mesh of degree 2.
+template <int D>
+[[nodiscard]] Outcome<Remeshing<D>> begin_remeshing(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
+                                                    const RemeshingGoal<D>& goal, const Execution& execution);
 
 }  // namespace camber

@@ -147,7 +147,7 @@ Outcome<Remeshed<D>> swap(Remeshing<D> state, const RemeshingGoal<D>& goal, cons
     auto tasks = element_tasks(
         state, pass.shapes(), [&](double shape) { return pass.order_of(shape); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());
-    auto statistics = run_pass<D>(state, pass, std::move(*tasks), execution);
+    auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
     if (!statistics) return fail(statistics.error());
     return Remeshed<D>{std::move(state), *statistics};
 }

@@ -56,8 +56,8 @@ template <int D>
 std::map<Ends, Vec<D>> outer_nodes(const DynamicMesh<D>& mesh, const TopologyPatch<D>& patch) {
     std::map<Ends, Vec<D>> nodes;
     for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
-        if (mesh.is_free(ElementId(e)) || std::ranges::find(patch.removed.elements, ElementId(e)) !=
-                                              patch.removed.elements.end())
+        if (mesh.is_free(ElementId(e)) ||
+            std::ranges::find(patch.removed.elements, ElementId(e)) != patch.removed.elements.end())
             continue;
         for (const EdgeId edge : mesh.edges_of[e]) nodes[mesh.edges[edge]] = mesh.nodes[edge].point;
     }

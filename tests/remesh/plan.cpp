@@ -48,7 +48,7 @@ struct Fixture {
         return wish;
     }
     PlanResult planned(const CavityWish<3>& wish, const PatchLimits& limits = {}) {
-        return plan(r, wish, limits, workspace, patch);
+        return plan(r, goal, wish, limits, workspace, patch);
     }
 };
 
@@ -115,7 +115,8 @@ TEST_CASE("facets stay near the geometry") {
             for (const VertexId w : r.mesh.facets.vertices[f]) {
                 if (w == VertexId(v)) continue;
                 wish.join_to(r, w);
-                if (plan(r, wish, {.facet_cosine = 0}, workspace, patch).rejected != RejectionReason::none) continue;
+                if (plan(r, goal, wish, {.facet_cosine = 0}, workspace, patch).rejected != RejectionReason::none)
+                    continue;
                 CHECK(is_near_geometry(r, goal, patch, 1));
                 (is_near_geometry(r, goal, patch, 0.12) ? near : far) += 1;
                 CHECK(is_near_geometry(r, {goal.field, {}}, patch, 1e-9));
@@ -167,7 +168,7 @@ TEST_CASE("a vertex inside that moves leaves all ids as they are") {
     wish.place += Vec<3>{{0.1, 0.05, 0}};
     PlanWorkspace<3> workspace;
     TopologyPatch<3> patch;
-    REQUIRE(plan(r, wish, {}, workspace, patch).rejected == RejectionReason::none);
+    REQUIRE(plan(r, goal, wish, {}, workspace, patch).rejected == RejectionReason::none);
     CHECK(keeps_topology<3>(r.mesh.elements.vertices.view(), patch));
     const auto changed = must(commit<3>(r.mesh, {&patch, 1}));
     CHECK(check_consistency(changed.mesh, alone).has_value());
@@ -181,7 +182,7 @@ TEST_CASE("a vertex inside that moves leaves all ids as they are") {
     wish.join_to(r, r.mesh.elements.vertices[wish.cavity.elements[0]][0] == wish.point
                         ? r.mesh.elements.vertices[wish.cavity.elements[0]][1]
                         : r.mesh.elements.vertices[wish.cavity.elements[0]][0]);
-    if (plan(r, wish, {}, workspace, patch).rejected == RejectionReason::none)
+    if (plan(r, goal, wish, {}, workspace, patch).rejected == RejectionReason::none)
         CHECK(!keeps_topology<3>(r.mesh.elements.vertices.view(), patch));
 }
 
@@ -227,7 +228,7 @@ TEST_CASE("a bend that nobody lists is not cut off") {
                 if (w == VertexId(v)) continue;
                 wish.join_to(r, w);
                 ++tried;
-                CHECK(plan(r, wish, {}, workspace, patch).rejected != RejectionReason::none);
+                CHECK(plan(r, goal, wish, {}, workspace, patch).rejected != RejectionReason::none);
             }
     }
     CHECK(tried == 8);

@@ -1,0 +1,318 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+module camber.remesh;
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.dynamic;
+import camber.surface;
+import camber.validity;
+
+namespace camber {
+
+namespace {
+
+/// Not a vertex of the star's boundary.
+constexpr std::uint32_t no_spoke = std::numeric_limits<std::uint32_t>::max();
+
+/// The rows of the inverse times the determinant.
+std::array<Vec<2>, 2> dual(const Mat<2>& m) {
+    const auto& [a, b] = m.column;
+    return {Vec<2>{{b[1], -b[0]}}, Vec<2>{{-a[1], a[0]}}};
+}
+std::array<Vec<3>, 3> dual(const Mat<3>& m) {
+    const auto& [a, b, c] = m.column;
+    return {cross(b, c), cross(c, a), cross(a, b)};
+}
+
+/// The removed elements as maps; none where all of them are straight.
+template <int D>
+void bend(const Remeshing<D>& r, const std::vector<ElementId>& elements, std::vector<BentPiece<D>>& pieces) {
+    pieces.clear();
+    bool is_bent = false;
+    for (const ElementId e : elements) {
+        const QuadraticNodes<D> nodes = nodes_of(r.mesh, e);
+        BentPiece<D> piece;
+        piece.origin = nodes[0];
+        Mat<D> sides;
+        for (int i = 0; i < D; ++i) sides.column[i] = nodes[i + 1] - nodes[0];
+        const double volume = det(sides);
+        if (volume == 0) continue;
+        piece.gradients = dual(sides);
+        for (Vec<D>& gradient : piece.gradients) gradient = gradient / volume;
+        for (int k = 0; k < edges_per_simplex<D>; ++k) {
+            const auto [i, j] = local_edges<D>[k];
+            piece.offsets[k] = nodes[D + 1 + k] - midpoint(nodes[i], nodes[j]);
+            is_bent |= piece.offsets[k] != Vec<D>{};
+        }
+        pieces.push_back(piece);
+    }
+    if (!is_bent) pieces.clear();
+}
+
+/// x(X) by the piece in which X is, or is nearest to being.
+template <int D>
+Vec<D> bent(const std::vector<BentPiece<D>>& pieces, const Vec<D>& p) {
+    const BentPiece<D>* best = nullptr;
+    std::array<double, D + 1> xi{};
+    double most = -std::numeric_limits<double>::infinity();
+    for (const BentPiece<D>& piece : pieces) {
+        std::array<double, D + 1> here{};
+        here[0] = 1;
+        for (int i = 0; i < D; ++i) {
+            here[i + 1] = dot(piece.gradients[i], p - piece.origin);
+            here[0] -= here[i + 1];
+        }
+        const double least = *std::ranges::min_element(here);
+        if (!(least > most)) continue;
+        most = least;
+        best = &piece;
+        xi = here;
+        if (least >= 0) break;
+    }
+    if (best == nullptr) return p;
+    if (most < 0) {
+        double sum = 0;
+        for (double& x : xi) sum += x = std::max(x, 0.0);
+        for (double& x : xi) x /= sum;
+    }
+    Vec<D> out = p;
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto [i, j] = local_edges<D>[k];
+        out += 4 * xi[i] * xi[j] * best->offsets[k];
+    }
+    return out;
+}
+
+template <int D>
+class CurvingStar {
+  public:
+    CurvingStar(const Remeshing<D>& r, const RemeshingGoal<D>& goal, const CavityWish<D>& wish,
+                const PatchLimits& limits, PlanWorkspace<D>& workspace, TopologyPatch<D>& patch)
+        : r_(r), goal_(goal), wish_(wish), limits_(limits), star_(workspace.star), w_(workspace.curved), out_(patch) {}
+
+    [[nodiscard]] StarFault run(double& worst) {
+        begin_spokes();
+        bend(r_, out_.removed.elements, w_.pieces);
+        put_extended();
+        put_on_geometry();
+        put_wanted();
+        begin_cones();
+        bound_ = limits_.least_jacobian;
+        StarFault fault = judge();
+        while (fault.reason != RejectionReason::none && draw_back()) fault = judge();
+        if (fault.reason != RejectionReason::none) return fault;
+        if (const RejectionReason reason = judge_lengths(); reason != RejectionReason::none) return {reason};
+        out_.nodes.clear();
+        for (const Spoke<D>& spoke : w_.spokes) out_.nodes.push_back({spoke.node});
+        worst = std::numeric_limits<double>::infinity();
+        for (const Cone<D>& cone : w_.cones) worst = std::min(worst, cone.shape);
+        return {};
+    }
+
+  private:
+    [[nodiscard]] VertexId vertex(std::size_t spoke) const { return out_.star.boundary[spoke]; }
+    [[nodiscard]] const Vec<D>& end(std::size_t spoke) const { return r_.mesh.points[vertex(spoke)]; }
+    [[nodiscard]] Vec<D> middle(std::size_t spoke) const { return midpoint(wish_.place, end(spoke)); }
+
+    /// Which edges keep their nodes, and which are of the boundary.
+    void begin_spokes() {
+        w_.spokes.assign(out_.star.boundary.size(), {});
+        w_.facets.clear();
+        w_.of_facets.clear();
+        for (const auto& [facet, opposite] : out_.star.facets) {
+            const auto& vertices = r_.mesh.facets.vertices[facet];
+            FacetSite<D> site = site_of(r_.mesh, facet);
+            site.corners[opposite] = wish_.place;
+            for (std::uint32_t i = 0; i < D; ++i) {
+                if (i == opposite) continue;
+                const std::uint32_t at = star_.vertices.find(vertices[i]);
+                w_.spokes[at].kind = EdgeKind::surface;
+                w_.of_facets.push_back({at, static_cast<std::uint32_t>(w_.facets.size())});
+            }
+            w_.facets.push_back(site);
+        }
+        if constexpr (D == 3)
+            for (const auto& [line, opposite] : out_.star.lines)
+                w_.spokes[star_.vertices.find(r_.mesh.edges[r_.mesh.lines[line]][1 - opposite])].kind = EdgeKind::ridge;
+        for (const ElementFace& face : out_.star.kept) {
+            const auto& vertices = r_.mesh.elements.vertices[face.element];
+            const int held = local_vertex(vertices, wish_.point);
+            for (int i = 0; i <= D; ++i) {
+                if (i == held || i == static_cast<int>(face.opposite)) continue;
+                const std::uint32_t at = star_.vertices.find(vertices[i]);
+                if (at == no_spoke) continue;
+                w_.spokes[at].kind = EdgeKind::fixed;
+                w_.spokes[at].node = r_.mesh.nodes[r_.mesh.edges_of[face.element][edge_between<D>[i][held]]].point;
+            }
+        }
+    }
+    /// Half of what the point is off the cavity's old curves goes along, as where it ends.
+    void put_extended() {
+        const Vec<D> origin = wish_.origin.value_or(wish_.place);
+        const Vec<D> shift = 0.5 * (wish_.place - bent(w_.pieces, origin));
+        for (std::size_t s = 0; s < w_.spokes.size(); ++s) {
+            Spoke<D>& spoke = w_.spokes[s];
+            if (spoke.kind == EdgeKind::fixed) continue;
+            spoke.extended = w_.pieces.empty() ? middle(s) : bent(w_.pieces, midpoint(origin, end(s))) + shift;
+            spoke.wanted = spoke.node = spoke.extended;
+        }
+    }
+    void put_on_geometry() {
+        if (!goal_.geometry) return;
+        const auto& geometry = *goal_.geometry;
+        for (std::size_t s = 0; s < w_.spokes.size(); ++s) {
+            Spoke<D>& spoke = w_.spokes[s];
+            if (spoke.kind != EdgeKind::surface && spoke.kind != EdgeKind::ridge) continue;
+            EdgeSite<D> site{{}, spoke.kind, {wish_.place, end(s)}, {}};
+            bool has_surface = false;
+            for (const auto& [of, facet] : w_.of_facets) {
+                if (of != s) continue;
+                site.facets.push_back(w_.facets[facet]);
+                has_surface |= geometry->surface_at(w_.facets[facet]).kind != GeometryKind::none;
+            }
+            if (!has_surface) continue;
+            spoke.extended += wish_.share * (geometry->middle_of(site) - spoke.extended);
+            spoke.wanted = spoke.node = spoke.extended;
+        }
+    }
+    void put_wanted() {
+        w_.free.clear();
+        w_.chords.clear();
+        w_.ends.clear();
+        for (std::uint32_t s = 0; s < w_.spokes.size(); ++s) {
+            if (w_.spokes[s].kind != EdgeKind::volume) continue;
+            const VertexId v = vertex(s);
+            w_.free.push_back(s);
+            w_.chords.push_back(end(s) - wish_.place);
+            w_.ends.push_back({{wish_.metric.log_metric, wish_.gradient}, {r_.metrics[v].log_metric, r_.gradients[v]}});
+        }
+        w_.offsets.resize(w_.free.size());
+        accurate_offsets<D>(w_.chords, w_.ends, goal_.accuracy, w_.offsets);
+        for (std::size_t i = 0; i < w_.free.size(); ++i) {
+            Spoke<D>& spoke = w_.spokes[w_.free[i]];
+            if (const VertexId v = vertex(w_.free[i]); v == wish_.halves[0] || v == wish_.halves[1]) continue;
+            spoke.wanted = spoke.node = middle(w_.free[i]) + w_.offsets[i];
+        }
+    }
+
+    void begin_cones() {
+        w_.cones.resize(out_.star.joined.size());
+        for (std::size_t j = 0; j < w_.cones.size(); ++j) {
+            const auto& [element, opposite] = out_.star.joined[j];
+            Cone<D>& cone = w_.cones[j];
+            cone = {};
+            cone.nodes = nodes_of(r_.mesh, element);
+            cone.point = static_cast<int>(opposite);
+            cone.nodes[opposite] = wish_.place;
+            const auto& vertices = r_.mesh.elements.vertices[element];
+            for (int i = 0; i <= D; ++i) {
+                const bool is_point = i == cone.point;
+                cone.metrics[i] = is_point ? wish_.metric.log_metric : r_.metrics[vertices[i]].log_metric;
+                if (!is_point) cone.spokes[i] = star_.vertices.find(vertices[i]);
+            }
+        }
+    }
+    void refresh(Cone<D>& cone) const {
+        for (int i = 0; i <= D; ++i)
+            if (i != cone.point) cone.nodes[D + 1 + edge_between<D>[i][cone.point]] = w_.spokes[cone.spokes[i]].node;
+        cone.verdict = decide(NodalSimplex<D>{cone.nodes}, bound_);
+        cone.shape = cone.verdict == Verdict::valid ? curved_shape(cone.nodes, cone.metrics) : 0;
+        cone.is_stale = false;
+    }
+    [[nodiscard]] StarFault judge() {
+        for (Cone<D>& cone : w_.cones)
+            if (cone.is_stale) refresh(cone);
+        for (std::size_t j = 0; j < w_.cones.size(); ++j)
+            if (w_.cones[j].verdict != Verdict::valid) {
+                if (bound_ == 0 || !replaces_worse()) return {RejectionReason::volume, j};
+                bound_ = 0;
+                for (Cone<D>& cone : w_.cones) cone.is_stale = cone.verdict != Verdict::valid;
+                return judge();
+            }
+        for (std::size_t j = 0; j < w_.cones.size(); ++j)
+            if (!is_good(w_.cones[j])) return {RejectionReason::quality, j};
+        return {};
+    }
+    [[nodiscard]] bool is_good(const Cone<D>& cone) {
+        if (cone.verdict != Verdict::valid) return false;
+        if (cone.shape > limits_.least_shape) return true;
+        if (!limits_.share_of_replaced) return false;
+        if (!replaced_) {
+            double worst = std::numeric_limits<double>::infinity();
+            for (const ElementId e : out_.removed.elements) worst = std::min(worst, shape_of(r_, e));
+            replaced_ = *limits_.share_of_replaced * worst;
+        }
+        return cone.shape > *replaced_;
+    }
+    /// Whether an element that is removed is below the bound itself.
+    [[nodiscard]] bool replaces_worse() const {
+        return std::ranges::any_of(out_.removed.elements, [&](ElementId e) {
+            return decide(NodalSimplex<D>{nodes_of(r_.mesh, e)}, limits_.least_jacobian) != Verdict::valid;
+        });
+    }
+    /// False where no node of a bad element has any way left.
+    [[nodiscard]] bool draw_back() {
+        bool drawn = false;
+        for (Cone<D>& cone : w_.cones) {
+            if (is_good(cone)) continue;
+            for (int i = 0; i <= D; ++i) {
+                if (i == cone.point) continue;
+                Spoke<D>& spoke = w_.spokes[cone.spokes[i]];
+                if (spoke.kind != EdgeKind::volume || spoke.share == 0 || spoke.wanted == spoke.extended) continue;
+                spoke.share = spoke.share > 0.5 ? 0.5 : 0;
+                spoke.node = spoke.extended + spoke.share * (spoke.wanted - spoke.extended);
+                drawn = true;
+            }
+        }
+        if (!drawn) return false;
+        for (Cone<D>& cone : w_.cones)
+            for (int i = 0; i <= D; ++i)
+                if (i != cone.point)
+                    cone.is_stale |=
+                        cone.nodes[D + 1 + edge_between<D>[i][cone.point]] != w_.spokes[cone.spokes[i]].node;
+        return true;
+    }
+    [[nodiscard]] RejectionReason judge_lengths() const {
+        const bool moves = wish_.point.valid() && wish_.place != r_.mesh.points[wish_.point];
+        for (std::size_t s = 0; s < w_.spokes.size(); ++s) {
+            if (star_.to_point[s].is_there && !moves) continue;
+            const double length = edge_length<D>(wish_.metric.log_metric, r_.metrics[vertex(s)].log_metric,
+                                                 {wish_.place, {w_.spokes[s].node}, end(s)});
+            if (!(length >= limits_.shortest && length <= limits_.longest)) return RejectionReason::length;
+        }
+        return RejectionReason::none;
+    }
+
+    const Remeshing<D>& r_;
+    const RemeshingGoal<D>& goal_;
+    const CavityWish<D>& wish_;
+    const PatchLimits& limits_;
+    const StarWorkspace<D>& star_;
+    CurvedWorkspace<D>& w_;
+    TopologyPatch<D>& out_;
+    double bound_ = 0;
+    std::optional<double> replaced_;
+};
+
+}  // namespace
+
+template <int D>
+StarFault curve_star(const Remeshing<D>& r, const RemeshingGoal<D>& goal, const CavityWish<D>& wish,
+                     const PatchLimits& limits, PlanWorkspace<D>& workspace, TopologyPatch<D>& patch, double& worst) {
+    return CurvingStar<D>(r, goal, wish, limits, workspace, patch).run(worst);
+}
+
+template StarFault curve_star<2>(const Remeshing<2>&, const RemeshingGoal<2>&, const CavityWish<2>&, const PatchLimits&,
+                                 PlanWorkspace<2>&, TopologyPatch<2>&, double&);
+template StarFault curve_star<3>(const Remeshing<3>&, const RemeshingGoal<3>&, const CavityWish<3>&, const PatchLimits&,
+                                 PlanWorkspace<3>&, TopologyPatch<3>&, double&);
+
+}  // namespace camber

@@ -1,0 +1,100 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+export module camber.remesh:wish;
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+import camber.surface;
+import :state;
+
+export namespace camber {
+
+/// An operation as it is wished for.
+template <int D>
+struct CavityWish {
+    CavityParts<D> cavity;
+    VertexId point;          ///< of the mesh; invalid: a new one
+    Vec<D> place;            ///< of a new one, or where it moves
+    VertexMetric<D> metric;  ///< there
+    /// The first so many of the cavity's elements hold the point; the others may leave it again to make it fit.
+    std::size_t holders = 0;
+    Reference reference = 0;
+    GeometryPlace lies = {};  ///< where `place` is on the geometry
+
+    // In a mesh of degree 2:
+    LogGradient<D> gradient{};  ///< of the field at `place`
+    std::optional<Vec<D>> origin =
+        {};            ///< of what straight place of the cavity `place` is the curved one; none: itself
+    double share = 1;  ///< how far points of the boundary go to the geometry
+    std::array<VertexId, 2> halves = {};  ///< of an edge that is split: the edges to its ends keep its curve
+
+    /// To a vertex as it is.
+    void join_to(const Remeshing<D>& r, VertexId v) {
+        point = v;
+        place = r.mesh.points[v];
+        metric = r.metrics[v];
+        if (!r.places.empty()) lies = r.places[v];
+        if (!r.gradients.empty()) gradient = r.gradients[v];
+    }
+};
+
+/// What is asked of the new simplices.
+struct PatchLimits {
+    double least_shape = 0;  ///< shape_of each new element: above this
+    /// Where it is given, above this share of the worst element that is replaced is enough.
+    std::optional<double> share_of_replaced = {};
+    double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< edges at the point, in the metric
+    double least_height = 0;                                                 ///< of new elements, in the point's metric
+    /// Of degree 2: of new elements the scaled Jacobian, unless one that is replaced is worse.
+    double least_jacobian = 0.1;
+    /// The least cosine between a new facet's normal and those of the facets that it replaces.
+    double facet_cosine = 0.8;
+    /// Elements that may join the cavity, or leave it, to make it fit.
+    int corrections = 8;
+};
+
+/// Why a wish was not granted. The first are those of StarFailure.
+enum class RejectionReason : std::uint8_t {
+    none,
+    empty,
+    required,  ///< also: a corner, or a vertex without all of its elements, would move
+    surface,
+    line,
+    ball,
+    exists,
+    volume,    ///< an element would be inverted, or have no volume; of degree 2: not be valid to the bound
+    quality,   ///< an element below least_shape
+    length,    ///< an edge at the point out of bounds
+    geometry,  ///< facets would turn too far, or be too far from the geometry
+    waits,     ///< another patch was in the way: in a later round
+    wall,      ///< an element would have two facets on one smooth, curved surface
+    height,    ///< an element below least_height, or so flat that the rounding of coordinates could invert it
+};
+[[nodiscard]] constexpr auto words(RejectionReason) {
+    using R = RejectionReason;
+    return words_of(Word{R::none, "none"}, Word{R::empty, "empty"}, Word{R::required, "required"},
+                    Word{R::surface, "surface"}, Word{R::line, "line"}, Word{R::ball, "ball"},
+                    Word{R::exists, "exists"}, Word{R::volume, "volume"}, Word{R::quality, "quality"},
+                    Word{R::length, "length"}, Word{R::wall, "wall"}, Word{R::height, "height"},
+                    Word{R::geometry, "geometry"}, Word{R::waits, "waits"});
+}
+inline constexpr std::size_t rejection_reasons = words(RejectionReason{}).size();
+
+}  // namespace camber
+
+namespace camber {
+
+/// Asks the field at a wish's place; the search begins at an element of the back mesh.
+template <int D>
+void ask_field(const Remeshing<D>& r, const RemeshingGoal<D>& goal, ElementId hint, CavityWish<D>& wish) {
+    const FieldSample<D> sample = r.mesh.is_curved() ? sample_with_recovered_gradient(goal.field, wish.place, hint)
+                                                     : sample_value(goal.field, wish.place, hint);
+    wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
+    if (r.mesh.is_curved()) wish.gradient = sample.gradient;
+}
+
+}  // namespace camber
