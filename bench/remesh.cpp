@@ -123,6 +123,9 @@ Remeshing<3> step(const char* name, Remeshing<3> r, const Arguments& a, const Ex
                                "volume", "quality", "length",   "geometry", "waits", "wall", "height"};
     for (std::size_t i = 1; i < names.size(); ++i)
         if (s.rejected[i] > 0) std::printf(" %s %zu", names[i], s.rejected[i]);
+    if (done.state.mesh.is_curved())
+        std::printf("; straight test would refuse %zu, accept %zu more; drawn back %zu", s.straight_inverted,
+                    s.straight_positive, s.drawn_back);
     std::printf("\n");
     tell(done.state, execution);
     if (a.check) check(done.state.mesh, execution);

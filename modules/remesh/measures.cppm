@@ -25,6 +25,7 @@ template <int D>
 }
 
 /// The length of an edge in the metric, along its curve, and the shape of an element: metric_shape of a straight one.
+/// Candidates are looked for by straight shapes, also of curved elements: they cost a tenth.
 template <int D>
 [[nodiscard]] inline double length_of(const Remeshing<D>& r, EdgeId edge) {
     const auto& [a, b] = r.mesh.edges[edge];
@@ -34,20 +35,22 @@ template <int D>
     return edge_length(r.metrics[a].measure, r.metrics[b].measure, r.mesh.points[b] - r.mesh.points[a]);
 }
 template <int D>
-[[nodiscard]] inline double shape_of(const Remeshing<D>& r, ElementId e) {
+[[nodiscard]] inline double straight_shape_of(const Remeshing<D>& r, ElementId e) {
     std::array<Vec<D>, D + 1> corners;
     std::array<const MeasuringMetric<D>*, D + 1> metrics;
     const auto& vertices = r.mesh.elements.vertices[e];
-    if (r.mesh.is_curved()) {
-        VertexLogMetrics<D> logs;
-        for (int i = 0; i <= D; ++i) logs[i] = r.metrics[vertices[i]].log_metric;
-        return curved_shape<D>(nodes_of(r.mesh, e), logs);
-    }
     for (int i = 0; i <= D; ++i) {
         corners[i] = r.mesh.points[vertices[i]];
         metrics[i] = &r.metrics[vertices[i]].measure;
     }
     return metric_shape<D>(corners, metrics);
+}
+template <int D>
+[[nodiscard]] inline double shape_of(const Remeshing<D>& r, ElementId e) {
+    if (!r.mesh.is_curved()) return straight_shape_of(r, e);
+    VertexLogMetrics<D> logs;
+    for (int i = 0; i <= D; ++i) logs[i] = r.metrics[r.mesh.elements.vertices[e][i]].log_metric;
+    return curved_shape<D>(nodes_of(r.mesh, e), logs);
 }
 /// Of a straight one, with a point in the place of a local vertex.
 template <int D>

@@ -69,7 +69,15 @@ class Planning {
             if (fault.reason == RejectionReason::length && result.corrections < limits_.corrections && shrink())
                 continue;
             if (fault.reason == RejectionReason::none) break;
-            if (result.corrections == limits_.corrections || !correct(fault)) return result;
+            if (result.corrections == limits_.corrections || !correct(fault)) {
+                result.straight_positive =
+                    r_.mesh.is_curved() && fault.reason == RejectionReason::volume && is_straight_positive();
+                return result;
+            }
+        }
+        if (r_.mesh.is_curved()) {
+            result.straight_inverted = !is_straight_positive();
+            result.drawn_back = std::ranges::any_of(w_.curved.spokes, [](const Spoke<D>& s) { return s.share < 1; });
         }
         out_.planned_for = r_.mesh.stamp;
         out_.point = {wish_.point, {}, wish_.reference};
@@ -128,6 +136,10 @@ class Planning {
         return p;
     }
 
+    [[nodiscard]] bool is_straight_positive() const {
+        return std::ranges::all_of(out_.star.joined,
+                                   [&](const ElementFace& face) { return signed_volume<D>(corners(face)) > 0; });
+    }
     /// So low that coordinates, which are known to their rounding only, do not tell on which side a vertex is; or below
     /// least_height as the point's metric sees it.
     [[nodiscard]] bool is_flat(const std::array<Vec<D>, D + 1>& p) const {

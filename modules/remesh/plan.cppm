@@ -32,6 +32,9 @@ struct PlanResult {
     RejectionReason rejected = RejectionReason::none;
     double worst_shape = 0;  ///< of the new elements, where nothing is rejected
     int corrections = 0;
+    /// Of degree 2: what the test of degree 1 says of the same star: that an element has no volume, or that all have
+    /// one. And whether nodes were drawn back from where the metric has them.
+    bool straight_inverted = false, straight_positive = false, drawn_back = false;
 };
 
 /// Joins and judges: the signs of volumes are exact. In a mesh of degree 2 the star is curved too (see curve_star), and

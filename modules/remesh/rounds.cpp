@@ -156,10 +156,13 @@ class Rounds {
                 put(front_[i]);
             }
             if (result.rejected != RejectionReason::none) {
+                statistics_.straight_positive += result.straight_positive ? 1 : 0;
                 ++statistics_.rejected[static_cast<std::size_t>(result.rejected)];
                 continue;
             }
             ++statistics_.accepted;
+            statistics_.straight_inverted += result.straight_inverted ? 1 : 0;
+            statistics_.drawn_back += result.drawn_back ? 1 : 0;
             statistics_.shortened += of_point.shortened ? 1 : 0;
             statistics_.corrections += static_cast<std::size_t>(result.corrections);
             patches.push_back(std::move(patch));

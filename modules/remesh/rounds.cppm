@@ -23,6 +23,9 @@ struct PassStatistics {
     std::size_t accepted = 0;
     std::size_t corrections = 0;  ///< elements that joined or left cavities of accepted ones
     std::size_t shortened = 0;    ///< accepted points that went a part of their way to the geometry only
+    /// Of degree 2: accepted that the straight test would refuse, refused as `volume` that it would accept, and
+    /// accepted whose nodes are not where the metric has them.
+    std::size_t straight_inverted = 0, straight_positive = 0, drawn_back = 0;
     std::array<std::size_t, rejection_reasons> rejected{};
 
     [[nodiscard]] std::size_t of(RejectionReason reason) const { return rejected[static_cast<std::size_t>(reason)]; }
@@ -32,6 +35,9 @@ struct PassStatistics {
         accepted += other.accepted;
         corrections += other.corrections;
         shortened += other.shortened;
+        straight_inverted += other.straight_inverted;
+        straight_positive += other.straight_positive;
+        drawn_back += other.drawn_back;
         for (std::size_t i = 0; i < rejected.size(); ++i) rejected[i] += other.rejected[i];
         return *this;
     }

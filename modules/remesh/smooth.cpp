@@ -21,12 +21,15 @@ namespace {
 template <int D>
 class Moves final : public Pass<D> {
   public:
-    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options, std::vector<std::uint8_t> touched)
+    /// `shapes`: of a mesh of degree 2.
+    Moves(const RemeshingGoal<D>& goal, const SmoothOptions& options, std::vector<std::uint8_t> touched,
+          std::optional<KeptShapes<D>> shapes)
         : goal_(goal),
           wanted_(shape_of_quality(options.wanted, D)),
           gain_(shape_of_quality(options.gain, D)),
           poor_(shape_of_quality(0.3, D)),
-          touched_(std::move(touched)) {}
+          touched_(std::move(touched)),
+          shapes_(std::move(shapes)) {}
 
     [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
         const VertexId v(std::size_t{task.id});
@@ -38,10 +41,10 @@ class Moves final : public Pass<D> {
         cavity_around(r.mesh, v, wish.cavity);
         ConeShapes<D> cones(r);
         for (const ElementId e : wish.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
-        const double before = r.mesh.is_curved() ? worst_of(r, wish.cavity.elements)
-                                                 : cones.worst(r.mesh.points[v], r.metrics[v].measure, 0);
+        const double straight = cones.worst(r.mesh.points[v], r.metrics[v].measure, 0);
+        const double before = shapes_ ? shapes_->worst(wish.cavity.elements) : straight;
         if (!(before < wanted_)) return {};
-        BestPlace best{{}, {}, gain_ * before};
+        BestPlace best{{}, {}, gain_ * straight};
         const double least = best.shape;
         const auto look = [&](const Vec<D>& target, double share) {
             look_at(r, wish.cavity, cones, v, r.mesh.points[v] + share * (target - r.mesh.points[v]), best);
@@ -62,11 +65,12 @@ class Moves final : public Pass<D> {
         wish.lies = best.place.lies;
         wish.metric = best.metric;
         if (r.mesh.is_curved()) ask_field(r, goal_, best.metric.back, wish);
-        limits.least_shape = least;
+        limits.least_shape = gain_ * before;
         limits.corrections = 0;
         return wished;
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
+        if (shapes_) shapes_->follow(r, changes);
         for (const ElementId e : changes.elements.created)
             for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
     }
@@ -98,11 +102,6 @@ class Moves final : public Pass<D> {
         const VertexMetric<D> metric(sample.log_metric, sample.location.element);
         const double shape = cones.worst(place->point, metric.measure, best.shape);
         if (shape > best.shape) best = {*place, metric, shape};
-    }
-    [[nodiscard]] static double worst_of(const Remeshing<D>& r, const std::vector<ElementId>& around) {
-        double worst = std::numeric_limits<double>::infinity();
-        for (const ElementId e : around) worst = std::min(worst, shape_of(r, e));
-        return worst;
     }
     /// Where v would make the worst of its elements regular, as v's metric sees its opposite face.
     [[nodiscard]] static Vec<D> apex_of_worst(const Remeshing<D>& r, const std::vector<ElementId>& around, VertexId v) {
@@ -161,16 +160,14 @@ class Moves final : public Pass<D> {
     const RemeshingGoal<D>& goal_;
     double wanted_, gain_, poor_;        ///< of shapes
     std::vector<std::uint8_t> touched_;  ///< of each vertex: an element of it has changed
+    std::optional<KeptShapes<D>> shapes_;
 };
 
 template <int D>
-Outcome<std::vector<std::uint8_t>> vertices_of_bad_elements(const Remeshing<D>& r, double wanted,
-                                                            const Execution& execution) {
-    const auto shapes = KeptShapes<D>::of(r, execution);
-    if (!shapes) return fail(shapes.error());
+std::vector<std::uint8_t> vertices_of_bad_elements(const Remeshing<D>& r, const KeptShapes<D>& shapes, double wanted) {
     std::vector<std::uint8_t> found(r.mesh.points.size(), 0);
     for (std::size_t e = 0; e < r.mesh.elements.size(); ++e)
-        if (!r.mesh.is_free(ElementId(e)) && (*shapes)[ElementId(e)] < wanted)
+        if (!r.mesh.is_free(ElementId(e)) && shapes[ElementId(e)] < wanted)
             for (const VertexId v : r.mesh.elements.vertices[e]) found[v.index()] = 1;
     return found;
 }
@@ -184,10 +181,11 @@ Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal, co
     return guarded([&]() -> Outcome<Remeshed<D>> {
         const auto homecoming = bring_home(state, goal, without_progress(execution));
         if (!homecoming) return fail(homecoming.error());
-        auto touched =
-            vertices_of_bad_elements(state, shape_of_quality(options.wanted, D), without_progress(execution));
-        if (!touched) return fail(touched.error());
-        Moves<D> pass(goal, options, std::move(*touched));
+        auto shapes = KeptShapes<D>::of(state, without_progress(execution));
+        if (!shapes) return fail(shapes.error());
+        auto touched = vertices_of_bad_elements(state, *shapes, shape_of_quality(options.wanted, D));
+        Moves<D> pass(goal, options, std::move(touched),
+                      state.mesh.is_curved() ? std::optional(std::move(*shapes)) : std::nullopt);
         Remeshed<D> out{std::move(state), *homecoming};
         for (int sweep = 0; sweep < options.sweeps; ++sweep) {
             auto statistics = run_pass<D>(out.state, goal, pass, pass.tasks_of_touched(out.state.mesh), execution);

@@ -20,8 +20,7 @@ template <int D>
 struct BestSwap {
     CavityParts<D> cavity;
     VertexId point;
-    double before = 0;  ///< the worst shape that is removed
-    double gain = 0;    ///< worst shape after by before
+    double gain = 0;  ///< worst shape after by before; of degree 2 both of the straight elements
 };
 
 template <int D>
@@ -43,7 +42,6 @@ class Swaps final : public Pass<D> {
         const double shape = shapes_[e];
         if (!(shape < wanted_)) return {};
         BestSwap<D> best;
-        best.before = shape;
         best.gain = gain_;
         ConeShapes<D> cones(r);
         const auto beside = shapes_beside(r, e);
@@ -56,7 +54,7 @@ class Swaps final : public Pass<D> {
         LimitedWish<D> wished;
         wished.wish.cavity = std::move(best.cavity);
         wished.wish.join_to(r, best.point);
-        wished.limits.least_shape = gain_ * best.before;
+        wished.limits.least_shape = gain_ * shape;
         wished.limits.corrections = 0;
         return wished;
     }
@@ -94,7 +92,8 @@ class Swaps final : public Pass<D> {
         CavityParts<D> cavity;
         cavity_of_edge(r.mesh, e, k, cavity);
         if (D == 2 && !cavity.facets.empty()) return;
-        if (shapes_.worst(cavity.elements) < best.before) return;
+        if (shapes_.worst(cavity.elements) < shapes_[e]) return;
+        const double before = worst_straight(r, cavity.elements, e);
         const VertexId a = r.mesh.elements.vertices[e][local_edges<D>[k][0]];
         const VertexId b = r.mesh.elements.vertices[e][local_edges<D>[k][1]];
         cones.clear();
@@ -104,15 +103,25 @@ class Swaps final : public Pass<D> {
             const VertexId p = corner.vertex;
             const auto has_p = [&](FacetId f) { return local_vertex(r.mesh.facets.vertices[f], p) >= 0; };
             if (p == a || p == b || (!cavity.facets.empty() && !std::ranges::any_of(cavity.facets, has_p))) continue;
-            const double least = best.gain * best.before;
+            const double least = best.gain * before;
             const double after = cones.worst(corner.place, *corner.metric, least, p);
-            if (after > least) take(best, cavity, p, after);
+            if (after > least) take(best, cavity, p, after / before);
         }
     }
-    static void take(BestSwap<D>& best, const CavityParts<D>& cavity, VertexId p, double after) {
+    static void take(BestSwap<D>& best, const CavityParts<D>& cavity, VertexId p, double gain) {
         best.cavity = cavity;
         best.point = p;
-        best.gain = after / best.before;
+        best.gain = gain;
+    }
+    /// The worst straight shape of a cavity in which e is the worst element; what is as good as inverted is worth
+    /// little, not nothing.
+    [[nodiscard]] double worst_straight(const Remeshing<D>& r, const std::vector<ElementId>& elements,
+                                        ElementId e) const {
+        if (!r.mesh.is_curved()) return shapes_[e];
+        constexpr double little = 1e-3;
+        double worst = std::numeric_limits<double>::infinity();
+        for (const ElementId s : elements) worst = std::min(worst, straight_shape_of(r, s));
+        return std::max(worst, little);
     }
     /// Two elements without their face, joined to one of the two vertices opposite it: three elements.
     void look_at_face(const Remeshing<D>& r, ElementId e, int face, ConeShapes<D>& cones, BestSwap<D>& best) const {
@@ -124,9 +133,10 @@ class Swaps final : public Pass<D> {
         cones.clear();
         for (int i = 0; i <= D; ++i)
             if (local_vertex(r.mesh.elements.vertices[e], r.mesh.elements.vertices[other][i]) >= 0) cones.add(other, i);
-        const double least = best.gain * best.before;
+        const double before = worst_straight(r, cavity.elements, e);
+        const double least = best.gain * before;
         const double after = cones.worst(r.mesh.points[p], r.metrics[p].measure, least);
-        if (after > least) take(best, cavity, p, after);
+        if (after > least) take(best, cavity, p, after / before);
     }
 
     const RemeshingGoal<D>& goal_;
