@@ -201,7 +201,8 @@ void add_check(CLI::App& app, Verb& verb) {
         "  camber check wing-p2.meshb --elements            each element's verdict, as CSV\n"
         "  camber check wing-p2.meshb --field 'tanh((sqrt(x^2+y^2+z^2) - 0.5)/0.01)'\n"
         "                                                   does curvature pay for a front on this sphere?\n"
-        "  camber check wing.meshb --metric wing.solb       is it unit for this metric?\n\n"
+        "  camber check wing.meshb --metric wing.solb       is it unit for this metric?\n"
+        "  camber check wing-p2.meshb --metric wing.solb    the same straight and along its curves\n\n"
         "An element of degree 2 is valid where det J is positive everywhere; its scaled Jacobian is the smallest "
         "det J as a share of that of the straight element with the same vertices (other programs mean Knupp's measure "
         "by the name). Of a straight mesh the quality is told: the mean ratio. Beyond its elements the mesh is "
@@ -209,7 +210,8 @@ void add_check(CLI::App& app, Verb& verb) {
         "tanh ...) the errors of its interpolants are told, in L2 and H1: of degree 1 and 2 with straight edges, and "
         "of "
         "the mesh as it is; a ratio straight / as it is above 1 says that curvature pays at equal unknowns "
-        "(docs/algorithms/interpolation-error.md). What each line means: docs/algorithms/check.md");
+        "(docs/algorithms/interpolation-error.md). In a metric an element of degree 2 has the quality 1 / mean "
+        "distortion: 1 is unit, 0 folded (docs/algorithms/distortion.md). What each line means: docs/algorithms/check.md");
     CheckArguments& a = verb.check;
     using Options = camber::run::CheckOptions;
     check->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
@@ -225,7 +227,7 @@ void add_check(CLI::App& app, Verb& verb) {
     check->add_option(
         "--metric", a.metric,
         "A metric file: lengths of edges and qualities of elements in it are told, and how many edges are "
-        "of unit length");
+        "of unit length; of degree 2 straight and along the curves, with a bound of the quality at every point");
     check->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
     check->add_flag("--histogram,!--no-histogram", a.histogram,
                     "How the scaled Jacobians (of a straight mesh: the quality) are spread; shown by default");

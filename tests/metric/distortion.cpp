@@ -110,7 +110,7 @@ void as_straight(std::uint64_t seed) {
     std::array<const MeasuringMetric<D>*, D + 1> measures;
     measures.fill(&measure);
     const double wanted = metric_quality<D>(corners, measures);
-    const double rounding = 1e-13 + 3e-14 * anisotropy(metric);  // log M is interpolated and decomposed
+    const double rounding = 1e-13 + 1e-13 * anisotropy(metric);  // log M is interpolated and decomposed
     const QuadraticNodes<D> nodes = straight<D>(corners);
     const auto metrics = constant<D>(metric);
     const CurvedQuality found = curved_quality<D>(nodes, element_metric<D>(metrics));

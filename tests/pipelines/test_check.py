@@ -89,6 +89,72 @@ class Check(unittest.TestCase):
         self.assertEqual(other.returncode, 3)
         self.assertRegex(other.stderr, "^camber: m.sol: has 27 rows, the mesh 8 vertices")
 
+    def test_lengths_and_qualities_along_curves(self):
+        """In a constant metric those of the curves and elements where it is the identity, evaluated anew."""
+        for dim, n in ((2, 3), (3, 2)):
+            mesh = elevated(lattice(dim, n), self.random, 0.06)
+            root = self.random.normal(size=(dim, dim)) + 3 * np.eye(dim)
+            tensor = root.T @ root
+            row = " ".join(repr(float(tensor[i, j])) for i in range(dim) for j in range(i + 1))
+            vertices = 1 + max(v for e in mesh.elements for v in e[:dim + 1])
+            solution = f"MeshVersionFormatted 2\nDimension {dim}\nSolAtVertices\n{vertices}\n1 3\n"
+            (self.folder.path / "m.sol").write_text(solution + (row + "\n") * vertices + "End\n")
+            found = self.report(mesh, "--metric", "m.sol", "--worst", "3")
+            told = found["curved_unit_mesh"]
+            sign = np.sign(np.linalg.det(root))  # a mirror turns elements round
+            points = mesh.points @ root.T
+            local = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)][:3 * (dim - 1)]
+            curves = {tuple(sorted((e[i], e[j]))): e[dim + 1 + k] for e in mesh.elements for k, (i, j) in enumerate(local)}
+            t = (np.arange(2000) + 0.5)[:, None] / 2000
+            speed = lambda a, m, b: np.linalg.norm((4 * t - 3) * a + 4 * (1 - 2 * t) * m + (4 * t - 1) * b, axis=1)
+            lengths = np.array([speed(points[a], points[m], points[b]).mean() for (a, b), m in curves.items()])
+            self.assertEqual(told["edges"], len(curves))
+            self.assertEqual(told["unit_edges"], np.count_nonzero((lengths >= 0.5 ** 0.5) & (lengths <= 2 ** 0.5)))
+            for key, value in (("shortest", lengths.min()), ("longest", lengths.max()), ("mean_length", lengths.mean())):
+                self.assertAlmostEqual(told[key], value, delta=1e-5 * value)
+            regular = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0.75 ** 0.5, 0], [0.5, 0.75 ** 0.5 / 3, (2 / 3) ** 0.5]])
+            regular = regular[:dim + 1, :dim]
+            slopes = np.vstack([-np.ones(dim), np.eye(dim)]) @ np.linalg.inv((regular[1:] - regular[0]).T)
+
+            def quality(element, at):
+                gradients = [(4 * at[i] - 1) * slopes[i] for i in range(dim + 1)]
+                gradients += [4 * (at[i] * slopes[j] + at[j] * slopes[i]) for i, j in local]
+                a = points[list(element)].T @ np.array(gradients)
+                det = sign * np.linalg.det(a)
+                return np.sign(det) * dim * abs(det) ** (2 / dim) / (a ** 2).sum()
+
+            corners = np.eye(dim + 1)
+            rule = [(w, 1 / 20) for w in corners] + [((1 - w) / 2, 2 / 15) for w in corners] + [(np.full(3, 1 / 3), 9 / 20)]
+            if dim == 3:
+                rule = [(w, 1 / 40) for w in corners] + [((1 - w) / 3, 9 / 40) for w in corners]
+            qualities, least = [], []
+            for element in mesh.elements:
+                at = [quality(element, xi) for xi, _ in rule]
+                least.append(min(at))
+                qualities.append(1 / sum(w / q for q, (_, w) in zip(at, rule)) if min(at) > 0 else 0)
+            self.assertGreater(min(least), 0)
+            self.assertAlmostEqual(told["mean_quality"], np.mean(qualities), delta=1e-9)
+            self.assertEqual([w["element"] for w in told["worst"]], [int(e) + 1 for e in np.argsort(qualities)[:3]])
+            for w in told["worst"]:
+                self.assertAlmostEqual(w["quality"], qualities[w["element"] - 1], delta=1e-9)
+                samples = [quality(mesh.elements[w["element"] - 1], xi)
+                           for xi in self.random.dirichlet(np.ones(dim + 1), 300)]
+                self.assertLess(w["bound"], min(samples))
+                self.assertLessEqual(w["bound"], w["least"])
+                self.assertLessEqual(w["least"], least[w["element"] - 1] + 1e-9)
+            self.assertLessEqual(told["lowest"]["bound"], min(w["bound"] for w in told["worst"]))
+            self.assertLessEqual(told["lowest"]["bound"], min(least))
+            self.assertEqual(sum(found["histograms"]["curved_edge_length"]["count"]), len(curves))
+            self.assertEqual(sum(found["histograms"]["curved_metric_quality"]["count"]), len(mesh.elements))
+            text = self.check(mesh, "--metric", "m.sol").stdout
+            self.assertIn("along the curves", text)
+            # Elevated and not bent: as straight.
+            found = self.report(elevated(lattice(dim, n)), "--metric", "m.sol", code=0)
+            for key, value in found["unit_mesh"].items():
+                if key not in ("metric", "worst_element"):
+                    self.assertAlmostEqual(found["curved_unit_mesh"][key], value, delta=1e-12)
+            self.assertNotIn("curved_unit_mesh", self.report(lattice(dim, n), "--metric", "m.sol", code=0))
+
     def test_every_verdict_and_witness_is_the_oracle_s(self):
         for dim, n, amplitude in ((2, 4, 0.4), (3, 2, 0.35)):
             mesh = elevated(lattice(dim, n), self.random, amplitude)

@@ -19,6 +19,7 @@ import camber.validity;
 import camber.soundness;
 import :check;
 import :check_parts;
+import :curved_unit_mesh;
 import :field_errors;
 import :histogram;
 import :pipeline;
@@ -181,13 +182,22 @@ class Checker {
             const auto metric = log_metrics_of_file<D>(*metric_, linear_.points.size(), part_of(e, 0, 0.2));
             if (!metric) return fail(metric.error());
             auto measured =
-                measure_unit_mesh(linear_, mesh_->edges, metric->log_metrics, metric_->name, part_of(e, 0.2, 1));
+                measure_unit_mesh(linear_, mesh_->edges, metric->log_metrics, metric_->name, part_of(e, 0.2, 0.3));
             if (!measured) return fail(measured.error());
             for (Histogram& histogram : histograms_of(*measured, "count"))
                 report_.histograms.push_back(std::move(histogram));
             report_.unit_mesh = std::move(measured->report);
-            return Done{};
+            return degree_ == 2 ? measure_curves(metric->log_metrics, part_of(e, 0.3, 1)) : Done{};
         });
+    }
+
+    Outcome<Done> measure_curves(const Column<LogMetric<D>>& log_metrics, const Execution& execution) {
+        auto measured = measure_curved_unit_mesh(*mesh_, log_metrics, metric_->name, options_.worst, execution);
+        if (!measured) return fail(measured.error());
+        for (Histogram& histogram : histograms_of(*measured, "count"))
+            report_.histograms.push_back(std::move(histogram));
+        report_.curved_unit_mesh = std::move(measured->report);
+        return Done{};
     }
 
     /// The errors of the interpolants of fields, one after the other.

@@ -12,6 +12,7 @@ import camber.core;
 import camber.io;
 import camber.validity;
 import camber.soundness;
+import :curved_unit_mesh;
 import :field_errors;
 import :histogram;
 import :pipeline;
@@ -113,8 +114,9 @@ struct CheckReport {
     std::vector<ElementReport> worst;   ///< the worst first
     std::vector<Histogram> histograms;  ///< of the elements; none without elements
     ElementColumns elements;
-    std::optional<UnitMeshReport> unit_mesh;  ///< in the metric that was given
-    std::vector<FieldErrors> fields;          ///< of the fields that were asked for
+    std::optional<UnitMeshReport> unit_mesh;  ///< in the metric that was given, edges and elements straight
+    std::optional<CurvedUnitMeshReport> curved_unit_mesh;  ///< the same along the curves; of degree 2
+    std::vector<FieldErrors> fields;                       ///< of the fields that were asked for
     std::vector<std::string> notices;
 
     [[nodiscard]] bool all_good() const { return soundness.sound && validity.invalid == 0 && validity.undecided == 0; }

@@ -12,6 +12,7 @@ import camber.validity;
 import camber.soundness;
 import :check;
 import :check_parts;
+import :curved_unit_mesh;
 import :field_errors;
 import :histogram;
 import :report;
@@ -98,6 +99,7 @@ std::string check_json_head(const CheckReport& report, std::string_view name, st
     j["wall_elements"] = report.wall_elements;
     j["soundness"] = json(report.soundness);
     if (report.unit_mesh) j["unit_mesh"] = Json::parse(unit_mesh_json(*report.unit_mesh));
+    if (report.curved_unit_mesh) j["curved_unit_mesh"] = Json::parse(curved_unit_mesh_json(*report.curved_unit_mesh));
     if (!report.fields.empty()) {
         j["interpolation"] = Json::array();
         for (const FieldErrors& field : report.fields) j["interpolation"].push_back(Json::parse(field_json(field)));

@@ -13,6 +13,7 @@ import camber.validity;
 import camber.soundness;
 import :check;
 import :check_parts;
+import :curved_unit_mesh;
 import :field_errors;
 import :histogram;
 import :report;
@@ -139,7 +140,9 @@ std::string metric_rows(const UnitMeshReport& r) {
 
 std::string check_table(const CheckReport& report) {
     return mesh_rows(report) + validity_rows(report) + soundness_rows(report.soundness) + worst_rows(report) +
-           (report.unit_mesh ? metric_rows(*report.unit_mesh) : std::string()) + field_rows(report);
+           (report.unit_mesh ? metric_rows(*report.unit_mesh) : std::string()) +
+           (report.curved_unit_mesh ? curved_unit_mesh_rows(*report.curved_unit_mesh) : std::string()) +
+           field_rows(report);
 }
 
 }  // namespace camber::run

@@ -18,9 +18,11 @@ enum class Quantity : std::uint8_t {
     scaled_jacobian,
     quality,
     edge_length,
-    metric_quality
+    metric_quality,
+    curved_edge_length,
+    curved_metric_quality
 };
-inline constexpr std::size_t quantity_count = 7;
+inline constexpr std::size_t quantity_count = 9;
 inline constexpr std::size_t run_quantity_count =
     4;  ///< those of runs, the first; the others are of meshes that are checked
 

@@ -23,6 +23,10 @@ constexpr std::array<QuantityInfo, quantity_count> infos{{
     {Quantity::edge_length, "edge_length", "Edge length", "length in the metric, of the straight edge", "edges", 2},
     {Quantity::metric_quality, "metric_quality", "Quality in the metric",
      "mean ratio in the metric: 1 unit, 0 flat, negative inverted", "elements", 10},
+    {Quantity::curved_edge_length, "curved_edge_length", "Length of curved edges",
+     "length in the metric, along the curve", "edges", 2},
+    {Quantity::curved_metric_quality, "curved_metric_quality", "Quality of curved elements in the metric",
+     "1 over the mean distortion: 1 unit, 0 folded, negative inverted", "elements", 10},
 }};
 
 /// m 10^k, the number that one reads: both are exact, so that their quotient is rounded once.
@@ -77,11 +81,13 @@ std::vector<double> limits_of(Quantity quantity) {
     switch (quantity) {
         case Quantity::length_gain: return of_gains();
         case Quantity::length:
-        case Quantity::edge_length: return of_lengths();
+        case Quantity::edge_length:
+        case Quantity::curved_edge_length: return of_lengths();
         case Quantity::curvature: return of_curvatures();
         case Quantity::scaled_jacobian:
         case Quantity::quality:
-        case Quantity::metric_quality: return of_jacobians();
+        case Quantity::metric_quality:
+        case Quantity::curved_metric_quality: return of_jacobians();
     }
     return {};
 }

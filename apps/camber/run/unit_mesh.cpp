@@ -25,7 +25,10 @@ double mean_of(const std::vector<double>& values) {
     return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-UnitMeshReport summed(std::string metric, const std::vector<double>& lengths, const std::vector<double>& qualities) {
+}  // namespace
+
+UnitMeshReport unit_mesh_report(std::string metric, const std::vector<double>& lengths,
+                                const std::vector<double>& qualities) {
     UnitMeshReport report{.metric = std::move(metric), .edges = lengths.size()};
     const auto count = [&](auto&& chosen) {
         return static_cast<std::size_t>(std::count_if(lengths.begin(), lengths.end(), chosen));
@@ -47,8 +50,6 @@ UnitMeshReport summed(std::string metric, const std::vector<double>& lengths, co
     }
     return report;
 }
-
-}  // namespace
 
 template <int D>
 Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
@@ -74,7 +75,7 @@ Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>&
     });
     if (!qualities) return fail(qualities.error());
     UnitMesh out{{}, {lengths->begin(), lengths->end()}, {qualities->begin(), qualities->end()}};
-    out.report = summed(std::move(metric), out.lengths, out.qualities);
+    out.report = unit_mesh_report(std::move(metric), out.lengths, out.qualities);
     return out;
 }
 

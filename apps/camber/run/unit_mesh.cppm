@@ -8,7 +8,8 @@ import camber.metric;
 import :histogram;
 import :report;
 
-/// How near to unit a mesh is in a metric: `camber check --metric`, and before and after passes that change it.
+/// How near to unit a straight mesh is in a metric: `camber check --metric`, and before and after passes that change
+/// it.
 export namespace camber::run {
 
 /// The report, and what it counts, one a unique edge and one an element.
@@ -16,6 +17,10 @@ struct UnitMesh {
     UnitMeshReport report;
     std::vector<double> lengths, qualities;
 };
+
+/// Of lengths, one an edge, and qualities, one an element.
+[[nodiscard]] UnitMeshReport unit_mesh_report(std::string metric, const std::vector<double>& lengths,
+                                              const std::vector<double>& qualities);
 
 /// `metric`: the name of what the logs, one a vertex, are.
 template <int D>
