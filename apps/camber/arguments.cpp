@@ -211,7 +211,8 @@ void add_check(CLI::App& app, Verb& verb) {
         "of "
         "the mesh as it is; a ratio straight / as it is above 1 says that curvature pays at equal unknowns "
         "(docs/algorithms/interpolation-error.md). In a metric an element of degree 2 has the quality 1 / mean "
-        "distortion: 1 is unit, 0 folded (docs/algorithms/distortion.md). What each line means: docs/algorithms/check.md");
+        "distortion: 1 is unit, 0 folded (docs/algorithms/distortion.md). What each line means: "
+        "docs/algorithms/check.md");
     CheckArguments& a = verb.check;
     using Options = camber::run::CheckOptions;
     check->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();

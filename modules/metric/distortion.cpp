@@ -46,7 +46,7 @@ constexpr auto slopes = [] {
 template <int D>
 struct Sampled {
     MatPack<D> a;
-    Pack det, square, distortion;  ///< det A, tr(AᵀA), η of |det A|
+    Pack det{}, square{}, distortion{};  ///< det A, tr(AᵀA), η of |det A|
 };
 
 template <int D>
@@ -141,8 +141,8 @@ template <int D>
 CurvedQualityGradient<D> curved_quality_gradient(const QuadraticNodes<D>& nodes, const ElementMetric<D>& metric,
                                                  Instructions set) {
     Lanes determinants, distortions;
-    std::array<std::array<Lanes, D>, D> by_straight;                   // [c][k]: of J's entry, a point a lane
-    std::array<std::array<Lanes, D>, edges_per_simplex<D>> by_offset;  // [e][c]
+    std::array<std::array<Lanes, D>, D> by_straight{};                   // [c][k]: of J's entry, a point a lane
+    std::array<std::array<Lanes, D>, edges_per_simplex<D>> by_offset{};  // [e][c]
     with_instructions(set, [&]() __attribute__((always_inline)) {
         const Sampled<D> s = sampled<D>(nodes, metric);
         determinants = stored(s.det);

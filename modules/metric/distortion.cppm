@@ -26,7 +26,7 @@ using VertexLogMetrics = std::array<LogMetric<D>, D + 1>;
 /// not depend on the nodes: whoever moves nodes under given metrics makes it once.
 template <int D>
 struct ElementMetric {
-    std::array<std::array<Pack, D>, D> root;  ///< root[i][c]: coordinate c of row i, a point a lane
+    std::array<std::array<Pack, D>, D> root{};  ///< root[i][c]: coordinate c of row i, a point a lane
 };
 template <int D>
 [[nodiscard]] ElementMetric<D> element_metric(const VertexLogMetrics<D>& vertices,

@@ -107,7 +107,7 @@ void as_straight(std::uint64_t seed) {
     const Mat<D> stretch = stretch_of(metric);
     for (int i = 0; i <= D; ++i) corners[i] = stretch * dice.vector<D>();
     const MeasuringMetric<D> measure(metric);
-    std::array<const MeasuringMetric<D>*, D + 1> measures;
+    std::array<const MeasuringMetric<D>*, D + 1> measures{};
     measures.fill(&measure);
     const double wanted = metric_quality<D>(corners, measures);
     const double rounding = 1e-13 + 1e-13 * anisotropy(metric);  // log M is interpolated and decomposed

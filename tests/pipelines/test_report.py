@@ -94,7 +94,8 @@ class Report(unittest.TestCase):
         yield json.loads(self.run_camber("check", "curved.mesh", "--json", "--field", "exp(x)").stdout)
         n = len(straight.points)
         self.write("sizes.sol", f"MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n{n}\n1 1\n{'0.5 ' * n}\nEnd\n".encode())
-        yield json.loads(self.run_camber("check", "straight.mesh", "--json", "--metric", "sizes.sol").stdout)
+        for name in ("straight.mesh", "curved.mesh"):
+            yield json.loads(self.run_camber("check", name, "--json", "--metric", "sizes.sol").stdout)
 
     def compare(self, section, objects):
         keys, seen = documented(section), set()

@@ -56,10 +56,13 @@ Outcome<CurvedUnitMesh> measure_curved_unit_mesh(const QuadraticMesh<D>& mesh, c
     out.report.unit_mesh = unit_mesh_report(std::move(metric), out.lengths, out.qualities);
     const auto& least = measured->least;
     const auto lowest = std::min_element(least.begin(), least.end(), [](const LeastQuality& a, const LeastQuality& b) {
-        return std::tuple(a.bound, a.attained) < std::tuple(b.bound, b.attained);
+        return a.attained < b.attained;
     });
-    if (lowest != least.end())
+    if (lowest != least.end()) {
         out.report.lowest = element_at(static_cast<std::size_t>(lowest - least.begin()), out.qualities, *lowest);
+        out.report.bound = lowest->bound;
+        for (const LeastQuality& found : least) out.report.bound = std::min(out.report.bound, found.bound);
+    }
     const auto chosen = find_worst(out.qualities, worst);
     const auto described = map_each(
         part_of(execution, 0.95, 1), chosen.size(),
@@ -92,11 +95,10 @@ std::string curved_unit_mesh_rows(const CurvedUnitMeshReport& r) {
     std::string text =
         "\n  In the metric of " + r.unit_mesh.metric + ", along the curves\n" + unit_mesh_rows(r.unit_mesh);
     if (r.lowest.number > 0)
-        text += table_row("quality at a point",
-                          r.lowest.bound > 0 ? fmt::format("above {:.4g} everywhere ({:.4g} attained, in element {})",
-                                                           r.lowest.bound, r.lowest.least, r.lowest.number)
-                                             : fmt::format("no bound above 0 ({:.4g} attained, in element {})",
-                                                           r.lowest.least, r.lowest.number));
+        text += table_row(
+            "quality at a point",
+            fmt::format("{:.4g} in element {}, {}", r.lowest.least, r.lowest.number,
+                        r.bound > 0 ? fmt::format("above {:.4g} everywhere", r.bound) : "no bound above 0 everywhere"));
     if (r.worst.empty()) return text;
     text += fmt::format("\n  The worst {} by their quality along the curves\n  {:>10}{:>12}{:>18}{:>14}\n",
                         r.worst.size(), "element", "quality", "at a point", "above");
@@ -112,7 +114,10 @@ std::string curved_unit_mesh_json(const CurvedUnitMeshReport& r) {
         return nlohmann::ordered_json{
             {"element", e.number}, {"quality", e.quality}, {"least", e.least}, {"bound", e.bound}};
     };
-    if (r.lowest.number > 0) j["lowest"] = json(r.lowest);
+    if (r.lowest.number > 0) {
+        j["bound"] = r.bound;
+        j["lowest"] = json(r.lowest);
+    }
     j["worst"] = nlohmann::ordered_json::array();
     for (const Element& e : r.worst) j["worst"].push_back(json(e));
     return j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);

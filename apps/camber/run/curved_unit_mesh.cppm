@@ -18,7 +18,8 @@ struct CurvedUnitMeshReport {
         double quality = 0, least = 0, bound = 0;
     };
     UnitMeshReport unit_mesh;    ///< lengths along the curves, mean qualities
-    Element lowest;              ///< of the lowest bound; its number 0: no element
+    Element lowest;              ///< of the lowest quality at a point; its number 0: no element
+    double bound = 0;            ///< above which the quality is at every point of the mesh
     std::vector<Element> worst;  ///< of the lowest mean qualities, the worst first
 };
 
