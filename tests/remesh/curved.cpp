@@ -142,7 +142,8 @@ double off_surfaces(const QuadraticMesh<D>& mesh, const Geometry<D>& geometry) {
 
 /// Coarser and finer in turn; after each pass every element is valid and what the mesh knows of itself agrees.
 template <int D>
-void expect_valid_passes(const NamedDomain<D>& domain, double bow, double anisotropy, std::array<std::size_t, 4> least) {
+void expect_valid_passes(const NamedDomain<D>& domain, double bow, double anisotropy,
+                         std::array<std::size_t, 4> least) {
     const QuadraticMesh<D> mesh = bowed(domain, bow, 5);
     std::array<std::size_t, 4> accepted{};
     std::optional<Remeshing<D>> r;

@@ -21,13 +21,14 @@ struct Row {
     std::string name;
     Holds least, most;
     std::optional<Holds> makes;
+    Places places;
 };
 
 Row row_of(const config::Stage& stage) {
     return std::visit(
         []<class Options>(const Options&) {
             const auto& row = std::get<StageRow<Options>>(stage_rows);
-            return Row{std::string(row.name), row.least, row.most, row.makes};
+            return Row{std::string(row.name), row.least, row.most, row.makes, row.places};
         },
         stage);
 }
@@ -57,36 +58,46 @@ Error too_little(const Row& row, Holds now) {
             {}};
 }
 
-/// Why it cannot run on more: it takes a straight mesh, to elevate it or to change it.
-Error too_much(const Row& row, int degree) {
-    const bool elevates = row.makes.has_value();
+/// Why it cannot run on more: it elevates a straight mesh.
+Error too_much(int degree) {
     if (degree == 1)
         return {ErrorKind::usage,
                 "the mesh is quadratic already, by an \"elevate\" before",
                 {},
                 {},
-                elevates ? "leave one of them out" : "put \"" + row.name + "\" before \"elevate\""};
-    return {
-        ErrorKind::input,
-        "the mesh is quadratic already" + (elevates ? "" : ", and stage \"" + row.name + "\" changes straight ones"),
-        {},
-        {},
-        elevates ? "give the straight one, or leave the stage \"elevate\" out: stages=[\"curve\", \"validate\", "
-                   "\"relax\", \"commit\"]"
-                 : "give the straight one"};
+                "leave one of them out"};
+    return {ErrorKind::input,
+            "the mesh is quadratic already",
+            {},
+            {},
+            "give the straight one, or leave the stage \"elevate\" out: stages=[\"curve\", \"validate\", \"relax\", "
+            "\"commit\"]"};
+}
+
+/// Why it cannot change a mesh for whose nodes other places are planned.
+Error not_committed(const Row& row) {
+    return {ErrorKind::usage,
+            "stage \"" + row.name + "\" changes the mesh, and planned places of its nodes are not committed",
+            {},
+            {},
+            "put \"commit\" before it"};
 }
 
 }  // namespace
 
 Outcome<Done> check_order(std::span<const config::Stage> stages, int degree) {
     Holds now = degree == 1 ? Holds::straight_mesh : Holds::planned_nodes;
+    bool committed = true;
     for (std::size_t i = 0; i < stages.size(); ++i) {
         const Row row = row_of(stages[i]);
-        if (row.least <= now && now <= row.most) {
+        const bool fits = row.least <= now && now <= row.most;
+        if (fits && (committed || row.places != Places::refuses)) {
             now = row.makes.value_or(now);
+            if (row.places == Places::plans) committed = false;
+            if (row.places == Places::commits) committed = true;
             continue;
         }
-        Error error = now < row.least ? too_little(row, now) : too_much(row, degree);
+        Error error = fits ? not_committed(row) : now < row.least ? too_little(row, now) : too_much(degree);
         if (error.kind == ErrorKind::usage) error.where = "/stages/" + std::to_string(i);
         return fail(std::move(error));
     }

@@ -84,6 +84,14 @@ AnyMesh taken_mesh(State<D>& state) {
     return std::move(std::get<LinearMesh<D>>(state.mesh));
 }
 
+/// Passes change a mesh one after the other; every other stage takes what they leave.
+template <int D, class Options>
+Outcome<Done> settle_and_apply(Runner<D>& run, const Options& stage) {
+    if constexpr (!changes_topology<Options>())
+        if (auto done = settle(run); !done) return done;
+    return apply(run, stage);
+}
+
 /// The whole of a run.
 template <int D>
 Outcome<Run> run_on(GivenMesh<D> mesh, const config::Pipeline& pipeline, std::span<const MetricFile> files,
@@ -95,7 +103,7 @@ Outcome<Run> run_on(GivenMesh<D> mesh, const config::Pipeline& pipeline, std::sp
     Runner<D> run(pipeline, std::move(sound->mesh), files, around);
     run.tell(sound->notices);
     for (std::size_t i = 0; i < pipeline.stages.size(); ++i) {
-        auto done = std::visit([&](const auto& stage) { return apply(run, stage); }, pipeline.stages[i]);
+        auto done = std::visit([&](const auto& stage) { return settle_and_apply(run, stage); }, pipeline.stages[i]);
         if (!done) return fail(at(done.error(), "/stages/" + std::to_string(i)));
     }
     if (auto done = settle(run); !done) return fail(done.error());

@@ -51,7 +51,7 @@ std::string repair_limit(const config::Stage& stage, int threads) {
                        seconds(1) - seconds(0));
 }
 
-bool changes_topology(const config::Stage& stage) {
+bool asks_for_elements(const config::Stage& stage) {
     return std::visit(
         []<class S>(const S&) { return std::is_same_v<S, config::Remesh> || std::is_same_v<S, config::Split>; }, stage);
 }
@@ -87,7 +87,7 @@ std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, in
         text += row(fmt::format("stage {}", i + 1), parts.stages[i]);
         if (const auto limit = repair_limit(pipeline.stages[i], threads); !limit.empty())
             text += row("  repair ends after", limit);
-        if (changes_topology(pipeline.stages[i]))
+        if (asks_for_elements(pipeline.stages[i]))
             text +=
                 row("  not counted below", "what it makes: some 200 bytes for each element that the metric asks for");
     }

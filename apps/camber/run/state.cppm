@@ -75,7 +75,8 @@ struct Unplanned {
     std::optional<Validation<D>> validation;
 };
 
-/// Whence a mesh has the nodes that stages begin with.
+/// Whence a mesh has the nodes that stages begin with: straight ones, or curves that it was read with or got by passes
+/// that changed it.
 enum class NodesOf : std::uint8_t { elevation, file };
 
 /// A mesh of degree 2, and what is planned for it.
@@ -108,7 +109,7 @@ struct Corrected {
 template <int D>
 using History = std::variant<Uncorrected<D>, Corrected<D>>;
 
-/// A straight mesh between two passes that change it, and what it is brought to.
+/// A mesh between two passes that change it, and what it is brought to.
 template <int D>
 struct Changing {
     Remeshing<D> mesh;

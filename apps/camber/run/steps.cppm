@@ -47,15 +47,19 @@ template <int D>
 [[nodiscard]] Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh,
                                                      const EdgeSet<D>& edges);
 
-/// The field of the config's metric on a straight mesh, and what was told of it. Errors: as of make_field.
+/// The field of the config's metric on the mesh itself, straight or with its curves, and what was told of it. Errors:
+/// as of make_field.
 template <int D>
-struct StraightField {
+struct OwnField {
     BackMesh<D> back;
     MetricReport report;
 };
 template <int D>
-[[nodiscard]] Outcome<StraightField<D>> make_straight_field(Runner<D>& run, const LinearMesh<D>& mesh,
-                                                            const EdgeSet<D>& edges, const Boundary<D>& boundary);
+[[nodiscard]] Outcome<OwnField<D>> make_own_field(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                  const Boundary<D>& boundary);
+template <int D>
+[[nodiscard]] Outcome<OwnField<D>> make_own_field(Runner<D>& run, const QuadraticMesh<D>& mesh,
+                                                  const Boundary<D>& boundary);
 
 /// A mesh that passes have changed becomes one as any other; nothing where none has.
 template <int D>

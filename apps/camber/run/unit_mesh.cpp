@@ -11,6 +11,7 @@ module;
 #include <nlohmann/json.hpp>
 module camber.run;
 import camber.core;
+import camber.bezier;
 import camber.metric;
 import :histogram;
 import :report;
@@ -79,6 +80,24 @@ Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>&
     return out;
 }
 
+template <int D>
+Outcome<UnitMesh> measure_unit_mesh(const QuadraticMesh<D>& mesh, const Column<LogMetric<D>>& log_metrics,
+                                    std::string metric, const Execution& execution) {
+    const auto lengths = map_each(part_of(execution, 0, 0.5), mesh.edges.size(), [&](std::size_t e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        return edge_length<D>(log_metrics[a], log_metrics[b], edge_of(mesh, EdgeId(e)));
+    });
+    if (!lengths) return fail(lengths.error());
+    const auto qualities = map_each(part_of(execution, 0.5, 1), mesh.linear.elements.size(), [&](std::size_t e) {
+        const auto element = element_in_metric<D>(mesh, log_metrics.view(), ElementId(e));
+        return curved_quality<D>(element.nodes, element_metric<D>(element.metrics)).mean;
+    });
+    if (!qualities) return fail(qualities.error());
+    UnitMesh out{{}, {lengths->begin(), lengths->end()}, {qualities->begin(), qualities->end()}};
+    out.report = unit_mesh_report(std::move(metric), out.lengths, out.qualities);
+    return out;
+}
+
 std::vector<Histogram> histograms_of(const UnitMesh& measured, const std::string& series) {
     const auto histogram = [&](Quantity quantity, const std::vector<double>& values) {
         auto limits = limits_of(quantity);
@@ -124,5 +143,9 @@ template Outcome<UnitMesh> measure_unit_mesh<2>(const LinearMesh<2>&, const Edge
                                                 std::string, const Execution&);
 template Outcome<UnitMesh> measure_unit_mesh<3>(const LinearMesh<3>&, const EdgeSet<3>&, const Column<LogMetric<3>>&,
                                                 std::string, const Execution&);
+template Outcome<UnitMesh> measure_unit_mesh<2>(const QuadraticMesh<2>&, const Column<LogMetric<2>>&, std::string,
+                                                const Execution&);
+template Outcome<UnitMesh> measure_unit_mesh<3>(const QuadraticMesh<3>&, const Column<LogMetric<3>>&, std::string,
+                                                const Execution&);
 
 }  // namespace camber::run

@@ -28,6 +28,11 @@ template <int D>
                                                   const Column<LogMetric<D>>& log_metrics, std::string metric,
                                                   const Execution& execution);
 
+/// Of a mesh of degree 2: along its curves, and by the mean distortion of its elements.
+template <int D>
+[[nodiscard]] Outcome<UnitMesh> measure_unit_mesh(const QuadraticMesh<D>& mesh, const Column<LogMetric<D>>& log_metrics,
+                                                  std::string metric, const Execution& execution);
+
 /// Its histograms, by one series of that name each.
 [[nodiscard]] std::vector<Histogram> histograms_of(const UnitMesh& measured, const std::string& series);
 

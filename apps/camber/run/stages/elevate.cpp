@@ -13,7 +13,6 @@ namespace camber::run {
 
 template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Elevate& options) {
-    if (auto done = settle(run); !done) return done;
     auto mesh =
         run.step_of(options, [&](const Execution& e) { return elevate(std::get<LinearMesh<D>>(run.state.mesh), e); });
     if (!mesh) return fail(mesh.error());

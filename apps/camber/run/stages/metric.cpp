@@ -101,6 +101,25 @@ Outcome<MadeField<D>> straight_field(MetricInput<D> input, const config::Pipelin
     return MadeField<D>{std::move(*back), {}, {}, std::move(field->report), std::move(field->notices)};
 }
 
+/// The field of a mesh as it is, with its curves.
+template <int D>
+Outcome<MadeField<D>> curved_field(MetricInput<D> input, const QuadraticMesh<D>& mesh, const config::Pipeline& config,
+                                   const Execution& execution) {
+    const auto around = balls(mesh.linear, part_of(execution, 0, 0.1));
+    if (!around) return fail(around.error());
+    if (asks_for_natural(input, config)) {
+        auto natural = curved_natural_log_metrics(mesh, *around, part_of(execution, 0.1, 0.5));
+        if (!natural) return fail(natural.error());
+        input.natural = std::move(natural->curved);
+    }
+    auto field = field_of<D>(input, config, part_of(execution, 0.5, 0.65));
+    if (!field) return fail(field.error());
+    auto back = make_curved_back_mesh(mesh, *around, std::move(field->log_metrics), part_of(execution, 0.65, 1),
+                                      KeptGradients::recovered);
+    if (!back) return fail(back.error());
+    return MadeField<D>{std::move(*back), {}, {}, std::move(field->report), std::move(field->notices)};
+}
+
 /// The field of the mesh with its curves, and the metric of the one with straight edges.
 template <int D>
 struct BothFields {
@@ -182,18 +201,31 @@ MetricInput<D> metric_input(const Runner<D>& run, const LinearMesh<D>& mesh, con
             run.state.inherited ? &*run.state.inherited : nullptr};
 }
 
-}  // namespace
-
 template <int D>
-Outcome<StraightField<D>> make_straight_field(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                              const Boundary<D>& boundary) {
-    auto made = run.step("metric", [&](const Execution& e) {
-        return straight_field<D>(metric_input(run, mesh, edges, boundary), run.config, e);
-    });
+Outcome<OwnField<D>> told(Runner<D>& run, Outcome<MadeField<D>> made) {
     if (!made) return fail(made.error());
     run.tell(made->report);
     run.tell(made->notices);
-    return StraightField<D>{std::move(made->back), std::move(made->report)};
+    return OwnField<D>{std::move(made->back), std::move(made->report)};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<OwnField<D>> make_own_field(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                    const Boundary<D>& boundary) {
+    auto made = run.step("metric", [&](const Execution& e) {
+        return straight_field<D>(metric_input(run, mesh, edges, boundary), run.config, e);
+    });
+    return told(run, std::move(made));
+}
+
+template <int D>
+Outcome<OwnField<D>> make_own_field(Runner<D>& run, const QuadraticMesh<D>& mesh, const Boundary<D>& boundary) {
+    auto made = run.step("metric", [&](const Execution& e) {
+        return curved_field<D>(metric_input(run, mesh.linear, mesh.edges, boundary), mesh, run.config, e);
+    });
+    return told(run, std::move(made));
 }
 
 template <int D>
@@ -215,10 +247,12 @@ Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, C
     return input;
 }
 
-template Outcome<StraightField<2>> make_straight_field<2>(Runner<2>&, const LinearMesh<2>&, const EdgeSet<2>&,
-                                                          const Boundary<2>&);
-template Outcome<StraightField<3>> make_straight_field<3>(Runner<3>&, const LinearMesh<3>&, const EdgeSet<3>&,
-                                                          const Boundary<3>&);
+template Outcome<OwnField<2>> make_own_field<2>(Runner<2>&, const LinearMesh<2>&, const EdgeSet<2>&,
+                                                const Boundary<2>&);
+template Outcome<OwnField<3>> make_own_field<3>(Runner<3>&, const LinearMesh<3>&, const EdgeSet<3>&,
+                                                const Boundary<3>&);
+template Outcome<OwnField<2>> make_own_field<2>(Runner<2>&, const QuadraticMesh<2>&, const Boundary<2>&);
+template Outcome<OwnField<3>> make_own_field<3>(Runner<3>&, const QuadraticMesh<3>&, const Boundary<3>&);
 template Outcome<CurveInput<2>> make_field<2>(Runner<2>&, const Boundary<2>&, CurveInput<2>, CurvingAim);
 template Outcome<CurveInput<3>> make_field<3>(Runner<3>&, const Boundary<3>&, CurveInput<3>, CurvingAim);
 

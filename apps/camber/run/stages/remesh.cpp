@@ -27,25 +27,48 @@ namespace camber::run {
 
 namespace {
 
-/// A straight mesh as passes take it, and how near to unit it is.
+/// A mesh as passes take it, and how near to unit it is.
 template <int D>
 struct Begun {
     Remeshing<D> mesh;
     UnitMesh measured;
 };
+
+template <int D>
+std::vector<VertexId> corners_of(const Features<D>& features) {
+    std::vector<VertexId> corners;
+    for (std::size_t v = 0; v < features.vertex_kinds.size(); ++v)
+        if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
+    return corners;
+}
+template <int D>
+Outcome<Column<LogMetric<D>>> log_metrics_of(const Remeshing<D>& r, const Execution& execution) {
+    auto logs = map_each(execution, r.metrics.size(), [&](std::size_t v) { return r.metrics[v].log_metric; });
+    if (!logs) return fail(logs.error());
+    return Column<LogMetric<D>>(std::move(*logs));
+}
+
 template <int D>
 Outcome<Begun<D>> begun(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
                         const RemeshingGoal<D>& goal, const std::string& metric, const Execution& execution) {
-    std::vector<VertexId> corners;
-    for (std::size_t v = 0; v < mesh.points.size(); ++v)
-        if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
+    const auto corners = corners_of(features);
     auto made = begin_remeshing(mesh, edges, {features.edge_kinds.view(), corners}, goal, part_of(execution, 0, 0.6));
     if (!made) return fail(made.error());
-    auto logs = map_each(without_progress(execution), mesh.points.size(),
-                         [&](std::size_t v) { return made->metrics[v].log_metric; });
+    auto logs = log_metrics_of(*made, without_progress(execution));
     if (!logs) return fail(logs.error());
-    auto measured =
-        measure_unit_mesh(mesh, edges, Column<LogMetric<D>>(std::move(*logs)), metric, part_of(execution, 0.6, 1));
+    auto measured = measure_unit_mesh(mesh, edges, *logs, metric, part_of(execution, 0.6, 1));
+    if (!measured) return fail(measured.error());
+    return Begun<D>{std::move(*made), std::move(*measured)};
+}
+template <int D>
+Outcome<Begun<D>> begun(const QuadraticMesh<D>& mesh, const Features<D>& features, const RemeshingGoal<D>& goal,
+                        const std::string& metric, const Execution& execution) {
+    const auto corners = corners_of(features);
+    auto made = begin_remeshing(mesh, {features.edge_kinds.view(), corners}, goal, part_of(execution, 0, 0.6));
+    if (!made) return fail(made.error());
+    auto logs = log_metrics_of(*made, without_progress(execution));
+    if (!logs) return fail(logs.error());
+    auto measured = measure_unit_mesh(mesh, *logs, metric, part_of(execution, 0.6, 1));
     if (!measured) return fail(measured.error());
     return Begun<D>{std::move(*made), std::move(*measured)};
 }
@@ -60,27 +83,45 @@ Outcome<Done> check_complexity(double complexity, int dimension) {
         {}, "make it coarser: metric_operations bound or complexity");
 }
 
-/// The state's straight mesh becomes one that changes: its boundary is described and its field made first.
+/// The run goes on with a mesh that changes. `begin`: of the goal and the name of its metric.
+template <int D, class Begin>
+Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, Geometry<D> geometry, Begin&& begin) {
+    if (auto bearable = check_complexity(field.report.complexity, D); !bearable) return fail(bearable.error());
+    RemeshingGoal<D> goal{std::move(field.back), std::move(geometry)};
+    auto made = run.step("topology", [&](const Execution& e) { return begin(goal, field.report.source, e); });
+    if (!made) return fail(made.error());
+    run.tell(BeginsChangingReport{made->measured.report});
+    run.state.mesh = Changing<D>{std::move(made->mesh), std::move(goal), std::move(field.report),
+                                 histograms_of(made->measured, "given")};
+    return Done{};
+}
+
+/// The state's mesh becomes one that changes: its boundary is described and its field made first.
 template <int D>
-Outcome<Done> begin_changing(Runner<D>& run) {
-    if (std::holds_alternative<Changing<D>>(run.state.mesh)) return Done{};
-    const LinearMesh<D>& mesh = std::get<LinearMesh<D>>(run.state.mesh);
+Outcome<Done> begin_changing(Runner<D>& run, LinearMesh<D> mesh) {
     const auto edges = run.step("edges", [&](const Execution& e) { return unique_edges(mesh, e); });
     if (!edges) return fail(edges.error());
     auto boundary = describe_boundary(run, mesh, *edges);
     if (!boundary) return fail(boundary.error());
-    auto field = make_straight_field(run, mesh, *edges, *boundary);
+    auto field = make_own_field(run, mesh, *edges, *boundary);
     if (!field) return fail(field.error());
-    if (auto bearable = check_complexity(field->report.complexity, D); !bearable) return fail(bearable.error());
-    RemeshingGoal<D> goal{std::move(field->back), std::move(boundary->geometry)};
-    auto made = run.step("topology", [&](const Execution& e) {
-        return begun(mesh, *edges, boundary->features, goal, field->report.source, e);
-    });
-    if (!made) return fail(made.error());
-    run.tell(BeginsChangingReport{made->measured.report});
-    run.state.mesh = Changing<D>{std::move(made->mesh), std::move(goal), std::move(field->report),
-                                 histograms_of(made->measured, "given")};
-    return Done{};
+    return go_on_with(run, std::move(*field), std::move(boundary->geometry),
+                      [&](const auto&... of) { return begun(mesh, *edges, boundary->features, of...); });
+}
+template <int D>
+Outcome<Done> begin_changing(Runner<D>& run, QuadraticMesh<D> mesh) {
+    auto boundary = describe_boundary(run, mesh.linear, mesh.edges);
+    if (!boundary) return fail(boundary.error());
+    auto field = make_own_field(run, mesh, *boundary);
+    if (!field) return fail(field.error());
+    return go_on_with(run, std::move(*field), std::move(boundary->geometry),
+                      [&](const auto&... of) { return begun(mesh, boundary->features, of...); });
+}
+template <int D>
+Outcome<Done> begin_changing(Runner<D>& run) {
+    if (std::holds_alternative<Changing<D>>(run.state.mesh)) return Done{};
+    if (auto* const straight = std::get_if<LinearMesh<D>>(&run.state.mesh)) return begin_changing(run, *straight);
+    return begin_changing(run, run.quadratic().mesh);
 }
 
 PassReport pass_report(std::string_view name, const PassStatistics& s, double seconds) {

@@ -28,8 +28,12 @@ Outcome<Done> settle(Runner<D>& run) {
     auto made = run.step("settle", [&](const Execution& e) -> Outcome<SettledMesh<D>> {
         auto mesh = settled(changing->mesh, part_of(e, 0, 0.6));
         if (!mesh) return mesh;
-        auto in_metric = measure_unit_mesh(mesh->compact.mesh, mesh->compact.edges, mesh->log_metrics,
-                                           changing->metric.source, part_of(e, 0.6, 1));
+        const auto& [linear, edges, nodes, maps] = mesh->compact;
+        const Execution rest = part_of(e, 0.6, 1);
+        auto in_metric = nodes.empty()
+                             ? measure_unit_mesh(linear, edges, mesh->log_metrics, changing->metric.source, rest)
+                             : measure_unit_mesh(QuadraticMesh<D>{linear, edges, nodes}, mesh->log_metrics,
+                                                 changing->metric.source, rest);
         if (!in_metric) return fail(in_metric.error());
         measured = std::move(*in_metric);
         return mesh;
@@ -42,7 +46,11 @@ Outcome<Done> settle(Runner<D>& run) {
     run.state.inherited =
         Inherited<D>{std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric)};
     run.state.given_points = made->compact.mesh.points;
-    run.state.mesh = std::move(made->compact.mesh);
+    auto& [linear, edges, nodes, maps] = made->compact;
+    if (nodes.empty())
+        run.state.mesh = std::move(linear);
+    else
+        run.state.mesh = Quadratic<D>{{std::move(linear), std::move(edges), std::move(nodes)}, NodesOf::file, {}};
     return Done{};
 }
 
