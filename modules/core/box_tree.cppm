@@ -59,6 +59,13 @@ class BoxTree {
         if (!nodes_.empty()) visit_containing(0, p, visit);
     }
 
+    /// visit(item) for each item whose box meets the box (touching is meeting), and for a few whose box is near, in no
+    /// particular but a fixed order.
+    template <class Visit>
+    void meeting(const Box<D>& box, Visit&& visit) const {
+        if (!nodes_.empty()) visit_meeting(0, box, visit);
+    }
+
   private:
     static constexpr std::size_t leaf_size = 4;
     struct Node {
@@ -122,6 +129,18 @@ class BoxTree {
         }
         visit_containing(node.left, p, visit);
         visit_containing(node.right, p, visit);
+    }
+
+    template <class Visit>
+    void visit_meeting(std::uint32_t at, const Box<D>& box, Visit& visit) const {
+        const Node& node = nodes_[at];
+        if (!node.box.meets(box)) return;
+        if (node.right == 0) {
+            for (std::uint32_t i = node.begin; i < node.end; ++i) visit(std::size_t{order_[i]});
+            return;
+        }
+        visit_meeting(node.left, box, visit);
+        visit_meeting(node.right, box, visit);
     }
 
     Column<std::uint32_t> order_;

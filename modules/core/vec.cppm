@@ -136,6 +136,12 @@ struct Box {
             if (p[i] < low[i] || p[i] > high[i]) return false;
         return true;
     }
+    /// The boxes have a point in common.
+    [[nodiscard]] constexpr bool meets(const Box& b) const {
+        for (int i = 0; i < D; ++i)
+            if (b.high[i] < low[i] || b.low[i] > high[i]) return false;
+        return true;
+    }
     /// Squared distance from p to the box; 0 inside.
     [[nodiscard]] constexpr double distance_squared(const Vec<D>& p) const {
         double s = 0;

@@ -1,0 +1,11 @@
+/// Walls that pass through each other: whether two P2 facets cross, all pairs of a mesh's facets that do, and a grid of
+/// facets that come and go.
+export module camber.crossing;
+export import :facet;
+export import :pair;
+export import :facet_grid;
+export import :crossings;
+import :net;
+import :separation;
+import :graph;
+import :transversal;

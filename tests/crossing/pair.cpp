@@ -1,0 +1,220 @@
+// Two facets: pairs of known kind, what does not change the answer, and the limits of rounding.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+
+#include "facets.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.crossing;
+
+using namespace camber;
+using camber::testing::property;
+using namespace camber::testing;
+
+namespace {
+
+std::uint64_t seed() { return *rc::gen::arbitrary<std::uint64_t>(); }
+
+/// Unit normal of the straight facet.
+Vec<2> normal_of(const NodalFacet<2>& f) {
+    const Vec<2> along = f.nodes[1] - f.nodes[0];
+    return normalised(Vec<2>{{-along[1], along[0]}});
+}
+Vec<3> normal_of(const NodalFacet<3>& f) {
+    return normalised(cross(f.nodes[1] - f.nodes[0], f.nodes[2] - f.nodes[0]));
+}
+
+/// A facet that goes through the other's place xi, there across it: with that place as its own at eta.
+template <int D>
+NodalFacet<D> through(const NodalFacet<D>& other, const Barycentric<D - 1>& xi, Engine& engine) {
+    const auto curve = bezier_of(other);
+    const auto slopes = curve.derivatives(xi);
+    NodalFacet<D> facet = random_facet<D>(engine, 0.2);
+    const auto eta = random_place<D>(engine);
+    const Vec<D> move = curve.point(xi) - bezier_of(facet).point(eta);
+    facet = mapped<D>(facet, [&](const Vec<D>& p) { return p + move; });
+    // What is nearly tangent or degenerate is another law's.
+    const auto own = bezier_of(facet).derivatives(eta);
+    bool across = true;
+    if constexpr (D == 2) {
+        across = std::abs(cross(normalised(slopes[0]), normalised(own[0]))) > 0.2;
+    } else {
+        const Vec<3> n = cross(slopes[0], slopes[1]), m = cross(own[0], own[1]);
+        across = norm(n) > 0.1 && norm(m) > 0.1 && norm(cross(normalised(n), normalised(m))) > 0.2;
+    }
+    RC_PRE(across);
+    for (const double x : xi) RC_PRE(x > 0.05);
+    for (const double x : eta) RC_PRE(x > 0.05);
+    return facet;
+}
+
+template <int D>
+void laws_of_pairs() {
+    const std::string d = D == 2 ? "2D " : "3D ";
+    property(d + "facets on two sides of a plane are clear", [] {
+        Engine engine(seed());
+        const Vec<D> n = normalised(random_vector<D>(engine));
+        RC_PRE(norm(n) > 0.5);
+        const auto beyond = [&](const NodalFacet<D>& f, double side) {
+            // Bézier points are within 3 of a node's size: so the shift puts all on one side.
+            double least = 1e300;
+            for (const Vec<D>& p : bezier_of(f).control) least = std::min(least, side * dot(n, p));
+            return mapped<D>(f, [&](const Vec<D>& p) { return p - (side * (least - 1e-9)) * n; });
+        };
+        const auto a = beyond(random_facet<D>(engine, 0.5), 1), b = beyond(random_facet<D>(engine, 0.5), -1);
+        RC_ASSERT(crossing_of(a, b) == Crossing::clear);
+        RC_ASSERT(crossing_of(b, a) == Crossing::clear);
+    });
+    property(d + "facets with an inner point in common, transversally, cross; so they do in any numbering", [] {
+        Engine engine(seed());
+        const NodalFacet<D> a = random_facet<D>(engine, 0.2);
+        const NodalFacet<D> b = through<D>(a, random_place<D>(engine), engine);
+        const int turn = *rc::gen::inRange(0, 3);
+        const bool mirrored = *rc::gen::arbitrary<bool>();
+        RC_ASSERT(crossing_of(a, b) == Crossing::crossing);
+        RC_ASSERT(crossing_of(renumbered(b, turn, mirrored), a) == Crossing::crossing);
+    });
+    property(d + "any two facets: told alike both ways round, and never against samples", [] {
+        Engine engine(seed());
+        const auto a = random_facet<D>(engine, 0.3), b = random_facet<D>(engine, 0.3);
+        const Crossing found = crossing_of(a, b);
+        RC_ASSERT(found != Crossing::undecided);
+        RC_ASSERT(crossing_of(b, a) == found);
+    });
+    property(d + "the unit of length changes nothing", [] {
+        Engine engine(seed());
+        const auto a = random_facet<D>(engine, 0.3), b = random_facet<D>(engine, 0.3);
+        const Crossing found = crossing_of(a, b);
+        for (const int power : {-190, -60, 60, 190}) {
+            const auto scaled = [&](const Vec<D>& p) { return p * std::ldexp(1.0, power); };
+            RC_ASSERT(crossing_of(mapped<D>(a, scaled), mapped<D>(b, scaled)) == found);
+        }
+    });
+    property(d + "details of 1e-6 at a distance of 1e6", [] {
+        Engine engine(seed());
+        const NodalFacet<D> a = random_facet<D>(engine, 0.2);
+        const NodalFacet<D> b = through<D>(a, random_place<D>(engine), engine);
+        Vec<D> far;
+        for (double& x : far.c) x = 1e6;
+        const auto moved = [&](const Vec<D>& p) { return p * 1e-6 + far; };
+        RC_ASSERT(crossing_of(mapped<D>(a, moved), mapped<D>(b, moved)) == Crossing::crossing);
+        const Vec<D> n = normal_of(a);
+        const auto beside = mapped<D>(a, [&](const Vec<D>& p) { return p + 0.1 * n; });
+        const Crossing near = crossing_of(a, beside);
+        RC_ASSERT(near != Crossing::undecided);
+        RC_ASSERT(crossing_of(mapped<D>(a, moved), mapped<D>(beside, moved)) == near);
+    });
+    property(d + "a gap of 1e-9 between flat facets", [] {
+        Engine engine(seed());
+        const NodalFacet<D> a = random_facet<D>(engine, 0);
+        const Vec<D> n = normal_of(a);
+        double spread = 1;
+        if constexpr (D == 3) spread = norm(cross(a.nodes[1] - a.nodes[0], a.nodes[2] - a.nodes[0]));
+        RC_PRE(spread > 0.05);
+        const auto b = mapped<D>(a, [&](const Vec<D>& p) { return p + 1e-9 * n; });
+        RC_ASSERT(crossing_of(a, b) == Crossing::clear);
+        RC_ASSERT(crossing_of(b, renumbered(a, 1, false)) == Crossing::clear);
+    });
+    property(d + "a facet is clear of its copy, and of itself where it is but gently bent", [] {
+        Engine engine(seed());
+        const NodalFacet<D> a = random_facet<D>(engine, 0.02);
+        RC_ASSERT(crossing_of(a, a) == Crossing::clear);
+        RC_ASSERT(crossing_of(a, renumbered(a, 1, true)) == Crossing::clear);
+        if constexpr (D == 3) RC_PRE(norm(cross(a.nodes[1] - a.nodes[0], a.nodes[2] - a.nodes[0])) > 0.5);
+        RC_ASSERT(crossing_of_itself(a) == Crossing::clear);
+    });
+}
+
+/// A parabola that starts at v along t and bends towards n.
+NodalFacet<2> branch(const Vec<2>& v, const Vec<2>& t, const Vec<2>& n, double bend) {
+    return {{v, v + t + bend * n, v + 0.5 * t + 0.25 * bend * n}};
+}
+
+}  // namespace
+
+TEST_CASE("pairs in the plane") { laws_of_pairs<2>(); }
+TEST_CASE("pairs in space") { laws_of_pairs<3>(); }
+
+TEST_CASE("common vertices in the plane") {
+    property("a smooth curve cut anywhere is clear of itself; a corner too", [] {
+        Engine engine(seed());
+        const Vec<2> v = random_vector<2>(engine), t = random_vector<2>(engine);
+        RC_PRE(norm(t) > 0.1);
+        const Vec<2> n{{-t[1], t[0]}};
+        const auto a = branch(v, t, n, uniform(engine, -2, 2));
+        const auto b = branch(v, t * -uniform(engine, 0.01, 3), n, uniform(engine, -2, 2));
+        RC_ASSERT(crossing_of(a, b) == Crossing::clear);
+        const double turn = uniform(engine, 0.05, 3);
+        const Vec<2> u = std::cos(turn) * t + std::sin(turn) * n;
+        RC_ASSERT(crossing_of(a, branch(v, u, Vec<2>{{-u[1], u[0]}}, 0)) != Crossing::undecided);
+    });
+    property("two curves from one vertex that meet again cross", [] {
+        Engine engine(seed());
+        // y = x (1 − x) and y = s x, s in (0, 0.9): they meet at x = 1 − s.
+        const double s = uniform(engine, 0.05, 0.9);
+        const NodalFacet<2> parabola{{Vec<2>{{0, 0}}, Vec<2>{{1, 0}}, Vec<2>{{0.5, 0.25}}}};
+        RC_ASSERT(crossing_of(parabola, straight_facet<2>({Vec<2>{{0, 0}}, Vec<2>{{1, s}}})) == Crossing::crossing);
+        RC_ASSERT(crossing_of(parabola, straight_facet<2>({Vec<2>{{0, 0}}, Vec<2>{{1, -s}}})) == Crossing::clear);
+        RC_ASSERT(crossing_of(parabola, straight_facet<2>({Vec<2>{{0, 0}}, Vec<2>{{1, 1 + s}}})) == Crossing::clear);
+    });
+    SUBCASE("a lens: two curves between the same vertices") {
+        const Vec<2> a{{0, 0}}, b{{1, 0}};
+        const NodalFacet<2> upper{{a, b, Vec<2>{{0.5, 0.1}}}}, lower{{b, a, Vec<2>{{0.5, -0.1}}}};
+        CHECK(crossing_of(upper, lower) == Crossing::clear);
+        CHECK(crossing_of(upper, NodalFacet<2>{{a, b, Vec<2>{{0.5, 0.1 + 1e-3}}}}) == Crossing::clear);
+    }
+    SUBCASE("curves that touch with one tangent are never said to be clear or to cross") {
+        const NodalFacet<2> up{{Vec<2>{{-1, 1}}, Vec<2>{{1, 1}}, Vec<2>{{0, 0}}}};
+        const NodalFacet<2> down{{Vec<2>{{-1, -1}}, Vec<2>{{1, -1}}, Vec<2>{{0, 0}}}};
+        CHECK(crossing_of(up, down) == Crossing::undecided);
+        CHECK(crossing_of(up, mapped<2>(down, [](const Vec<2>& p) { return p - Vec<2>{{0, 1e-9}}; })) ==
+              Crossing::clear);
+        CHECK(crossing_of(up, mapped<2>(down, [](const Vec<2>& p) { return p + Vec<2>{{0, 1e-5}}; })) ==
+              Crossing::crossing);
+    }
+}
+
+TEST_CASE("degenerate facets") {
+    const Vec<3> o{}, x{{1, 0, 0}}, y{{0, 1, 0}}, z{{0, 0, 1}};
+    const auto flat = straight_facet<3>({o, x, y});
+    SUBCASE("no area, and all at one place: never clear of what they touch, clear of what is far") {
+        const auto line = straight_facet<3>({x * 0.2 + y * 0.2 - z, x * 0.2 + y * 0.2 + z, x * 0.2 + y * 0.2});
+        CHECK(crossing_of(flat, line) != Crossing::clear);
+        const auto point = straight_facet<3>({z, z, z});
+        CHECK(crossing_of(flat, point) == Crossing::clear);
+        CHECK(crossing_of(point, point) == Crossing::clear);
+        CHECK(crossing_of_itself(point) == Crossing::undecided);
+    }
+    SUBCASE("a vertex on the other's face, an edge along it: undecided") {
+        CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, z, x + z})) == Crossing::undecided);
+    }
+    SUBCASE("coplanar facets that overlap are not clear; that are apart are") {
+        CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, x + y, x})) != Crossing::clear);
+        CHECK(crossing_of(flat, straight_facet<3>({x + y * 0.5, x + y, x * 0.5 + y})) == Crossing::clear);
+    }
+    SUBCASE("a common edge, folded by any angle but 0") {
+        for (const double angle : {1e-6, 1e-3, 0.1, 1.0, 2.0, 3.1})
+            CHECK(crossing_of(flat, straight_facet<3>({x, o, x + std::cos(angle) * y + std::sin(angle) * z})) ==
+                  Crossing::clear);
+        CHECK(crossing_of(flat, straight_facet<3>({x, o, x + y})) != Crossing::clear);
+    }
+    SUBCASE("nodes that are not finite") {
+        auto broken = flat;
+        broken.nodes[4][1] = std::numeric_limits<double>::quiet_NaN();
+        CHECK(crossing_of(flat, broken) == Crossing::undecided);
+        CHECK(crossing_of_itself(broken) == Crossing::undecided);
+    }
+    SUBCASE("a triangle whose corner is bent back through it crosses itself") {
+        // The tip is put under the sheet and curls up through it.
+        NodalFacet<3> curl = straight_facet<3>({Vec<3>{{-1, 0, 0}}, Vec<3>{{1, 0, 0}}, Vec<3>{{0, 0.2, -0.3}}});
+        curl.nodes[4] = {{0.6, 1.2, 0.5}};
+        curl.nodes[5] = {{-0.6, 1.2, 0.5}};
+        CHECK(crossing_of_itself(curl) != Crossing::undecided);
+    }
+}

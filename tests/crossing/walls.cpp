@@ -1,0 +1,157 @@
+// Whole walls: smooth ones are clear of themselves, those that bow through each other are found.
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "facets.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.crossing;
+
+using namespace camber;
+using camber::testing::property;
+using namespace camber::testing;
+
+namespace {
+
+/// A surface of triangles (a curve of edges) with its mid nodes put where `place` puts the middles of chords.
+template <int D, class Place>
+QuadraticMesh<D> wall_of(std::vector<Vec<D>> points, std::vector<SimplexVertices<D - 1>> facets, Place&& place) {
+    LinearMesh<D> mesh;
+    mesh.points = Buffer<Vec<D>>(points.begin(), points.end());
+    mesh.point_references = Buffer<Reference>(points.size(), 0);
+    mesh.facets.references = Buffer<Reference>(facets.size(), 1);
+    mesh.facets.vertices = Buffer<SimplexVertices<D - 1>>(facets.begin(), facets.end());
+    auto curved = elevate(std::move(mesh), Execution{});
+    REQUIRE(curved.has_value());
+    Buffer<LagrangeNode<D>> nodes = take(std::move(curved->mid_nodes));
+    for (LagrangeNode<D>& node : nodes) node.point = place(node.point);
+    curved->mid_nodes = std::move(nodes);
+    return std::move(*curved);
+}
+
+Vec<3> on_torus(const Vec<3>& p) {
+    const double r = std::hypot(p[0], p[1]);
+    const Vec<3> ring{{2 * p[0] / r, 2 * p[1] / r, 0}};
+    return ring + 0.7 * normalised(p - ring);
+}
+
+/// A lattice of n × m cells over the torus, its points moved by up to `jitter` cells.
+QuadraticMesh<3> torus(std::size_t n, std::size_t m, double jitter, Engine& engine) {
+    std::vector<Vec<3>> points;
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t j = 0; j < m; ++j) {
+            const auto angle = [&](std::size_t k, std::size_t of) {
+                return 2 * std::numbers::pi * (static_cast<double>(k) + uniform(engine, -jitter, jitter)) /
+                       static_cast<double>(of);
+            };
+            const double u = angle(i, n), v = angle(j, m);
+            const double r = 2 + 0.7 * std::cos(v);
+            points.push_back({{r * std::cos(u), r * std::sin(u), 0.7 * std::sin(v)}});
+        }
+    std::vector<SimplexVertices<2>> facets;
+    const auto at = [&](std::size_t i, std::size_t j) { return VertexId(i % n * m + j % m); };
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t j = 0; j < m; ++j) {
+            facets.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+            facets.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+        }
+    return wall_of<3>(points, facets, on_torus);
+}
+
+/// Two coaxial cylinders' strips in one mesh, radius 1 and `outer`, cut into n and m chords around: nodes on the circles.
+QuadraticMesh<2> circles(std::size_t n, double inner, std::size_t m, double outer, double turn) {
+    std::vector<Vec<2>> points;
+    std::vector<SimplexVertices<1>> facets;
+    const auto add = [&](std::size_t count, double r, double from) {
+        const std::size_t first = points.size();
+        for (std::size_t i = 0; i < count; ++i) {
+            const double t = from + 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(count);
+            points.push_back({{r * std::cos(t), r * std::sin(t)}});
+            facets.push_back({VertexId(first + i), VertexId(first + (i + 1) % count)});
+        }
+    };
+    add(n, inner, 0);
+    add(m, outer, turn);
+    const double middle = (inner + outer) / 2;
+    return wall_of<2>(points, facets, [=](const Vec<2>& p) {
+        // A chord of few is nearer to the inner circle by its middle: told by the larger count's circle.
+        const bool of_outer = norm(p) > middle * std::cos(std::numbers::pi / static_cast<double>(m));
+        return normalised(p) * (of_outer ? outer : inner);
+    });
+}
+
+Crossings crossings_of(const auto& mesh, int threads = 1) {
+    auto found = find_crossings(mesh, Execution{.threads = threads});
+    REQUIRE(found.has_value());
+    return *found;
+}
+
+}  // namespace
+
+TEST_CASE("smooth walls are clear of themselves") {
+    property("a torus", [] {
+        Engine engine(*rc::gen::arbitrary<std::uint64_t>());
+        const auto n = static_cast<std::size_t>(*rc::gen::inRange(8, 30));
+        const auto m = static_cast<std::size_t>(*rc::gen::inRange(8, 20));
+        const auto mesh = torus(n, m, 0.25, engine);
+        const Crossings found = crossings_of(mesh);
+        RC_ASSERT(found.pairs >= 6 * n * m);
+        RC_ASSERT(found.crossing == 0U);
+        RC_ASSERT(found.undecided == 0U);
+    }, {.count = 20});
+    property("circles", [] {
+        const auto n = static_cast<std::size_t>(*rc::gen::inRange(5, 60));
+        const Crossings found = crossings_of(circles(n, 1, 2 * n, 2, 0.1));
+        RC_ASSERT(found.all_clear());
+    }, {.count = 20});
+}
+
+TEST_CASE("thin layers of long facets") {
+    // Strips of the torus stretched by 1000: the facets are needles.
+    Engine engine(1);
+    auto mesh = torus(12, 10, 0.2, engine);
+    const auto stretched = [](Vec<3> p) { return Vec<3>{{p[0], p[1], 1000 * p[2]}}; };
+    Buffer<Vec<3>> points = take(std::move(mesh.linear.points));
+    for (Vec<3>& p : points) p = stretched(p);
+    mesh.linear.points = std::move(points);
+    Buffer<LagrangeNode<3>> nodes = take(std::move(mesh.mid_nodes));
+    for (auto& node : nodes) node.point = stretched(node.point);
+    mesh.mid_nodes = std::move(nodes);
+    CHECK(crossings_of(mesh).all_clear());
+}
+
+TEST_CASE("walls that bow through each other") {
+    property("circles of few chords and of many: crossing as soon as radii say so, and told by pairs", [] {
+        const std::size_t n = 8;
+        // Chords of the outer one reach down to outer · cos(π/n); its nodes are pushed to the inner side.
+        auto mesh = circles(n, 1, n, 1.2, 0.3);
+        CHECK(crossings_of(mesh).all_clear());
+        const auto k = static_cast<std::size_t>(*rc::gen::inRange(0, int(n)));
+        const EdgeId edge = mesh.edges.of_facets[n + k][0];
+        Buffer<LagrangeNode<2>> nodes = take(std::move(mesh.mid_nodes));
+        nodes[edge.index()].point = nodes[edge.index()].point * (0.9 / 1.2);
+        mesh.mid_nodes = std::move(nodes);
+        const Crossings found = crossings_of(mesh);
+        RC_ASSERT(found.crossing >= 1U);
+        RC_ASSERT(found.undecided == 0U);
+        for (const FacetCrossing& pair : found.found) {
+            RC_ASSERT(pair.first.index() < n);
+            RC_ASSERT(pair.second.index() == n + k);
+        }
+    });
+    SUBCASE("the same for any number of threads") {
+        Engine engine(3);
+        auto mesh = torus(20, 16, 0.3, engine);
+        Buffer<LagrangeNode<3>> nodes = take(std::move(mesh.mid_nodes));
+        for (std::size_t i = 0; i < nodes.size(); i += 7) nodes[i].point = nodes[i].point * 0.6;
+        mesh.mid_nodes = std::move(nodes);
+        const Crossings found = crossings_of(mesh);
+        CHECK(found.crossing > 0);
+        CHECK(crossings_of(mesh, 2) == found);
+    }
+}
