@@ -20,10 +20,11 @@ struct Sheet {
 };
 
 /// dF/ds and dF/dt at the three corners, where the triangle is laid out with its edge from (−1, 0) to (1, 0) and its apex
-/// at (lean, ±1/stretch). dF is affine, so in between it is a mean of these.
+/// at (lean, ±1), all lengths along s and t then multiplied by numbers of our choice. dF is affine, so in between it is a
+/// mean of these.
 struct SheetSlopes {
     std::array<Vec<3>, 3> s{}, t{};
-    double stretch = 1;
+    double height = 1;  ///< what t is divided by
 };
 
 [[nodiscard]] inline SheetSlopes upright_slopes(const Sheet& sheet) {
@@ -51,41 +52,39 @@ struct SheetSlopes {
         slopes[k] = upright_slopes(sheets[k]);
         along += mean(slopes[k].s);
     }
-    along = along / static_cast<double>(n);
-    if (!(norm_squared(along) > 0)) return false;
-    const Vec<3> row_along = along / norm_squared(along);
+    const double length = norm(along) / static_cast<double>(n);
+    if (!(length > 0)) return false;
+    along = normalised(along);
     for (std::size_t k = 0; k < n; ++k) {
-        // Lean and stretch of each sheet are free: the layout's, not the facet's.
-        const double lean = std::clamp(dot(row_along, mean(slopes[k].t)), -1.0, 1.0);
+        const double lean = std::clamp(dot(along, mean(slopes[k].t)) / length, -1.0, 1.0);
         for (int i = 0; i < 3; ++i) slopes[k].t[i] -= lean * slopes[k].s[i];
         const Vec<3> t = mean(slopes[k].t);
-        const Vec<3> upright = t - dot(row_along, t) * along;
-        const double height = norm(upright);
-        if (!(height > 0)) return false;
-        slopes[k].stretch = 1 / height;
-        across += upright / height;
+        const Vec<3> upright = t - dot(along, t) * along;
+        slopes[k].height = norm(upright);
+        if (!(slopes[k].height > 0)) return false;
+        across += upright / slopes[k].height;
     }
     if (!(norm_squared(across) > 0)) return false;
-    const Vec<3> row_across = across / norm_squared(across);
+    across = normalised(across);
 
-    // What rounding does to a product of a row and a slope: a slope is a sum of at most six Bézier points.
-    const double blur_along = 16 * coordinate_blur * sum_of_sizes(row_along);
-    const double blur_across = 16 * coordinate_blur * sum_of_sizes(row_across);
     double shear = 0, twist = 0;
     for (std::size_t k = 0; k < n; ++k)
         for (int i = 0; i < 3; ++i) {
-            shear = std::max(shear, slopes[k].stretch * std::abs(dot(row_along, slopes[k].t[i])));
-            twist = std::max(twist, std::abs(dot(row_across, slopes[k].s[i])));
+            shear = std::max(shear, std::abs(dot(along, slopes[k].t[i])) / slopes[k].height);
+            twist = std::max(twist, std::abs(dot(across, slopes[k].s[i])) / length);
         }
-    const double weight = shear > 0 && twist > 0 ? std::clamp(shear / twist, 0x1p-10, 0x1p10) : 1.0;
+    const double weight = shear > 0 && twist > 0 ? std::clamp(shear / twist, 0x1p-20, 0x1p20) : 1.0;
+    // What rounding does to a product of a row and a slope: a slope is a sum of at most six Bézier points.
+    const double blur_along = 16 * coordinate_blur * sum_of_sizes(along);
+    const double blur_across = 16 * coordinate_blur * sum_of_sizes(across);
     for (std::size_t k = 0; k < n; ++k)
         for (int i = 0; i < 3; ++i) {
-            const double stretch = slopes[k].stretch;
-            const double a = dot(row_along, slopes[k].s[i]) - blur_along;
-            const double d = weight * stretch * (dot(row_across, slopes[k].t[i]) - blur_across);
-            const double b = std::abs(stretch * dot(row_along, slopes[k].t[i]) +
-                                      weight * dot(row_across, slopes[k].s[i])) +
-                             stretch * blur_along + weight * blur_across;
+            const double height = slopes[k].height;
+            const double a = (dot(along, slopes[k].s[i]) - blur_along) / length;
+            const double d = weight * ((dot(across, slopes[k].t[i]) - blur_across) / height);
+            const double b =
+                std::abs(dot(along, slopes[k].t[i]) / height + weight * (dot(across, slopes[k].s[i]) / length)) +
+                blur_along / height + weight * (blur_across / length);
             if (!(a > 0 && d > 0 && 4 * a * d > b * b * (1 + 0x1p-40))) return false;
         }
     return true;

@@ -78,4 +78,51 @@ Barycentric<D - 1> random_place(Engine& engine) {
     return xi;
 }
 
+/// Looks for a common point of two facets by Newton's method from places all over both: the least step solves
+/// F(ξ) − G(η) = 0 to first order. A second opinion that shares nothing with the search by pieces. What is found is
+/// inside both by more than `inset`, in barycentric coordinates.
+template <int D>
+bool newton_meets(const NodalFacet<D>& first, const NodalFacet<D>& second, double inset, Engine& engine,
+                  int starts = 60) {
+    constexpr int K = D - 1;
+    const auto f = bezier_of(first), g = bezier_of(second);
+    for (int start = 0; start < starts; ++start) {
+        auto xi = random_place<D>(engine), eta = random_place<D>(engine);
+        for (int i = 0; i < 30; ++i) {
+            const Vec<D> gap = f.point(xi) - g.point(eta);
+            if (norm(gap) < 1e-12) {
+                bool inside = true;
+                for (int k = 0; k <= K; ++k) inside = inside && xi[k] > inset && eta[k] > inset;
+                if (inside) return true;
+                break;
+            }
+            const auto a = f.derivatives(xi), b = g.derivatives(eta);
+            std::array<Vec<D>, D> normal{};  // J Jᵀ, by columns
+            for (int c = 0; c < D; ++c)
+                for (int k = 0; k < K; ++k) normal[c] += a[k] * a[k][c] + b[k] * b[k][c];
+            Vec<D> y;
+            const auto with = [&](int c) {
+                auto n = normal;
+                n[c] = gap;
+                return n;
+            };
+            for (int c = 0; c < D; ++c) {
+                const auto n = with(c);
+                if constexpr (D == 2)
+                    y[c] = det(n[0], n[1]) / det(normal[0], normal[1]);
+                else
+                    y[c] = det(n[0], n[1], n[2]) / det(normal[0], normal[1], normal[2]);
+            }
+            for (int k = 0; k < K; ++k) {
+                const double move_xi = dot(a[k], y), move_eta = dot(b[k], y);
+                xi[k + 1] -= move_xi;
+                xi[0] += move_xi;
+                eta[k + 1] += move_eta;
+                eta[0] -= move_eta;
+            }
+        }
+    }
+    return false;
+}
+
 }  // namespace camber::testing
