@@ -24,7 +24,6 @@ struct Sheet {
 /// mean of these.
 struct SheetSlopes {
     std::array<Vec<3>, 3> s{}, t{};
-    double height = 1;  ///< what t is divided by
 };
 
 [[nodiscard]] inline SheetSlopes upright_slopes(const Sheet& sheet) {
@@ -40,54 +39,92 @@ struct SheetSlopes {
 
 [[nodiscard]] inline Vec<3> mean(const std::array<Vec<3>, 3>& v) { return (v[0] + v[1] + v[2]) / 3.0; }
 
+/// What is left of v without its part along the unit vector n; v where n is 0.
+[[nodiscard]] inline Vec<3> seen_along(const Vec<3>& n, const Vec<3>& v) { return v - dot(n, v) * n; }
+
+/// The rows of A, and what they are weighed with.
+struct Layout {
+    Vec<3> along, across;
+    double length = 0, weight = 1;
+    std::array<double, 2> height{};
+    bool fits = false;
+};
+
+/// Chooses lengths, leans (which it takes off the slopes) and rows for the sheets as they are seen in the direction
+/// `view`; from nowhere if it is 0. What it chooses is good or bad, not right or wrong.
+[[nodiscard]] inline Layout laid_out(std::span<SheetSlopes> slopes, const Vec<3>& view) {
+    Layout out;
+    for (const SheetSlopes& d : slopes) out.along += seen_along(view, mean(d.s));
+    out.length = norm(out.along) / static_cast<double>(slopes.size());
+    if (!(out.length > 0)) return out;
+    out.along = normalised(out.along);
+    for (std::size_t k = 0; k < slopes.size(); ++k) {
+        SheetSlopes& d = slopes[k];
+        const double lean = std::clamp(dot(out.along, mean(d.t)) / out.length, -1.0, 1.0);
+        for (int i = 0; i < 3; ++i) d.t[i] -= lean * d.s[i];
+        const Vec<3> upright = seen_along(out.along, seen_along(view, mean(d.t)));
+        out.height[k] = norm(upright);
+        if (!(out.height[k] > 0)) return out;
+        out.across += upright / out.height[k];
+    }
+    if (!(norm_squared(out.across) > 0)) return out;
+    out.across = normalised(out.across);
+    double shear = 0, twist = 0;
+    for (std::size_t k = 0; k < slopes.size(); ++k)
+        for (int i = 0; i < 3; ++i) {
+            shear = std::max(shear, std::abs(dot(out.along, slopes[k].t[i])) / out.height[k]);
+            twist = std::max(twist, std::abs(dot(out.across, slopes[k].s[i])) / out.length);
+        }
+    if (shear > 0 && twist > 0) out.weight = std::clamp(shear / twist, 0x1p-20, 0x1p20);
+    out.fits = true;
+    return out;
+}
+
+/// A dF + (A dF)ᵀ is positive definite at all corners, rounding included: a slope is a sum of at most six Bézier points.
+[[nodiscard]] inline bool is_definite(std::span<const SheetSlopes> slopes, const Layout& layout) {
+    const auto& [along, across, length, weight, heights, fits] = layout;
+    const double blur_along = 16 * coordinate_blur * sum_of_sizes(along);
+    const double blur_across = 16 * coordinate_blur * sum_of_sizes(across);
+    for (std::size_t k = 0; k < slopes.size(); ++k)
+        for (int i = 0; i < 3; ++i) {
+            const Vec<3>& s = slopes[k].s[i];
+            const Vec<3>& t = slopes[k].t[i];
+            const double a = (dot(along, s) - blur_along) / length;
+            const double d = weight * ((dot(across, t) - blur_across) / heights[k]);
+            const double b = std::abs(dot(along, t) / heights[k] + weight * (dot(across, s) / length)) +
+                             blur_along / heights[k] + weight * (blur_across / length);
+            if (!(a > 0 && d > 0 && 4 * a * d > b * b * (1 + 0x1p-40))) return false;
+        }
+    return true;
+}
+
+/// The direction in which slopes differ most from their means: that in which the sheets are bent.
+[[nodiscard]] inline Vec<3> bent_direction(std::span<const SheetSlopes> slopes) {
+    Vec<3> most;
+    for (const SheetSlopes& d : slopes)
+        for (const auto& of : {d.s, d.t}) {
+            const Vec<3> middle = mean(of);
+            for (const Vec<3>& v : of)
+                if (norm_squared(v - middle) > norm_squared(most)) most = v - middle;
+        }
+    return normalised(most);
+}
+
 /// Whether the sheets, laid out side by side, are mapped one to one. Together they fill a convex domain, for |lean| ≤ 1.
 /// Between any two points x, y of it (y − x)·A (F(y) − F(x)) = ∫ (y − x)·A dF (y − x), which is positive if
 /// A dF + (A dF)ᵀ is positive definite everywhere; dF being affine, at the corners. A, of two rows, is free: along the
 /// edge, and across it, weighed against each other. (The sheets need the same Bézier points on their common edge.)
 [[nodiscard]] inline bool is_graph(std::span<const Sheet> sheets) {
-    std::array<SheetSlopes, 2> slopes{};
-    const std::size_t n = sheets.size();
-    Vec<3> along, across;
-    for (std::size_t k = 0; k < n; ++k) {
-        slopes[k] = upright_slopes(sheets[k]);
-        along += mean(slopes[k].s);
-    }
-    const double length = norm(along) / static_cast<double>(n);
-    if (!(length > 0)) return false;
-    along = normalised(along);
-    for (std::size_t k = 0; k < n; ++k) {
-        const double lean = std::clamp(dot(along, mean(slopes[k].t)) / length, -1.0, 1.0);
-        for (int i = 0; i < 3; ++i) slopes[k].t[i] -= lean * slopes[k].s[i];
-        const Vec<3> t = mean(slopes[k].t);
-        const Vec<3> upright = t - dot(along, t) * along;
-        slopes[k].height = norm(upright);
-        if (!(slopes[k].height > 0)) return false;
-        across += upright / slopes[k].height;
-    }
-    if (!(norm_squared(across) > 0)) return false;
-    across = normalised(across);
-
-    double shear = 0, twist = 0;
-    for (std::size_t k = 0; k < n; ++k)
-        for (int i = 0; i < 3; ++i) {
-            shear = std::max(shear, std::abs(dot(along, slopes[k].t[i])) / slopes[k].height);
-            twist = std::max(twist, std::abs(dot(across, slopes[k].s[i])) / length);
-        }
-    const double weight = shear > 0 && twist > 0 ? std::clamp(shear / twist, 0x1p-20, 0x1p20) : 1.0;
-    // What rounding does to a product of a row and a slope: a slope is a sum of at most six Bézier points.
-    const double blur_along = 16 * coordinate_blur * sum_of_sizes(along);
-    const double blur_across = 16 * coordinate_blur * sum_of_sizes(across);
-    for (std::size_t k = 0; k < n; ++k)
-        for (int i = 0; i < 3; ++i) {
-            const double height = slopes[k].height;
-            const double a = (dot(along, slopes[k].s[i]) - blur_along) / length;
-            const double d = weight * ((dot(across, slopes[k].t[i]) - blur_across) / height);
-            const double b =
-                std::abs(dot(along, slopes[k].t[i]) / height + weight * (dot(across, slopes[k].s[i]) / length)) +
-                blur_along / height + weight * (blur_across / length);
-            if (!(a > 0 && d > 0 && 4 * a * d > b * b * (1 + 0x1p-40))) return false;
-        }
-    return true;
+    std::array<SheetSlopes, 2> slopes{}, leaning{};
+    for (std::size_t k = 0; k < sheets.size(); ++k) slopes[k] = upright_slopes(sheets[k]);
+    const std::span<const SheetSlopes> all(slopes.data(), sheets.size());
+    const auto from = [&](const Vec<3>& view) {
+        leaning = slopes;
+        const std::span<SheetSlopes> copy(leaning.data(), sheets.size());
+        const Layout layout = laid_out(copy, view);
+        return layout.fits && is_definite(copy, layout);
+    };
+    return from(Vec<3>{}) || from(bent_direction(all));
 }
 
 }  // namespace camber
