@@ -77,6 +77,7 @@ class Checker {
         count();
         auto done = step("examine", [&](const Execution& e) { return examine_mesh(e); })
                         .and_then([&](Done) { return step("validate", [&](const Execution& e) { return judge(e); }); })
+                        .and_then([&](Done) { return step("cross", [&](const Execution& e) { return cross(e); }); })
                         .and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); }); })
                         .and_then([&](Done) { return measure_in_metric(); })
                         .and_then([&](Done) { return interpolate(); });
@@ -173,6 +174,13 @@ class Checker {
         auto worst = find_worst_elements(judged, options_.worst, without_progress(execution));
         if (!worst) return fail(worst.error());
         report_.worst = std::move(*worst);
+        return Done{};
+    }
+
+    Outcome<Done> cross(const Execution& execution) {
+        auto crossings = crossings_report(*mesh_, numbers_, execution);
+        if (!crossings) return fail(crossings.error());
+        report_.crossings = std::move(*crossings);
         return Done{};
     }
 

@@ -9,6 +9,7 @@ module;
 #include <vector>
 export module camber.run:check;
 import camber.core;
+import camber.crossing;
 import camber.io;
 import camber.validity;
 import camber.soundness;
@@ -104,11 +105,33 @@ struct SoundnessReport {
     std::vector<Entry> findings;
 };
 
+/// A facet of the boundary or of an interface.
+struct FacetReport {
+    std::size_t number = 0;  ///< from 1, as in the file; 0: the file does not list its boundary
+    Reference reference = 0;
+    std::vector<std::size_t> vertices = {};  ///< as the file numbers them
+};
+
+/// Two facets that are not clear of each other; the same one twice: of itself.
+struct CrossingReport {
+    Crossing verdict = Crossing::undecided;
+    std::array<FacetReport, 2> facets;
+    bool straight_too = false;  ///< the straight facets of their vertices are not clear either
+};
+
+/// Walls that pass through each other.
+struct CrossingsReport {
+    bool looked_at = true;  ///< false: of what is no mesh the boundary is not known
+    std::size_t facets = 0, pairs = 0, crossing = 0, undecided = 0;
+    std::vector<CrossingReport> found = {};  ///< by rising facets
+};
+
 struct CheckReport {
     MeshReport mesh;
     std::vector<ReferenceCount> elements_by_reference, facets_by_reference, feature_edges_by_reference;
     SoundnessReport soundness;
     ValidityReport validity;
+    CrossingsReport crossings;
     /// Elements, from 1; all of them.
     std::vector<std::size_t> invalid_elements, undecided_elements, straight_inverted_elements, wall_elements;
     std::vector<ElementReport> worst;   ///< the worst first
@@ -119,7 +142,9 @@ struct CheckReport {
     std::vector<FieldErrors> fields;                       ///< of the fields that were asked for
     std::vector<std::string> notices;
 
-    [[nodiscard]] bool all_good() const { return soundness.sound && validity.invalid == 0 && validity.undecided == 0; }
+    [[nodiscard]] bool all_good() const {
+        return soundness.sound && validity.invalid == 0 && validity.undecided == 0 && crossings.found.empty();
+    }
 };
 
 /// The mesh as it is, nothing mended: its soundness, and verdicts of its elements; with a metric file how near to unit

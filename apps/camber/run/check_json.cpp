@@ -8,6 +8,7 @@ module;
 #include <nlohmann/json.hpp>
 module camber.run;
 import camber.core;
+import camber.crossing;
 import camber.validity;
 import camber.soundness;
 import :check;
@@ -46,6 +47,20 @@ Json json(const SoundnessReport& s) {
     }
     j["first"] = std::move(first);
     j["findings"] = std::move(findings);
+    return j;
+}
+
+Json json(const CrossingsReport& c) {
+    Json j{{"looked_at", c.looked_at}, {"facets", c.facets},       {"pairs", c.pairs},
+           {"crossing", c.crossing},   {"undecided", c.undecided}, {"found", Json::array()}};
+    for (const CrossingReport& found : c.found) {
+        const auto& [a, b] = found.facets;
+        j["found"].push_back({{"verdict", word(found.verdict)},
+                              {"facets", {a.number, b.number}},
+                              {"references", {a.reference, b.reference}},
+                              {"vertices", {a.vertices, b.vertices}},
+                              {"straight_too", found.straight_too}});
+    }
     return j;
 }
 
@@ -98,6 +113,7 @@ std::string check_json_head(const CheckReport& report, std::string_view name, st
     j["straight_inverted_elements"] = report.straight_inverted_elements;
     j["wall_elements"] = report.wall_elements;
     j["soundness"] = json(report.soundness);
+    j["crossings"] = json(report.crossings);
     if (report.unit_mesh) j["unit_mesh"] = Json::parse(unit_mesh_json(*report.unit_mesh));
     if (report.curved_unit_mesh) j["curved_unit_mesh"] = Json::parse(curved_unit_mesh_json(*report.curved_unit_mesh));
     if (!report.fields.empty()) {

@@ -26,6 +26,11 @@ struct FileNumbers {
 /// As the file numbers what was found.
 [[nodiscard]] SoundnessReport soundness_report(Soundness soundness, const FileNumbers& numbers);
 
+/// Facets that cross, as the file numbers them.
+template <int D>
+[[nodiscard]] Outcome<CrossingsReport> crossings_report(const QuadraticMesh<D>& mesh, const FileNumbers& numbers,
+                                                        const Execution& execution);
+
 /// A mesh and what is known of its elements.
 template <int D>
 struct Judged {

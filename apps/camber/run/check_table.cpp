@@ -9,6 +9,7 @@ module;
 #include <fmt/format.h>
 module camber.run;
 import camber.core;
+import camber.crossing;
 import camber.validity;
 import camber.soundness;
 import :check;
@@ -24,6 +25,7 @@ namespace camber::run {
 
 namespace {
 
+constexpr std::size_t crossings_shown = 10;
 constexpr std::array<std::string_view, 4> simplices{"", "edges", "triangles", "tetrahedra"};
 std::string_view elements_of(const MeshReport& m) { return simplices[static_cast<std::size_t>(m.dimension)]; }
 std::string_view facets_of(const MeshReport& m) { return simplices[static_cast<std::size_t>(m.dimension) - 1]; }
@@ -91,6 +93,40 @@ std::string soundness_rows(const SoundnessReport& s) {
     return text;
 }
 
+std::string name_of(const FacetReport& f, const MeshReport& m) {
+    std::string name = f.number > 0 ? std::to_string(f.number) : std::string("of vertices");
+    if (f.number == 0)
+        for (const std::size_t v : f.vertices) name += fmt::format(" {}", v);
+    return fmt::format("{} {} (reference {})", m.dimension == 2 ? "edge" : "triangle", name, f.reference);
+}
+
+std::string sentence_of(const CrossingReport& c, const MeshReport& m) {
+    const bool certain = c.verdict == Crossing::crossing;
+    const bool itself = c.facets[0].vertices == c.facets[1].vertices;
+    const std::string what =
+        itself ? fmt::format("{} {}", name_of(c.facets[0], m), certain ? "crosses itself" : "may cross itself")
+               : fmt::format("{} and {} {}", name_of(c.facets[0], m), name_of(c.facets[1], m),
+                             certain ? "pass through each other" : "touch, or are too near to each other to tell");
+    if (m.degree == 1 || c.straight_too) return what + ": mend the straight mesh";
+    return what + (itself ? ": mend the nodes of its edges" : ": only curved; smaller facets bow less");
+}
+
+/// As many pairs as of the worst elements.
+std::string crossing_rows(const CheckReport& report, std::size_t most) {
+    const CrossingsReport& c = report.crossings;
+    if (!c.looked_at || c.facets == 0) return {};
+    if (c.found.empty())
+        return fmt::format("    {:<14}good: no two {} of the boundary pass through each other\n", "crossings",
+                           facets_of(report.mesh));
+    std::string text =
+        fmt::format("  ! {:<14}{} pairs of {} pass through each other, {} undecided\n", "crossings",
+                    grouped(c.crossing), facets_of(report.mesh), grouped(c.undecided));
+    for (std::size_t i = 0; i < std::min(most, c.found.size()); ++i)
+        text += fmt::format("{:18}{}\n", "", sentence_of(c.found[i], report.mesh));
+    if (c.found.size() > most) text += fmt::format("{:18}and {} more (--json)\n", "", grouped(c.found.size() - most));
+    return text;
+}
+
 std::string list_numbers(const std::vector<double>& values, std::string_view format) {
     std::string text;
     for (const double x : values) text += (text.empty() ? "" : ", ") + fmt::format(fmt::runtime(format), x);
@@ -139,7 +175,8 @@ std::string metric_rows(const UnitMeshReport& r) {
 }  // namespace
 
 std::string check_table(const CheckReport& report) {
-    return mesh_rows(report) + validity_rows(report) + soundness_rows(report.soundness) + worst_rows(report) +
+    return mesh_rows(report) + validity_rows(report) + soundness_rows(report.soundness) +
+           crossing_rows(report, crossings_shown) + worst_rows(report) +
            (report.unit_mesh ? metric_rows(*report.unit_mesh) : std::string()) +
            (report.curved_unit_mesh ? curved_unit_mesh_rows(*report.curved_unit_mesh) : std::string()) +
            field_rows(report);
