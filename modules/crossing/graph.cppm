@@ -26,6 +26,17 @@ struct SheetSlopes {
     std::array<Vec<3>, 3> s{}, t{};
 };
 
+/// The triangle alone, on its longest edge.
+[[nodiscard]] inline Sheet sheet_of(const Net<3>& net) {
+    Sheet longest{&net, 0, 1, 2, 1};
+    for (int i = 1; i < 3; ++i) {
+        const Sheet other{&net, i, (i + 1) % 3, (i + 2) % 3, 1};
+        const auto length = [&](const Sheet& s) { return distance(net.control[s.from], net.control[s.to]); };
+        if (length(other) > length(longest)) longest = other;
+    }
+    return longest;
+}
+
 [[nodiscard]] inline SheetSlopes upright_slopes(const Sheet& sheet) {
     SheetSlopes d;
     const Net<3>& net = *sheet.net;
@@ -75,7 +86,7 @@ struct Layout {
             shear = std::max(shear, std::abs(dot(out.along, slopes[k].t[i])) / out.height[k]);
             twist = std::max(twist, std::abs(dot(out.across, slopes[k].s[i])) / out.length);
         }
-    if (shear > 0 && twist > 0) out.weight = std::clamp(shear / twist, 0x1p-20, 0x1p20);
+    if (shear > 0 && twist > 0) out.weight = std::clamp(shear / twist, 0x1p-40, 0x1p40);
     out.fits = true;
     return out;
 }

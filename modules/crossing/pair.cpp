@@ -80,7 +80,7 @@ class Search {
 
     Crossing itself(const Net<3>& net) {
         if (--effort_ < 0) return Crossing::undecided;
-        const std::array<Sheet, 1> sheet{Sheet{&net, 0, 1, 2, 1}};
+        const std::array<Sheet, 1> sheet{sheet_of(net)};
         if (is_graph(sheet)) return Crossing::clear;
         if (net.divisions == most_divisions) return Crossing::undecided;
         const auto parts = pieces(named(net));
