@@ -10,6 +10,7 @@
 
 import camber.core;
 import camber.bezier;
+import camber.shapes;
 import camber.crossing;
 
 using namespace camber;
@@ -147,6 +148,35 @@ TEST_CASE("walls that bow through each other") {
             RC_ASSERT(pair.second.index() == n + k);
         }
     });
+    SUBCASE("two spheres whose straight forms are apart, face to face") {
+        const UnitSphere<3> unit = icosphere<3>(1);
+        const Vec<3> facing = normalised(unit.points[unit.facets[0][0].index()] + unit.points[unit.facets[0][1].index()] +
+                                         unit.points[unit.facets[0][2].index()]);
+        const auto spheres = [&](double gap, bool curved) {
+            // The second is the first's image in a plane across `facing`, at half the distance of the centres.
+            const auto image = [&](const Vec<3>& p) { return p + (2 * (1 + gap / 2 - dot(p, facing))) * facing; };
+            std::vector<Vec<3>> points(unit.points.begin(), unit.points.end());
+            std::vector<SimplexVertices<2>> facets(unit.facets.begin(), unit.facets.end());
+            const std::size_t n = points.size();
+            for (std::size_t i = 0; i < n; ++i) points.push_back(image(points[i]));
+            for (std::size_t f = 0; f < unit.facets.size(); ++f) {
+                SimplexVertices<2> facet = unit.facets[f];
+                for (VertexId& v : facet) v = VertexId(v.index() + n);
+                facets.push_back(facet);
+            }
+            return wall_of<3>(points, facets, [&](const Vec<3>& p) {
+                if (!curved) return p;
+                return dot(p, facing) < 1 + gap / 2 ? normalised(p) : image(normalised(image(p)));
+            });
+        };
+        CHECK(crossings_of(spheres(-0.1, false)).all_clear());
+        CHECK(crossings_of(spheres(0.1, true)).all_clear());
+        const Crossings found = crossings_of(spheres(-0.1, true));
+        CHECK(found.crossing > 0);
+        CHECK(found.undecided == 0);
+        CHECK(found.found[0].first == FacetId(0));
+        CHECK(found.found[0].second == FacetId(unit.facets.size()));
+    }
     SUBCASE("the same for any number of threads") {
         Engine engine(3);
         auto mesh = torus(20, 16, 0.3, engine);

@@ -156,6 +156,70 @@ class Check(unittest.TestCase):
                     self.assertAlmostEqual(found["curved_unit_mesh"][key], value, delta=1e-12)
             self.assertNotIn("curved_unit_mesh", self.report(lattice(dim, n), "--metric", "m.sol", code=0))
 
+    def two_bodies(self, dim, gap, bow, listed=True):
+        """Two cubes (squares) of degree 2 side by side along x, the first one's wall bowed towards the second's: mid
+        nodes of edges within it moved by `bow`.  Both keep det J > 0."""
+        one = lattice(dim, 2)
+        number = len(one.points)
+        away = np.zeros(dim)
+        away[0] = 2 + gap
+        both = Mesh(np.concatenate([one.points, one.points + away]),
+                    one.elements + [tuple(v + number for v in e) for e in one.elements],
+                    one.facets + [tuple(v + number for v in f) for f in one.facets])
+        mesh = elevated(both)
+        mesh.facet_references = [7] * len(one.facets) + [8] * len(one.facets)
+        ends = both.points
+        for facet in mesh.facets[:len(one.facets)]:
+            corners, nodes = facet[:dim], facet[dim:]
+            if all(ends[v][0] == 2 for v in corners):
+                for node in nodes:
+                    if all(0 < x < 2 for x in mesh.points[node][1:]):
+                        mesh.points[node][0] = 2 + bow
+        if not listed:
+            mesh.facets, mesh.facet_references = [], []
+        return mesh, len(one.facets)
+
+    def test_walls_that_cross_though_every_element_is_valid(self):
+        for dim in (2, 3):
+            for listed in (True, False):
+                mesh, facets = self.two_bodies(dim, gap=0.1, bow=0.15, listed=listed)
+                found = self.report(mesh, code=1)
+                self.assertEqual((found["invalid"], found["undecided"]), (0, 0))
+                self.assertTrue(found["soundness"]["sound"])
+                self.assertFalse(found["all_good"])
+                crossings = found["crossings"]
+                self.assertEqual((crossings["facets"], crossings["undecided"]), (2 * facets, 0))
+                self.assertEqual(crossings["crossing"], len(crossings["found"]))
+                self.assertGreater(crossings["crossing"], 0)
+                for pair in crossings["found"]:
+                    self.assertEqual(pair["verdict"], "crossing")
+                    self.assertFalse(pair["straight_too"])
+                    self.assertTrue(all(all(mesh.points[v - 1][0] in (2, 2.1) for v in side)
+                                        for side in pair["vertices"]), pair)
+                    if listed:
+                        self.assertEqual(pair["references"], [7, 8])
+                        self.assertEqual([sorted(mesh.facets[f - 1][:dim]) for f in pair["facets"]],
+                                         [sorted(v - 1 for v in side) for side in pair["vertices"]])
+                    else:
+                        self.assertEqual(pair["facets"], [0, 0])
+                text = self.check(mesh, code=1).stdout
+                self.assertIn("pass through each other: only curved", text)
+            for gap, bow in ((0.1, 0.05), (0.2, 0.15)):
+                clear = self.report(self.two_bodies(dim, gap, bow)[0], code=0)["crossings"]
+                self.assertEqual((clear["crossing"], clear["undecided"], clear["found"]), (0, 0, []))
+
+    def test_walls_of_straight_meshes_cross_and_touch(self):
+        for dim in (2, 3):
+            one = lattice(dim, 1)
+            for move, verdict in (([0.5, 0.3, 0.2], "crossing"), ([1, 0.3, 0.2], "undecided")):
+                number = len(one.points)
+                both = Mesh(np.concatenate([one.points, one.points + move[:dim]]),
+                            one.elements + [tuple(v + number for v in e) for e in one.elements],
+                            one.facets + [tuple(v + number for v in f) for f in one.facets])
+                found = self.report(both, code=1)["crossings"]
+                self.assertTrue(any(pair["verdict"] == verdict and pair["straight_too"] for pair in found["found"]))
+                self.assertIn("mend the straight mesh", self.check(both, code=1).stdout)
+
     def test_every_verdict_and_witness_is_the_oracle_s(self):
         for dim, n, amplitude in ((2, 4, 0.4), (3, 2, 0.35)):
             mesh = elevated(lattice(dim, n), self.random, amplitude)

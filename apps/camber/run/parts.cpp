@@ -128,6 +128,18 @@ void add(Report& report, const SettledReport& part) {
     report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
 }
 
+namespace {
+
+std::string crossing_notice(const WallsReport& walls, int dimension) {
+    const std::string facets = dimension == 2 ? "edges" : "triangles";
+    std::string what = std::to_string(walls.crossing) + " pairs of boundary " + facets + " pass through each other";
+    if (walls.undecided > 0) what += ", " + std::to_string(walls.undecided) + " touch or nearly do";
+    return what + " (the first: " + std::to_string(walls.first) + " and " + std::to_string(walls.other) +
+           "): smaller facets bow less";
+}
+
+}  // namespace
+
 void add(Report& report, const MeasuresReport& part) {
     if (report.curve) {
         report.curve->after = part.edges;
@@ -136,7 +148,10 @@ void add(Report& report, const MeasuresReport& part) {
     if (report.boundary) {
         report.boundary->straight_distance = part.straight_distance;
         report.boundary->curved_distance = part.curved_distance;
+        report.boundary->walls = part.walls;
     }
+    if (part.walls && part.walls->first > 0)
+        report.notices.push_back(crossing_notice(*part.walls, report.mesh.dimension));
     report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
 }
 

@@ -67,6 +67,7 @@ struct MeasuresReport {
     std::optional<EdgeReport> edges;                           ///< after correction
     std::optional<EdgeReport> edges_in_straight_field;         ///< the same in the other field, where that is carried
     std::optional<double> straight_distance, curved_distance;  ///< see BoundaryReport
+    std::optional<WallsReport> walls = {};
     std::vector<Histogram> histograms;
 };
 

@@ -53,9 +53,16 @@ struct MetricReport {
     std::size_t floored = 0;                  ///< tensors of the file that rounding had made indefinite
 };
 
+/// Pairs of facets that cross, curved as they are in the end (crossing:crossings).
+struct WallsReport {
+    std::size_t crossing = 0, undecided = 0;
+    std::size_t first = 0, other = 0;  ///< the first pair that is not clear, from 1; 0: none
+};
+
 struct BoundaryReport {
     std::size_t surface_edges = 0, ridge_edges = 0, corners = 0, patches = 0;
     std::optional<double> straight_distance, curved_distance;  ///< largest, to the geometry (model units)
+    std::optional<WallsReport> walls = {};
 };
 
 struct CurveReport {

@@ -78,6 +78,10 @@ Json json(const BoundaryReport& b) {
            {"patches", b.patches}};
     if (b.straight_distance) j["largest_distance_straight"] = *b.straight_distance;
     if (b.curved_distance) j["largest_distance"] = *b.curved_distance;
+    if (b.walls) {
+        j["crossing_pairs"] = b.walls->crossing;
+        j["undecided_pairs"] = b.walls->undecided;
+    }
     return j;
 }
 Json json(const EdgeReport& e) {

@@ -167,6 +167,9 @@ std::string boundary_rows(const Report& report) {
     if (b.straight_distance && b.curved_distance)
         text +=
             table_row(name_distance(report), join_before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));
+    if (b.walls && b.walls->first > 0)
+        text += table_row("pairs of facets that cross",
+                          fmt::format("{}, undecided {}", grouped(b.walls->crossing), grouped(b.walls->undecided)));
     return text;
 }
 

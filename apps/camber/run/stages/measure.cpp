@@ -7,6 +7,7 @@ module;
 module camber.run;
 import camber.core;
 import camber.bezier;
+import camber.crossing;
 import camber.curving;
 import camber.metric;
 import camber.surface;
@@ -48,6 +49,19 @@ Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const Boundary<D>&
     return Done{};
 }
 
+/// Whether walls pass through each other, as they are in the end.
+template <int D>
+Outcome<WallsReport> measure_walls(const QuadraticMesh<D>& seen, const Execution& execution) {
+    const auto found = find_crossings(seen, execution);
+    if (!found) return fail(found.error());
+    WallsReport report{.crossing = found->crossing, .undecided = found->undecided};
+    if (!found->all_clear()) {
+        report.first = found->found.front().first.index() + 1;
+        report.other = found->found.front().second.index() + 1;
+    }
+    return report;
+}
+
 /// How far `measure_end` is after each of its loops, as a share of its time; what is left are sums for the report.
 struct Shares {
     double distances = 0, lengths = 0, all = 0;
@@ -75,6 +89,9 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
         if (auto done = measure_distances(seen, wanted->boundary, measured.report, part_of(execution, 0, of.distances));
             !done)
             return fail(done.error());
+        auto walls = measure_walls(seen, without_progress(execution));
+        if (!walls) return fail(walls.error());
+        measured.report.walls = *walls;
         if (field) {
             auto lengths = updated_lengths(end.mesh.edges, wanted->curved, proposal, wanted->shells, *field, which,
                                            part_of(execution, of.distances, of.lengths));
