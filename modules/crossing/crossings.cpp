@@ -75,8 +75,8 @@ Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, std::span<const 
         if (!boxes) return fail(boxes.error());
         const Facets<D> facets(mesh, points, mid_nodes, *boxes);
         return reduce_each(
-            part_of(execution, 0.1, 1), n, Crossings{},
-            [&](Crossings& all, std::size_t f) { facets.look_at(f, all); }, joined, default_grain);
+            part_of(execution, 0.1, 1), n, Crossings{}, [&](Crossings& all, std::size_t f) { facets.look_at(f, all); },
+            joined, default_grain);
     });
 }
 
@@ -85,9 +85,9 @@ Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, const Execution&
     return find_crossings<D>(mesh, mesh.linear.points.view(), mesh.mid_nodes.view(), execution);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                      \
-    template Outcome<Crossings> find_crossings<D>(const QuadraticMesh<D>&, std::span<const Vec<D>>,                \
-                                                  std::span<const LagrangeNode<D>>, const Execution&);             \
+#define CAMBER_INSTANTIATE(D)                                                                          \
+    template Outcome<Crossings> find_crossings<D>(const QuadraticMesh<D>&, std::span<const Vec<D>>,    \
+                                                  std::span<const LagrangeNode<D>>, const Execution&); \
     template Outcome<Crossings> find_crossings<D>(const QuadraticMesh<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -27,15 +27,14 @@ struct Crossings {
 };
 
 /// Whether the mesh's facets (boundary and interfaces) cross each other or themselves. Elements may all be valid and
-/// walls yet pass through each other: det J > 0 speaks of each element alone. Time: n log n and what pairs of near facets
-/// take. Errors: memory, stopped.
+/// walls yet pass through each other: det J > 0 speaks of each element alone. Time: n log n and what pairs of near
+/// facets take. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, const Execution& execution);
 
 /// The same with other places of vertices and mid nodes: those of a proposal.
 template <int D>
 [[nodiscard]] Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points,
-                                                std::span<const LagrangeNode<D>> mid_nodes,
-                                                const Execution& execution);
+                                                std::span<const LagrangeNode<D>> mid_nodes, const Execution& execution);
 
 }  // namespace camber

@@ -12,16 +12,17 @@ import :separation;
 /// Pieces that are seen one to one from some side: one triangle, or two with a common edge.
 namespace camber {
 
-/// One triangle, its corners named: the edge from `from` to `to` and the apex; on which side of the edge it is laid out.
+/// One triangle, its corners named: the edge from `from` to `to` and the apex; on which side of the edge it is laid
+/// out.
 struct Sheet {
     const Net<3>* net = nullptr;
     int from = 0, to = 1, apex = 2;
     double side = 1;
 };
 
-/// dF/ds and dF/dt at the three corners, where the triangle is laid out with its edge from (−1, 0) to (1, 0) and its apex
-/// at (lean, ±1), all lengths along s and t then multiplied by numbers of our choice. dF is affine, so in between it is a
-/// mean of these.
+/// dF/ds and dF/dt at the three corners, where the triangle is laid out with its edge from (−1, 0) to (1, 0) and its
+/// apex at (lean, ±1), all lengths along s and t then multiplied by numbers of our choice. dF is affine, so in between
+/// it is a mean of these.
 struct SheetSlopes {
     std::array<Vec<3>, 3> s{}, t{};
 };
@@ -42,8 +43,8 @@ struct SheetSlopes {
     const Net<3>& net = *sheet.net;
     for (int i = 0; i < 3; ++i) {
         d.s[i] = net.at(i, sheet.to) - net.at(i, sheet.from);
-        d.t[i] = sheet.side * ((net.at(i, sheet.apex) - net.at(i, sheet.from)) +
-                               (net.at(i, sheet.apex) - net.at(i, sheet.to)));
+        d.t[i] = sheet.side *
+                 ((net.at(i, sheet.apex) - net.at(i, sheet.from)) + (net.at(i, sheet.apex) - net.at(i, sheet.to)));
     }
     return d;
 }
@@ -91,7 +92,8 @@ struct Layout {
     return out;
 }
 
-/// A dF + (A dF)ᵀ is positive definite at all corners, rounding included: a slope is a sum of at most six Bézier points.
+/// A dF + (A dF)ᵀ is positive definite at all corners, rounding included: a slope is a sum of at most six Bézier
+/// points.
 [[nodiscard]] inline bool is_definite(std::span<const SheetSlopes> slopes, const Layout& layout) {
     const auto& [along, across, length, weight, heights, fits] = layout;
     const double blur_along = 16 * coordinate_blur * sum_of_sizes(along);
@@ -121,10 +123,10 @@ struct Layout {
     return normalised(most);
 }
 
-/// Whether the sheets, laid out side by side, are mapped one to one. Together they fill a convex domain, for |lean| ≤ 1.
-/// Between any two points x, y of it (y − x)·A (F(y) − F(x)) = ∫ (y − x)·A dF (y − x), which is positive if
-/// A dF + (A dF)ᵀ is positive definite everywhere; dF being affine, at the corners. A, of two rows, is free: along the
-/// edge, and across it, weighed against each other. (The sheets need the same Bézier points on their common edge.)
+/// Whether the sheets, laid out side by side, are mapped one to one. Together they fill a convex domain, for |lean|
+/// ≤ 1. Between any two points x, y of it (y − x)·A (F(y) − F(x)) = ∫ (y − x)·A dF (y − x), which is positive if A dF +
+/// (A dF)ᵀ is positive definite everywhere; dF being affine, at the corners. A, of two rows, is free: along the edge,
+/// and across it, weighed against each other. (The sheets need the same Bézier points on their common edge.)
 [[nodiscard]] inline bool is_graph(std::span<const Sheet> sheets) {
     std::array<SheetSlopes, 2> slopes{}, leaning{};
     for (std::size_t k = 0; k < sheets.size(); ++k) slopes[k] = upright_slopes(sheets[k]);

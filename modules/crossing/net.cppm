@@ -14,15 +14,15 @@ import :facet;
 /// pieces of the other facet.
 namespace camber {
 
-/// The pieces of a pair of facets have a common origin near to both and a unit such that no Bézier point has a coordinate
-/// above 1. What rounding does to a coordinate, u = 2⁻⁵³: a node minus the origin errs by u/4 (nodes are below 1/4), a
-/// Bézier point by 2 u, and each division adds at most 4 u, for it takes means, which do not magnify errors, of two and
-/// two. At most `most_divisions` of them make less than 128 u.
+/// The pieces of a pair of facets have a common origin near to both and a unit such that no Bézier point has a
+/// coordinate above 1. What rounding does to a coordinate, u = 2⁻⁵³: a node minus the origin errs by u/4 (nodes are
+/// below 1/4), a Bézier point by 2 u, and each division adds at most 4 u, for it takes means, which do not magnify
+/// errors, of two and two. At most `most_divisions` of them make less than 128 u.
 inline constexpr int most_divisions = 24;
 inline constexpr double coordinate_blur = 0x1p-46;
 
-/// Edges are divided at this share from their first end: not in the middle, where facets that someone has thought up like
-/// to cross, so that no piece would ever have the crossing in its inside. Both shares are exact.
+/// Edges are divided at this share from their first end: not in the middle, where facets that someone has thought up
+/// like to cross, so that no piece would ever have the crossing in its inside. Both shares are exact.
 inline constexpr double first_share = 69.0 / 128, second_share = 59.0 / 128;
 
 /// Names of points that pieces share; 0: of none.
@@ -30,9 +30,9 @@ using SharedPoint = std::uint64_t;
 
 /// The part of a shared edge that an edge of a piece is.
 struct SharedPart {
-    std::uint32_t edge = 0;   ///< 0: none
-    std::uint32_t part = 1;   ///< 1: all of it; of part p the first is 2 p, the second 2 p + 1
-    bool against = false;     ///< the piece's edge runs against the shared one
+    std::uint32_t edge = 0;  ///< 0: none
+    std::uint32_t part = 1;  ///< 1: all of it; of part p the first is 2 p, the second 2 p + 1
+    bool against = false;    ///< the piece's edge runs against the shared one
 
     [[nodiscard]] SharedPoint division() const { return edge == 0 ? 0 : SharedPoint{edge} << 32U | part; }
     [[nodiscard]] bool same_as(const SharedPart& o) const { return edge != 0 && edge == o.edge && part == o.part; }
@@ -106,8 +106,8 @@ struct Division {
 /// The edge of a triangle opposite corner i, in `local_edges`.
 inline constexpr std::array<int, 3> opposite_edge{1, 2, 0};
 
-/// The four parts of a triangle: at its corners, and the one between them, whose corner i is on the edge opposite corner
-/// i. Bézier points of parts are values of the blossom f(a, b), linear in each: f(V_i, V_j) = P_ij.
+/// The four parts of a triangle: at its corners, and the one between them, whose corner i is on the edge opposite
+/// corner i. Bézier points of parts are values of the blossom f(a, b), linear in each: f(V_i, V_j) = P_ij.
 [[nodiscard]] inline std::array<Net<3>, 4> pieces(const Net<3>& n) {
     const std::array<Division, 3> at{Division(n.part[0]), Division(n.part[1]), Division(n.part[2])};
     std::array<std::array<Vec<3>, 3>, 3> row{};  // f(M_e, V_k), M_e the point at which edge e is divided
@@ -162,7 +162,8 @@ template <int D>
     for (int i = 0; i < D; ++i) net.control[i] = (facet.nodes[i] - origin) * unit;
     for (int e = 0; e < Net<D>::edges; ++e) {
         const auto [i, j] = local_edges<D - 1>[e];
-        net.control[D + e] = control_point(net.control[i], {(facet.nodes[D + e] - origin) * unit}, net.control[j]).point;
+        net.control[D + e] =
+            control_point(net.control[i], {(facet.nodes[D + e] - origin) * unit}, net.control[j]).point;
     }
     return net;
 }

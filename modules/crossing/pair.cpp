@@ -106,7 +106,8 @@ class Search {
     }
 
     Crossing divided(const Net<D>& first, const Net<D>& second, bool divide_first, bool divide_second) {
-        if ((divide_first && first.divisions == most_divisions) || (divide_second && second.divisions == most_divisions))
+        if ((divide_first && first.divisions == most_divisions) ||
+            (divide_second && second.divisions == most_divisions))
             return Crossing::undecided;
         Crossing worst = Crossing::clear;
         const auto against = [&](const Net<D>& piece) {

@@ -22,9 +22,10 @@ enum class Crossing : std::uint8_t {
 /// Pairs of pieces that are looked at before two facets are left undecided.
 inline constexpr int default_effort = 4000;
 
-/// Whether two P2 facets have points in common other than what they share by right: vertices at the same place, and edges
-/// of which all three nodes are. Facets of which all nodes are at the same places are one (the two sides of a slit), and
-/// clear. Both proofs hold for the nodes as they are stored, rounding included. Nodes that are not finite: undecided.
+/// Whether two P2 facets have points in common other than what they share by right: vertices at the same place, and
+/// edges of which all three nodes are. Facets of which all nodes are at the same places are one (the two sides of a
+/// slit), and clear. Both proofs hold for the nodes as they are stored, rounding included. Nodes that are not finite:
+/// undecided.
 template <int D>
 [[nodiscard]] Crossing crossing_of(const NodalFacet<D>& first, const NodalFacet<D>& second,
                                    int effort = default_effort);

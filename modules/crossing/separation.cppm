@@ -11,8 +11,8 @@ import camber.core;
 import camber.bezier;
 import :net;
 
-/// Planes between Bézier nets. A direction is looked for without care (Gilbert, Johnson, Keerthi 1988); what it proves is
-/// looked at with it.
+/// Planes between Bézier nets. A direction is looked for without care (Gilbert, Johnson, Keerthi 1988); what it proves
+/// is looked at with it.
 namespace camber {
 
 /// What n · (P − Q) must exceed in units of |n|_1: both coordinates err by `coordinate_blur`, and the sums round.
@@ -92,8 +92,8 @@ template <int D>
     return nearest;
 }
 
-/// A direction that has a positive product with every point of a set, tried from `start`: `lowest(n)` is the point of the
-/// least product with n, and `proves(n)` looks whether the direction does.
+/// A direction that has a positive product with every point of a set, tried from `start`: `lowest(n)` is the point of
+/// the least product with n, and `proves(n)` looks whether the direction does.
 template <int D, class Lowest, class Proves>
 [[nodiscard]] inline bool finds_direction(Vec<D> start, Lowest&& lowest, Proves&& proves) {
     constexpr int most_tries = 12;
@@ -114,8 +114,8 @@ template <int D, class Lowest, class Proves>
     return false;
 }
 
-/// Directions across the straight simplices of the corners: those of their normals, and of what is across an edge of each.
-/// Where the gap is thin they tell what the search above is too coarse for.
+/// Directions across the straight simplices of the corners: those of their normals, and of what is across an edge of
+/// each. Where the gap is thin they tell what the search above is too coarse for.
 template <class Try>
 [[nodiscard]] inline bool some_normal(const Net<2>& first, const Net<2>& second, Try&& works) {
     const auto normal = [](const Net<2>& net) {
@@ -152,9 +152,9 @@ template <int D>
            });
 }
 
-/// A plane through the only point that the nets share, their corners i and j, has all other Bézier points of the one net
-/// on its one side and those of the other on the other: n · F has Bernstein coefficients 0 at the point and positive ones
-/// elsewhere, and is positive off the point. So they meet there alone.
+/// A plane through the only point that the nets share, their corners i and j, has all other Bézier points of the one
+/// net on its one side and those of the other on the other: n · F has Bernstein coefficients 0 at the point and
+/// positive ones elsewhere, and is positive off the point. So they meet there alone.
 template <int D>
 [[nodiscard]] inline bool separated_at(const Net<D>& first, int i, const Net<D>& second, int j) {
     constexpr std::size_t n_vectors = 2 * (quadratic_nodes<D - 1> - 1);

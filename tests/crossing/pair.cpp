@@ -26,9 +26,7 @@ Vec<2> normal_of(const NodalFacet<2>& f) {
     const Vec<2> along = f.nodes[1] - f.nodes[0];
     return normalised(Vec<2>{{-along[1], along[0]}});
 }
-Vec<3> normal_of(const NodalFacet<3>& f) {
-    return normalised(cross(f.nodes[1] - f.nodes[0], f.nodes[2] - f.nodes[0]));
-}
+Vec<3> normal_of(const NodalFacet<3>& f) { return normalised(cross(f.nodes[1] - f.nodes[0], f.nodes[2] - f.nodes[0])); }
 
 /// A facet that goes through the other's place xi, there across it: with that place as its own at eta.
 template <int D>
@@ -80,43 +78,47 @@ void laws_of_pairs() {
         RC_ASSERT(crossing_of(a, b) == Crossing::crossing);
         RC_ASSERT(crossing_of(renumbered(b, turn, mirrored), a) == Crossing::crossing);
     });
-    property(d + "any two facets: told alike both ways round, and never against samples", [] {
-        Engine engine(seed());
-        const auto a = random_facet<D>(engine, 0.3), b = random_facet<D>(engine, 0.3);
-        const Crossing found = crossing_of(a, b);
-        RC_ASSERT(found != Crossing::undecided);
-        RC_ASSERT(crossing_of(b, a) == found);
-        const bool meet = newton_meets(a, b, 1e-9, engine);
-        RC_ASSERT(!meet || found == Crossing::crossing);
-        // Those that only just meet are few enough for so many starts.
-        RC_ASSERT(meet || found == Crossing::clear || newton_meets(a, b, 0, engine, 1000));
-    }, {.count = 100});
-    property(d + "facets with a common inner point, exactly, are never said to be clear", [] {
-        // Whole nodes, multiples of 64; places whose weights are multiples of 1/4: so the point is a whole number, and
-        // the second facet is moved to it without rounding.
-        Engine engine(seed());
-        const auto whole = [&] {
-            NodalFacet<D> f;
-            for (Vec<D>& node : f.nodes)
-                for (double& x : node.c) x = 64 * std::floor(uniform(engine, -4, 5));
-            return f;
-        };
-        const auto place = [&] {
-            Barycentric<D - 1> xi{};
-            for (int k = 0; k < 4; ++k) xi[static_cast<std::size_t>(uniform(engine, 0, D - 1e-9))] += 0.25;
-            return xi;
-        };
-        const NodalFacet<D> a = whole(), b = whole();
-        const auto xi = place(), eta = place();
-        const auto inner = [](const auto& weights) {
-            return std::all_of(weights.begin(), weights.end(), [](double w) { return w > 0; });
-        };
-        RC_PRE(inner(xi) && inner(eta));
-        const Vec<D> move = bezier_of(a).point(xi) - bezier_of(b).point(eta);
-        const NodalFacet<D> moved = mapped<D>(b, [&](const Vec<D>& p) { return p + move; });
-        RC_PRE(!(moved == a));
-        RC_ASSERT(crossing_of(a, moved, 500) != Crossing::clear);
-    }, {.count = 300});
+    property(d + "any two facets: told alike both ways round, and never against samples",
+             [] {
+                 Engine engine(seed());
+                 const auto a = random_facet<D>(engine, 0.3), b = random_facet<D>(engine, 0.3);
+                 const Crossing found = crossing_of(a, b);
+                 RC_ASSERT(found != Crossing::undecided);
+                 RC_ASSERT(crossing_of(b, a) == found);
+                 const bool meet = newton_meets(a, b, 1e-9, engine);
+                 RC_ASSERT(!meet || found == Crossing::crossing);
+                 // Those that only just meet are few enough for so many starts.
+                 RC_ASSERT(meet || found == Crossing::clear || newton_meets(a, b, 0, engine, 1000));
+             },
+             {.count = 100});
+    property(d + "facets with a common inner point, exactly, are never said to be clear",
+             [] {
+                 // Whole nodes, multiples of 64; places whose weights are multiples of 1/4: so the point is a whole
+                 // number, and the second facet is moved to it without rounding.
+                 Engine engine(seed());
+                 const auto whole = [&] {
+                     NodalFacet<D> f;
+                     for (Vec<D>& node : f.nodes)
+                         for (double& x : node.c) x = 64 * std::floor(uniform(engine, -4, 5));
+                     return f;
+                 };
+                 const auto place = [&] {
+                     Barycentric<D - 1> xi{};
+                     for (int k = 0; k < 4; ++k) xi[static_cast<std::size_t>(uniform(engine, 0, D - 1e-9))] += 0.25;
+                     return xi;
+                 };
+                 const NodalFacet<D> a = whole(), b = whole();
+                 const auto xi = place(), eta = place();
+                 const auto inner = [](const auto& weights) {
+                     return std::all_of(weights.begin(), weights.end(), [](double w) { return w > 0; });
+                 };
+                 RC_PRE(inner(xi) && inner(eta));
+                 const Vec<D> move = bezier_of(a).point(xi) - bezier_of(b).point(eta);
+                 const NodalFacet<D> moved = mapped<D>(b, [&](const Vec<D>& p) { return p + move; });
+                 RC_PRE(!(moved == a));
+                 RC_ASSERT(crossing_of(a, moved, 500) != Crossing::clear);
+             },
+             {.count = 300});
     property(d + "the unit of length changes nothing", [] {
         Engine engine(seed());
         const auto a = random_facet<D>(engine, 0.3), b = random_facet<D>(engine, 0.3);

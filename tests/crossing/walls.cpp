@@ -64,7 +64,8 @@ QuadraticMesh<3> torus(std::size_t n, std::size_t m, double jitter, Engine& engi
     return wall_of<3>(points, facets, on_torus);
 }
 
-/// Two coaxial cylinders' strips in one mesh, radius 1 and `outer`, cut into n and m chords around: nodes on the circles.
+/// Two coaxial cylinders' strips in one mesh, radius 1 and `outer`, cut into n and m chords around: nodes on the
+/// circles.
 QuadraticMesh<2> circles(std::size_t n, double inner, std::size_t m, double outer, double turn) {
     std::vector<Vec<2>> points;
     std::vector<SimplexVertices<1>> facets;
@@ -95,21 +96,25 @@ Crossings crossings_of(const auto& mesh, int threads = 1) {
 }  // namespace
 
 TEST_CASE("smooth walls are clear of themselves") {
-    property("a torus", [] {
-        Engine engine(*rc::gen::arbitrary<std::uint64_t>());
-        const auto n = static_cast<std::size_t>(*rc::gen::inRange(8, 30));
-        const auto m = static_cast<std::size_t>(*rc::gen::inRange(8, 20));
-        const auto mesh = torus(n, m, 0.12, engine);
-        const Crossings found = crossings_of(mesh);
-        RC_ASSERT(found.pairs >= 6 * n * m);
-        RC_ASSERT(found.crossing == 0U);
-        RC_ASSERT(found.undecided == 0U);
-    }, {.count = 20});
-    property("circles", [] {
-        const auto n = static_cast<std::size_t>(*rc::gen::inRange(5, 60));
-        const Crossings found = crossings_of(circles(n, 1, 2 * n, 2, 0.1));
-        RC_ASSERT(found.all_clear());
-    }, {.count = 20});
+    property("a torus",
+             [] {
+                 Engine engine(*rc::gen::arbitrary<std::uint64_t>());
+                 const auto n = static_cast<std::size_t>(*rc::gen::inRange(8, 30));
+                 const auto m = static_cast<std::size_t>(*rc::gen::inRange(8, 20));
+                 const auto mesh = torus(n, m, 0.12, engine);
+                 const Crossings found = crossings_of(mesh);
+                 RC_ASSERT(found.pairs >= 6 * n * m);
+                 RC_ASSERT(found.crossing == 0U);
+                 RC_ASSERT(found.undecided == 0U);
+             },
+             {.count = 20});
+    property("circles",
+             [] {
+                 const auto n = static_cast<std::size_t>(*rc::gen::inRange(5, 60));
+                 const Crossings found = crossings_of(circles(n, 1, 2 * n, 2, 0.1));
+                 RC_ASSERT(found.all_clear());
+             },
+             {.count = 20});
 }
 
 TEST_CASE("thin layers of long facets") {
@@ -150,8 +155,9 @@ TEST_CASE("walls that bow through each other") {
     });
     SUBCASE("two spheres whose straight forms are apart, face to face") {
         const UnitSphere<3> unit = icosphere<3>(1);
-        const Vec<3> facing = normalised(unit.points[unit.facets[0][0].index()] + unit.points[unit.facets[0][1].index()] +
-                                         unit.points[unit.facets[0][2].index()]);
+        const Vec<3> facing =
+            normalised(unit.points[unit.facets[0][0].index()] + unit.points[unit.facets[0][1].index()] +
+                       unit.points[unit.facets[0][2].index()]);
         const auto spheres = [&](double gap, bool curved) {
             // The second is the first's image in a plane across `facing`, at half the distance of the centres.
             const auto image = [&](const Vec<3>& p) { return p + (2 * (1 + gap / 2 - dot(p, facing))) * facing; };

@@ -61,10 +61,10 @@ Outcome<CrossingsReport> crossings_report(const QuadraticMesh<D>& mesh, const Fi
                            .undecided = found->undecided};
     report.found.reserve(found->found.size());
     for (const FacetCrossing& pair : found->found)
-        report.found.push_back({pair.verdict,
-                                {facet_report(*made, pair.first, listed, numbers),
-                                 facet_report(*made, pair.second, listed, numbers)},
-                                cross_straight(*made, pair)});
+        report.found.push_back(
+            {pair.verdict,
+             {facet_report(*made, pair.first, listed, numbers), facet_report(*made, pair.second, listed, numbers)},
+             cross_straight(*made, pair)});
     return report;
 }
 
