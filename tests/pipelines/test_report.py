@@ -12,6 +12,7 @@ from program import CONFIGS, ROOT, Folder, report_of
 
 import gmf  # noqa: E402  (program puts the oracle on the path)
 from bad_meshes import block, centre_out
+from made_meshes import Mesh, lattice
 from sample_meshes import ascii_file, cube, elevate, solution_file
 import numpy as np
 
@@ -91,6 +92,12 @@ class Report(unittest.TestCase):
         self.write("broken.mesh", ascii_file(broken))
         for name in ("straight.mesh", "curved.mesh", "broken.mesh", "out.meshb"):
             yield json.loads(self.run_camber("check", name, "--json", "--elements", codes=(0, 1)).stdout)
+        one = lattice(3, 1)  # and another that goes through it
+        n = len(one.points)
+        self.write("crossing.mesh", Mesh(np.concatenate([one.points, one.points + [0.5, 0.3, 0.2]]),
+                                         one.elements + [tuple(v + n for v in e) for e in one.elements],
+                                         one.facets + [tuple(v + n for v in f) for f in one.facets]).text().encode())
+        yield json.loads(self.run_camber("check", "crossing.mesh", "--json", codes=(1,)).stdout)
         yield json.loads(self.run_camber("check", "curved.mesh", "--json", "--field", "exp(x)").stdout)
         n = len(straight.points)
         self.write("sizes.sol", f"MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n{n}\n1 1\n{'0.5 ' * n}\nEnd\n".encode())

@@ -178,6 +178,11 @@ class Checker {
     }
 
     Outcome<Done> cross(const Execution& execution) {
+        // What has fatal defects may be all at one place, each facet near each other one.
+        if (refusal(soundness_)) {
+            report_.crossings.looked_at = false;
+            return Done{};
+        }
         auto crossings = crossings_report(*mesh_, numbers_, execution);
         if (!crossings) return fail(crossings.error());
         report_.crossings = std::move(*crossings);

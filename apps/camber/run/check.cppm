@@ -121,7 +121,7 @@ struct CrossingReport {
 
 /// Walls that pass through each other.
 struct CrossingsReport {
-    bool looked_at = true;  ///< false: of what is no mesh the boundary is not known
+    bool looked_at = true;  ///< false: the mesh has fatal defects
     std::size_t facets = 0, pairs = 0, crossing = 0, undecided = 0;
     std::vector<CrossingReport> found = {};  ///< by rising facets
 };
