@@ -143,7 +143,7 @@ struct CheckReport {
     std::vector<std::string> notices;
 
     [[nodiscard]] bool all_good() const {
-        return soundness.sound && validity.invalid == 0 && validity.undecided == 0 && crossings.found.empty();
+        return soundness.sound && validity.invalid == 0 && validity.undecided == 0 && crossings.crossing == 0;
     }
 };
 

@@ -118,8 +118,9 @@ std::string crossing_rows(const CheckReport& report, std::size_t most) {
     if (c.found.empty())
         return fmt::format("    {:<14}good: no two {} of the boundary pass through each other\n", "crossings",
                            facets_of(report.mesh));
-    std::string text = fmt::format("  ! {:<14}{} pairs of {} pass through each other, {} undecided\n", "crossings",
-                                   grouped(c.crossing), facets_of(report.mesh), grouped(c.undecided));
+    std::string text =
+        fmt::format("  {} {:<14}{} pairs of {} pass through each other, {} undecided\n", c.crossing > 0 ? "!" : "-",
+                    "crossings", grouped(c.crossing), facets_of(report.mesh), grouped(c.undecided));
     for (std::size_t i = 0; i < std::min(most, c.found.size()); ++i)
         text += fmt::format("{:18}{}\n", "", sentence_of(c.found[i], report.mesh));
     if (c.found.size() > most) text += fmt::format("{:18}and {} more (--json)\n", "", grouped(c.found.size() - most));

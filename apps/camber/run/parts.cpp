@@ -150,7 +150,8 @@ void add(Report& report, const MeasuresReport& part) {
         report.boundary->curved_distance = part.curved_distance;
         report.boundary->walls = part.walls;
     }
-    if (part.walls && part.walls->first > 0)
+    // What only touches, as the sides of a slit do, is in the report alone.
+    if (part.walls && part.walls->crossing > 0)
         report.notices.push_back(crossing_notice(*part.walls, report.mesh.dimension));
     report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
 }
