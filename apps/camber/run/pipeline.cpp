@@ -12,9 +12,11 @@ import camber.core;
 import camber.bezier;
 import camber.config;
 import camber.io;
+import camber.ordering;
 import camber.shapes;
 import camber.curving;
 import :fields;
+import :numbering;
 import :report;
 import :order;
 import :parts;
@@ -92,16 +94,12 @@ Outcome<Done> settle_and_apply(Runner<D>& run, const Options& stage) {
     return apply(run, stage);
 }
 
-/// The whole of a run.
+/// A run of a mesh that was prepared.
 template <int D>
-Outcome<Run> run_on(GivenMesh<D> mesh, const config::Pipeline& pipeline, std::span<const MetricFile> files,
-                    const Around& around) {
-    const int degree = std::holds_alternative<LinearMesh<D>>(mesh) ? 1 : 2;
-    if (auto order = check_order(pipeline.stages, degree); !order) return fail(order.error());
-    auto sound = step(around, "prepare", [&](const Execution& e) { return prepare_stage<D>(std::move(mesh), e); });
-    if (!sound) return fail(sound.error());
-    Runner<D> run(pipeline, std::move(sound->mesh), files, around);
-    run.tell(sound->notices);
+Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const config::Pipeline& pipeline,
+                        const Around& around) {
+    Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, around);
+    run.tell(notices);
     for (std::size_t i = 0; i < pipeline.stages.size(); ++i) {
         auto done = std::visit([&](const auto& stage) { return settle_and_apply(run, stage); }, pipeline.stages[i]);
         if (!done) return fail(at(done.error(), "/stages/" + std::to_string(i)));
@@ -118,6 +116,29 @@ Outcome<Run> run_on(GivenMesh<D> mesh, const config::Pipeline& pipeline, std::sp
     return Run{std::move(made), std::move(run).report(), std::move(*fields), std::move(*metric)};
 }
 
+/// What a run in another order made, by the user's numbers.
+template <int D>
+Outcome<Run> given_back(Outcome<Run> run, const BetterOrder& order, const Around& around) {
+    if (!run) return fail(in_given_order<D>(run.error(), order.renumbering));
+    run->report.reordered = ReorderedReport{order.scatter};
+    return step(around, "renumber",
+                [&](const Execution& e) { return in_given_order<D>(std::move(*run), order.renumbering, e); });
+}
+
+/// The whole of a run.
+template <int D>
+Outcome<Run> run_on(StageInputs<D> given, const config::Pipeline& pipeline, const OrderingOptions& ordering,
+                    const Around& around) {
+    const int degree = std::holds_alternative<LinearMesh<D>>(given.mesh) ? 1 : 2;
+    if (auto order = check_order(pipeline.stages, degree); !order) return fail(order.error());
+    auto sound = step(around, "prepare", [&](const Execution& e) {
+        return prepare_stage(std::move(given), pipeline.stages, ordering, e);
+    });
+    if (!sound) return fail(sound.error());
+    auto run = run_stages(std::move(sound->inputs), sound->notices, pipeline, around);
+    return sound->order ? given_back<D>(std::move(run), *sound->order, around) : run;
+}
+
 }  // namespace
 
 bool shows_fields(const config::Output& output) {
@@ -129,7 +150,10 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     std::vector<MetricFile> files = std::move(inputs.operands);
     if (inputs.metric) files.push_back({std::get<config::FilePath>(pipeline.metric).path, std::move(*inputs.metric)});
     auto run = std::visit(
-        [&]<class Mesh>(Mesh mesh) { return run_on<Mesh::dimension>(std::move(mesh), pipeline, files, around); },
+        [&]<class Mesh>(Mesh mesh) {
+            return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(files)}, pipeline, inputs.ordering,
+                          around);
+        },
         std::move(inputs.mesh.mesh));
     if (!run) return run;
     for (Notice& notice : inputs.mesh.notices) run->report.notices.push_back(std::move(notice.what));

@@ -6,6 +6,7 @@ export module camber.run:pipeline;
 import camber.core;
 import camber.config;
 import camber.io;
+import camber.ordering;
 import :report;
 import :runner;
 import :stages;
@@ -17,6 +18,7 @@ struct Inputs {
     DecodedMesh mesh;
     std::optional<Solution> metric;         ///< of the metric file, when the config names one
     std::vector<MetricFile> operands = {};  ///< metric files that the operations intersect with
+    OrderingOptions ordering = {};          ///< when the stages work in an order of their own
 };
 
 struct Run {

@@ -34,6 +34,11 @@ struct EdgeReport {
     std::size_t longer = 0;    ///< edges that are longer than their chords
 };
 
+/// The stages worked in an order of their own: how bad the mesh's is (ordering:space_filling).
+struct ReorderedReport {
+    double scatter = 0;
+};
+
 struct MeshReport {
     int dimension = 3, degree = 1;
     std::size_t vertices = 0, nodes = 0, elements = 0, facets = 0, feature_edges = 0;
@@ -140,6 +145,7 @@ struct StageTime {
 
 struct Report {
     std::optional<OriginReport> origin;
+    std::optional<ReorderedReport> reordered;
     MeshReport mesh;
     std::optional<MetricReport> metric;
     std::optional<RemeshReport> remesh;

@@ -146,6 +146,7 @@ Json json(const ReinsertReport& r) {
 
 std::string to_json(const Report& report) {
     Json j = report.origin ? head(*report.origin) : Json::object();
+    if (report.reordered) j["reordered"] = {{"scatter", report.reordered->scatter}};
     j["mesh"] = json(report.mesh);
     if (report.metric) j["metric"] = json(*report.metric);
     if (report.remesh) j["remesh"] = json(*report.remesh);

@@ -39,6 +39,9 @@ std::string mesh_rows(const Report& report) {
                        table_row("vertices", m.vertices) +
                        table_row(m.dimension == 2 ? "triangles" : "tetrahedra", m.elements) +
                        table_row(m.dimension == 2 ? "boundary edges" : "boundary triangles", m.facets);
+    if (report.reordered)
+        text += table_row("order of vertices and elements",
+                          fmt::format("scattered ({:.2g}): another while working", report.reordered->scatter));
     if (report.metric) {
         text += table_row("metric", name_metric(report.metric->source)) +
                 table_row("largest anisotropy", fmt::format("{:.4g}", report.metric->largest_anisotropy)) +

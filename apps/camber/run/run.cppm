@@ -13,6 +13,7 @@ export import :plot;
 export import :check;
 import :check_parts;
 import :measures;
+import :numbering;
 import :parts;
 import :rows;
 export import :stages;

@@ -11,6 +11,7 @@ import camber.config;
 import camber.curving;
 import camber.io;
 import camber.metric;
+import camber.ordering;
 import camber.programmes;
 import camber.surface;
 import camber.validity;
@@ -34,14 +35,23 @@ struct MetricFile {
 
 namespace camber::run {
 
-/// The mesh made sound, or refused; notices of what was done.
+/// A mesh, and rows of its vertices.
+template <int D>
+struct StageInputs {
+    GivenMesh<D> mesh;
+    std::vector<MetricFile> files;
+};
+
+/// The mesh made sound, or refused; notices of what was done. It is in the order to work in; none: the given one.
 template <int D>
 struct Sound {
-    GivenMesh<D> mesh;
+    StageInputs<D> inputs;
     Notices notices;
+    std::optional<BetterOrder> order;
 };
 template <int D>
-[[nodiscard]] Outcome<Sound<D>> prepare_stage(GivenMesh<D> mesh, const Execution& execution);
+[[nodiscard]] Outcome<Sound<D>> prepare_stage(StageInputs<D> given, std::span<const config::Stage> stages,
+                                              const OrderingOptions& ordering, const Execution& execution);
 
 /// What a field of log-metrics at the vertices of the straight mesh is made from.
 template <int D>

@@ -1,0 +1,103 @@
+// A straight mesh with its vertices, elements and facets in random order, and how scattered it is:
+//
+//     shuffled MESH [OUT [SEED]]
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <numeric>
+#include <random>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+import camber.core;
+import camber.io;
+import camber.ordering;
+
+using namespace camber;
+
+namespace {
+
+template <class T>
+T must(Outcome<T> outcome) {
+    if (outcome) return std::move(*outcome);
+    std::fprintf(stderr, "%s\n", describe(outcome.error()).c_str());
+    std::exit(1);
+}
+
+std::vector<std::byte> bytes_of(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    const std::vector<char> chars{std::istreambuf_iterator<char>(file), {}};
+    const auto bytes = std::as_bytes(std::span(chars));
+    return {bytes.begin(), bytes.end()};
+}
+
+template <class EntityId>
+Permutation<EntityId> any_order(std::size_t count, std::mt19937_64& random) {
+    Buffer<EntityId> ids(count);
+    for (std::size_t i = 0; i < count; ++i) ids[i] = EntityId(i);
+    std::shuffle(ids.begin(), ids.end(), random);
+    return must(permutation(Column<EntityId>(std::move(ids)), Execution{}));
+}
+
+template <int K>
+void shuffle_rows(Simplices<K>& simplices, Column<std::uint32_t>* marked, std::mt19937_64& random) {
+    const auto order = any_order<FacetId>(simplices.size(), random);
+    simplices.vertices = must(renumbered_rows(simplices.vertices, order.before, Execution{}));
+    simplices.references = must(renumbered_rows(simplices.references, order.before, Execution{}));
+    simplices.entities = must(renumbered_rows(simplices.entities, order.before, Execution{}));
+    for (Column<std::uint32_t>* rows : {&simplices.required, marked}) {
+        if (rows == nullptr) continue;
+        auto ids = take(std::move(*rows));
+        for (std::uint32_t& id : ids) id = order.after[id].value;
+        *rows = std::move(ids);
+    }
+}
+
+template <int D>
+AnyMesh shuffled(LinearMesh<D> mesh, std::mt19937_64& random) {
+    shuffle_rows(mesh.facets, D == 2 ? &mesh.ridges : nullptr, random);
+    const Renumbering order{any_order<VertexId>(mesh.points.size(), random),
+                            any_order<ElementId>(mesh.elements.size(), random)};
+    return must(renumbered(std::move(mesh), order, Execution{}));
+}
+template <int D>
+AnyMesh shuffled(const QuadraticMesh<D>&, std::mt19937_64&) {
+    std::fprintf(stderr, "only straight meshes are shuffled\n");
+    std::exit(1);
+}
+
+double scatter_of(const AnyMesh& mesh) {
+    return std::visit(
+        []<class Mesh>(const Mesh& m) {
+            if constexpr (requires { m.linear; })
+                return must(scatter(m.linear, Execution{}));
+            else
+                return must(scatter(m, Execution{}));
+        },
+        mesh);
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+    if (count < 2) return std::fprintf(stderr, "shuffled MESH [OUT [SEED]]\n"), 2;
+    const std::string from = words[1], to = count > 2 ? words[2] : "";
+    std::mt19937_64 random(count > 3 ? std::strtoull(words[3], nullptr, 10) : 1);
+    const AnyMesh mesh = must(decode_mesh(bytes_of(from), from, Execution{})).mesh;
+    std::printf("%s: scatter %.4g\n", from.c_str(), scatter_of(mesh));
+    if (to.empty()) return 0;
+    const AnyMesh out = std::visit([&](const auto& m) { return shuffled(m, random); }, mesh);
+    std::printf("%s: scatter %.4g\n", to.c_str(), scatter_of(out));
+    const MeshFormat& format = *must(format_to_write(mesh_formats(), to));
+    std::ofstream file(to, std::ios::binary);
+    for (const auto& chunk : must(format.encode(out, {}, {}, Execution{})))
+        file.write(reinterpret_cast<const char*>(chunk.data()), static_cast<std::streamsize>(chunk.size()));
+    return file ? 0 : 1;
+}
