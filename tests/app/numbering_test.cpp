@@ -1,0 +1,229 @@
+// A run of a mesh in a bad order works in another, and nothing of that order comes out: the same run in the mesh's own
+// order is what it is held against.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <random>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "meshes.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.config;
+import camber.io;
+import camber.ordering;
+import camber.run;
+
+using namespace camber;
+using camber::testing::alone;
+using camber::testing::must;
+
+namespace {
+
+constexpr OrderingOptions always{.least_elements = 0, .most_scatter = 0};
+constexpr OrderingOptions never{.least_elements = std::numeric_limits<std::size_t>::max()};
+
+template <class EntityId>
+Permutation<EntityId> any_order(std::size_t count) {
+    Buffer<EntityId> ids(count);
+    for (std::size_t i = 0; i < count; ++i) ids[i] = EntityId(i);
+    std::shuffle(ids.begin(), ids.end(), std::mt19937_64(count));
+    return must(permutation(Column<EntityId>(std::move(ids)), alone));
+}
+
+/// A shape's mesh in random order.
+template <int D>
+LinearMesh<D> shuffled(const std::string& shape) {
+    const auto pipeline = must(config::read_pipeline(R"({"input": {"generate": )" + shape + "}}", "test"));
+    const auto made = must(run::generate_shape(std::get<config::Shape>(pipeline.input.source), alone));
+    auto mesh = std::get<LinearMesh<D>>(made.mesh);
+    const Renumbering order{any_order<VertexId>(mesh.points.size()), any_order<ElementId>(mesh.elements.size())};
+    return must(renumbered(std::move(mesh), order, alone));
+}
+LinearMesh<3> shell() {
+    return shuffled<3>(R"({"shell": {"structure": "prisms", "inner_size": 0.5, "outer_size": 0.9}})");
+}
+LinearMesh<2> annulus() { return shuffled<2>(R"({"annulus": {"inner_size": 0.25, "outer_size": 0.4}})"); }
+
+Outcome<run::Run> run_of(const std::string& rest, run::Inputs inputs, int threads = 1) {
+    const auto pipeline = must(config::read_pipeline(R"({"input": {"mesh": "-"})" + rest + "}", "test"));
+    return run::run_pipeline(pipeline, std::move(inputs), [threads](std::string_view, const auto& body) {
+        return body(Execution{.threads = threads});
+    });
+}
+
+/// A size a vertex that grows with its distance from the origin.
+template <int D>
+Solution sizes_of(const LinearMesh<D>& mesh) {
+    Buffer<double> sizes;
+    for (const Vec<D>& p : mesh.points) sizes.push_back(0.1 + 0.3 * norm(p));
+    return {.dimension = D, .fields = {FieldKind::scalar}, .rows = mesh.points.size(), .values = std::move(sizes)};
+}
+
+/// Not to the last bit: sums over balls are in another order, and a sample on a face may be read on its other side.
+template <class T>
+bool close(const Column<T>& a, const Column<T>& b) {
+    if (a.size() != b.size()) return false;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        if constexpr (std::is_same_v<T, double>) {
+            if (std::isnan(a[i]) != std::isnan(b[i])) return false;
+            if (std::abs(a[i] - b[i]) > 1e-7 * std::max(1.0, std::abs(b[i]))) return false;
+        } else if (a[i] != b[i]) {
+            return false;
+        }
+    }
+    return true;
+}
+bool close(const MeshField& a, const MeshField& b) {
+    return a.name == b.name && a.centring == b.centring && a.kind == b.kind &&
+           std::visit([&](const auto& rows) { return close(rows, std::get<std::decay_t<decltype(rows)>>(b.values)); },
+                      a.values);
+}
+
+template <int D>
+bool close_nodes(const QuadraticMesh<D>& a, const QuadraticMesh<D>& b) {
+    const auto near = [](const Vec<D>& p, const Vec<D>& q) { return norm(p - q) < 1e-9; };
+    return std::ranges::equal(a.linear.points, b.linear.points, near) &&
+           std::ranges::equal(a.mid_nodes, b.mid_nodes,
+                              [&](const auto& p, const auto& q) { return near(p.point, q.point); });
+}
+
+void check_same_elements(const run::Report& a, const run::Report& b) {
+    CHECK(a.invalid_elements == b.invalid_elements);
+    CHECK(a.undecided_elements == b.undecided_elements);
+    CHECK(a.elements_below_bound == b.elements_below_bound);
+    REQUIRE(a.validity.has_value() == b.validity.has_value());
+    if (a.validity) CHECK(a.validity->worst == b.validity->worst);
+}
+
+/// The mesh, its fields, its metric and the elements that the report names are those of the run in the mesh's order.
+template <int D>
+run::Run check_same_run(const std::string& rest, const run::Inputs& given) {
+    CAPTURE(rest);
+    run::Inputs here = given, there = given;
+    here.ordering = never;
+    there.ordering = always;
+    const run::Run in_own = must(run_of(rest, here)), in_other = must(run_of(rest, there));
+    CHECK_FALSE(in_own.report.reordered.has_value());
+    CHECK(in_other.report.reordered.has_value());
+    const auto &own = std::get<QuadraticMesh<D>>(in_own.mesh), &other = std::get<QuadraticMesh<D>>(in_other.mesh);
+    CHECK(other.linear.elements == own.linear.elements);
+    CHECK(other.linear.facets == own.linear.facets);
+    CHECK(other.linear.edges == own.linear.edges);
+    CHECK(other.edges == own.edges);
+    CHECK(close_nodes(own, other));
+    check_same_elements(in_other.report, in_own.report);
+    REQUIRE(in_own.fields.size() == in_other.fields.size());
+    for (const MeshField& field : in_own.fields) {
+        CAPTURE(field.name);
+        const MeshField* const same = in_other.fields.find(field.name, field.centring);
+        REQUIRE(same != nullptr);
+        CHECK(close(*same, field));
+    }
+    REQUIRE(in_own.metric.has_value() == in_other.metric.has_value());
+    if (in_own.metric) CHECK(close(in_own.metric->values, in_other.metric->values));
+    const run::Run by_three = must(run_of(rest, there, 3));
+    CHECK(by_three.mesh == in_other.mesh);
+    for (const MeshField& field : in_other.fields)
+        CHECK(close(*by_three.fields.find(field.name, field.centring), field));
+    return in_other;
+}
+
+const std::string judged = R"("validate": {"min_scaled_jacobian": 0.85})";
+const std::string with_vtu = R"(, "output": {"vtu": "none.vtu"})";
+const std::string with_outputs = R"(, "output": {"vtu": "none.vtu", "metric": "none.sol"})";
+
+template <int D>
+void check_runs(const LinearMesh<D>& mesh) {
+    run::Inputs inputs{DecodedMesh{AnyMesh(mesh), {}}, {}};
+    const auto made =
+        check_same_run<D>(R"(, "stages": ["elevate", "curve", {)" + judged + R"(}, "commit"])" + with_outputs, inputs);
+    CHECK_FALSE(made.report.elements_below_bound.empty());
+    CHECK_FALSE(made.fields.empty());
+    const auto curved =
+        check_same_run<D>(R"(, "stages": [{)" + judged + "}]" + with_outputs, {DecodedMesh{made.mesh, {}}, {}});
+    CHECK(curved.report.elements_below_bound == made.report.elements_below_bound);
+    inputs.metric = sizes_of(mesh);
+    check_same_run<D>(R"(, "metric": {"file": "sizes.sol"}, "stages": ["elevate", "curve", "commit"])" + with_outputs,
+                      inputs);
+}
+
+}  // namespace
+
+TEST_CASE("a run in another order gives what a run in the mesh's own gives") {
+    check_runs(annulus());
+    check_runs(shell());
+}
+
+TEST_CASE("errors name what the user's files number so") {
+    const LinearMesh<3> mesh = shell();
+    const auto error_of = [&](Solution sizes, const OrderingOptions& ordering) {
+        run::Inputs inputs{DecodedMesh{AnyMesh(mesh), {}}, std::move(sizes), {}, ordering};
+        const auto made = run_of(R"(, "metric": {"file": "sizes.sol"})", std::move(inputs));
+        REQUIRE_FALSE(made);
+        return describe(made.error());
+    };
+    Solution wrong = sizes_of(mesh);
+    auto values = take(std::move(wrong.values));
+    values[17] = -1;
+    wrong.values = std::move(values);
+    CHECK(error_of(wrong, always) == error_of(wrong, never));
+    CHECK(error_of(wrong, always).find("vertex 18") != std::string::npos);
+    Solution short_one = sizes_of(mesh);
+    short_one.values = Column<double>{};
+    short_one.rows = 0;
+    CHECK(error_of(short_one, always) == error_of(short_one, never));
+}
+
+TEST_CASE("what prepare says, and what it mends, is of the mesh's own order") {
+    LinearMesh<3> mesh = shell();
+    auto elements = take(std::move(mesh.elements.vertices));
+    auto references = take(std::move(mesh.elements.references));
+    std::swap(elements[40][0], elements[40][1]);
+    elements.push_back(elements[7]);
+    references.push_back(references[7]);
+    mesh.elements.vertices = std::move(elements);
+    mesh.elements.references = std::move(references);
+    mesh.facets = {};
+    const run::Inputs inputs{DecodedMesh{AnyMesh(mesh), {}}, {}};
+    const auto made = check_same_run<3>(R"(, "stages": ["elevate", "curve", "commit"])", inputs);
+    run::Inputs here = inputs;
+    here.ordering = never;
+    CHECK(made.report.notices == must(run_of(R"(, "stages": ["elevate", "curve", "commit"])", here)).report.notices);
+    CHECK(made.report.notices.size() >= 3);
+}
+
+TEST_CASE("corrections in another order are told by the mesh's own numbers") {
+    const auto curved =
+        must(run_of(R"(, "stages": ["elevate", "curve", "commit"])", {DecodedMesh{AnyMesh(shell()), {}}, {}}));
+    run::Inputs inputs{DecodedMesh{curved.mesh, {}}, {}, {}, always};
+    const auto made =
+        must(run_of(R"(, "stages": [{"relax": {"min_scaled_jacobian": 0.95, "effort": 0.1}}, "commit"])" + with_vtu,
+                    std::move(inputs)));
+    REQUIRE_FALSE(made.report.remaining.empty());
+    const MeshField* const verdicts = made.fields.find("verdict", Centring::cell);
+    REQUIRE(verdicts != nullptr);
+    const auto& values = std::get<Column<std::int32_t>>(verdicts->values);
+    std::vector<std::size_t> bad, remaining;
+    for (std::size_t e = 0; e < std::get<QuadraticMesh<3>>(made.mesh).linear.elements.size(); ++e)
+        if (values[e] != 0) bad.push_back(e + 1);
+    CHECK(made.report.elements_below_bound == bad);
+    for (const auto& r : made.report.remaining) remaining.push_back(r.element);
+    CHECK(remaining == bad);
+}
+
+TEST_CASE("stages that change the straight mesh take it as it is") {
+    run::Inputs inputs{DecodedMesh{AnyMesh(annulus()), {}}, {}, {}, always};
+    const auto made = must(run_of(R"(, "stages": ["smooth", "elevate"])", std::move(inputs)));
+    CHECK_FALSE(made.report.reordered.has_value());
+}
