@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <ios>
 #include <iterator>
 #include <numeric>
 #include <random>
@@ -89,7 +90,7 @@ double scatter_of(const AnyMesh& mesh) {
 int main(int count, char** words) {
     if (count < 2) return std::fprintf(stderr, "shuffled MESH [OUT [SEED]]\n"), 2;
     const std::string from = words[1], to = count > 2 ? words[2] : "";
-    std::mt19937_64 random(count > 3 ? std::strtoull(words[3], nullptr, 10) : 1);
+    std::mt19937_64 random(count > 3 ? static_cast<std::uint64_t>(std::strtod(words[3], nullptr)) : 1);
     const AnyMesh mesh = must(decode_mesh(bytes_of(from), from, Execution{})).mesh;
     std::printf("%s: scatter %.4g\n", from.c_str(), scatter_of(mesh));
     if (to.empty()) return 0;

@@ -80,3 +80,17 @@ def permuted(mesh, random):
     other = Mesh(points, [tuple(new[v] for v in mesh.elements[e]) for e in order],
                  [tuple(new[v] for v in facet) for facet in mesh.facets], mesh.degree)
     return other, order
+
+
+def scattered_square(n):
+    """[0, 1]^2 cut into 2 n^2 triangles, with its boundary; vertices, triangles and edges in random order."""
+    random = np.random.default_rng(n)
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
+    at = random.permutation((n + 1) ** 2).reshape(n + 1, n + 1)
+    a, b, c, d = at[i, j], at[i + 1, j], at[i + 1, j + 1], at[i, j + 1]
+    points = np.empty(((n + 1) ** 2, 2))
+    points[at.ravel()] = np.stack(np.meshgrid(np.arange(n + 1) / n, np.arange(n + 1) / n, indexing="ij"), -1).reshape(-1, 2)
+    sides = [(row[:-1], row[1:]) for row in (at[:, 0], at[-1], at[::-1, -1], at[0, ::-1])]
+    facets = np.concatenate([np.stack(side, 1) for side in sides])
+    elements = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    return Mesh(points, random.permutation(elements), random.permutation(facets))

@@ -12,7 +12,7 @@ from program import CONFIGS, ROOT, Folder, report_of
 
 import gmf  # noqa: E402  (program puts the oracle on the path)
 from bad_meshes import block, centre_out
-from made_meshes import Mesh, lattice
+from made_meshes import Mesh, lattice, scattered_square
 from sample_meshes import ascii_file, cube, elevate, solution_file
 import numpy as np
 
@@ -75,6 +75,9 @@ class Report(unittest.TestCase):
         yield self.config("paper-spheres-coarse", 'stages=["elevate","reinsert"]')
         yield self.config("annulus-2d", "stages/curve/objective=shape")
         yield self.config("annulus-2d", 'stages=["remesh"]', 'metric={"constant": {"sizes": [0.5]}}')
+        self.write("scattered.mesh", scattered_square(224).text().encode())
+        self.run_camber("curve", "scattered.mesh", "-o", "out.meshb", "--report", "r.json", "--set", 'stages=["elevate"]')
+        yield report_of(self.folder.path / "r.json")
         broken = elevate(block())
         centre_out(broken)
         self.write("broken.mesh", ascii_file(broken))

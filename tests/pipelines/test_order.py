@@ -1,0 +1,50 @@
+"""A mesh in random order is worked on in another and written as it was read.
+
+    python3 tests/pipelines/test_order.py build/bin/camber [unittest arguments]
+"""
+import sys
+import unittest
+
+import numpy as np
+from made_meshes import scattered_square
+from program import Folder, report_of
+
+import gmf  # noqa: E402  (program puts the oracle on the path)
+
+
+class Order(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+
+    def curved(self, n):
+        """A square of 2 n^2 triangles, what is written of it by `camber curve`, the report and what is printed."""
+        mesh = scattered_square(n)
+        (self.folder.path / "in.mesh").write_text(mesh.text())
+        done = self.folder.camber("curve", "in.mesh", "-o", "out.meshb", "--report", "r.json", "--set", 'stages=["elevate"]')
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return mesh, gmf.read(self.folder.path / "out.meshb"), report_of(self.folder.path / "r.json"), done.stdout
+
+    def test_a_large_one_is_written_as_it_was_read(self):
+        mesh, out, report, text = self.curved(224)
+        self.assertAlmostEqual(report["reordered"]["scatter"], 6 / 28, delta=0.005)
+        self.assertIn("scattered (0.21)", text)
+        self.assertIn("renumber", [stage["stage"] for stage in report["stages"]])
+        vertices = len(mesh.points)
+        np.testing.assert_array_equal(out.points[:vertices], mesh.points)
+        for name, rows in (("TrianglesP2", mesh.elements), ("EdgesP2", mesh.facets)):
+            nodes = out.cells[name].nodes
+            np.testing.assert_array_equal(nodes[:, :rows.shape[1]], rows)
+            ends = [(0, 1), (1, 2), (2, 0)][:nodes.shape[1] - rows.shape[1]]
+            for column, (a, b) in enumerate(ends, rows.shape[1]):
+                middle = (mesh.points[rows[:, a]] + mesh.points[rows[:, b]]) / 2
+                np.testing.assert_array_equal(out.points[nodes[:, column]], middle)
+
+    def test_a_small_one_is_left_as_it_is(self):
+        _, _, report, text = self.curved(20)
+        self.assertNotIn("reordered", report)
+        self.assertNotIn("scattered", text)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])
