@@ -1,0 +1,241 @@
+module;
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+module camber.metric;
+import :curved_simplex;
+import :element_frame;
+import :nodal_back;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+/// ∂ log M/∂ξ_a, a = 1 … D, with ξ_0 = 1 − Σ ξ_a.
+template <int D>
+std::array<Sym<D>, D> reference_gradient(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
+    const auto& v = back.mesh.linear.elements.vertices[e];
+    std::array<Sym<D>, D + 1> partial{};
+    for (int i = 0; i <= D; ++i) partial[i] = back.logs.vertices[v[i]].l;
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto [i, j] = local_edges<D>[k];
+        const Sym<D> bow = back.logs.mid_nodes[back.mesh.edges.of_elements[e][k]].l -
+                           0.5 * (back.logs.vertices[v[i]].l + back.logs.vertices[v[j]].l);
+        partial[i] += (4 * xi[j]) * bow;
+        partial[j] += (4 * xi[i]) * bow;
+    }
+    std::array<Sym<D>, D> out{};
+    for (int a = 0; a < D; ++a) out[a] = partial[a + 1] - partial[0];
+    return out;
+}
+
+/// Σ_a ∂_ξa ⊗ row a.
+template <int D>
+LogGradient<D> in_space(const std::array<Sym<D>, D>& gradient, const std::array<Vec<D>, D>& rows) {
+    LogGradient<D> out{};
+    for (int i = 0; i < D; ++i)
+        for (int a = 0; a < D; ++a) out[i] += rows[a][i] * gradient[a];
+    return out;
+}
+
+/// ∂ξ_a/∂x, a row each.
+template <int D>
+std::array<Vec<D>, D> inverse_rows(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
+    const Mat<D> a = inverse(jacobian_at(curved_element(back.mesh, e), xi));
+    std::array<Vec<D>, D> rows{};
+    for (int i = 0; i < D; ++i)
+        for (int c = 0; c < D; ++c) rows[i][c] = a(i, c);
+    return rows;
+}
+
+template <int D>
+Outcome<Buffer<LogGradient<D>>> recovered_gradients(const NodalBack<D>& back, const Incidence<ElementId>& balls,
+                                                    const Execution& execution) {
+    Barycentrics<D> centre{};
+    centre.fill(1.0 / (D + 1));
+    return map_each(execution, back.mesh.linear.points.size(), [&](std::size_t v) {
+        LogGradient<D> sum{};
+        double weight = 0;
+        for (const ElementId e : balls[v]) {
+            Barycentrics<D> corner{};
+            for (int i = 0; i <= D; ++i)
+                if (back.mesh.linear.elements.vertices[e][i].index() == v) corner[i] = 1;
+            const double volume = std::abs(det(jacobian_at(curved_element(back.mesh, e), centre)));
+            const LogGradient<D> gradient = back.gradient_at(e, corner);
+            bool is_number = volume > 0;
+            for (const Sym<D>& g : gradient) is_number = is_number && std::isfinite(norm(g));
+            if (!is_number) continue;  // where the corner has no tangents the others speak
+            for (int i = 0; i < D; ++i) sum[i] += volume * gradient[i];
+            weight += volume;
+        }
+        if (weight > 0)
+            for (Sym<D>& g : sum) g *= 1 / weight;
+        return sum;
+    });
+}
+
+template <int D, class Simplex>
+Outcome<BoxTree<D>> tree_of(std::size_t n, const Execution& execution, const Simplex& simplex) {
+    auto boxes = map_each(execution, n, [&](std::size_t i) { return simplex(i).box(); });
+    if (!boxes) return fail(boxes.error());
+    return guarded([&]() -> Outcome<BoxTree<D>> { return BoxTree<D>(*boxes); });
+}
+
+template <int D>
+Outcome<Done> check_nodes(const QuadraticMesh<D>& mesh, const NodalLogs<D>& logs) {
+    const auto refuse = [](std::size_t rows, std::size_t wanted, const char* what) {
+        return fail(ErrorKind::usage,
+                    "the metric has " + std::to_string(rows) + " rows for " + std::to_string(wanted) + " " + what);
+    };
+    if (logs.vertices.size() != mesh.linear.points.size())
+        return refuse(logs.vertices.size(), mesh.linear.points.size(), "vertices");
+    if (logs.mid_nodes.size() != mesh.edges.size())
+        return refuse(logs.mid_nodes.size(), mesh.edges.size(), "edges' nodes");
+    return Done{};
+}
+
+}  // namespace
+
+template <int D>
+LogMetric<D> NodalBack<D>::value_at(const Location<D>& location) const {
+    const auto& xi = location.xi;
+    const auto& v = mesh.linear.elements.vertices[location.element];
+    LogMetric<D> value;
+    for (int i = 0; i <= D; ++i) value.l += xi[i] * logs.vertices[v[i]].l;
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto [i, j] = local_edges<D>[k];
+        const Sym<D> bow = logs.mid_nodes[mesh.edges.of_elements[location.element][k]].l -
+                           0.5 * (logs.vertices[v[i]].l + logs.vertices[v[j]].l);
+        value.l += (4 * xi[i] * xi[j]) * bow;
+    }
+    return value;
+}
+
+template <int D>
+LogGradient<D> NodalBack<D>::gradient_at(ElementId e, const std::array<double, D + 1>& xi) const {
+    return in_space<D>(reference_gradient(*this, e, xi), inverse_rows(*this, e, xi));
+}
+
+template <int D>
+void NodalBack<D>::sample_values(std::span<const Vec<D>> points, ElementId hint,
+                                 std::span<FieldSample<D>> out) const {
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        out[n].location = locate(points[n], hint);
+        hint = out[n].location.element;
+        out[n].log_metric = value_at(out[n].location);
+    }
+}
+
+template <int D>
+void NodalBack<D>::sample_with_gradients(std::span<const Vec<D>> points, ElementId hint,
+                                         std::span<FieldSample<D>> out) const {
+    sample_values(points, hint, out);
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        const Location<D>& at = out[n].location;
+        out[n].gradient = at.placement == Placement::inside
+                              ? gradient_at(at.element, at.xi)
+                              : in_space<D>(reference_gradient(*this, at.element, at.xi),
+                                            slide_along_face(*this, at, points[n]));
+    }
+}
+
+template <int D>
+void NodalBack<D>::sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
+                                                   std::span<FieldSample<D>> out) const {
+    sample_values(points, hint, out);
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        const Location<D>& at = out[n].location;
+        const auto& v = mesh.linear.elements.vertices[at.element];
+        LogGradient<D> mean{};
+        for (int i = 0; i <= D; ++i)
+            for (int c = 0; c < D; ++c) mean[c] += at.xi[i] * recovered[v[i]][c];
+        out[n].gradient = mean;
+        if (at.placement == Placement::inside) continue;
+        // What the element sees of it, by its own tangents, slides along the boundary.
+        const auto columns = curved_element(mesh, at.element).derivatives(at.xi);
+        std::array<Sym<D>, D> seen{};
+        for (int a = 0; a < D; ++a)
+            for (int c = 0; c < D; ++c) seen[a] += columns[a][c] * mean[c];
+        out[n].gradient = in_space<D>(seen, slide_along_face(*this, at, points[n]));
+    }
+}
+
+template <int D>
+void NodalBack<D>::see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const {
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const auto& [a, b, shell] = edges[i];
+        out[i] = {{logs.vertices[a]}, {logs.vertices[b]}, false};
+        out[i].a.gradient = recovered[a];
+        out[i].b.gradient = recovered[b];
+    }
+}
+
+template <int D>
+BackSector<D> NodalBack<D>::sector(ElementId e, VertexId a, VertexId b) const {
+    Barycentrics<D> middle{};
+    for (int i = 0; i <= D; ++i)
+        if (const VertexId v = mesh.linear.elements.vertices[e][i]; v == a || v == b) middle[i] = 0.5;
+    const auto rows = inverse_rows(*this, e, middle);
+    BackSector<D> sector{in_space<D>(reference_gradient(*this, e, middle), rows), {}};
+    int n = 0;
+    for (int i = 0; i <= D; ++i) {
+        if (middle[i] > 0 || n == D - 1) continue;
+        if (i > 0)
+            sector.walls[n] = rows[i - 1];
+        else
+            for (const Vec<D>& row : rows) sector.walls[n] -= row;
+        ++n;
+    }
+    return sector;
+}
+
+template <int D>
+Outcome<NodalLogs<D>> nodal_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> vertices, const Execution& execution) {
+    auto means = map_each(execution, edges.size(), [&](std::size_t e) {
+        const auto& [a, b] = edges.vertices[e];
+        return LogMetric<D>{0.5 * (vertices[a].l + vertices[b].l)};
+    });
+    if (!means) return fail(means.error());
+    return NodalLogs<D>{std::move(vertices), Column<LogMetric<D>>(std::move(*means))};
+}
+
+template <int D>
+Outcome<BackMesh<D>> make_nodal_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls, NodalLogs<D> logs,
+                                          const Execution& execution) {
+    if (auto fits = check_nodes(mesh, logs); !fits) return fail(fits.error());
+    NodalBack<D> back;
+    auto across = neighbours(mesh.linear, balls, part_of(execution, 0, 0.3));
+    if (!across) return fail(across.error());
+    back.neighbours = std::move(*across);
+    back.boundary = boundary_faces<D>(back.neighbours);
+    back.mesh = std::move(mesh);
+    back.logs = std::move(logs);
+    auto elements = tree_of<D>(back.mesh.linear.elements.size(), part_of(execution, 0.3, 0.5),
+                                  [&](std::size_t e) { return curved_element(back.mesh, ElementId(e)); });
+    if (!elements) return fail(elements.error());
+    back.element_tree = std::move(*elements);
+    auto faces = tree_of<D>(back.boundary.size(), part_of(execution, 0.5, 0.6),
+                                   [&](std::size_t f) { return curved_face(back.mesh, back.boundary[f]); });
+    if (!faces) return fail(faces.error());
+    back.boundary_tree = std::move(*faces);
+    auto gradients = recovered_gradients(back, balls, part_of(execution, 0.6, 1));
+    if (!gradients) return fail(gradients.error());
+    back.recovered = std::move(*gradients);
+    return BackMesh<D>(std::move(back));
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template class NodalBack<D>;                                                                               \
+    template Outcome<NodalLogs<D>> nodal_logs<D>(const EdgeSet<D>&, Column<LogMetric<D>>, const Execution&);   \
+    template Outcome<BackMesh<D>> make_nodal_back_mesh<D>(QuadraticMesh<D>, const Incidence<ElementId>&,       \
+                                                          NodalLogs<D>, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,98 @@
+// Curved meshes for the tests of back meshes of degree 2.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <utility>
+
+#include "back.hpp"
+#include "dice.hpp"
+#include "meshes.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.metric;
+
+namespace camber::testing {
+
+/// A rough mesh with each node off the middle of its chord by up to a share of it.
+template <int D>
+QuadraticMesh<D> bent_mesh(std::uint64_t seed, Dice& dice, double share) {
+    auto mesh = must(elevate(unit_box<D>(2, seed), alone));
+    auto nodes = take(std::move(mesh.mid_nodes));
+    for (std::size_t e = 0; e < nodes.size(); ++e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        const double length = distance(mesh.linear.points[a], mesh.linear.points[b]);
+        nodes[e].point += dice.vector<D>(-share * length, share * length);
+    }
+    mesh.mid_nodes = std::move(nodes);
+    return mesh;
+}
+
+template <int D>
+Column<LogMetric<D>> rough_logs(std::size_t n, Dice& dice) {
+    Buffer<LogMetric<D>> logs(n);
+    for (auto& log_metric : logs) log_metric.l = dice.symmetric<D>();
+    return logs;
+}
+
+/// The P2 map by its Lagrange basis, which knows no displacements.
+template <int D>
+Vec<D> point_in(const QuadraticMesh<D>& mesh, ElementId e, const std::array<double, D + 1>& xi) {
+    Vec<D> x;
+    for (int i = 0; i <= D; ++i) x += xi[i] * (2 * xi[i] - 1) * mesh.linear.points[mesh.linear.elements.vertices[e][i]];
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto [i, j] = local_edges<D>[k];
+        x += 4 * xi[i] * xi[j] * mesh.mid_nodes[mesh.edges.of_elements[e][k]].point;
+    }
+    return x;
+}
+
+template <int D>
+std::array<double, D + 1> inner_place(Dice& dice) {
+    std::array<double, D + 1> xi{};
+    double sum = 0;
+    for (double& u : xi) sum += u = dice.uniform(0.1, 1);
+    for (double& u : xi) u /= sum;
+    return xi;
+}
+
+/// The mesh of degree 2 whose vertices and nodes are where the map has those of a straight one.
+template <int D, class Map>
+QuadraticMesh<D> mapped(const LinearMesh<D>& mesh, Map&& map) {
+    auto out = must(elevate(LinearMesh<D>(mesh), alone));
+    auto points = take(std::move(out.linear.points));
+    auto nodes = take(std::move(out.mid_nodes));
+    for (Vec<D>& p : points) p = map(p);
+    for (LagrangeNode<D>& node : nodes) node.point = map(node.point);
+    out.linear.points = std::move(points);
+    out.mid_nodes = std::move(nodes);
+    return out;
+}
+
+/// x_i + A sin 2π x_{i+1}: edges of a lattice of four cells a side bow by 6 % of their chords, some of ten.
+template <int D>
+Vec<D> wave(const Vec<D>& p, double height = 0.05) {
+    Vec<D> x = p;
+    for (int i = 0; i < D; ++i) x[i] += height * std::sin(2 * std::numbers::pi * p[(i + 1) % D]);
+    return x;
+}
+
+/// A box that the wave bends, its nodes off by another share of their chords.
+template <int D>
+QuadraticMesh<D> wavy_mesh(int cells, std::uint64_t seed, Dice& dice, double share = 0.01) {
+    auto mesh = mapped(unit_box<D>(cells, seed, 0.05), [](const Vec<D>& p) { return wave<D>(p); });
+    auto nodes = take(std::move(mesh.mid_nodes));
+    for (std::size_t e = 0; e < nodes.size(); ++e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        const double length = distance(mesh.linear.points[a], mesh.linear.points[b]);
+        nodes[e].point += dice.vector<D>(-share * length, share * length);
+    }
+    mesh.mid_nodes = std::move(nodes);
+    return mesh;
+}
+
+}  // namespace camber::testing
