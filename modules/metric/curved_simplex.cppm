@@ -62,13 +62,18 @@ struct CurvedSimplex {
         }
         return p;
     }
-    /// A box of the Bézier points.
+    /// A box of the Bézier points, and of what rounding may have done to them.
     [[nodiscard]] Box<D> box() const {
         Box<D> box;
         for (int i = 0; i <= K; ++i) box.include(origin + d[i]);
         for (int e = 0; e < edges_per_simplex<K>; ++e) {
             const auto [i, j] = local_edges<K>[e];
             box.include(origin + 0.5 * (d[i] + d[j]) + 2 * u[e]);
+        }
+        for (int c = 0; c < D; ++c) {
+            const double blur = 4e-15 * std::max(std::abs(box.low[c]), std::abs(box.high[c]));
+            box.low[c] -= blur;
+            box.high[c] += blur;
         }
         return box;
     }

@@ -154,13 +154,6 @@ void NodalBack<D>::sample_with_recovered_gradients(std::span<const Vec<D>> point
         for (int i = 0; i <= D; ++i)
             for (int c = 0; c < D; ++c) mean[c] += at.xi[i] * recovered[v[i]][c];
         out[n].gradient = mean;
-        if (at.placement == Placement::inside) continue;
-        // What the element sees of it, by its own tangents, slides along the boundary.
-        const auto columns = curved_element(mesh, at.element).derivatives(at.xi);
-        std::array<Sym<D>, D> seen{};
-        for (int a = 0; a < D; ++a)
-            for (int c = 0; c < D; ++c) seen[a] += columns[a][c] * mean[c];
-        out[n].gradient = in_space<D>(seen, slide_along_face(*this, at, points[n]));
     }
 }
 

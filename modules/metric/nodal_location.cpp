@@ -15,7 +15,7 @@ namespace camber {
 
 namespace {
 
-constexpr int short_walk = 64;
+constexpr int short_walk = 16;
 
 template <int D>
 Barycentrics<D> centre() {
@@ -39,8 +39,12 @@ Location<D> walk(const NodalBack<D>& back, const Vec<D>& p, ElementId start) {
     ElementId at = start, before;
     for (int step = 0; step < short_walk && at.valid(); ++step) {
         const auto element = curved_element(back.mesh, at);
-        const Root<D> root = newton_root<D>(element, p - element.origin, centre<D>());
-        if (root.is_inside()) return at_root(at, root);
+        const Vec<D> r = p - element.origin;
+        const Iterate<D> root = newton<D>(element, r, centre<D>());
+        constexpr double near = 1e-3;
+        if (root.has_converged && *std::ranges::min_element(root.xi) > -near)
+            if (const auto proven = proven_root<D>(element, r, root.xi, root.inverse); proven.is_inside())
+                return at_root(at, proven);
         // Behind a boundary face the other faces that hide p are tried: the mesh need not be convex. And never back at
         // once: what lies beyond an element is a guess there.
         ElementId next;
@@ -57,7 +61,7 @@ Location<D> walk(const NodalBack<D>& back, const Vec<D>& p, ElementId start) {
     return seen;
 }
 
-/// A look at all elements whose boxes hold p: of several that hold it the lowest.
+/// A look at all elements whose boxes hold p: by Newton's method from their centres, then by bisection of each.
 template <int D>
 struct Looked {
     Location<D> location;
@@ -66,14 +70,24 @@ struct Looked {
 template <int D>
 Looked<D> look_at_all(const NodalBack<D>& back, const Vec<D>& p) {
     Looked<D> looked;
-    back.element_tree.containing(p, [&](std::size_t e) {
-        if (looked.is_found && looked.location.element.index() < e) return;
-        const auto element = curved_element(back.mesh, ElementId(e));
-        const Found<D> found = find_in_element<D>(element, p - element.origin);
-        if (found.membership == Membership::undecided) looked.is_decided = false;
-        if (found.membership != Membership::inside) return;
-        looked.location = at_root(ElementId(e), found.root);
-        looked.is_found = true;
+    const auto look = [&](auto&& find) {
+        back.element_tree.containing(p, [&](std::size_t e) {
+            if (looked.is_found) return;
+            const auto element = curved_element(back.mesh, ElementId(e));
+            if (!element.box().contains(p)) return;
+            const Found<D> found = find(element, p - element.origin);
+            looked.is_decided = looked.is_decided && found.membership != Membership::undecided;
+            looked.is_found = found.membership == Membership::inside;
+            if (looked.is_found) looked.location = at_root(ElementId(e), found.root);
+        });
+    };
+    look([](const CurvedSimplex<D, D>& element, const Vec<D>& r) {
+        if (!may_hold<D>(element, r)) return Found<D>{Membership::not_inside, {}};
+        const Root<D> root = newton_root<D>(element, r, centre<D>());
+        return Found<D>{root.is_inside() ? Membership::inside : Membership::not_inside, root};
+    });
+    if (!looked.is_found) look([](const CurvedSimplex<D, D>& element, const Vec<D>& r) {
+        return find_in_element<D>(element, r);
     });
     return looked;
 }

@@ -28,14 +28,28 @@ struct Root {
     }
 };
 
-/// What is known of ξ as a solution, with the approximate inverse A of the Jacobian.
+/// What is known of ξ as a solution, with an approximate inverse of the Jacobian: Kantorovich's theorem, in coordinates
+/// in which a thin element that bends away by many thicknesses looks round.
 template <int D>
 [[nodiscard]] Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& xi,
                                   const Mat<D>& inverse);
 
-/// Newton's method from ξ. Where it does not end, its first iterate, unproven: the element's linear map there.
+/// Where Newton's method from ξ ends; where it does not, its first iterate: the element's linear map there.
+template <int D>
+struct Iterate {
+    Barycentrics<D> xi{};
+    Mat<D> inverse;  ///< of the Jacobian a step before
+    bool has_converged = false;
+};
+template <int D>
+[[nodiscard]] Iterate<D> newton(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from);
+/// The same with its proof.
 template <int D>
 [[nodiscard]] Root<D> newton_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from);
+
+/// False where all Bézier points of the element lie on one side of the point: a quick look.
+template <int D>
+[[nodiscard]] bool may_hold(const CurvedSimplex<D, D>& element, const Vec<D>& r);
 
 /// Whether a point lies in an element.
 enum class Membership { inside, not_inside, undecided };
@@ -45,9 +59,9 @@ struct Found {
     Root<D> root;
 };
 
-/// By bisection of the element: of each part either the Bézier points, seen through the inverse Jacobian of its centre,
-/// all lie on one side of the point, or Newton's method from there finds a solution; one outside whose ball of
-/// uniqueness holds the part leaves none in it.
+/// By bisection of the element: of each part either all Bézier points lie on one side of the point in some direction, or
+/// Newton's method finds a solution from its centre; one outside whose ball of uniqueness holds the part leaves none in
+/// it.
 template <int D>
 [[nodiscard]] Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r);
 

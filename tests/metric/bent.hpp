@@ -2,15 +2,14 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 #include <utility>
 
 #include "back.hpp"
 #include "dice.hpp"
 #include "meshes.hpp"
+#include "restarts.hpp"
 
 import camber.core;
 import camber.bezier;
@@ -58,27 +57,6 @@ std::array<double, D + 1> inner_place(Dice& dice) {
     for (double& u : xi) sum += u = dice.uniform(0.1, 1);
     for (double& u : xi) u /= sum;
     return xi;
-}
-
-/// The mesh of degree 2 whose vertices and nodes are where the map has those of a straight one.
-template <int D, class Map>
-QuadraticMesh<D> mapped(const LinearMesh<D>& mesh, Map&& map) {
-    auto out = must(elevate(LinearMesh<D>(mesh), alone));
-    auto points = take(std::move(out.linear.points));
-    auto nodes = take(std::move(out.mid_nodes));
-    for (Vec<D>& p : points) p = map(p);
-    for (LagrangeNode<D>& node : nodes) node.point = map(node.point);
-    out.linear.points = std::move(points);
-    out.mid_nodes = std::move(nodes);
-    return out;
-}
-
-/// x_i + A sin 2π x_{i+1}: edges of a lattice of four cells a side bow by 6 % of their chords, some of ten.
-template <int D>
-Vec<D> wave(const Vec<D>& p, double height = 0.05) {
-    Vec<D> x = p;
-    for (int i = 0; i < D; ++i) x[i] += height * std::sin(2 * std::numbers::pi * p[(i + 1) % D]);
-    return x;
 }
 
 /// A box that the wave bends, its nodes off by another share of their chords.
