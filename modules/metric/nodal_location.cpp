@@ -40,7 +40,7 @@ Location<D> walk(const NodalBack<D>& back, const Vec<D>& p, ElementId start) {
     for (int step = 0; step < short_walk && at.valid(); ++step) {
         const auto element = curved_element(back.mesh, at);
         const Vec<D> r = p - element.origin;
-        const Iterate<D> root = newton<D>(element, r, centre<D>());
+        const RootIterate<D> root = newton<D>(element, r, centre<D>());
         constexpr double near = 1e-3;
         if (root.has_converged && *std::ranges::min_element(root.xi) > -near)
             if (const auto proven = proven_root<D>(element, r, root.xi, root.inverse); proven.is_inside())

@@ -252,8 +252,9 @@ Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const B
 }
 
 template <int D>
-Iterate<D> newton(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from) {
-    Iterate<D> at{.xi = from};
+RootIterate<D> newton(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from) {
+    RootIterate<D> at;
+    at.xi = from;
     Barycentrics<D> first = from;
     for (int step = 0; step < most_steps; ++step) {
         at.inverse = inverse(jacobian_at(element, at.xi));
@@ -270,7 +271,7 @@ Iterate<D> newton(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Bar
 
 template <int D>
 Root<D> newton_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from) {
-    const Iterate<D> at = newton<D>(element, r, from);
+    const RootIterate<D> at = newton<D>(element, r, from);
     return at.has_converged ? proven_root<D>(element, r, at.xi, at.inverse) : Root<D>{.xi = at.xi};
 }
 
@@ -318,7 +319,7 @@ Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r) {
 #define CAMBER_INSTANTIATE(D)                                                                                 \
     template Root<D> proven_root<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&,        \
                                     const Mat<D>&);                                                           \
-    template Iterate<D> newton<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&);         \
+    template RootIterate<D> newton<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&);         \
     template Root<D> newton_root<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&);       \
     template bool may_hold<D>(const CurvedSimplex<D, D>&, const Vec<D>&);                                     \
     template Found<D> find_in_element<D>(const CurvedSimplex<D, D>&, const Vec<D>&);

@@ -36,13 +36,13 @@ template <int D>
 
 /// Where Newton's method from ξ ends; where it does not, its first iterate: the element's linear map there.
 template <int D>
-struct Iterate {
+struct RootIterate {
     Barycentrics<D> xi{};
     Mat<D> inverse;  ///< of the Jacobian a step before
     bool has_converged = false;
 };
 template <int D>
-[[nodiscard]] Iterate<D> newton(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from);
+[[nodiscard]] RootIterate<D> newton(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from);
 /// The same with its proof.
 template <int D>
 [[nodiscard]] Root<D> newton_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from);

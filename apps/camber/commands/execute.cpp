@@ -30,6 +30,29 @@ namespace camber::app {
 
 namespace {
 
+/// The metric file, and the mesh that it speaks of where that is another, or curved with rows at its nodes.
+Outcome<DecodedSolution> read_metric_of(const config::Pipeline& pipeline, const config::FilePath& metric,
+                                        run::Inputs& inputs, const Execution& execution) {
+    if (pipeline.metric_mesh.empty()) {
+        auto solution = read_solution_for(inputs.mesh, metric.path, execution);
+        if (!solution) return solution;
+        auto sorted = run::rows_by_nodes(std::move(solution->solution), inputs.mesh, without_progress(execution));
+        if (!sorted) return fail(sorted.error());
+        solution->solution = std::move(sorted->solution);
+        if (sorted->is_at_nodes) inputs.metric_mesh = {inputs.mesh.mesh, run::MetricMesh::Of::input};
+        return solution;
+    }
+    auto mesh = read_mesh(pipeline.metric_mesh, pipeline.input.flat, part_of(execution, 0, 0.6));
+    if (!mesh) return fail(mesh.error());
+    auto solution = read_solution_for(*mesh, metric.path, part_of(execution, 0.6, 1));
+    if (!solution) return solution;
+    auto sorted = run::rows_by_nodes(std::move(solution->solution), *mesh, without_progress(execution));
+    if (!sorted) return fail(sorted.error());
+    solution->solution = std::move(sorted->solution);
+    inputs.metric_mesh = {std::move(mesh->mesh), run::MetricMesh::Of::another};
+    return solution;
+}
+
 Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Execution& execution) {
     const config::Input& input = pipeline.input;
     const auto* file = std::get_if<config::FilePath>(&input.source);
@@ -43,8 +66,11 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
         mesh->notices.push_back(
             {fmt::format("{} fields of the file were not kept: runs carry none", mesh->fields.size())});
     run::Inputs inputs{std::move(*mesh), {}};
+    if (metric == nullptr && !pipeline.metric_mesh.empty())
+        return fail(ErrorKind::usage, "is the mesh of a metric file, and the metric is none", "/metric_mesh", {},
+                    "give \"metric\": {\"file\": …}, or leave it out");
     if (metric != nullptr) {
-        auto solution = read_solution_for(inputs.mesh, metric->path, part_of(execution, of_mesh, 1));
+        auto solution = read_metric_of(pipeline, *metric, inputs, part_of(execution, of_mesh, 1));
         if (!solution) return fail(solution.error());
         inputs.metric = std::move(solution->solution);
         inputs.mesh.notices.insert(inputs.mesh.notices.end(), solution->notices.begin(), solution->notices.end());

@@ -183,7 +183,27 @@ Outcome<Solution> metric_solution(const BackMesh<D>& field, const Execution& exe
     return metric_solution<D>(Column<LogMetric<D>>(std::move(*logs)), execution);
 }
 
+template <int D>
+Outcome<Solution> metric_solution(const BackMesh<D>& field, const QuadraticMesh<D>& mesh, const Execution& execution) {
+    const std::size_t vertices = mesh.linear.points.size();
+    return guarded([&]() -> Outcome<Solution> {
+        Buffer<LogMetric<D>> logs(vertices + mesh.edges.size());
+        auto done = each_chunk(execution, logs.size(), [&](std::size_t begin, std::size_t end) {
+            ElementId hint;
+            for (std::size_t n = begin; n < end; ++n) {
+                const Vec<D>& p = n < vertices ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices].point;
+                const FieldSample<D> sample = sample_value(field, p, hint);
+                hint = sample.location.element;
+                logs[n] = sample.log_metric;
+            }
+        });
+        if (!done) return fail(std::move(done.error()));
+        return metric_solution<D>(Column<LogMetric<D>>(std::move(logs)), execution);
+    });
+}
+
 #define CAMBER_INSTANTIATE(D)                                                                     \
+    template Outcome<Solution> metric_solution<D>(const BackMesh<D>&, const QuadraticMesh<D>&, const Execution&); \
     template Outcome<Solution> metric_solution<D>(const BackMesh<D>&, const Execution&);          \
     template Outcome<Solution> metric_solution<D>(const Column<LogMetric<D>>&, const Execution&); \
     template Outcome<MeshFields> mesh_fields<D>(const Quadratic<D>&, const BackMesh<D>*,          \

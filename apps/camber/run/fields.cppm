@@ -35,6 +35,10 @@ template <int D>
 [[nodiscard]] Outcome<Solution> metric_solution(const Column<LogMetric<D>>& log_metrics, const Execution& execution);
 template <int D>
 [[nodiscard]] Outcome<Solution> metric_solution(const BackMesh<D>& field, const Execution& execution);
+/// The same at all nodes of a curved mesh, those of the edges after the vertices.
+template <int D>
+[[nodiscard]] Outcome<Solution> metric_solution(const BackMesh<D>& field, const QuadraticMesh<D>& mesh,
+                                                const Execution& execution);
 
 }  // namespace camber::run
 

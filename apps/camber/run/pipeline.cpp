@@ -77,7 +77,11 @@ Outcome<std::optional<Solution>> wanted_metric(Runner<D>& run) {
         run.tell(Notices{"no stage made a metric: " + run.config.output.metric + " was not written"});
         return std::nullopt;
     }
-    return run.step("fields", [&](const Execution& e) { return metric_solution(*run.field(), e).map(some); });
+    const auto* const end = std::get_if<Quadratic<D>>(&run.state.mesh);
+    const bool at_nodes = end && file_with_mesh(run.config, run.files) && !run.state.inherited;
+    return run.step("fields", [&](const Execution& e) {
+        return (at_nodes ? metric_solution(*run.field(), end->mesh, e) : metric_solution(*run.field(), e)).map(some);
+    });
 }
 
 template <int D>
@@ -148,7 +152,9 @@ bool shows_fields(const config::Output& output) {
 
 Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
     std::vector<MetricFile> files = std::move(inputs.operands);
-    if (inputs.metric) files.push_back({std::get<config::FilePath>(pipeline.metric).path, std::move(*inputs.metric)});
+    if (inputs.metric) 
+        files.push_back({std::get<config::FilePath>(pipeline.metric).path, std::move(*inputs.metric),
+                         std::move(inputs.metric_mesh)});
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
             return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(files)}, pipeline, inputs.ordering,

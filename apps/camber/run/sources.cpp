@@ -133,6 +133,7 @@ struct Source {
     Outcome<SourcedMetric<D>> operator()(const config::FilePath& path) const {
         const auto file = std::ranges::find(input.files, path.path, &MetricFile::name);
         if (file == input.files.end()) return fail(ErrorKind::internal, "the metric file was not read");
+        if (file->mesh) return sampled_file<D>(*file, input.mesh.points, execution);
         auto metric = log_metrics_of_file<D>(*file, input.mesh.points.size(), part_of(execution, 0, 0.6));
         if (!metric) return metric;
         auto here = at_moved_vertices(std::move(metric->log_metrics), input, part_of(execution, 0.6, 1));

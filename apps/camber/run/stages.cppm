@@ -25,11 +25,29 @@ import :state;
 /// them there (camber.run:steps). What must come before it is in camber.run:order.
 export namespace camber::run {
 
+/// The mesh that a metric file speaks of, where its rows are not at the input's vertices.
+struct MetricMesh {
+    enum class Of { input, another };
+    AnyMesh mesh;
+    Of of = Of::another;  ///< input: with rows at all nodes of it, as it was read
+};
+
 /// A metric file's rows, read by the shell.
 struct MetricFile {
     std::string name;
     Solution solution;
+    std::optional<MetricMesh> mesh = {};  ///< none: the rows are at the vertices of the input
 };
+
+/// A metric file's rows in the order of a mesh's vertices and, where there are as many as nodes of a curved one, of its
+/// edges: the file's numbers decide. Other rows are left as they are. An edge without a node in the file has the mean of
+/// its ends. Errors: memory, stopped.
+struct RowsByNodes {
+    Solution solution;
+    bool is_at_nodes = false;
+};
+[[nodiscard]] Outcome<RowsByNodes> rows_by_nodes(Solution solution, const DecodedMesh& mesh,
+                                                 const Execution& execution);
 
 }  // namespace camber::run
 
@@ -121,6 +139,23 @@ struct SourcedMetric {
 template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_t vertices,
                                                             const Execution& execution);
+
+/// The field of a metric file on the mesh that it speaks of: of form (4) on a curved one.
+template <int D>
+struct FileField {
+    BackMesh<D> back;
+    MetricReport report;
+};
+/// Errors: those of log_metrics_of_file; a mesh of another dimension.
+template <int D>
+[[nodiscard]] Outcome<FileField<D>> field_of_file(const MetricFile& file, const Execution& execution);
+/// That field at points.
+template <int D>
+[[nodiscard]] Outcome<SourcedMetric<D>> sampled_file(const MetricFile& file, const Column<Vec<D>>& points,
+                                                     const Execution& execution);
+/// The file of the config's metric, where that has a mesh of its own; else null.
+[[nodiscard]] const MetricFile* file_with_mesh(const config::Pipeline& config, std::span<const MetricFile> files);
+
 template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> make_log_metrics(const MetricInput<D>& input, const config::Metric& metric,
                                                          const Execution& execution);

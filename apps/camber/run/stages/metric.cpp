@@ -189,6 +189,19 @@ Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInp
     return base;
 }
 
+/// The file whose field is asked where it lies, and not at the vertices first: nothing is done to it.
+template <int D>
+const MetricFile* whole_field(const Runner<D>& run) {
+    if (run.state.inherited || !run.config.metric_operations.empty()) return nullptr;
+    return file_with_mesh(run.config, run.files);
+}
+template <int D>
+Outcome<MadeField<D>> given_field(const MetricFile& file, const Execution& execution) {
+    auto field = field_of_file<D>(file, execution);
+    if (!field) return fail(field.error());
+    return MadeField<D>{std::move(field->back), {}, {}, std::move(field->report), {}};
+}
+
 template <int D>
 MetricInput<D> metric_input(const Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                             const Boundary<D>& boundary) {
@@ -214,7 +227,9 @@ Outcome<OwnField<D>> told(Runner<D>& run, Outcome<MadeField<D>> made) {
 template <int D>
 Outcome<OwnField<D>> make_own_field(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                     const Boundary<D>& boundary) {
+    const MetricFile* const file = whole_field(run);
     auto made = run.step("metric", [&](const Execution& e) {
+        if (file) return given_field<D>(*file, e);
         return straight_field<D>(metric_input(run, mesh, edges, boundary), run.config, e);
     });
     return told(run, std::move(made));
@@ -222,7 +237,9 @@ Outcome<OwnField<D>> make_own_field(Runner<D>& run, const LinearMesh<D>& mesh, c
 
 template <int D>
 Outcome<OwnField<D>> make_own_field(Runner<D>& run, const QuadraticMesh<D>& mesh, const Boundary<D>& boundary) {
+    const MetricFile* const file = whole_field(run);
     auto made = run.step("metric", [&](const Execution& e) {
+        if (file) return given_field<D>(*file, e);
         return curved_field<D>(metric_input(run, mesh.linear, mesh.edges, boundary), mesh, run.config, e);
     });
     return told(run, std::move(made));
@@ -231,7 +248,11 @@ Outcome<OwnField<D>> make_own_field(Runner<D>& run, const QuadraticMesh<D>& mesh
 template <int D>
 Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, CurveInput<D> input, CurvingAim aim) {
     const QuadraticMesh<D>& mesh = run.quadratic().mesh;
+    // Hints are the mesh's own elements: another one's field is read at the vertices.
+    const MetricFile* file = whole_field(run);
+    if (file && file->mesh->of != MetricMesh::Of::input) file = nullptr;
     auto made = run.step("metric", [&](const Execution& e) {
+        if (file) return given_field<D>(*file, e);
         const MetricInput<D> from = metric_input(run, mesh.linear, mesh.edges, boundary);
         return input.extended.empty() ? straight_field<D>(from, run.config, e)
                                       : carried_field<D>(from, mesh, input, aim, run.config, e);
