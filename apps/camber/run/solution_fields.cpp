@@ -92,7 +92,9 @@ Outcome<MeshFields> fields_on(const Solution& s, const std::string& name, const 
 template <int D>
 Outcome<MeshFields> fields_on(const Solution& s, const std::string& name, const QuadraticMesh<D>& mesh,
                               const Execution& execution) {
-    return fields_at<D>(s, name, mesh.linear.points.size(), mesh.edges.vertices, execution);
+    const std::size_t vertices = mesh.linear.points.size();
+    if (s.rows == vertices + mesh.edges.size()) return fields_at<D>(s, name, s.rows, {}, execution);
+    return fields_at<D>(s, name, vertices, mesh.edges.vertices, execution);
 }
 
 }  // namespace

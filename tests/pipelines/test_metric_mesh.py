@@ -1,0 +1,76 @@
+"""A metric at the nodes of a curved mesh: read, kept through stages, and asked for on another mesh.
+
+    python3 tests/pipelines/test_metric_mesh.py build/bin/camber [unittest arguments]
+"""
+import json
+import sys
+import unittest
+
+from program import CONFIGS, Folder, report_of
+
+import gmf  # noqa: E402  (program puts the oracle on the path)
+import numpy as np
+from sample_meshes import solution_file
+
+
+def rows_at(points):
+    """Sizes that grow with the radius, the same in all directions but one."""
+    radii = np.linalg.norm(points, axis=1)
+    along, across = 1 / (0.6 * radii) ** 2, 1 / (0.3 * radii) ** 2
+    rows = np.zeros((len(points), 6))
+    rows[:, 0], rows[:, 2], rows[:, 5] = along, along, across
+    return rows
+
+
+class MetricMesh(unittest.TestCase):
+    """The shell of configs/spheres.json, curved, with a metric at all of its points."""
+
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+        done = self.folder.camber("run", CONFIGS / "spheres.json", "--set", "output/mesh=first.meshb")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.points = gmf.read(self.folder.path / "first.meshb").points
+        (self.folder.path / "m.solb").write_bytes(solution_file(rows_at(self.points), 3, 3))
+
+    def run_config(self, codes=(0,), **config):
+        (self.folder.path / "c.json").write_text(json.dumps(config))
+        done = self.folder.camber("run", "c.json")
+        self.assertIn(done.returncode, codes, done.stdout + done.stderr)
+        return done
+
+    def test_rows_at_nodes_are_read_and_written(self):
+        self.run_config(input={"mesh": "first.meshb"}, metric={"file": "m.solb"},
+                        stages=["curve", "validate", "relax", "commit"],
+                        output={"mesh": "out.meshb", "metric": "out.solb", "report": "r.json"}, codes=(0, 1))
+        out = gmf.read(self.folder.path / "out.meshb")
+        written = gmf.read_solution(self.folder.path / "out.solb", out)
+        rows = np.asarray(written.values if hasattr(written, "values") else written).reshape(-1, 6)
+        self.assertEqual(len(rows), len(out.points))
+        off = np.abs(np.log(rows[:, [0, 2, 5]] / rows_at(out.points)[:, [0, 2, 5]])).max()
+        self.assertLess(off, 0.1)  # the error of form (4) on a coarse mesh
+        self.assertGreater(report_of(self.folder.path / "r.json")["metric"]["complexity"], 0)
+
+    def test_a_straight_mesh_is_brought_to_the_metric_of_a_curved_one(self):
+        done = self.folder.camber("generate", "shell", "--elements", "300", "-o", "g.meshb")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.run_config(input={"mesh": "g.meshb"}, metric={"file": "m.solb"}, metric_mesh="first.meshb",
+                        stages=["remesh"], output={"mesh": "out.meshb", "metric": "out.solb", "report": "r.json"},
+                        codes=(0, 1))
+        out = gmf.read(self.folder.path / "out.meshb")
+        rows = np.asarray(gmf.read_solution(self.folder.path / "out.solb", out).values).reshape(-1, 6)
+        off = np.abs(np.log(rows[:, [0, 2, 5]] / rows_at(out.points)[:, [0, 2, 5]])).max()
+        self.assertLess(off, 0.2)
+
+    def test_other_rows_are_refused(self):
+        (self.folder.path / "m.solb").write_bytes(solution_file(rows_at(self.points)[:-1], 3, 3))
+        done = self.run_config(input={"mesh": "first.meshb"}, metric={"file": "m.solb"},
+                               stages=["curve", "validate", "relax", "commit"], output={}, codes=(3,))
+        self.assertIn("rows", done.stderr)
+        done = self.run_config(input={"mesh": "first.meshb"}, metric_mesh="first.meshb",
+                               stages=["curve", "validate", "relax", "commit"], output={}, codes=(2,))
+        self.assertIn("/metric_mesh", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
