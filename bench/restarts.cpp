@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
-#include <cstdlib>
+#include <string>
 #include <vector>
 
 #include "dice.hpp"
@@ -49,10 +49,11 @@ void restarts(int n) {
     for (const auto& [name, field] : cases) {
         for (const Form form : {Form::quadratic, Form::linear}) {
             const Figures once = drift(box, field, n, 2, form), all = drift(box, field, n, 20, form);
-            std::printf("%dD, %d cells a side, %s, %s: complexity %+.4f %% after 2, %+.4f %% after 20; "
-                        "largest anisotropy %+.4f %%, %+.4f %%\n",
-                        D, n, name, form == Form::quadratic ? "quadratic" : "linear", 100 * once.complexity,
-                        100 * all.complexity, 100 * once.anisotropy, 100 * all.anisotropy);
+            std::printf(
+                "%dD, %d cells a side, %s, %s: complexity %+.4f %% after 2, %+.4f %% after 20; "
+                "largest anisotropy %+.4f %%, %+.4f %%\n",
+                D, n, name, form == Form::quadratic ? "quadratic" : "linear", 100 * once.complexity,
+                100 * all.complexity, 100 * once.anisotropy, 100 * all.anisotropy);
         }
     }
 }
@@ -101,7 +102,7 @@ void costs(int n) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    const int plane = argc > 1 ? std::atoi(argv[1]) : 32, space = argc > 2 ? std::atoi(argv[2]) : 10;
+    const int plane = argc > 1 ? std::stoi(argv[1]) : 32, space = argc > 2 ? std::stoi(argv[2]) : 10;
     restarts<2>(plane);
     restarts<3>(space);
     costs<2>(plane);

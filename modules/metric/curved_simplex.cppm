@@ -15,7 +15,7 @@ namespace camber {
 template <int K, int D>
 struct CurvedSimplex {
     Vec<D> origin;
-    std::array<Vec<D>, K + 1> d{};                ///< d_0 = 0
+    std::array<Vec<D>, K + 1> d{};                 ///< d_0 = 0
     std::array<Vec<D>, edges_per_simplex<K>> u{};  ///< in the order of `local_edges`
 
     [[nodiscard]] Vec<D> point(const std::array<double, K + 1>& xi) const {

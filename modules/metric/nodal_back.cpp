@@ -121,8 +121,7 @@ LogGradient<D> NodalBack<D>::gradient_at(ElementId e, const std::array<double, D
 }
 
 template <int D>
-void NodalBack<D>::sample_values(std::span<const Vec<D>> points, ElementId hint,
-                                 std::span<FieldSample<D>> out) const {
+void NodalBack<D>::sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const {
     for (std::size_t n = 0; n < points.size(); ++n) {
         out[n].location = locate(points[n], hint);
         hint = out[n].location.element;
@@ -136,10 +135,9 @@ void NodalBack<D>::sample_with_gradients(std::span<const Vec<D>> points, Element
     sample_values(points, hint, out);
     for (std::size_t n = 0; n < points.size(); ++n) {
         const Location<D>& at = out[n].location;
-        out[n].gradient = at.placement == Placement::inside
-                              ? gradient_at(at.element, at.xi)
-                              : in_space<D>(reference_gradient(*this, at.element, at.xi),
-                                            slide_along_face(*this, at, points[n]));
+        out[n].gradient = at.placement == Placement::inside ? gradient_at(at.element, at.xi)
+                                                            : in_space<D>(reference_gradient(*this, at.element, at.xi),
+                                                                          slide_along_face(*this, at, points[n]));
     }
 }
 
@@ -208,11 +206,11 @@ Outcome<BackMesh<D>> make_nodal_back_mesh(QuadraticMesh<D> mesh, const Incidence
     back.mesh = std::move(mesh);
     back.logs = std::move(logs);
     auto elements = tree_of<D>(back.mesh.linear.elements.size(), part_of(execution, 0.3, 0.5),
-                                  [&](std::size_t e) { return curved_element(back.mesh, ElementId(e)); });
+                               [&](std::size_t e) { return curved_element(back.mesh, ElementId(e)); });
     if (!elements) return fail(elements.error());
     back.element_tree = std::move(*elements);
     auto faces = tree_of<D>(back.boundary.size(), part_of(execution, 0.5, 0.6),
-                                   [&](std::size_t f) { return curved_face(back.mesh, back.boundary[f]); });
+                            [&](std::size_t f) { return curved_face(back.mesh, back.boundary[f]); });
     if (!faces) return fail(faces.error());
     back.boundary_tree = std::move(*faces);
     auto gradients = recovered_gradients(back, balls, part_of(execution, 0.6, 1));
@@ -221,11 +219,11 @@ Outcome<BackMesh<D>> make_nodal_back_mesh(QuadraticMesh<D> mesh, const Incidence
     return BackMesh<D>(std::move(back));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                  \
-    template class NodalBack<D>;                                                                               \
-    template Outcome<NodalLogs<D>> nodal_logs<D>(const EdgeSet<D>&, Column<LogMetric<D>>, const Execution&);   \
-    template Outcome<BackMesh<D>> make_nodal_back_mesh<D>(QuadraticMesh<D>, const Incidence<ElementId>&,       \
-                                                          NodalLogs<D>, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template class NodalBack<D>;                                                                                       \
+    template Outcome<NodalLogs<D>> nodal_logs<D>(const EdgeSet<D>&, Column<LogMetric<D>>, const Execution&);           \
+    template Outcome<BackMesh<D>> make_nodal_back_mesh<D>(QuadraticMesh<D>, const Incidence<ElementId>&, NodalLogs<D>, \
+                                                          const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

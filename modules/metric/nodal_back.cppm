@@ -30,9 +30,7 @@ class NodalBack final : public BackModel<D> {
                                          std::span<FieldSample<D>> out) const override;
     void see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const override;
     [[nodiscard]] std::size_t vertex_count() const override { return mesh.linear.points.size(); }
-    [[nodiscard]] BackVertex<D> vertex(VertexId v) const override {
-        return {mesh.linear.points[v], logs.vertices[v]};
-    }
+    [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return {mesh.linear.points[v], logs.vertices[v]}; }
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
 
     [[nodiscard]] LogMetric<D> value_at(const Location<D>& location) const;

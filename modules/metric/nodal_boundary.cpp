@@ -219,8 +219,8 @@ std::array<Vec<D>, D> slide_along_face(const NodalBack<D>& back, const Location<
     return out;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                      \
-    template NearestOnCurved<D> nearest_on_boundary<D>(const NodalBack<D>&, const Vec<D>&);        \
+#define CAMBER_INSTANTIATE(D)                                                               \
+    template NearestOnCurved<D> nearest_on_boundary<D>(const NodalBack<D>&, const Vec<D>&); \
     template std::array<Vec<D>, D> slide_along_face<D>(const NodalBack<D>&, const Location<D>&, const Vec<D>&);
 
 CAMBER_INSTANTIATE(2)

@@ -33,9 +33,8 @@ Location<D> at_root(ElementId e, const Root<D>& root) {
 /// element for certain. When that leads out of the mesh, or takes too long, it is lost.
 template <int D>
 Location<D> walk(const NodalBack<D>& back, const Vec<D>& p, ElementId start) {
-    Location<D> seen{.element = start.valid() ? start : ElementId(std::size_t{0}),
-                     .xi = centre<D>(),
-                     .placement = Placement::lost};
+    Location<D> seen{
+        .element = start.valid() ? start : ElementId(std::size_t{0}), .xi = centre<D>(), .placement = Placement::lost};
     ElementId at = start, before;
     for (int step = 0; step < short_walk && at.valid(); ++step) {
         const auto element = curved_element(back.mesh, at);
@@ -86,9 +85,8 @@ Looked<D> look_at_all(const NodalBack<D>& back, const Vec<D>& p) {
         const Root<D> root = newton_root<D>(element, r, centre<D>());
         return Found<D>{root.is_inside() ? Membership::inside : Membership::not_inside, root};
     });
-    if (!looked.is_found) look([](const CurvedSimplex<D, D>& element, const Vec<D>& r) {
-        return find_in_element<D>(element, r);
-    });
+    if (!looked.is_found)
+        look([](const CurvedSimplex<D, D>& element, const Vec<D>& r) { return find_in_element<D>(element, r); });
     return looked;
 }
 
@@ -113,7 +111,8 @@ Location<D> NodalBack<D>::locate(const Vec<D>& p, ElementId hint) const {
         return looked.is_found ? looked.location : near;
     }
     const NearestOnCurved<D> nearest = nearest_on_boundary(back, p);
-    // A ball around p that reaches to its nearest boundary point holds no boundary: p is beyond it if it looks so there.
+    // A ball around p that reaches to its nearest boundary point holds no boundary: p is beyond it if it looks so
+    // there.
     if (nearest.is_beyond) return on_face<D>(nearest, Placement::outside);
     const Looked<D> looked = look_at_all(back, p);
     if (looked.is_found) return looked.location;

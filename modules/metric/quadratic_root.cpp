@@ -35,8 +35,8 @@ Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Baryc
         for (int i = 1; i <= D; ++i) size += std::abs(xi[i] * element.d[i][c]);
         for (int e = 0; e < edges_per_simplex<D>; ++e) {
             const auto [i, j] = local_edges<D>[e];
-            size += std::abs(4 * xi[i] * xi[j]) * (std::abs(element.u[e][c]) + std::abs(element.d[i][c]) +
-                                                   std::abs(element.d[j][c]));
+            size += std::abs(4 * xi[i] * xi[j]) *
+                    (std::abs(element.u[e][c]) + std::abs(element.d[i][c]) + std::abs(element.d[j][c]));
         }
         bound[c] = 8 * std::numeric_limits<double>::epsilon() * size;
     }
@@ -47,8 +47,8 @@ Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Baryc
 /// a thickness is 1, and along the layer what bends away by no more than that.
 template <int D>
 struct Scaled {
-    Mat<D> b;          ///< ∂ξ/∂z, about J⁻¹ Q W
-    Mat<D> p;          ///< W⁻¹ Qᵀ, of the residual
+    Mat<D> b;                      ///< ∂ξ/∂z, about J⁻¹ Q W
+    Mat<D> p;                      ///< W⁻¹ Qᵀ, of the residual
     std::array<Mat<D>, D> second;  ///< of coordinate k of W⁻¹ Qᵀ F: its derivatives by z_a and z_b
 };
 template <int D>
@@ -142,8 +142,7 @@ struct Part {
         double longest = -1;
         for (const auto& [i, j] : local_edges<D>) {
             double length = 0;
-            for (int k = 0; k <= D; ++k)
-                length += (corners[j][k] - corners[i][k]) * (corners[j][k] - corners[i][k]);
+            for (int k = 0; k <= D; ++k) length += (corners[j][k] - corners[i][k]) * (corners[j][k] - corners[i][k]);
             if (length > longest) {
                 longest = length;
                 from = i;
@@ -159,8 +158,8 @@ struct Part {
     }
 };
 
-/// Directions in which a part of an element with the inverse Jacobian A may lie beside a point: the normals of its faces,
-/// and, since in a thin one they all look the same way, those across its edges within the layer.
+/// Directions in which a part of an element with the inverse Jacobian A may lie beside a point: the normals of its
+/// faces, and, since in a thin one they all look the same way, those across its edges within the layer.
 template <int D>
 auto directions_of(const Mat<D>& a, const Mat<D>& jacobian) {
     std::array<Vec<D>, D + 1 + (D == 2 ? 1 : edges_per_simplex<D>)> out{};
@@ -316,12 +315,11 @@ Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r) {
     return found;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                 \
-    template Root<D> proven_root<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&,        \
-                                    const Mat<D>&);                                                           \
-    template RootIterate<D> newton<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&);         \
-    template Root<D> newton_root<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&);       \
-    template bool may_hold<D>(const CurvedSimplex<D, D>&, const Vec<D>&);                                     \
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Root<D> proven_root<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&, const Mat<D>&); \
+    template RootIterate<D> newton<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&);              \
+    template Root<D> newton_root<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&);                \
+    template bool may_hold<D>(const CurvedSimplex<D, D>&, const Vec<D>&);                                              \
     template Found<D> find_in_element<D>(const CurvedSimplex<D, D>&, const Vec<D>&);
 
 CAMBER_INSTANTIATE(2)

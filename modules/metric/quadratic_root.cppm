@@ -12,8 +12,8 @@ template <int D>
 struct Root {
     Barycentrics<D> xi{};
     bool is_proven = false;
-    double radius = 0;       ///< exactly one solution lies within it of ξ, by the largest of ξ_1 … ξ_D
-    double uniqueness = 0;   ///< and there is no other within this
+    double radius = 0;      ///< exactly one solution lies within it of ξ, by the largest of ξ_1 … ξ_D
+    double uniqueness = 0;  ///< and there is no other within this
 
     /// How far below zero a coordinate may be of a point of the element: what rounding may have done to it.
     [[nodiscard]] double tolerance() const {
@@ -59,9 +59,9 @@ struct Found {
     Root<D> root;
 };
 
-/// By bisection of the element: of each part either all Bézier points lie on one side of the point in some direction, or
-/// Newton's method finds a solution from its centre; one outside whose ball of uniqueness holds the part leaves none in
-/// it.
+/// By bisection of the element: of each part either all Bézier points lie on one side of the point in some direction,
+/// or Newton's method finds a solution from its centre; one outside whose ball of uniqueness holds the part leaves none
+/// in it.
 template <int D>
 [[nodiscard]] Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r);
 

@@ -217,26 +217,25 @@ double sampled_distance(const QuadraticMesh<D>& mesh, const Vec<D>& x) {
 
 template <int D>
 void outside_laws() {
-    property(
-        "beyond the curved boundary its nearest point stands for a point, from any hint",
-        [](std::uint64_t seed) {
-            Dice dice(seed);
-            const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
-            for (int n = 0; n < 6; ++n) {
-                Vec<D> x = dice.vector<D>(-0.3, 1.3);
-                if (n < 3) x[dice.below(D)] = dice.uniform(0, 1) < 0.5 ? -0.1 : 1.1;
-                const auto location = locate(back, x, any_element(back.mesh, dice));
-                RC_ASSERT(location.placement != Placement::lost);
-                const Vec<D> place = point_in(back.mesh, location.element, location.xi);
-                if (location.placement == Placement::inside) {
-                    RC_ASSERT(distance(place, x) < 1e-13);
-                    continue;
-                }
-                RC_ASSERT(*std::ranges::min_element(location.xi) == 0);
-                RC_ASSERT(distance(place, x) <= sampled_distance(back.mesh, x) * (1 + 1e-12));
-            }
-        },
-        {.count = 30});
+    property("beyond the curved boundary its nearest point stands for a point, from any hint",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
+                 for (int n = 0; n < 6; ++n) {
+                     Vec<D> x = dice.vector<D>(-0.3, 1.3);
+                     if (n < 3) x[dice.below(D)] = dice.uniform(0, 1) < 0.5 ? -0.1 : 1.1;
+                     const auto location = locate(back, x, any_element(back.mesh, dice));
+                     RC_ASSERT(location.placement != Placement::lost);
+                     const Vec<D> place = point_in(back.mesh, location.element, location.xi);
+                     if (location.placement == Placement::inside) {
+                         RC_ASSERT(distance(place, x) < 1e-13);
+                         continue;
+                     }
+                     RC_ASSERT(*std::ranges::min_element(location.xi) == 0);
+                     RC_ASSERT(distance(place, x) <= sampled_distance(back.mesh, x) * (1 + 1e-12));
+                 }
+             },
+             {.count = 30});
     property("a point is inside on the one side of a curved wall, and outside on the other", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
@@ -324,8 +323,7 @@ void thin_laws() {
                          const auto radius = root_radius(back.mesh, sample.location, x);
                          RC_ASSERT(radius.has_value());
                          RC_ASSERT(*radius < 1e-12 / thin);
-                         for (int i = 0; i <= D; ++i)
-                             RC_ASSERT(std::abs(sample.location.xi[i] - xi[i]) < 2e-15 / thin);
+                         for (int i = 0; i <= D; ++i) RC_ASSERT(std::abs(sample.location.xi[i] - xi[i]) < 2e-15 / thin);
                      }
                  });
 }

@@ -42,7 +42,7 @@ Vec<D> wave(const Vec<D>& p, double height = 0.05) {
 /// A wavy box whose cells are thin in its middle, and the metric for which a lattice of n cells in it is unit.
 template <int D>
 struct GrowingBox {
-    double growth = 5;  ///< twice the log of about how much thinner than the outermost cells
+    double growth = 5;  ///< cosh of it is how much thinner the middle is than the ends
     double cells = 8;
 
     [[nodiscard]] Vec<D> operator()(Vec<D> t) const {
@@ -103,7 +103,8 @@ NodalLogs<D> metrics_of(const FieldInBox<D>& field, const Cells<D>& cells) {
 enum class Form { quadratic, linear };
 
 template <int D>
-inline NodalLogs<D> handed_on(const QuadraticMesh<D>& from, const NodalLogs<D>& logs, const QuadraticMesh<D>& to, Form form) {
+inline NodalLogs<D> handed_on(const QuadraticMesh<D>& from, const NodalLogs<D>& logs, const QuadraticMesh<D>& to,
+                              Form form) {
     const auto back = must(make_nodal_back_mesh(from, must(balls(from.linear, alone)), logs, alone));
     ElementId hint;
     const auto sampled = [&](const Vec<D>& p) {
@@ -126,8 +127,8 @@ struct Figures {
 };
 template <int D>
 Figures figures_of(const QuadraticMesh<D>& mesh, const NodalLogs<D>& logs) {
-    return {must(complexity(mesh, logs, alone)), std::max(must(largest_anisotropy(logs.vertices, alone)),
-                                                          must(largest_anisotropy(logs.mid_nodes, alone)))};
+    return {must(complexity(mesh, logs, alone)),
+            std::max(must(largest_anisotropy(logs.vertices, alone)), must(largest_anisotropy(logs.mid_nodes, alone)))};
 }
 
 /// By how much both figures differ after so many restarts, each from the output of the one before.
@@ -137,8 +138,7 @@ Figures drift(const GrowingBox<D>& box, const FieldInBox<D>& field, int n, int r
     auto logs = metrics_of(field, a);
     if (form == Form::linear) logs = must(nodal_logs(a.mesh.edges, logs.vertices, alone));
     const Figures before = figures_of(a.mesh, logs);
-    for (int k = 0; k < restarts; k += 2)
-        logs = handed_on(b.mesh, handed_on(a.mesh, logs, b.mesh, form), a.mesh, form);
+    for (int k = 0; k < restarts; k += 2) logs = handed_on(b.mesh, handed_on(a.mesh, logs, b.mesh, form), a.mesh, form);
     const Figures after = figures_of(a.mesh, logs);
     return {after.complexity / before.complexity - 1, after.anisotropy / before.anisotropy - 1};
 }

@@ -363,8 +363,9 @@ struct Pipeline {
         return std::tuple(
             option("input", &S::input, "where the mesh comes from").required(),
             option("metric", &S::metric, "the field of sizes and directions that edges follow"),
-            option("metric_mesh", &S::metric_mesh,
-                   "the mesh whose vertices or, of a curved one, nodes the metric file's rows are at; empty: the input"),
+            option(
+                "metric_mesh", &S::metric_mesh,
+                "the mesh whose vertices or, of a curved one, nodes the metric file's rows are at; empty: the input"),
             option("metric_operations", &S::metric_operations, "what is done to the metric first, in this order")
                 .count(0, 1000),
             option("geometry", &S::geometry, "the shape that boundary nodes are put onto"),

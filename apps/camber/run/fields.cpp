@@ -202,11 +202,11 @@ Outcome<Solution> metric_solution(const BackMesh<D>& field, const QuadraticMesh<
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                     \
+#define CAMBER_INSTANTIATE(D)                                                                                     \
     template Outcome<Solution> metric_solution<D>(const BackMesh<D>&, const QuadraticMesh<D>&, const Execution&); \
-    template Outcome<Solution> metric_solution<D>(const BackMesh<D>&, const Execution&);          \
-    template Outcome<Solution> metric_solution<D>(const Column<LogMetric<D>>&, const Execution&); \
-    template Outcome<MeshFields> mesh_fields<D>(const Quadratic<D>&, const BackMesh<D>*,          \
+    template Outcome<Solution> metric_solution<D>(const BackMesh<D>&, const Execution&);                          \
+    template Outcome<Solution> metric_solution<D>(const Column<LogMetric<D>>&, const Execution&);                 \
+    template Outcome<MeshFields> mesh_fields<D>(const Quadratic<D>&, const BackMesh<D>*,                          \
                                                 const std::optional<EdgeLengths>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

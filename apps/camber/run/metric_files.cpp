@@ -50,8 +50,7 @@ RowsByNodes sorted(Solution solution, const QuadraticMesh<D>& mesh, const Column
         }
         if (n < vertices) return {std::move(solution), false};
         const auto& [a, b] = mesh.edges.vertices[n - vertices];
-        for (std::size_t c = 0; c < width; ++c)
-            values[n * width + c] = 0.5 * (row(a.index())[c] + row(b.index())[c]);
+        for (std::size_t c = 0; c < width; ++c) values[n * width + c] = 0.5 * (row(a.index())[c] + row(b.index())[c]);
     }
     solution.rows = at.size();
     solution.values = std::move(values);
@@ -162,8 +161,8 @@ Outcome<SourcedMetric<D>> sampled_file(const MetricFile& file, const Column<Vec<
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                     \
-    template Outcome<FileField<D>> field_of_file<D>(const MetricFile&, const Execution&);         \
+#define CAMBER_INSTANTIATE(D)                                                             \
+    template Outcome<FileField<D>> field_of_file<D>(const MetricFile&, const Execution&); \
     template Outcome<SourcedMetric<D>> sampled_file<D>(const MetricFile&, const Column<Vec<D>>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -152,7 +152,7 @@ bool shows_fields(const config::Output& output) {
 
 Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
     std::vector<MetricFile> files = std::move(inputs.operands);
-    if (inputs.metric) 
+    if (inputs.metric)
         files.push_back({std::get<config::FilePath>(pipeline.metric).path, std::move(*inputs.metric),
                          std::move(inputs.metric_mesh)});
     auto run = std::visit(

@@ -16,10 +16,10 @@ export namespace camber::run {
 /// What the shell hands to a run beside the config: files already read.
 struct Inputs {
     DecodedMesh mesh;
-    std::optional<Solution> metric;         ///< of the metric file, when the config names one
+    std::optional<Solution> metric;              ///< of the metric file, when the config names one
     std::optional<MetricMesh> metric_mesh = {};  ///< that it speaks of, where its rows are not at the input's vertices
-    std::vector<MetricFile> operands = {};  ///< metric files that the operations intersect with
-    OrderingOptions ordering = {};          ///< when the stages work in an order of their own
+    std::vector<MetricFile> operands = {};       ///< metric files that the operations intersect with
+    OrderingOptions ordering = {};               ///< when the stages work in an order of their own
 };
 
 struct Run {

@@ -40,8 +40,8 @@ struct MetricFile {
 };
 
 /// A metric file's rows in the order of a mesh's vertices and, where there are as many as nodes of a curved one, of its
-/// edges: the file's numbers decide. Other rows are left as they are. An edge without a node in the file has the mean of
-/// its ends. Errors: memory, stopped.
+/// edges: the file's numbers decide. Other rows are left as they are. An edge without a node in the file has the mean
+/// of its ends. Errors: memory, stopped.
 struct RowsByNodes {
     Solution solution;
     bool is_at_nodes = false;
