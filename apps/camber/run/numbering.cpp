@@ -33,13 +33,8 @@ const LinearMesh<D>& straight_of(const QuadraticMesh<D>& mesh) {
     return mesh.linear;
 }
 
-bool changes_straight_mesh(const config::Stage& stage) {
-    return std::visit(
-        []<class Options>(const Options&) {
-            const auto& row = std::get<StageRow<Options>>(stage_rows);
-            return row.most == Holds::straight_mesh && !row.makes;
-        },
-        stage);
+bool changes_mesh(const config::Stage& stage) {
+    return std::visit([]<class Options>(const Options&) { return changes_topology<Options>(); }, stage);
 }
 
 struct RowTag;
@@ -139,10 +134,11 @@ void renumber_report(Report& report, const Permutation<ElementId>& order) {
 }  // namespace
 
 template <int D>
-Outcome<std::optional<BetterOrder>> working_order(const GivenMesh<D>& mesh, std::span<const config::Stage> stages,
+Outcome<std::optional<BetterOrder>> working_order(const StageInputs<D>& inputs, std::span<const config::Stage> stages,
                                                   const OrderingOptions& options, const Execution& execution) {
-    if (std::ranges::any_of(stages, changes_straight_mesh)) return std::nullopt;
-    return std::visit([&](const auto& m) { return better_order(straight_of(m), options, execution); }, mesh);
+    const auto has_mesh = [](const MetricFile& file) { return file.mesh.has_value(); };
+    if (std::ranges::any_of(stages, changes_mesh) || std::ranges::any_of(inputs.files, has_mesh)) return std::nullopt;
+    return std::visit([&](const auto& m) { return better_order(straight_of(m), options, execution); }, inputs.mesh);
 }
 
 template <int D>
@@ -192,11 +188,11 @@ Error in_given_order(Error error, const Renumbering& order) {
     return error;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<std::optional<BetterOrder>> working_order<D>(const GivenMesh<D>&, std::span<const config::Stage>, \
-                                                                  const OrderingOptions&, const Execution&);           \
-    template Outcome<StageInputs<D>> in_working_order<D>(StageInputs<D>, const Renumbering&, const Execution&);        \
-    template Outcome<Run> in_given_order<D>(Run, const Renumbering&, const Execution&);                                \
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template Outcome<std::optional<BetterOrder>> working_order<D>(                                              \
+        const StageInputs<D>&, std::span<const config::Stage>, const OrderingOptions&, const Execution&);       \
+    template Outcome<StageInputs<D>> in_working_order<D>(StageInputs<D>, const Renumbering&, const Execution&); \
+    template Outcome<Run> in_given_order<D>(Run, const Renumbering&, const Execution&);                         \
     template Error in_given_order<D>(Error, const Renumbering&);
 
 CAMBER_INSTANTIATE(2)

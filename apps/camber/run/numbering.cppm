@@ -16,7 +16,7 @@ namespace camber::run {
 /// The order to work in; nothing where the mesh's own will do, or where stages change the straight mesh: what they make
 /// has an order of its own. Errors: memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<std::optional<BetterOrder>> working_order(const GivenMesh<D>& mesh,
+[[nodiscard]] Outcome<std::optional<BetterOrder>> working_order(const StageInputs<D>& inputs,
                                                                 std::span<const config::Stage> stages,
                                                                 const OrderingOptions& options,
                                                                 const Execution& execution);

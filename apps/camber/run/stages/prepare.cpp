@@ -51,7 +51,7 @@ Outcome<std::optional<Sound<D>>> sound_in_order(const StageInputs<D>& given, Bet
 template <int D>
 Outcome<Sound<D>> prepare_stage(StageInputs<D> given, std::span<const config::Stage> stages,
                                 const OrderingOptions& ordering, const Execution& execution) {
-    auto order = working_order(given.mesh, stages, ordering, part_of(execution, 0, 0.02));
+    auto order = working_order(given, stages, ordering, part_of(execution, 0, 0.02));
     if (!order) return fail(order.error());
     const bool is_bad = order->has_value();
     if (is_bad) {
@@ -65,7 +65,7 @@ Outcome<Sound<D>> prepare_stage(StageInputs<D> given, std::span<const config::St
     Sound<D> sound{std::move(given), std::move(made->notices), {}};
     if (!is_bad) return sound;
     // Anew: elements may have gone.
-    auto now = working_order(sound.inputs.mesh, stages, ordering, without_progress(execution));
+    auto now = working_order(sound.inputs, stages, ordering, without_progress(execution));
     if (!now) return fail(now.error());
     if (!*now) return sound;
     auto inputs = in_working_order(std::move(sound.inputs), (*now)->renumbering, without_progress(execution));
