@@ -168,7 +168,7 @@ TEST_CASE("a run in another order gives what a run in the mesh's own gives") {
 TEST_CASE("errors name what the user's files number so") {
     const LinearMesh<3> mesh = shell();
     const auto error_of = [&](Solution sizes, const OrderingOptions& ordering) {
-        run::Inputs inputs{DecodedMesh{AnyMesh(mesh), {}}, std::move(sizes), {}, ordering};
+        run::Inputs inputs{DecodedMesh{AnyMesh(mesh), {}}, std::move(sizes), {}, {}, ordering};
         const auto made = run_of(R"(, "metric": {"file": "sizes.sol"})", std::move(inputs));
         REQUIRE_FALSE(made);
         return describe(made.error());
@@ -206,7 +206,7 @@ TEST_CASE("what prepare says, and what it mends, is of the mesh's own order") {
 TEST_CASE("corrections in another order are told by the mesh's own numbers") {
     const auto curved =
         must(run_of(R"(, "stages": ["elevate", "curve", "commit"])", {DecodedMesh{AnyMesh(shell()), {}}, {}}));
-    run::Inputs inputs{DecodedMesh{curved.mesh, {}}, {}, {}, always};
+    run::Inputs inputs{DecodedMesh{curved.mesh, {}}, {}, {}, {}, always};
     const auto made =
         must(run_of(R"(, "stages": [{"relax": {"min_scaled_jacobian": 0.95, "effort": 0.1}}, "commit"])" + with_vtu,
                     std::move(inputs)));
@@ -223,7 +223,7 @@ TEST_CASE("corrections in another order are told by the mesh's own numbers") {
 }
 
 TEST_CASE("stages that change the straight mesh take it as it is") {
-    run::Inputs inputs{DecodedMesh{AnyMesh(annulus()), {}}, {}, {}, always};
+    run::Inputs inputs{DecodedMesh{AnyMesh(annulus()), {}}, {}, {}, {}, always};
     const auto made = must(run_of(R"(, "stages": ["smooth", "elevate"])", std::move(inputs)));
     CHECK_FALSE(made.report.reordered.has_value());
 }
