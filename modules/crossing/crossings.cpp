@@ -30,6 +30,12 @@ void enter(Crossings& all, FacetId first, FacetId second, Crossing verdict) {
     all.found.push_back({first, second, verdict});
 }
 
+/// What was found, and room for the facets near one, made once for many.
+struct Looking {
+    Crossings all;
+    std::vector<std::uint32_t> others = {};
+};
+
 template <int D>
 class Facets {
   public:
@@ -38,10 +44,11 @@ class Facets {
         : mesh_(mesh), points_(points), mid_nodes_(mid_nodes), boxes_(boxes), tree_(boxes) {}
 
     /// Facet f with itself and with all that come after it.
-    void look_at(std::size_t f, Crossings& all) const {
+    void look_at(std::size_t f, Looking& looking) const {
+        auto& [all, others] = looking;
         const NodalFacet<D> facet = nodal(f);
         enter(all, FacetId(f), FacetId(f), crossing_of_itself(facet));
-        std::vector<std::uint32_t> others;
+        others.clear();
         tree_.meeting(boxes_[f], [&](std::size_t g) {
             if (g > f && boxes_[g].meets(boxes_[f])) others.push_back(static_cast<std::uint32_t>(g));
         });
@@ -74,9 +81,12 @@ Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, std::span<const 
         });
         if (!boxes) return fail(boxes.error());
         const Facets<D> facets(mesh, points, mid_nodes, *boxes);
-        return reduce_each(
-            part_of(execution, 0.1, 1), n, Crossings{}, [&](Crossings& all, std::size_t f) { facets.look_at(f, all); },
-            joined, default_grain);
+        auto looked = reduce_each(
+            part_of(execution, 0.1, 1), n, Looking{},
+            [&](Looking& looking, std::size_t f) { facets.look_at(f, looking); },
+            [](Looking a, Looking b) { return Looking{joined(std::move(a.all), std::move(b.all))}; }, default_grain);
+        if (!looked) return fail(looked.error());
+        return std::move(looked->all);
     });
 }
 

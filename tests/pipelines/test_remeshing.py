@@ -194,12 +194,24 @@ class Remesh(unittest.TestCase):
 
     def test_order_and_degree_are_told(self):
         self.given(3, 1)
-        done = self.run_stages(["elevate", "remesh"], 0.5, code=2)
-        self.assertRegex(done.stderr, '/stages/1: the mesh is quadratic already.*put "remesh" before "elevate"')
-        self.camber("convert", "in.mesh", "-o", "p2.mesh", "--elevate")
-        done = self.camber("remesh", "p2.mesh", "-o", "out.mesh", code=3)
-        self.assertRegex(done.stderr, "^camber: p2.mesh: .*quadratic already")
+        done = self.run_stages(["elevate", "curve", "remesh"], 0.5, code=2)
+        self.assertRegex(done.stderr, '/stages/2: stage "remesh" changes the mesh, and planned places .*put "commit" before')
+        done = self.run_stages(["remesh", "elevate", "elevate"], 0.5, code=2)
+        self.assertRegex(done.stderr, "/stages/2: the mesh is quadratic already")
         self.assertNotIn("out.mesh", self.folder.files())
+
+    def test_curved_meshes_stay_curved_and_valid(self):
+        """A box with straight nodes, and one on its surrogate: what passes leave is of degree 2, valid, and known to be so by `check`."""
+        self.given(3, 2)
+        self.camber("convert", "in.mesh", "-o", "p2.mesh", "--elevate")
+        self.camber("remesh", "p2.mesh", "-o", "out.mesh", "--set", "metric/constant/sizes=[0.7]")
+        found = json.loads(self.camber("check", "out.mesh", "--json").stdout)
+        self.assertEqual((found["degree"], found["invalid"], found["crossings"]["crossing"]), (2, 0, 0))
+        self.run_stages(["elevate", "curve", "validate", "relax", "commit", "remesh", "validate"], 0.6)
+        report = report_of(self.folder.path / "r.json")
+        self.assertEqual(report["mesh"]["degree"], 2)
+        self.assertEqual(report["validity"]["invalid"], 0)
+        self.assertGreater(report["remesh"]["after"]["unit_edges"] / report["remesh"]["after"]["edges"], 0.9)
 
 
 if __name__ == "__main__":
