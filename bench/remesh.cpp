@@ -119,10 +119,9 @@ Remeshing<3> step(const char* name, Remeshing<3> r, const Arguments& a, const Ex
         "rejected:",
         name, seconds, used, s.proposals, s.accepted, static_cast<double>(s.accepted) / seconds,
         static_cast<double>(s.accepted) / used, s.rounds);
-    constexpr std::array names{"",       "empty",   "required", "surface",  "line",  "ball", "exists",
-                               "volume", "quality", "length",   "geometry", "waits", "wall", "height"};
-    for (std::size_t i = 1; i < names.size(); ++i)
-        if (s.rejected[i] > 0) std::printf(" %s %zu", names[i], s.rejected[i]);
+    for (const auto& reason : words(RejectionReason{}))
+        if (const std::size_t n = s.of(reason.value); n > 0 && reason.value != RejectionReason::none)
+            std::printf(" %s %zu", std::string(reason.word).c_str(), n);
     if (done.state.mesh.is_curved())
         std::printf("; straight test would refuse %zu, accept %zu more; drawn back %zu", s.straight_inverted,
                     s.straight_positive, s.drawn_back);

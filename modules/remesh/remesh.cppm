@@ -18,5 +18,7 @@ import :candidates;
 import :curved_star;
 import :homecoming;
 import :kept_shapes;
+import :nodal_facets;
 import :on_geometry;
+import :walls;
 import :wall_elements;

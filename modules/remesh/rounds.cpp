@@ -10,6 +10,7 @@ module;
 module camber.remesh;
 import camber.core;
 import camber.metric;
+import camber.crossing;
 import camber.dynamic;
 import camber.surface;
 
@@ -132,6 +133,8 @@ class Rounds {
                              ? plan(r_, goal_, wish->wish, wish->limits, workspace, out.patch)
                              : PlanResult{.rejected = wish->rejected};
             if (out.result.rejected == RejectionReason::none) out.result.rejected = pass_.judge(r_, out.patch);
+            if (out.result.rejected == RejectionReason::none && r_.mesh.is_curved() && !are_walls_clear(r_, out.patch))
+                out.result.rejected = RejectionReason::crossing;
             if (!lies_badly(out.result.rejected) || share == 0) return;
             share = share > 0.2 ? share / 2 : 0;
             const Vec<D> before = wish->wish.place;
@@ -141,17 +144,20 @@ class Rounds {
     }
     [[nodiscard]] static bool lies_badly(RejectionReason reason) {
         return reason == RejectionReason::volume || reason == RejectionReason::height ||
-               reason == RejectionReason::quality || reason == RejectionReason::geometry;
+               reason == RejectionReason::quality || reason == RejectionReason::geometry ||
+               reason == RejectionReason::crossing;
     }
     [[nodiscard]] Outcome<Done> choose_and_commit(std::vector<Planned<D>>& planned) {
         claims_.begin(r_.mesh.elements.size());
+        new_walls_.clear();
         std::vector<TopologyPatch<D>> patches;
         std::vector<OfPoint<D>> of_points;
         for (std::size_t i = 0; i < planned.size(); ++i) {
             auto& [wished, result, patch, of_point] = planned[i];
             if (!wished) continue;
             ++statistics_.proposals;
-            if (result.rejected == RejectionReason::none && !claims_.take(r_.mesh, patch)) {
+            if (result.rejected == RejectionReason::none &&
+                !(claims_.take(r_.mesh, patch) && new_walls_.take(r_.mesh, patch))) {
                 result.rejected = RejectionReason::waits;
                 put(front_[i]);
             }
@@ -190,6 +196,7 @@ class Rounds {
         r_.places = std::move(places);
         r_.gradients = std::move(gradients);
         r_.astray = std::move(astray);
+        if (r_.mesh.is_curved()) follow_walls(r_.walls, r_.mesh, changed->changes.facets);
         ++statistics_.rounds;
         std::vector<Task> followers;
         pass_.follow(r_, changed->changes, followers);
@@ -204,6 +211,7 @@ class Rounds {
     std::vector<std::size_t> by_id_;  ///< of the front: neighbours in memory are planned one after the other
     const Execution& execution_;
     Claims claims_;
+    NewWalls<D> new_walls_;
     PassStatistics statistics_;
     std::size_t done_ = 0;
 };

@@ -8,6 +8,7 @@ module;
 module camber.remesh;
 import camber.core;
 import camber.metric;
+import camber.crossing;
 import camber.dynamic;
 import camber.surface;
 
@@ -95,6 +96,7 @@ Outcome<Remeshing<D>> begun(std::size_t elements, const RemeshingGoal<D>& goal, 
     return guarded([&]() -> Outcome<Remeshing<D>> {
         Remeshing<D> r;
         r.mesh = std::move(*made);
+        r.walls = walls_of(r.mesh);
         if (auto asked = ask_at_vertices(r, goal, execution); !asked) return fail(asked.error());
         if (goal.geometry)
             if (auto done = place_boundary(r, goal, without_progress(execution)); !done) return fail(done.error());

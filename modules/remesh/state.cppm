@@ -4,6 +4,7 @@ module;
 export module camber.remesh:state;
 import camber.core;
 import camber.metric;
+import camber.crossing;
 import camber.dynamic;
 import camber.surface;
 
@@ -29,7 +30,9 @@ struct Remeshing {
     /// One a vertex: what it lies on, and where in that if it is at a place of the geometry's; of nothing inside. No
     /// rows without a geometry.
     Column<GeometryPlace> places = {};
-    Column<LogGradient<D>> gradients = {};  ///< of the field at each vertex, recovered; no rows of a straight mesh
+    // Of a mesh of degree 2:
+    Column<LogGradient<D>> gradients = {};  ///< of the field at each vertex, recovered
+    FacetGrid<D> walls = {};                ///< its facets
     /// Vertices of the boundary that are off the geometry, new ones among them that could go a part of their way only.
     /// Ids may have come to name others since.
     Column<VertexId> astray = {};

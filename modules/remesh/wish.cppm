@@ -72,6 +72,7 @@ enum class RejectionReason : std::uint8_t {
     geometry,  ///< facets would turn too far, or be too far from the geometry
     waits,     ///< another patch was in the way: in a later round
     wall,      ///< an element would have two facets on one smooth, curved surface
+    crossing,  ///< of degree 2: facets that are not proved to be clear of each other
     height,    ///< an element below least_height, or so flat that the rounding of coordinates could invert it
 };
 [[nodiscard]] constexpr auto words(RejectionReason) {
@@ -79,8 +80,8 @@ enum class RejectionReason : std::uint8_t {
     return words_of(Word{R::none, "none"}, Word{R::empty, "empty"}, Word{R::required, "required"},
                     Word{R::surface, "surface"}, Word{R::line, "line"}, Word{R::ball, "ball"},
                     Word{R::exists, "exists"}, Word{R::volume, "volume"}, Word{R::quality, "quality"},
-                    Word{R::length, "length"}, Word{R::wall, "wall"}, Word{R::height, "height"},
-                    Word{R::geometry, "geometry"}, Word{R::waits, "waits"});
+                    Word{R::length, "length"}, Word{R::wall, "wall"}, Word{R::crossing, "crossing"},
+                    Word{R::height, "height"}, Word{R::geometry, "geometry"}, Word{R::waits, "waits"});
 }
 inline constexpr std::size_t rejection_reasons = words(RejectionReason{}).size();
 

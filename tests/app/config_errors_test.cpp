@@ -41,7 +41,8 @@ TEST_CASE("unknown keys are refused with their path and the nearest known key") 
 
 TEST_CASE("wrong types are refused with what was expected") {
     CHECK(error_of("[]") ==
-          "config.json: /: expected an object, got an array (known: input, metric, metric_mesh, metric_operations, geometry, "
+          "config.json: /: expected an object, got an array (known: input, metric, metric_mesh, metric_operations, "
+          "geometry, "
           "features, "
           "stages, threads, output)");
     CHECK(error_with(R"("threads": "two")") ==

@@ -23,6 +23,7 @@ import camber.dynamic;
 import camber.surface;
 import camber.shapes;
 import camber.validity;
+import camber.crossing;
 import camber.remesh;
 
 #include "exact_oracle.hpp"
@@ -244,6 +245,48 @@ TEST_CASE("without a geometry a split keeps the curves of the boundary") {
         }
     }
     CHECK(planned > 20);
+}
+
+TEST_CASE("walls do not come to cross each other, though each is asked to") {
+    // Two squares beside each other; the facing side of the first is asked onto an arc that reaches into the second.
+    LatticeOptions<2> options;
+    options.cells = {3, 3};
+    const auto one = with_facets<2>(
+        lattice_mesh(options), [](const auto&) { return 1; },
+        [](const std::array<Vec<2>, 2>& face, const Vec<2>& within, FaceKind kind) {
+            return kind == FaceKind::boundary ? side_of_box<2>(face, within) : 0;
+        });
+    const std::size_t n = one.points.size();
+    Buffer<Vec<2>> points(one.points.begin(), one.points.end());
+    Buffer<SimplexVertices<2>> elements(one.elements.vertices.begin(), one.elements.vertices.end());
+    Buffer<SimplexVertices<1>> facets(one.facets.vertices.begin(), one.facets.vertices.end());
+    Buffer<Reference> references(one.facets.references.begin(), one.facets.references.end());
+    for (const Vec<2>& p : one.points) points.push_back(p + Vec<2>{{3.1, 0}});
+    for (const auto& [a, b, c] : one.elements.vertices)
+        elements.push_back({VertexId(a.index() + n), VertexId(b.index() + n), VertexId(c.index() + n)});
+    for (std::size_t f = 0; f < one.facets.size(); ++f) {
+        const auto& [a, b] = one.facets.vertices[f];
+        facets.push_back({VertexId(a.index() + n), VertexId(b.index() + n)});
+        references.push_back(one.facets.references[f] + 10);
+    }
+    const std::size_t m = elements.size();
+    LinearMesh<2> both = mesh_of<2>(std::move(points), std::move(elements));
+    both.facets = {std::move(facets), std::move(references), {}};
+    both.elements.references = Buffer<Reference>(m, 1);
+    both.point_references = Buffer<Reference>(2 * n, 0);
+    const double radius = 3.0125;  // bulges by 0.4
+    const NamedDomain<2> domain{"two squares", both, {{{2, Sphere<2>{{{3.4 - radius, 1.5}}, radius}}}}, {}, 1, 75};
+    const RemeshingGoal<2> goal = curved_goal<2>(domain, 0.6, 1);
+    Remeshing<2> r = begun_curved(must(elevate(both, alone)), goal, domain.ridge_angle_degrees);
+    auto split_up = must(split<2>(std::move(r), goal, {}, alone));
+    auto done = must(smooth<2>(std::move(split_up.state), goal, {}, alone));
+    CHECK(split_up.statistics.of(RejectionReason::crossing) + done.statistics.of(RejectionReason::crossing) +
+              split_up.statistics.shortened + done.statistics.shortened >
+          0);
+    const QuadraticMesh<2> mesh = mesh_of_state(done.state);
+    CHECK(is_valid(mesh));
+    CHECK(must(find_crossings(mesh, alone)).all_clear());
+    CHECK(mesh.linear.points.size() > 2 * n);
 }
 
 TEST_CASE("threads have no say" * doctest::skip(is_sanitized)) {
