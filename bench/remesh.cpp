@@ -123,8 +123,8 @@ Remeshing<3> step(const char* name, Remeshing<3> r, const Arguments& a, const Ex
         if (const std::size_t n = s.of(reason.value); n > 0 && reason.value != RejectionReason::none)
             std::printf(" %s %zu", std::string(reason.word).c_str(), n);
     if (done.state.mesh.is_curved())
-        std::printf("; straight test would refuse %zu, accept %zu more; drawn back %zu", s.straight_inverted,
-                    s.straight_positive, s.drawn_back);
+        std::printf("; straight test would refuse %zu, accept %zu more; drawn back %zu, programmes %zu",
+                    s.straight_inverted, s.straight_positive, s.drawn_back, s.programmes);
     std::printf("\n");
     tell(done.state, execution);
     if (a.check) check(done.state.mesh, execution);

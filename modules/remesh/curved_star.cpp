@@ -12,6 +12,7 @@ import camber.core;
 import camber.bezier;
 import camber.metric;
 import camber.dynamic;
+import camber.programmes;
 import camber.surface;
 import camber.validity;
 
@@ -106,8 +107,10 @@ class CurvingStar {
         put_wanted();
         begin_cones();
         bound_ = limits_.least_jacobian;
+        w_.programmes = 0;
         StarFault fault = judge();
         while (fault.reason != RejectionReason::none && draw_back()) fault = judge();
+        if (fault.reason == RejectionReason::volume && raise()) fault = judge();
         if (fault.reason != RejectionReason::none) return fault;
         if (const RejectionReason reason = judge_lengths(); reason != RejectionReason::none) return {reason};
         out_.nodes.clear();
@@ -272,12 +275,47 @@ class CurvingStar {
                 drawn = true;
             }
         }
-        if (!drawn) return false;
+        if (drawn) mark_stale();
+        return drawn;
+    }
+    void mark_stale() {
         for (Cone<D>& cone : w_.cones)
             for (int i = 0; i <= D; ++i)
                 if (i != cone.point)
                     cone.is_stale |=
                         cone.nodes[D + 1 + edge_between<D>[i][cone.point]] != w_.spokes[cone.spokes[i]].node;
+    }
+    /// Whether all elements are valid in the end.
+    [[nodiscard]] bool raise() {
+        const auto is_broken = [](const Cone<D>& cone) { return cone.verdict != Verdict::valid; };
+        for (;;) {
+            const auto broken = std::ranges::find_if(w_.cones, is_broken);
+            if (broken == w_.cones.end()) return true;
+            bool raised = false;
+            for (int i = 0; i <= D && is_broken(*broken); ++i) {
+                if (i == broken->point || w_.spokes[broken->spokes[i]].kind != EdgeKind::volume) continue;
+                if (w_.programmes == limits_.programmes) return false;
+                ++w_.programmes;
+                raised |= raise(broken->spokes[i]);
+            }
+            if (!raised) return false;
+        }
+    }
+    [[nodiscard]] bool raise(std::uint32_t s) {
+        EdgeShell<D> shell{{w_.spokes[s].node}, {}};
+        for (const Cone<D>& cone : w_.cones)
+            for (int i = 0; i <= D; ++i)
+                if (i != cone.point && cone.spokes[i] == s)
+                    shell.elements.push_back({{cone.nodes}, edge_between<D>[i][cone.point], {}});
+        constexpr double worthwhile = 1e-3;
+        const double before = smallest_scaled_jacobian(shell, shell.node, bound_);
+        const auto highest = highest_node(shell, {.most_cuts = 0, .enough = 2 * bound_, .least = before + worthwhile});
+        if (!highest) return false;
+        w_.spokes[s].node = highest->node.point;
+        w_.spokes[s].share = 0;
+        mark_stale();
+        for (Cone<D>& cone : w_.cones)
+            if (cone.is_stale) refresh(cone);
         return true;
     }
     [[nodiscard]] RejectionReason judge_lengths() const {

@@ -26,7 +26,10 @@ struct StarFault {
 ///    towards the cavity's own curves as they were: the removed elements as a map from their straight shapes to their
 ///    curved ones, read at the middle of the new chord (THEORY: relaxing towards the extension). Half of the way, then
 ///    all of it. Where nothing bends and nothing else moves, an edge that is split has exactly its halves there.
-/// 3. Edges along their curves within the bounds of lengths.
+/// 3. Where elements are still not valid: one inner edge of them after the other goes where the least Jacobian around
+/// it
+///    is largest, a linear programme (see highest_node), at most limits.programmes of them.
+/// 4. Edges along their curves within the bounds of lengths.
 /// `worst`: the least shape of the new elements, where there is no fault.
 template <int D>
 [[nodiscard]] StarFault curve_star(const Remeshing<D>& r, const RemeshingGoal<D>& goal, const CavityWish<D>& wish,

@@ -52,6 +52,7 @@ struct CurvedWorkspace {
     std::vector<Vec<D>> chords, offsets;
     std::vector<EdgeEnds<D>> ends;
     std::vector<std::uint32_t> free;  ///< spokes of kind volume
+    int programmes = 0;               ///< spent
 };
 
 }  // namespace camber

@@ -84,12 +84,14 @@ class Planning {
         if (!wish_.point.valid() || wish_.place != r_.mesh.points[wish_.point]) out_.point.place = wish_.place;
         return result;
     }
-
-  private:
-    [[nodiscard]] StarFault judge(double& worst) const {
+    [[nodiscard]] StarFault judge(double& worst) {
         if (const RejectionReason reason = judge_facets(); reason != RejectionReason::none) return {reason, no_face};
         if (!may_move()) return {RejectionReason::required, no_face};
-        if (r_.mesh.is_curved()) return curve_star(r_, goal_, wish_, limits_, w_, out_, worst);
+        if (r_.mesh.is_curved()) {
+            const StarFault fault = curve_star(r_, goal_, wish_, limits_, w_, out_, worst);
+            programmes_ += w_.curved.programmes;
+            return fault;
+        }
         for (std::size_t i = 0; i < out_.star.boundary.size(); ++i) {
             if (w_.star.to_point[i].is_there && !moves()) continue;  // no edge that is made
             const VertexId v = out_.star.boundary[i];
@@ -235,6 +237,7 @@ class Planning {
     const PatchLimits& limits_;
     PlanWorkspace<D>& w_;
     TopologyPatch<D>& out_;
+    int programmes_ = 0;
 };
 
 }  // namespace

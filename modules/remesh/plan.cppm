@@ -34,6 +34,7 @@ struct PlanResult {
     int corrections = 0;
     /// Of degree 2: what the test of degree 1 says of the same star: that an element has no volume, or that all have
     /// one. And whether nodes were drawn back from where the metric has them.
+    int programmes = 0;  ///< spent
     bool straight_inverted = false, straight_positive = false, drawn_back = false;
 };
 

@@ -156,6 +156,7 @@ class Rounds {
             auto& [wished, result, patch, of_point] = planned[i];
             if (!wished) continue;
             ++statistics_.proposals;
+            statistics_.programmes += static_cast<std::size_t>(result.programmes);
             if (result.rejected == RejectionReason::none &&
                 !(claims_.take(r_.mesh, patch) && new_walls_.take(r_.mesh, patch))) {
                 result.rejected = RejectionReason::waits;

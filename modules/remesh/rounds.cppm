@@ -26,6 +26,7 @@ struct PassStatistics {
     /// Of degree 2: accepted that the straight test would refuse, refused as `volume` that it would accept, and
     /// accepted whose nodes are not where the metric has them.
     std::size_t straight_inverted = 0, straight_positive = 0, drawn_back = 0;
+    std::size_t programmes = 0;  ///< spent on inner edges, accepted or not
     std::array<std::size_t, rejection_reasons> rejected{};
 
     [[nodiscard]] std::size_t of(RejectionReason reason) const { return rejected[static_cast<std::size_t>(reason)]; }
@@ -38,6 +39,7 @@ struct PassStatistics {
         straight_inverted += other.straight_inverted;
         straight_positive += other.straight_positive;
         drawn_back += other.drawn_back;
+        programmes += other.programmes;
         for (std::size_t i = 0; i < rejected.size(); ++i) rejected[i] += other.rejected[i];
         return *this;
     }

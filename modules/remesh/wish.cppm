@@ -51,6 +51,8 @@ struct PatchLimits {
     double least_height = 0;                                                 ///< of new elements, in the point's metric
     /// Of degree 2: of new elements the scaled Jacobian, unless one that is replaced is worse.
     double least_jacobian = 0.1;
+    /// Linear programmes, each for one inner edge, that may be spent where the old curves do not make a star valid.
+    int programmes = 8;
     /// The least cosine between a new facet's normal and those of the facets that it replaces.
     double facet_cosine = 0.8;
     /// Elements that may join the cavity, or leave it, to make it fit.
