@@ -53,6 +53,13 @@ class Planning {
         : r_(r), goal_(goal), wish_(wish), limits_(limits), w_(workspace), out_(out) {}
 
     [[nodiscard]] PlanResult run() {
+        PlanResult result = decided();
+        result.programmes = programmes_;
+        return result;
+    }
+
+  private:
+    [[nodiscard]] PlanResult decided() {
         PlanResult result;
         out_.removed = wish_.cavity;
         out_.nodes.clear();
