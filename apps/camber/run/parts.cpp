@@ -32,6 +32,10 @@ void add_up(PassReport& sum, const PassReport& part) {
     sum.accepted += part.accepted;
     sum.corrections += part.corrections;
     sum.shortened += part.shortened;
+    sum.drawn_back += part.drawn_back;
+    sum.programmes += part.programmes;
+    sum.straight_inverted += part.straight_inverted;
+    sum.straight_positive += part.straight_positive;
     sum.seconds += part.seconds;
     for (const auto& [reason, count] : part.rejected) {
         const auto there = std::ranges::find_if(sum.rejected, [&](const auto& r) { return r.first == reason; });

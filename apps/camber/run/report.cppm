@@ -125,10 +125,11 @@ struct UnitMeshReport {
     std::size_t worst_element = 0;  ///< from 1; 0: no element
 };
 
-/// What all passes of one kind did to a straight mesh.
+/// What all passes of one kind did to a mesh.
 struct PassReport {
     std::string pass;
     std::size_t rounds = 0, proposals = 0, accepted = 0, corrections = 0, shortened = 0;
+    std::size_t drawn_back = 0, programmes = 0, straight_inverted = 0, straight_positive = 0;  ///< of degree 2
     std::vector<std::pair<std::string, std::size_t>> rejected;  ///< by reason, those that there were
     double seconds = 0;
 };

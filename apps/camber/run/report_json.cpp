@@ -62,6 +62,10 @@ Json json(const PassReport& p) {
             {"rejected", std::move(rejected)},
             {"corrections", p.corrections},
             {"shortened", p.shortened},
+            {"drawn_back", p.drawn_back},
+            {"programmes", p.programmes},
+            {"straight_inverted", p.straight_inverted},
+            {"straight_positive", p.straight_positive},
             {"seconds", p.seconds}};
 }
 Json json(const RemeshReport& r) {

@@ -125,7 +125,18 @@ Outcome<Done> begin_changing(Runner<D>& run) {
 }
 
 PassReport pass_report(std::string_view name, const PassStatistics& s, double seconds) {
-    PassReport report{std::string(name), s.rounds, s.proposals, s.accepted, s.corrections, s.shortened, {}, seconds};
+    PassReport report{.pass = std::string(name),
+                      .rounds = s.rounds,
+                      .proposals = s.proposals,
+                      .accepted = s.accepted,
+                      .corrections = s.corrections,
+                      .shortened = s.shortened,
+                      .drawn_back = s.drawn_back,
+                      .programmes = s.programmes,
+                      .straight_inverted = s.straight_inverted,
+                      .straight_positive = s.straight_positive,
+                      .rejected = {},
+                      .seconds = seconds};
     for (const auto& reason : words(RejectionReason{}))
         if (const std::size_t n = s.of(reason.value); n > 0 && reason.value != RejectionReason::none)
             report.rejected.emplace_back(reason.word, n);
