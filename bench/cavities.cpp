@@ -1,5 +1,6 @@
 // Cavities before and after, as JSON for docs/pictures/draw_cavities.py: a point put into an anisotropic mesh by its
-// Delaunay cavity, a collapse, a swap in two dimensions; the shell of an edge in three. A program, not a timed test.
+// Delaunay cavity, a collapse, a swap in two dimensions; the shell of an edge in three; and curved ones. A program, not
+// a timed test.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,9 +8,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
-#include <string>
 #include <utility>
 #include <vector>
+
+#include "cavity_scene.hpp"
+#include "curved_cavities.hpp"
 
 import camber.core;
 import camber.metric;
@@ -21,44 +24,6 @@ import camber.remesh;
 using namespace camber;
 
 namespace {
-
-template <class T>
-T must(Outcome<T> outcome) {
-    if (outcome) return std::move(*outcome);
-    std::fprintf(stderr, "%s\n", describe(outcome.error()).c_str());
-    std::exit(1);
-}
-
-template <int D>
-void print_mesh(const char* name, const DynamicMesh<D>& mesh, const std::vector<ElementId>& marked) {
-    std::printf(" \"%s\": {\"points\": [", name);
-    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
-        std::printf("%s[", v == 0 ? "" : ", ");
-        for (int i = 0; i < D; ++i) std::printf("%s%.6f", i == 0 ? "" : ", ", mesh.points[v][i]);
-        std::printf("]");
-    }
-    std::printf("],\n  \"elements\": [");
-    bool first = true;
-    for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
-        if (mesh.is_free(ElementId(e))) continue;
-        std::printf("%s[", first ? "" : ", ");
-        for (const VertexId v : mesh.elements.vertices[e]) std::printf("%u, ", v.value);
-        std::printf("%d]", std::ranges::find(marked, ElementId(e)) != marked.end() ? 1 : 0);
-        first = false;
-    }
-    std::printf("]}");
-}
-
-/// A mesh before and after a patch. The last number of an element: whether it is of the cavity, or of the star.
-template <int D>
-void print_patch(const char* name, DynamicMesh<D> mesh, const TopologyPatch<D>& patch, const char* more) {
-    std::printf("%s\"%s\": {%s\n", std::string(name) == "insertion" ? "" : ",\n", name, more);
-    print_mesh("before", mesh, patch.removed.elements);
-    auto [after, changes] = must(commit<D>(std::move(mesh), {&patch, 1}));
-    std::printf(",\n \"point\": %u,\n", changes.points.front().value);
-    print_mesh("after", after, changes.elements.created);
-    std::printf("}");
-}
 
 /// A metric of these sizes along a direction and across it.
 LogMetric<2> metric_of(const Vec<2>& sizes) {
@@ -215,6 +180,7 @@ int main() {
     collapse_one(square, {{0.5, 0.5}});
     swap_one(square, {{0.5, 0.52}});
     swap_in_space();
+    print_curved_cavities(execution);
     std::printf("}\n");
     return 0;
 }

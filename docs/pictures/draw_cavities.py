@@ -1,4 +1,5 @@
-"""Draws cavities before and after as SVG: cavity-insertion.svg, cavity-collapse.svg, cavity-swap.svg, cavity-shell.svg.
+"""Draws cavities before and after as SVG: cavity-insertion.svg, cavity-collapse.svg, cavity-swap.svg, cavity-shell.svg, and
+in a curved mesh cavity-curved-insertion.svg, cavity-curved-collapse.svg, cavity-curved-swap.svg.
 
     ninja -C build cavities && build/bin/cavities | python3 docs/pictures/draw_cavities.py
 
@@ -13,7 +14,10 @@ HERE = Path(__file__).resolve().parent
 PANEL, GAP = 380, 24
 CAVITY, STAR, LINE, BOLD, POINT = "#f7d9b0", "#bfdcf0", "#8a939b", "#1b4f72", "#c0392b"
 TITLES = {"insertion": ("the cavity of a point", "joined to it"), "collapse": ("the vertex and its ball", "joined to a neighbour"),
-          "swap": ("an edge's two triangles", "joined to a vertex across"), "shell": ("an edge and its shell", "joined to a vertex around it")}
+          "swap": ("an edge's two triangles", "joined to a vertex across"), "shell": ("an edge and its shell", "joined to a vertex around it"),
+          "curved-insertion": ("the cavity of a point on a curved edge", "joined to it"),
+          "curved-collapse": ("the vertex and its ball", "joined to a neighbour"),
+          "curved-swap": ("an edge's two triangles", "joined to a vertex across")}
 EYE = (0.35, -1.0, 0.42)
 
 
@@ -36,6 +40,8 @@ class Panel:
         """What is seen: the cavity, and a share of its size around it."""
         mesh = scene[which]
         cavity = [seen(scene["before"]["points"][v]) for *vertices, marked in scene["before"]["elements"] if marked for v in vertices]
+        nodes = nodes_of(scene["before"])
+        cavity += [nodes[edge] for edge in edges_of(scene["before"]) if edge in nodes]
         low, high = ([limit(p[i] for p in cavity) for i in (0, 1)] for limit in (min, max))
         self.x, self.y = ((a + b) / 2 for a, b in zip(low, high))
         around = 1.06 if len(mesh["points"][0]) == 3 else 1.5
@@ -43,14 +49,35 @@ class Panel:
         self.left = left
         self.mesh = mesh
         self.points = [seen(p) for p in mesh["points"]]
+        self.nodes = nodes_of(mesh)
 
     def at(self, p):
         scale = PANEL / 2 / self.half
         return self.left + PANEL / 2 + scale * (p[0] - self.x), PANEL / 2 - scale * (p[1] - self.y)
 
     def path(self, vertices, closed=True):
-        places = [self.at(self.points[v]) for v in vertices]
-        return "M" + "L".join(f"{x:.1f},{y:.1f}" for x, y in places) + ("Z" if closed else "")
+        """Along the edges; a curved one is a quadratic Bézier curve with the control point 2 node - (a + b) / 2."""
+        steps = [self.place(self.points[vertices[0]])]
+        for a, b in zip(vertices, [*vertices[1:], *vertices[:closed]]):
+            node = self.nodes.get((min(a, b), max(a, b)))
+            control = node and [2 * m - (x + y) / 2 for m, x, y in zip(node, self.points[a], self.points[b])]
+            if control or b != vertices[0]:
+                steps.append((f"Q{self.place(control)} " if control else "L") + self.place(self.points[b]))
+        return "M" + "".join(steps) + ("Z" if closed else "")
+
+    def place(self, p):
+        return "{:.1f},{:.1f}".format(*self.at(p))
+
+    def mid_nodes(self):
+        return (self.dot(node, LINE, 2.2) for node in self.nodes.values())
+
+    def straight_forms(self):
+        """Of new triangles that their vertices alone would invert."""
+        for *vertices, marked in self.mesh["elements"]:
+            (ax, ay), (bx, by), (cx, cy) = (self.points[v] for v in vertices)
+            if marked and (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) <= 0:
+                places = "L".join(self.place(self.points[v]) for v in vertices)
+                yield f'<path d="M{places}Z" fill="{POINT}" fill-opacity="0.15" stroke="{POINT}" stroke-width="1.3" stroke-dasharray="5 4"/>'
 
     def triangles(self, fill):
         for *vertices, marked in self.mesh["elements"]:
@@ -62,6 +89,11 @@ class Panel:
     def dot(self, p, colour=POINT, radius=5):
         x, y = self.at(p)
         return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius}" fill="{colour}"/>'
+
+
+def nodes_of(mesh):
+    """By their edges' ends; none of a straight mesh."""
+    return {(min(a, b), max(a, b)): place for a, b, *place in mesh.get("nodes", ())}
 
 
 def edges_of(mesh, marked_only=True):
@@ -85,6 +117,7 @@ def plane_picture(scene):
     point = scene["point"]
     place = scene["after"]["points"][point]
     yield 0, before.triangles(CAVITY)
+    yield 0, before.mid_nodes()
     gone = edges_of(scene["before"]) - edges_of(scene["after"], False)
     yield 0, (before.line(a, b, POINT, 1.8, 'stroke-dasharray="3 3"') for a, b in sorted(gone))
     if "root" in scene:
@@ -95,6 +128,9 @@ def plane_picture(scene):
     yield 1, after.triangles(STAR)
     made = edges_of(scene["after"]) - edges_of(scene["before"], "root" in scene)
     yield 1, (after.line(a, b, BOLD, 2) for a, b in sorted(made))
+    if after.nodes:
+        yield 1, after.straight_forms()
+    yield 1, after.mid_nodes()
     yield 1, [after.dot(place, BOLD if "goes" in scene else POINT)]
 
 

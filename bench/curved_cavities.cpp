@@ -1,0 +1,171 @@
+// Operations of degree 2 in a layer beneath a circle, whose edges follow it: a split, a collapse, a swap.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "cavity_scene.hpp"
+#include "curved_cavities.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.shapes;
+import camber.dynamic;
+import camber.surface;
+import camber.remesh;
+
+using namespace camber;
+
+namespace {
+
+constexpr double inner = 0.45, outer = 1, opening = 5 * std::numbers::pi / 6;
+
+/// The unit square onto a sector of a ring.
+Vec<2> on_ring(const Vec<2>& p) {
+    const double radius = inner + (outer - inner) * p[1];
+    const double angle = std::numbers::pi / 2 + (0.5 - p[0]) * opening;
+    return radius * Vec<2>{{std::cos(angle), std::sin(angle)}};
+}
+
+/// Edges are to be long along the circle and short across it.
+LogMetric<2> layer_metric(const Vec<2>& p) {
+    const Vec<2> across = p / norm(p);
+    return log_metric_of_sizes<2>({{0.35, 0.1}}, Mat<2>{{Vec<2>{{across[1], -across[0]}}, across}});
+}
+
+QuadraticMesh<2> bowed_layer(const Execution& execution) {
+    BoxOptions<2> options;
+    options.cells = {4, 4};
+    options.jitter = 0.2;
+    options.seed = 10;
+    QuadraticMesh<2> mesh = must(elevate(must(generate(options)), execution));
+    Buffer<Vec<2>> points(mesh.linear.points.begin(), mesh.linear.points.end());
+    Buffer<LagrangeNode<2>> nodes(mesh.mid_nodes.begin(), mesh.mid_nodes.end());
+    for (Vec<2>& p : points) p = on_ring(p);
+    for (LagrangeNode<2>& node : nodes) node.point = on_ring(node.point);
+    mesh.linear.points = std::move(points);
+    mesh.mid_nodes = std::move(nodes);
+    return mesh;
+}
+
+struct Layer {
+    RemeshingGoal<2> goal;
+    Remeshing<2> state;
+};
+Layer begun_layer(const Execution& execution) {
+    const QuadraticMesh<2> mesh = bowed_layer(execution);
+    Buffer<LogMetric<2>> metrics(mesh.linear.points.size());
+    for (std::size_t v = 0; v < metrics.size(); ++v) metrics[v] = layer_metric(mesh.linear.points[v]);
+    Layer layer;
+    layer.goal.field =
+        must(make_back_mesh(mesh.linear, must(balls(mesh.linear, execution)), Column(std::move(metrics)), execution));
+    layer.goal.geometry = Geometry<2>(AnalyticGeometry<2>{{{3, Sphere<2>{{}, inner}}, {4, Sphere<2>{{}, outer}}}});
+    const FeatureOptions<2> breaks{.ridge_angle_degrees = 60};
+    const auto features = must(find_features(mesh.linear, mesh.edges, breaks, execution));
+    std::vector<VertexId> corners;
+    for (std::size_t v = 0; v < mesh.linear.points.size(); ++v)
+        if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
+    layer.state = must(begin_remeshing(mesh, {features.edge_kinds.view(), corners}, layer.goal, execution));
+    return layer;
+}
+
+/// The best of what is wished for: where an element would be inverted if it were straight, otherwise by the worst
+/// shape.
+class Best {
+  public:
+    explicit Best(const Layer& layer) : layer_(layer) {}
+    void look_at(const CavityWish<2>& wish, std::size_t least_elements, VertexId goes = {}) {
+        const PlanResult result = plan(layer_.state, layer_.goal, wish, {}, workspace_, patch_);
+        if (result.rejected != RejectionReason::none || patch_.removed.elements.size() < least_elements) return;
+        if (!(result.worst_shape > 0.3)) return;
+        const double worth = result.worst_shape + (result.straight_inverted ? 1 : 0);
+        if (!(worth > worth_)) return;
+        worth_ = worth;
+        best_ = patch_;
+        goes_ = goes;
+    }
+    void print(const char* name) const {
+        std::array<char, 40> more{};
+        if (goes_.valid()) std::snprintf(more.data(), more.size(), "\"goes\": %u,", goes_.value);
+        print_patch(name, layer_.state.mesh, best_, more.data());
+    }
+
+  private:
+    const Layer& layer_;
+    PlanWorkspace<2> workspace_;
+    TopologyPatch<2> patch_, best_;
+    double worth_ = 0;
+    VertexId goes_;
+};
+
+/// In the middle of an inner edge, with the cavity grown from there.
+void split_one(const Layer& layer) {
+    const DynamicMesh<2>& mesh = layer.state.mesh;
+    Best best(layer);
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e)
+        for (int k = 0; k < 3; ++k) {
+            CavityWish<2> wish;
+            cavity_of_edge(mesh, ElementId(e), k, wish.cavity);
+            const EdgeId edge = mesh.edges_of[ElementId(e)][k];
+            const auto& [a, b] = mesh.edges[edge];
+            const QuadraticEdge<2> curve{mesh.points[a], mesh.nodes[edge], mesh.points[b]};
+            if (!wish.cavity.facets.empty() || norm(curve.offset()) < 0.06 * norm(curve.chord())) continue;
+            wish.origin = midpoint(mesh.points[a], mesh.points[b]);
+            wish.place = curve.point(0.5);
+            wish.halves = {a, b};
+            const FieldSample<2> sample = sample_with_recovered_gradient(layer.goal.field, wish.place, {});
+            wish.metric = {sample.log_metric, sample.location.element};
+            wish.gradient = sample.gradient;
+            wish.holders = wish.cavity.elements.size();
+            grow_delaunay(layer.state, wish.place, wish.metric.measure, 64, 0, wish.cavity);
+            best.look_at(wish, 4);
+        }
+    best.print("curved-insertion");
+}
+
+void collapse_one(const Layer& layer) {
+    const DynamicMesh<2>& mesh = layer.state.mesh;
+    Best best(layer);
+    for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+        const VertexId v(i);
+        if (mesh.states[v].place == VertexPlace::corner) continue;
+        CavityWish<2> wish;
+        cavity_of_vertex(mesh, v, wish.cavity);
+        for (const ElementId e : std::vector(wish.cavity.elements))
+            for (const VertexId w : mesh.elements.vertices[e])
+                if (w != v) {
+                    wish.join_to(layer.state, w);
+                    best.look_at(wish, 3, v);
+                }
+    }
+    best.print("curved-collapse");
+}
+
+void swap_one(const Layer& layer) {
+    const DynamicMesh<2>& mesh = layer.state.mesh;
+    Best best(layer);
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e)
+        for (int k = 0; k < 3; ++k) {
+            CavityWish<2> wish;
+            cavity_of_edge(mesh, ElementId(e), k, wish.cavity);
+            if (!wish.cavity.facets.empty()) continue;
+            const auto [i, j] = local_edges<2>[k];
+            wish.join_to(layer.state, mesh.elements.vertices[ElementId(e)][3 - i - j]);
+            best.look_at(wish, 2);
+        }
+    best.print("curved-swap");
+}
+
+}  // namespace
+
+void print_curved_cavities(const Execution& execution) {
+    const Layer layer = begun_layer(execution);
+    split_one(layer);
+    collapse_one(layer);
+    swap_one(layer);
+}
