@@ -169,13 +169,15 @@ void add_repair(CLI::App& app, Verb& verb) {
 void add_remesh(CLI::App& app, Verb& verb) {
     CLI::App* remesh = app.add_subcommand(
         "remesh",
-        "Bring a straight mesh to a metric: split, collapse, swap and smooth until its edges are of unit length.\n\n"
+        "Bring a mesh, straight or curved, to a metric: split, collapse, swap and smooth until its edges are of unit "
+        "length.\n\n"
         "  camber remesh wing.meshb --metric wing.solb -o finer.meshb\n"
         "  camber remesh wing.meshb --metric '{\"constant\": {\"sizes\": [0.1]}}' -o even.meshb\n"
         "  camber remesh wing.meshb --metric wing.solb -o finer.meshb --output-metric finer.solb\n\n"
         "References, materials, interfaces, ridges, corners and whatever is required are kept; new vertices of the "
-        "boundary lie on the geometry. To curve what comes out onto the same geometry, put \"remesh\" before "
-        "\"elevate\" in a config (configs/remesh.json). How it is done: docs/algorithms/cavity-operator.md");
+        "boundary lie on the geometry. A mesh of degree 2 stays one: edges are measured along their curves, and every "
+        "element that is made is valid. To curve what comes of a straight one onto the same geometry, put \"remesh\" "
+        "before \"elevate\" in a config (configs/remesh.json). How it is done: docs/algorithms/cavity-operator.md");
     RemeshArguments& a = verb.remesh;
     remesh->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
     remesh->add_option("-o,--output", a.output, "Where the new mesh goes (" + endings_of_output() + ")")->required();

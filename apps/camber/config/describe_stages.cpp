@@ -72,58 +72,62 @@ const Description<Reinsert>& Described<Reinsert>::get() {
 }
 
 const Description<Collapse>& Described<Collapse>::get() {
-    static const Description<Collapse> description{
-        "collapse",
-        "Of a straight mesh: edges that are short in the metric go, one end into the other, the shortest first.",
-        listed<Collapse>(),
-        {}};
+    static const Description<Collapse> description{"collapse",
+                                                   "Of a mesh of degree 1 or 2: edges that are short in the metric go, "
+                                                   "one end into the other, the shortest first.",
+                                                   listed<Collapse>(),
+                                                   {}};
     return description;
 }
 
 const Description<Split>& Described<Split>::get() {
     static const Description<Split> description{
         "split",
-        "Of a straight mesh: edges that are long in the metric get a vertex at their middle by length, the longest "
-        "first; those of the boundary on the geometry.",
+        "Of a mesh of degree 1 or 2: edges that are long in the metric get a vertex at their middle by length, the "
+        "longest "
+        "first; those of the boundary on the geometry. The halves of a curved one keep its curve.",
         listed<Split>(),
         {}};
     return description;
 }
 
 const Description<Swap>& Described<Swap>::get() {
-    static const Description<Swap> description{
-        "swap",
-        "Of a straight mesh: edges and faces of bad elements are exchanged where the worst element becomes better for "
-        "it.",
-        listed<Swap>(),
-        {}};
+    static const Description<Swap> description{"swap",
+                                               "Of a mesh of degree 1 or 2: edges and faces of bad elements are "
+                                               "exchanged where the worst element becomes better for "
+                                               "it.",
+                                               listed<Swap>(),
+                                               {}};
     return description;
 }
 
 const Description<Smooth>& Described<Smooth>::get() {
-    static const Description<Smooth> description{
-        "smooth",
-        "Of a straight mesh: vertices move to where their edges are nearer to unit, as far as the worst element around "
-        "them becomes better; those of smooth surfaces on the geometry.",
-        listed<Smooth>(),
-        {}};
+    static const Description<Smooth> description{"smooth",
+                                                 "Of a mesh of degree 1 or 2: vertices move to where their edges are "
+                                                 "nearer to unit, as far as the worst element around "
+                                                 "them becomes better; those of smooth surfaces on the geometry.",
+                                                 listed<Smooth>(),
+                                                 {}};
     return description;
 }
 
 const Description<Mend>& Described<Mend>::get() {
     static const Description<Mend> description{
-        "mend", "Of a straight mesh: swaps and moves for bad elements alone, turn after turn.", listed<Mend>(), {}};
+        "mend",
+        "Of a mesh of degree 1 or 2: swaps and moves for bad elements alone, turn after turn.",
+        listed<Mend>(),
+        {}};
     return description;
 }
 
 const Description<Remesh>& Described<Remesh>::get() {
     static const Description<Remesh> description{
         "remesh",
-        "Brings a straight mesh to the metric: rounds of collapse, split, swap and smooth, until edges are of unit "
-        "length and nothing changes much; mend at last. References, materials, interfaces, ridges, corners and "
-        "whatever is required "
-        "are kept. The metric is made of the mesh as it is before; the geometry too, and what follows is curved onto "
-        "it.",
+        "Brings a mesh to the metric, of degree 1, or of degree 2 with its curves (after commit, or as it was read): "
+        "rounds of collapse, split, swap and smooth, until edges are of unit length and nothing changes much; mend at "
+        "last. References, materials, interfaces, ridges, corners and whatever is required are kept, and no valid "
+        "element becomes an invalid one. The metric is made of the mesh as it is before; the geometry too, and what "
+        "follows is curved onto it.",
         listed<Remesh>(),
         {}};
     return description;
@@ -137,7 +141,7 @@ const Choice<Stage>& Described<Stage>::get() {
         key<Reinsert>("reinsert", "curve cavity by cavity"), key<Collapse>("collapse", "remove short edges"),
         key<Split>("split", "divide long edges"), key<Swap>("swap", "exchange edges and faces of bad elements"),
         key<Smooth>("smooth", "move vertices"), key<Mend>("mend", "swap and move for bad elements alone"),
-        key<Remesh>("remesh", "bring a straight mesh to the metric"));
+        key<Remesh>("remesh", "bring a mesh to the metric"));
     return choice;
 }
 

@@ -61,7 +61,7 @@ std::string remesh_rows(const RemeshReport& r) {
         return u.edges == 0 ? 100.0 : 100 * static_cast<double>(u.unit_edges) / static_cast<double>(u.edges);
     };
     std::string text =
-        table_row("edges of the straight mesh", changed(r.before.edges, r.after.edges)) +
+        table_row("edges of the mesh", changed(r.before.edges, r.after.edges)) +
         table_row("edges of unit length", fmt::format("{:.2f} % -> {:.2f} %", share(r.before), share(r.after))) +
         table_row("edge lengths", fmt::format("{:.4g} to {:.4g}, mean {:.4g}", r.after.shortest, r.after.longest,
                                               r.after.mean_length)) +
