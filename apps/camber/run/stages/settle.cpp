@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -10,6 +11,7 @@ import camber.dynamic;
 import camber.metric;
 import camber.remesh;
 import camber.surface;
+import camber.validity;
 import :histogram;
 import :parts;
 import :report;
@@ -25,15 +27,21 @@ Outcome<Done> settle(Runner<D>& run) {
     auto* const changing = std::get_if<Changing<D>>(&run.state.mesh);
     if (changing == nullptr) return Done{};
     UnitMesh measured;
+    std::optional<VerdictsReport> verdicts;  // of degree 2: what was told before is of the mesh before
     auto made = run.step("settle", [&](const Execution& e) -> Outcome<SettledMesh<D>> {
         auto mesh = settled(changing->mesh, part_of(e, 0, 0.6));
         if (!mesh) return mesh;
         const auto& [linear, edges, nodes, maps] = mesh->compact;
         const Execution rest = part_of(e, 0.6, 1);
-        auto in_metric = nodes.empty()
-                             ? measure_unit_mesh(linear, edges, mesh->log_metrics, changing->metric.source, rest)
-                             : measure_unit_mesh(QuadraticMesh<D>{linear, edges, nodes}, mesh->log_metrics,
-                                                 changing->metric.source, rest);
+        const std::string& metric = changing->metric.source;
+        if (!nodes.empty()) {
+            auto validation = validate(QuadraticMesh<D>{linear, edges, nodes}, run.state.bound, without_progress(e));
+            if (!validation) return fail(validation.error());
+            verdicts = verdicts_report(*validation, run.state.bound.is_asked);
+        }
+        auto in_metric =
+            nodes.empty() ? measure_unit_mesh(linear, edges, mesh->log_metrics, metric, rest)
+                          : measure_unit_mesh(QuadraticMesh<D>{linear, edges, nodes}, mesh->log_metrics, metric, rest);
         if (!in_metric) return fail(in_metric.error());
         measured = std::move(*in_metric);
         return mesh;
@@ -43,6 +51,7 @@ Outcome<Done> settle(Runner<D>& run) {
     const auto after = histograms_of(measured, "remeshed");
     for (std::size_t i = 0; i < histograms.size(); ++i) histograms[i].series.push_back(after[i].series.front());
     run.tell(SettledReport{std::move(measured.report), std::move(histograms)});
+    if (verdicts) run.tell(*verdicts);
     run.state.inherited =
         Inherited<D>{std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric)};
     run.state.given_points = made->compact.mesh.points;
