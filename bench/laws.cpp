@@ -19,7 +19,9 @@
 #include <string>
 #include <string_view>
 
+#include "operation_names.hpp"
 #include "operation_runs.hpp"
+#include "program_arguments.hpp"
 #include "random_operations.hpp"
 
 import camber.core;
@@ -35,25 +37,6 @@ struct Arguments {
     std::uint64_t seed = 1;
     std::size_t check = 16;
 };
-
-const char* word(Operation operation) {
-    switch (operation) {
-        case Operation::insert: return "insertion";
-        case Operation::collapse: return "collapse";
-        case Operation::swap_edge: return "edge swap";
-        case Operation::swap_face: return "face swap";
-        case Operation::reinsert: return "reinsertion";
-        case Operation::move: return "move";
-        case Operation::any_cavity: return "any cavity";
-    }
-    return "";
-}
-std::string name_of(Kind kind) {
-    if (kind.operation == Operation::any_cavity)
-        return kind.place == VertexPlace::inside ? "any cavity, a new point" : "any cavity, a vertex";
-    constexpr std::array places{"inside", "surface", "line", "corner"};
-    return std::string(word(kind.operation)) + ", " + places[static_cast<std::size_t>(kind.place)];
-}
 
 template <int D>
 void print(const Tally<D>& tally, const char* what) {
@@ -104,23 +87,18 @@ bool all_hold(const Arguments& a) {
 
 int main(int argc, char** argv) {
     Arguments a;
-    const std::span<char*> given(argv, static_cast<std::size_t>(argc));
-    for (std::size_t i = 1; i < given.size(); i += 2) {
-        const std::string_view word = given[i];
-        const auto number = static_cast<std::uint64_t>(i + 1 < given.size() ? std::strtod(given[i + 1], nullptr) : 0.0);
-        if (word == "--operations") {
-            a.operations = number;
-        } else if (word == "--accepted") {
-            a.accepted = number;
-        } else if (word == "--seed") {
-            a.seed = number;
-        } else if (word == "--check" && number > 0) {
-            a.check = number;
-        } else {
-            std::fprintf(stderr, "laws [--operations N] [--accepted N] [--seed N] [--check N]\n");
-            return 2;
-        }
-    }
+    double operations = 100000;
+    double accepted = 10000;
+    double seed = 1;
+    double check = 16;
+    if (!read_numbers(argc, argv,
+                      {{"--operations", &operations},
+                       {"--accepted", &accepted},
+                       {"--seed", &seed},
+                       {"--check", &check, 1}}))
+        return 2;
+    a = {static_cast<std::size_t>(operations), static_cast<std::size_t>(accepted), static_cast<std::uint64_t>(seed),
+         static_cast<std::size_t>(check)};
     try {
         const bool flat = all_hold<2>(a);
         return all_hold<3>(a) && flat ? 0 : 1;

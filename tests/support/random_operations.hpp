@@ -106,8 +106,7 @@ class Trying {
         if (attempt.patch && !fills(mesh_, *attempt.patch)) return {{}, Refusal::volume};
         return attempt;
     }
-
-  private:
+    /// What is taken out, and the point; false where nothing of the kind is found.
     [[nodiscard]] bool choose(Kind kind, TopologyPatch<D>& patch) {
         switch (kind.operation) {
             case Operation::insert: return choose_insertion(kind.place, patch);
@@ -127,6 +126,7 @@ class Trying {
         return true;
     }
 
+  private:
     [[nodiscard]] ElementId any_element() {
         for (;;)
             if (const ElementId e(dice_.below(mesh_.elements.size())); !mesh_.is_free(e)) return e;

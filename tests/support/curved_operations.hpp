@@ -1,0 +1,180 @@
+// Operations of degree 2 at random places of a mesh, as wishes.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "bowed.hpp"
+#include "dice.hpp"
+#include "random_operations.hpp"
+
+import camber.core;
+import camber.metric;
+import camber.dynamic;
+import camber.remesh;
+
+namespace camber::testing {
+
+/// Those of `kinds`, but for cavities of any shape; and splits, which are insertions on an edge that know its curve.
+struct CurvedKind {
+    Kind kind;
+    bool splits = false;
+};
+template <int D>
+constexpr auto curved_kinds() {
+    using enum Operation;
+    using enum VertexPlace;
+    if constexpr (D == 2)
+        return std::array<CurvedKind, 11>{{{{insert, inside}, true},
+                                           {{insert, surface}, true},
+                                           {{insert, inside}},
+                                           {{collapse, inside}},
+                                           {{collapse, surface}},
+                                           {{swap_edge, inside}},
+                                           {{reinsert, inside}},
+                                           {{reinsert, surface}},
+                                           {{reinsert, corner}},
+                                           {{move, inside}},
+                                           {{move, surface}}}};
+    else
+        return std::array<CurvedKind, 18>{{{{insert, inside}, true},
+                                           {{insert, surface}, true},
+                                           {{insert, line}, true},
+                                           {{insert, inside}},
+                                           {{insert, surface}},
+                                           {{collapse, inside}},
+                                           {{collapse, surface}},
+                                           {{collapse, line}},
+                                           {{swap_edge, inside}},
+                                           {{swap_edge, surface}},
+                                           {{swap_face, inside}},
+                                           {{reinsert, inside}},
+                                           {{reinsert, surface}},
+                                           {{reinsert, line}},
+                                           {{reinsert, corner}},
+                                           {{move, inside}},
+                                           {{move, surface}},
+                                           {{move, line}}}};
+}
+
+/// A split as it was meant: where on the curve of an edge the point comes.
+template <int D>
+struct MeantSplit {
+    QuadraticEdge<D> curve;
+    std::array<VertexId, 2> ends;
+    double t = 0;
+};
+template <int D>
+struct CurvedTry {
+    CavityWish<D> wish;
+    std::optional<MeantSplit<D>> split;
+};
+
+/// Chooses where an operation is tried, and what is wished there.
+template <int D>
+class CurvedTrying {
+  public:
+    CurvedTrying(const BowedDomain<D>& domain, Dice& dice) : domain_(domain), r_(domain.state), dice_(dice) {}
+
+    /// Nothing where nothing of the kind is found.
+    [[nodiscard]] std::optional<CurvedTry<D>> any(const CurvedKind& kind) {
+        if (kind.kind.operation == Operation::insert) {
+            const bool is_anywhere = !kind.splits && kind.kind.place == VertexPlace::inside && dice_.below(2) == 0;
+            return is_anywhere ? anywhere() : on_simplex(kind);
+        }
+        TopologyPatch<D> patch;
+        StarWorkspace<D> workspace;
+        if (!Trying<D>(r_.mesh, dice_, workspace).choose(kind.kind, patch)) return {};
+        CurvedTry<D> out;
+        out.wish.cavity = std::move(patch.removed);
+        out.wish.join_to(r_, patch.point.vertex);
+        if (patch.point.place) {
+            out.wish.place = kind.kind.place == VertexPlace::inside
+                                 ? out.wish.place + stretched(0.2 * dice_.vector<D>(), domain_.stretch)
+                                 : *patch.point.place;
+            ask(out.wish);
+        }
+        return out;
+    }
+
+  private:
+    [[nodiscard]] ElementId any_element() {
+        for (;;)
+            if (const ElementId e(dice_.below(r_.mesh.elements.size())); !r_.mesh.is_free(e)) return e;
+    }
+    void ask(CavityWish<D>& wish) const {
+        const FieldSample<D> sample = sample_with_recovered_gradient(domain_.goal.field, wish.place, ElementId{});
+        wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
+        wish.gradient = sample.gradient;
+    }
+
+    /// A point that knows of no curves: what holds it among the straight elements.
+    [[nodiscard]] std::optional<CurvedTry<D>> anywhere() {
+        CurvedTry<D> out;
+        const auto& vertices = r_.mesh.elements.vertices[any_element()];
+        const auto xi = dice_.barycentric<D>();
+        for (int i = 0; i <= D; ++i) out.wish.place += xi[i] * r_.mesh.points[vertices[i]];
+        auto in = insertion(r_.mesh, out.wish.place);
+        if (!in || in->is_at_vertex() || in->place != VertexPlace::inside) return {};
+        out.wish.cavity = std::move(in->cavity);
+        out.wish.holders = out.wish.cavity.elements.size();
+        ask(out.wish);
+        return out;
+    }
+    /// Within a curved simplex of up to D dimensions that lies there; to be split, an edge.
+    [[nodiscard]] std::optional<CurvedTry<D>> on_simplex(const CurvedKind& kind) {
+        for (int tries = 0; tries < 60; ++tries) {
+            PointSite<D> site{any_element(), {}};
+            for (std::size_t left = kind.splits ? 2 : 3 + dice_.below(D - 1); left > 0;) {
+                bool& spans = site.spans[dice_.below(D + 1)];
+                left -= spans ? 0 : 1;
+                spans = true;
+            }
+            Insertion<D> in = insertion_at(r_.mesh, site);
+            if (in.place != kind.kind.place) continue;
+            CurvedTry<D> out;
+            out.wish.cavity = std::move(in.cavity);
+            out.wish.holders = out.wish.cavity.elements.size();
+            put_point(site, out);
+            ask(out.wish);
+            return out;
+        }
+        return {};
+    }
+    /// Written from its first vertex, so that planes along the axes are met without rounding.
+    void put_point(const PointSite<D>& site, CurvedTry<D>& out) {
+        const auto& vertices = r_.mesh.elements.vertices[site.element];
+        std::vector<int> spanned;
+        for (int i = 0; i <= D; ++i)
+            if (site.spans[i]) spanned.push_back(i);
+        std::array<double, D + 1> xi{};
+        double sum = 0;
+        for (const int i : spanned) sum += xi[i] = dice_.uniform(0.4, 1);
+        for (double& x : xi) x /= sum;
+        const auto point = [&](int i) { return r_.mesh.points[vertices[i]]; };
+        Vec<D> origin = point(spanned[0]);
+        for (const int i : spanned) origin += xi[i] * (point(i) - point(spanned[0]));
+        out.wish.origin = out.wish.place = origin;
+        for (int k = 0; k < edges_per_simplex<D>; ++k) {
+            const auto [i, j] = local_edges<D>[k];
+            const Vec<D> offset = r_.mesh.nodes[r_.mesh.edges_of[site.element][k]].point - midpoint(point(i), point(j));
+            out.wish.place += 4 * xi[i] * xi[j] * offset;
+        }
+        if (spanned.size() != 2) return;
+        const auto [i, j] = std::array{spanned[0], spanned[1]};
+        const EdgeId edge = r_.mesh.edges_of[site.element][edge_between<D>[i][j]];
+        out.wish.halves = {vertices[i], vertices[j]};
+        out.split = MeantSplit<D>{{point(i), r_.mesh.nodes[edge], point(j)}, out.wish.halves, xi[j]};
+    }
+
+    const BowedDomain<D>& domain_;
+    const Remeshing<D>& r_;
+    Dice& dice_;
+};
+
+}  // namespace camber::testing
