@@ -13,11 +13,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
-#include <span>
 #include <string>
-#include <string_view>
 
 #include "operation_names.hpp"
 #include "operation_runs.hpp"

@@ -4,7 +4,7 @@
 //
 //     laws_of_passes [--cells 12] [--rounds 20] [--seed 1] [--threads 0]
 //
-// cells: along each axis, a multiple of 4; in two dimensions four times as many.
+// cells: along each axis, down to a multiple of 4; in two dimensions four times as many.
 //
 // Of a round: the size asked for, by that of the first mesh; what each pass did; the largest relative deviation of
 // sizes (volumes of materials, areas, lengths): of what is flat, from the beginning, and of what is curved, from its
@@ -13,15 +13,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
-#include <span>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "many_rounds.hpp"
 #include "named_domains.hpp"
+#include "program_arguments.hpp"
 
 import camber.core;
 import camber.dynamic;
@@ -33,8 +31,7 @@ using namespace camber::testing;
 namespace {
 
 struct Arguments {
-    int cells = 12, rounds = 20, threads = 0;
-    std::uint64_t seed = 1;
+    double cells = 12, rounds = 20, seed = 1, threads = 0;
 };
 
 template <int D>
@@ -42,7 +39,7 @@ bool holds(NamedDomain<D> domain, const Arguments& a) {
     std::printf("%dD, %s\n%5s %5s %8s %8s |%8s %8s %8s %8s |%8s %8s %5s |%6s %7s\n", D, domain.name.c_str(), "round",
                 "size", "vertices", "elements", "collapse", "split", "swap", "smooth", "flat", "curved", "off", "unit",
                 "worst");
-    ManyRounds<D> rounds(std::move(domain), a.seed, {.threads = a.threads});
+    ManyRounds<D> rounds(std::move(domain), static_cast<std::uint64_t>(a.seed), {.threads = static_cast<int>(a.threads)});
     for (int k = 0; k < a.rounds; ++k) {
         Round round;
         const std::string broken = rounds.run(size_of_round(k), round);
@@ -62,28 +59,17 @@ bool holds(NamedDomain<D> domain, const Arguments& a) {
 
 int main(int argc, char** argv) {
     Arguments a;
-    const std::span<char*> given(argv, static_cast<std::size_t>(argc));
-    for (std::size_t i = 1; i < given.size(); i += 2) {
-        const std::string_view word = given[i];
-        const int number = static_cast<int>(i + 1 < given.size() ? std::strtod(given[i + 1], nullptr) : 0.0);
-        if (word == "--cells" && number > 0 && number % 4 == 0) {
-            a.cells = number;
-        } else if (word == "--rounds") {
-            a.rounds = number;
-        } else if (word == "--seed") {
-            a.seed = static_cast<std::uint64_t>(number);
-        } else if (word == "--threads") {
-            a.threads = number;
-        } else {
-            std::fprintf(stderr,
-                         "laws_of_passes [--cells N] [--rounds N] [--seed N] [--threads N], cells a multiple of 4\n");
-            return 2;
-        }
-    }
+    if (!read_numbers(argc, argv,
+                      {{"--cells", &a.cells, 4},
+                       {"--rounds", &a.rounds},
+                       {"--seed", &a.seed},
+                       {"--threads", &a.threads}}))
+        return 2;
+    const int cells = 4 * static_cast<int>(a.cells / 4);
     bool all = true;
     try {
-        for (NamedDomain<2>& domain : named_domains<2>(4 * a.cells)) all = holds(std::move(domain), a) && all;
-        for (NamedDomain<3>& domain : named_domains<3>(a.cells)) all = holds(std::move(domain), a) && all;
+        for (NamedDomain<2>& domain : named_domains<2>(4 * cells)) all = holds(std::move(domain), a) && all;
+        for (NamedDomain<3>& domain : named_domains<3>(cells)) all = holds(std::move(domain), a) && all;
     } catch (const std::exception& e) {
         std::printf("not kept: %s\n", e.what());
         return 1;

@@ -6,6 +6,7 @@ module;
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 module camber.remesh;
 import camber.core;
@@ -41,11 +42,13 @@ void bend(const Remeshing<D>& r, const std::vector<ElementId>& elements, std::ve
     for (const ElementId e : elements) {
         const QuadraticNodes<D> nodes = nodes_of(r.mesh, e);
         BentPiece<D> piece;
+        piece.element = e;
         piece.origin = nodes[0];
         Mat<D> sides;
         for (int i = 0; i < D; ++i) sides.column[i] = nodes[i + 1] - nodes[0];
         const double volume = det(sides);
         if (volume == 0) continue;
+        piece.size = std::abs(volume);
         piece.gradients = dual(sides);
         for (Vec<D>& gradient : piece.gradients) gradient = gradient / volume;
         for (int k = 0; k < edges_per_simplex<D>; ++k) {
@@ -58,28 +61,23 @@ void bend(const Remeshing<D>& r, const std::vector<ElementId>& elements, std::ve
     if (!is_bent) pieces.clear();
 }
 
-/// x(X) by the piece in which X is, or is nearest to being.
+/// X in the straight shape of a piece.
 template <int D>
-Vec<D> bent(const std::vector<BentPiece<D>>& pieces, const Vec<D>& p) {
-    const BentPiece<D>* best = nullptr;
+std::array<double, D + 1> place_in(const BentPiece<D>& piece, const Vec<D>& p) {
     std::array<double, D + 1> xi{};
-    double most = -std::numeric_limits<double>::infinity();
-    for (const BentPiece<D>& piece : pieces) {
-        std::array<double, D + 1> here{};
-        here[0] = 1;
-        for (int i = 0; i < D; ++i) {
-            here[i + 1] = dot(piece.gradients[i], p - piece.origin);
-            here[0] -= here[i + 1];
-        }
-        const double least = *std::ranges::min_element(here);
-        if (!(least > most)) continue;
-        most = least;
-        best = &piece;
-        xi = here;
-        if (least >= 0) break;
+    xi[0] = 1;
+    for (int i = 0; i < D; ++i) {
+        xi[i + 1] = dot(piece.gradients[i], p - piece.origin);
+        xi[0] -= xi[i + 1];
     }
-    if (best == nullptr) return p;
-    if (most < 0) {
+    return xi;
+}
+
+/// x(X) by this piece; from outside of it by its nearest place.
+template <int D>
+Vec<D> bent(const BentPiece<D>& piece, const Vec<D>& p) {
+    std::array<double, D + 1> xi = place_in(piece, p);
+    if (*std::ranges::min_element(xi) < 0) {
         double sum = 0;
         for (double& x : xi) sum += x = std::max(x, 0.0);
         for (double& x : xi) x /= sum;
@@ -87,9 +85,25 @@ Vec<D> bent(const std::vector<BentPiece<D>>& pieces, const Vec<D>& p) {
     Vec<D> out = p;
     for (int k = 0; k < edges_per_simplex<D>; ++k) {
         const auto [i, j] = local_edges<D>[k];
-        out += 4 * xi[i] * xi[j] * best->offsets[k];
+        out += 4 * xi[i] * xi[j] * piece.offsets[k];
     }
     return out;
+}
+
+/// x(X) by the piece in which X is, or is nearest to being.
+template <int D>
+Vec<D> bent(const std::vector<BentPiece<D>>& pieces, const Vec<D>& p) {
+    const BentPiece<D>* best = nullptr;
+    double most = -std::numeric_limits<double>::infinity();
+    for (const BentPiece<D>& piece : pieces) {
+        const auto xi = place_in(piece, p);
+        const double least = *std::ranges::min_element(xi);
+        if (!(least > most)) continue;
+        most = least;
+        best = &piece;
+        if (least >= 0) break;
+    }
+    return best == nullptr ? p : bent(*best, p);
 }
 
 template <int D>
@@ -157,14 +171,27 @@ class CurvingStar {
             }
         }
     }
+    /// x(X) of a place between the origin and v, or of the origin: in an element that holds the point and has v, of
+    /// which X is a part whatever else lies there too, as where straight shapes are inverted. The largest: the others
+    /// may be all but flat. Where there is none, wherever X is.
+    [[nodiscard]] Vec<D> bent_at(const Vec<D>& p, VertexId v) const {
+        const auto holders = std::span(out_.removed.elements).first(wish_.holders);
+        const BentPiece<D>* best = nullptr;
+        for (const BentPiece<D>& piece : w_.pieces) {
+            if (best != nullptr && !(piece.size > best->size)) continue;
+            if (v.valid() && local_vertex(r_.mesh.elements.vertices[piece.element], v) < 0) continue;
+            if (std::ranges::find(holders, piece.element) != holders.end()) best = &piece;
+        }
+        return best == nullptr ? bent(w_.pieces, p) : bent(*best, p);
+    }
     /// Half of what the point is off the cavity's old curves goes along, as where it ends.
     void put_extended() {
         const Vec<D> origin = wish_.origin.value_or(wish_.place);
-        const Vec<D> shift = 0.5 * (wish_.place - bent(w_.pieces, origin));
+        const Vec<D> shift = 0.5 * (wish_.place - bent_at(origin, {}));
         for (std::size_t s = 0; s < w_.spokes.size(); ++s) {
             Spoke<D>& spoke = w_.spokes[s];
             if (spoke.kind == EdgeKind::fixed) continue;
-            spoke.extended = w_.pieces.empty() ? middle(s) : bent(w_.pieces, midpoint(origin, end(s))) + shift;
+            spoke.extended = w_.pieces.empty() ? middle(s) : bent_at(midpoint(origin, end(s)), vertex(s)) + shift;
             spoke.wanted = spoke.node = spoke.extended;
         }
     }

@@ -37,6 +37,8 @@ struct Cone {
 /// A removed element as a map from its straight shape to its curved one.
 template <int D>
 struct BentPiece {
+    ElementId element;
+    double size = 0;  ///< of the straight one, whichever way round
     Vec<D> origin;
     std::array<Vec<D>, D> gradients{};                 ///< of the barycentric coordinates 1 … D
     std::array<Vec<D>, edges_per_simplex<D>> offsets;  ///< of the nodes from the middles of chords
