@@ -46,8 +46,10 @@ std::string name_of(const CurvedKind& kind) {
 template <int D>
 void print(const CurvedTally<D>& tally) {
     using R = RejectionReason;
-    constexpr std::array reasons{R::required, R::surface, R::line, R::ball, R::exists, R::volume, R::quality, R::geometry};
-    std::printf("%dD %-20s %8s %8s %8s %8s %8s %8s", D, "", "tried", "accepted", "bowed", "inverted", "drawn", "nowhere");
+    constexpr std::array reasons{R::required, R::surface, R::line,    R::ball,
+                                 R::exists,   R::volume,  R::quality, R::geometry};
+    std::printf("%dD %-20s %8s %8s %8s %8s %8s %8s", D, "", "tried", "accepted", "bowed", "inverted", "drawn",
+                "nowhere");
     for (const R reason : reasons) std::printf(" %8s", std::string(word_of(reason)).c_str());
     std::printf(" %8s\n", "other");
     for (std::size_t k = 0; k < tally.rows.size(); ++k) {
@@ -83,28 +85,20 @@ Ran<D> ran(std::uint64_t seed, const CurvedRunOptions& options) {
     return out;
 }
 
-template <int D>
-std::vector<std::size_t> lacking(const CurvedTally<D>& tally, double accepted) {
-    std::vector<std::size_t> kinds;
-    for (std::size_t k = 0; k < tally.rows.size(); ++k)
-        if (static_cast<double>(tally.rows[k].bowed) < accepted) kinds.push_back(k);
-    return kinds;
-}
-
 /// False where a law breaks or a kind stays rare.
 template <int D>
 bool holds(const Arguments& a) {
     const auto begin = std::chrono::steady_clock::now();
-    CurvedRunOptions options{.steps_a_check = static_cast<std::size_t>(a.check)};
+    const CurvedRunOptions options{.steps_a_check = static_cast<std::size_t>(a.check)};
     constexpr std::size_t together = 32;
     CurvedTally<D> tally;
     std::size_t domains = 0;
     const Execution execution{.threads = static_cast<int>(a.threads)};
     const auto count = [&] { return static_cast<double>(domains * options.steps); };
+    const auto is_rare = [&] { return static_cast<double>(tally.least()) < a.accepted; };
     // A kind of which one try in a hundred goes is not rare.
     const double most = 100 * (a.operations + a.accepted * static_cast<double>(tally.rows.size()));
-    for (; count() < a.operations || (!lacking(tally, a.accepted).empty() && count() < most); domains += together) {
-        options.lacking = lacking(tally, a.accepted);
+    for (; count() < a.operations || (is_rare() && count() < most); domains += together) {
         const auto batch = must(map_each(
             execution, together,
             [&](std::size_t i) { return ran<D>(static_cast<std::uint64_t>(a.seed) + domains + i, options); }, 1));
@@ -118,7 +112,7 @@ bool holds(const Arguments& a) {
     print(tally);
     std::printf("%zu operations on %zu domains, seeds from %.0f on, in %.1f s\n\n", domains * options.steps, domains,
                 a.seed, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    if (lacking(tally, a.accepted).empty()) return true;
+    if (!is_rare()) return true;
     std::printf("%dD: a kind was accepted %zu times only\n", D, tally.least());
     return false;
 }

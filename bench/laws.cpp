@@ -88,11 +88,9 @@ int main(int argc, char** argv) {
     double accepted = 10000;
     double seed = 1;
     double check = 16;
-    if (!read_numbers(argc, argv,
-                      {{"--operations", &operations},
-                       {"--accepted", &accepted},
-                       {"--seed", &seed},
-                       {"--check", &check, 1}}))
+    if (!read_numbers(
+            argc, argv,
+            {{"--operations", &operations}, {"--accepted", &accepted}, {"--seed", &seed}, {"--check", &check, 1}}))
         return 2;
     a = {static_cast<std::size_t>(operations), static_cast<std::size_t>(accepted), static_cast<std::uint64_t>(seed),
          static_cast<std::size_t>(check)};

@@ -39,7 +39,8 @@ bool holds(NamedDomain<D> domain, const Arguments& a) {
     std::printf("%dD, %s\n%5s %5s %8s %8s |%8s %8s %8s %8s |%8s %8s %5s |%6s %7s\n", D, domain.name.c_str(), "round",
                 "size", "vertices", "elements", "collapse", "split", "swap", "smooth", "flat", "curved", "off", "unit",
                 "worst");
-    ManyRounds<D> rounds(std::move(domain), static_cast<std::uint64_t>(a.seed), {.threads = static_cast<int>(a.threads)});
+    ManyRounds<D> rounds(std::move(domain), static_cast<std::uint64_t>(a.seed),
+                         {.threads = static_cast<int>(a.threads)});
     for (int k = 0; k < a.rounds; ++k) {
         Round round;
         const std::string broken = rounds.run(size_of_round(k), round);
@@ -59,11 +60,9 @@ bool holds(NamedDomain<D> domain, const Arguments& a) {
 
 int main(int argc, char** argv) {
     Arguments a;
-    if (!read_numbers(argc, argv,
-                      {{"--cells", &a.cells, 4},
-                       {"--rounds", &a.rounds},
-                       {"--seed", &a.seed},
-                       {"--threads", &a.threads}}))
+    if (!read_numbers(
+            argc, argv,
+            {{"--cells", &a.cells, 4}, {"--rounds", &a.rounds}, {"--seed", &a.seed}, {"--threads", &a.threads}}))
         return 2;
     const int cells = 4 * static_cast<int>(a.cells / 4);
     bool all = true;

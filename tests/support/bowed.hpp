@@ -1,6 +1,7 @@
 // Meshes of degree 2 with bowed edges, stretched along the axes with their metric.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -20,7 +21,7 @@ import camber.remesh;
 
 namespace camber::testing {
 
-/// What counts as bowed: a node this share of the chord off its middle, before stretching.
+/// What counts as bowed: a node this share of the chord beside it, before stretching.
 inline constexpr double least_bow = 0.05;
 
 /// Componentwise.
@@ -37,8 +38,9 @@ Vec<D> unstretched(Vec<D> p, const Vec<D>& stretch) {
 template <int D>
 double bow_of(const DynamicMesh<D>& mesh, EdgeId e, const Vec<D>& stretch) {
     const auto& [a, b] = mesh.edges[e];
-    const Vec<D> offset = mesh.nodes[e].point - midpoint(mesh.points[a], mesh.points[b]);
-    return norm(unstretched(offset, stretch)) / norm(unstretched(mesh.points[b] - mesh.points[a], stretch));
+    const Vec<D> chord = unstretched(mesh.points[b] - mesh.points[a], stretch);
+    const Vec<D> offset = unstretched(mesh.nodes[e].point - midpoint(mesh.points[a], mesh.points[b]), stretch);
+    return norm(offset - (dot(offset, chord) / norm_squared(chord)) * chord) / norm(chord);
 }
 
 /// Of each edge its elements, and the axes along which its node may go: those of the planes of its facets, of a line
@@ -92,7 +94,8 @@ void bow(Remeshing<D>& r, const Vec<D>& stretch, Dice& dice) {
     Buffer<LagrangeNode<D>> nodes(r.mesh.nodes.begin(), r.mesh.nodes.end());
     const auto is_valid = [&](ElementId e) {
         NodalSimplex<D> element{nodes_of(r.mesh, e)};
-        for (int k = 0; k < edges_per_simplex<D>; ++k) element.nodes[D + 1 + k] = nodes[r.mesh.edges_of[e][k].index()].point;
+        for (int k = 0; k < edges_per_simplex<D>; ++k)
+            element.nodes[D + 1 + k] = nodes[r.mesh.edges_of[e][k].index()].point;
         return decide(element, 0.15) == Verdict::valid;
     };
     for (std::size_t e = 0; e < nodes.size(); ++e) {
@@ -105,8 +108,7 @@ void bow(Remeshing<D>& r, const Vec<D>& stretch, Dice& dice) {
         if (!(norm(direction) > 0)) continue;
         direction = (norm(unstretched(r.mesh.points[b] - r.mesh.points[a], stretch)) / norm(direction)) * direction;
         for (double share = dice.uniform(1.1, 3) * least_bow; share > least_bow; share /= 1.5) {
-            nodes[e].point =
-                midpoint(r.mesh.points[a], r.mesh.points[b]) + stretched(share * direction, stretch);
+            nodes[e].point = midpoint(r.mesh.points[a], r.mesh.points[b]) + stretched(share * direction, stretch);
             if (std::ranges::all_of(places.shells[e], is_valid)) break;
             nodes[e] = before;
         }
@@ -141,10 +143,10 @@ BowedDomain<D> bowed_domain(LinearMesh<D> mesh, Dice& dice) {
         logs[v] = log_metric_of_sizes<D>((1 + growth * mesh.points[v][0]) * stretch);
     }
     mesh.points = std::move(points);
-    BowedDomain<D> out{stretch,
-                       {must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<D>>(std::move(logs)), alone)),
-                        {}},
-                       {}};
+    BowedDomain<D> out{
+        stretch,
+        {must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<D>>(std::move(logs)), alone)), {}},
+        {}};
     out.state = must(begin_remeshing(must(elevate(mesh, alone)), {}, out.goal, alone));
     bow(out.state, stretch, dice);
     return out;

@@ -111,12 +111,9 @@ std::string unless_nodes_stay(const DynamicMesh<D>& before, const DynamicMesh<D>
     for (const ElementId e : changes.elements.removed) removed[e.index()] = 1;
     std::vector<std::uint8_t> made(after.edges.size(), 0);
     for (const EdgeId e : changes.edges.created) made[e.index()] = 1;
-    const auto same = [&](EdgeId e) {
-        return before.edges[e] == after.edges[e] && before.nodes[e] == after.nodes[e];
-    };
+    const auto same = [&](EdgeId e) { return before.edges[e] == after.edges[e] && before.nodes[e] == after.nodes[e]; };
     for (std::size_t e = 0; e < before.elements.size(); ++e)
-        if (removed[e] == 0 && !before.is_free(ElementId(e)) &&
-            !std::ranges::all_of(before.edges_of[e], same))
+        if (removed[e] == 0 && !before.is_free(ElementId(e)) && !std::ranges::all_of(before.edges_of[e], same))
             return "an element outside of the cavity has another curve";
     for (std::size_t e = 0; e < before.edges.size(); ++e)
         if (made[e] == 0 && !after.is_free(EdgeId(e)) && after.edges[e][0] != point && after.edges[e][1] != point &&

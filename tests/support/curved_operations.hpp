@@ -23,6 +23,7 @@ namespace camber::testing {
 /// Those of `kinds`, but for cavities of any shape; and splits, which are insertions on an edge that know its curve.
 struct CurvedKind {
     Kind kind;
+    std::size_t share = 1;  ///< of the tries: more where fewer are accepted
     bool splits = false;
 };
 template <int D>
@@ -30,29 +31,29 @@ constexpr auto curved_kinds() {
     using enum Operation;
     using enum VertexPlace;
     if constexpr (D == 2)
-        return std::array<CurvedKind, 11>{{{{insert, inside}, true},
-                                           {{insert, surface}, true},
+        return std::array<CurvedKind, 11>{{{{insert, inside}, 1, true},
+                                           {{insert, surface}, 1, true},
                                            {{insert, inside}},
-                                           {{collapse, inside}},
-                                           {{collapse, surface}},
-                                           {{swap_edge, inside}},
+                                           {{collapse, inside}, 2},
+                                           {{collapse, surface}, 2},
+                                           {{swap_edge, inside}, 2},
                                            {{reinsert, inside}},
                                            {{reinsert, surface}},
                                            {{reinsert, corner}},
                                            {{move, inside}},
                                            {{move, surface}}}};
     else
-        return std::array<CurvedKind, 18>{{{{insert, inside}, true},
-                                           {{insert, surface}, true},
-                                           {{insert, line}, true},
+        return std::array<CurvedKind, 18>{{{{insert, inside}, 1, true},
+                                           {{insert, surface}, 1, true},
+                                           {{insert, line}, 1, true},
                                            {{insert, inside}},
                                            {{insert, surface}},
-                                           {{collapse, inside}},
-                                           {{collapse, surface}},
-                                           {{collapse, line}},
-                                           {{swap_edge, inside}},
-                                           {{swap_edge, surface}},
-                                           {{swap_face, inside}},
+                                           {{collapse, inside}, 3},
+                                           {{collapse, surface}, 3},
+                                           {{collapse, line}, 3},
+                                           {{swap_edge, inside}, 6},
+                                           {{swap_edge, surface}, 4},
+                                           {{swap_face, inside}, 20},
                                            {{reinsert, inside}},
                                            {{reinsert, surface}},
                                            {{reinsert, line}},
@@ -60,6 +61,18 @@ constexpr auto curved_kinds() {
                                            {{move, inside}},
                                            {{move, surface}},
                                            {{move, line}}}};
+}
+
+/// A kind by the shares of all.
+template <int D>
+std::size_t any_kind(Dice& dice) {
+    constexpr auto all = curved_kinds<D>();
+    std::size_t shares = 0;
+    for (const CurvedKind& kind : all) shares += kind.share;
+    std::size_t left = dice.below(shares);
+    std::size_t k = 0;
+    for (; left >= all[k].share; ++k) left -= all[k].share;
+    return k;
 }
 
 /// A split as it was meant: where on the curve of an edge the point comes.

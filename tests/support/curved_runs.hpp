@@ -55,9 +55,8 @@ struct CurvedRunOptions {
     std::size_t steps = 200;
     std::size_t most_elements = 400;
     std::size_t steps_a_check = 16;
-    std::size_t steps_a_bow = 20;      ///< then nodes are bowed anew
-    std::size_t exactly = 1;           ///< new elements of each operation that exact arithmetic looks at
-    std::vector<std::size_t> lacking = {};  ///< kinds that are tried more: every other time it is one of these
+    std::size_t steps_a_bow = 20;  ///< then nodes are bowed anew
+    std::size_t exactly = 2;       ///< new elements of each operation that exact arithmetic looks at
 };
 
 template <int D>
@@ -95,9 +94,7 @@ class CurvedRun {
         constexpr auto all = curved_kinds<D>();
         const bool is_large = mesh().element_count() > options_.most_elements;
         for (;;) {
-            const std::size_t kind = options_.lacking.empty() || dice_.below(2) == 0
-                                         ? dice_.below(all.size())
-                                         : options_.lacking[dice_.below(options_.lacking.size())];
+            const std::size_t kind = any_kind<D>(dice_);
             if (!is_large || all[kind].kind.operation == Operation::collapse || dice_.below(50) == 0) return kind;
         }
     }
@@ -133,9 +130,8 @@ class CurvedRun {
     }
     [[nodiscard]] bool is_bowed(const std::vector<ElementId>& elements) const {
         return std::ranges::any_of(elements, [&](ElementId e) {
-            return std::ranges::any_of(mesh().edges_of[e], [&](EdgeId edge) {
-                return bow_of(mesh(), edge, domain_.stretch) >= least_bow;
-            });
+            return std::ranges::any_of(mesh().edges_of[e],
+                                       [&](EdgeId edge) { return bow_of(mesh(), edge, domain_.stretch) >= least_bow; });
         });
     }
     /// What the state knows of the point.
