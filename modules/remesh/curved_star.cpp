@@ -184,6 +184,17 @@ class CurvingStar {
         }
         return best == nullptr ? bent(w_.pieces, p) : bent(*best, p);
     }
+    /// The node of the edge that a vertex which stays where it is has to v in the cavity already.
+    [[nodiscard]] std::optional<Vec<D>> node_there(const Vec<D>& origin, VertexId v) const {
+        if (!wish_.point.valid() || origin != r_.mesh.points[wish_.point]) return {};
+        for (const ElementId e : out_.removed.elements) {
+            const auto& vertices = r_.mesh.elements.vertices[e];
+            const int from = local_vertex(vertices, wish_.point);
+            const int to = local_vertex(vertices, v);
+            if (from >= 0 && to >= 0) return r_.mesh.nodes[r_.mesh.edges_of[e][edge_between<D>[from][to]]].point;
+        }
+        return {};
+    }
     /// Half of what the point is off the cavity's old curves goes along, as where it ends.
     void put_extended() {
         const Vec<D> origin = wish_.origin.value_or(wish_.place);
@@ -191,7 +202,10 @@ class CurvingStar {
         for (std::size_t s = 0; s < w_.spokes.size(); ++s) {
             Spoke<D>& spoke = w_.spokes[s];
             if (spoke.kind == EdgeKind::fixed) continue;
-            spoke.extended = w_.pieces.empty() ? middle(s) : bent_at(midpoint(origin, end(s)), vertex(s)) + shift;
+            if (const auto node = node_there(origin, vertex(s)))
+                spoke.extended = *node;
+            else
+                spoke.extended = w_.pieces.empty() ? middle(s) : bent_at(midpoint(origin, end(s)), vertex(s)) + shift;
             spoke.wanted = spoke.node = spoke.extended;
         }
     }

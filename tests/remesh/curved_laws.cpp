@@ -37,14 +37,14 @@ std::string broken_by(std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("random operations on bowed meshes keep all laws, in 2D") {
-    expect_laws<2>(less_if_sanitized(60, 6), less_if_sanitized(300, 0));
+    expect_laws<2>(less_if_sanitized(40, 6), less_if_sanitized(200, 0));
 }
 
 TEST_CASE("random operations on bowed meshes keep all laws, in 3D") {
-    expect_laws<3>(less_if_sanitized(24, 2), less_if_sanitized(20, 0));
+    expect_laws<3>(less_if_sanitized(18, 2), less_if_sanitized(12, 0));
 }
 
-TEST_CASE("a split keeps its curve among elements whose straight shapes are flat or inverted") {
+TEST_CASE("splits and reinsertions keep curves among elements whose straight shapes are flat or inverted") {
     for (const std::uint64_t seed : {377, 5018}) CHECK(broken_by<2>(seed) == "");
-    CHECK(broken_by<3>(6330) == "");
+    for (const std::uint64_t seed : {6330, 20190}) CHECK(broken_by<3>(seed) == "");
 }

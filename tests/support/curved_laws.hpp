@@ -153,4 +153,28 @@ std::string unless_halved(const DynamicMesh<D>& after, const TopologyChanges& ch
     return "";
 }
 
+/// A vertex that is put in where it was leaves the boundary as it is.
+template <int D>
+std::string unless_boundary_stays(const DynamicMesh<D>& before, const DynamicMesh<D>& after,
+                                  const TopologyChanges& changes, const Vec<D>& stretch) {
+    for (const ElementId e : changes.elements.created) {
+        if (after.is_free(e)) continue;
+        for (int k = 0; k < edges_per_simplex<D>; ++k) {
+            const EdgeId edge = after.edges_of[e][k];
+            const auto has_facet = [&](int face) {
+                return face != local_edges<D>[k][0] && face != local_edges<D>[k][1] && facet_at(after, e, face).valid();
+            };
+            bool is_of_facet = false;
+            for (int face = 0; face <= D; ++face) is_of_facet |= has_facet(face);
+            if (!is_of_facet || edge.index() >= before.edges.size() || before.edges[edge] != after.edges[edge])
+                continue;
+            const auto& [a, b] = after.edges[edge];
+            const double off = norm(unstretched(after.nodes[edge].point - before.nodes[edge].point, stretch));
+            if (!(off <= 1e-9 * norm(unstretched(after.points[b] - after.points[a], stretch))))
+                return "a vertex that was put in again has other curves on the boundary";
+        }
+    }
+    return "";
+}
+
 }  // namespace camber::testing

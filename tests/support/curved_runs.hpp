@@ -124,7 +124,10 @@ class CurvedRun {
         for (const std::string& law :
              {unless_told(before, mesh(), changes), unless_valid(mesh(), changes.elements.created, options_.exactly),
               unless_filled(before, mesh(), changes), unless_nodes_stay(before, mesh(), changes),
-              tried->split ? unless_halved(mesh(), changes, *tried->split, domain_.stretch) : std::string()})
+              tried->split ? unless_halved(mesh(), changes, *tried->split, domain_.stretch) : std::string(),
+              curved_kinds<D>()[kind].kind.operation == Operation::reinsert
+                  ? unless_boundary_stays(before, mesh(), changes, domain_.stretch)
+                  : std::string()})
             if (!law.empty()) return law;
         return "";
     }
