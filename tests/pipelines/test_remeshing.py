@@ -192,7 +192,7 @@ class Remesh(unittest.TestCase):
         self.assertRegex(done.stderr, "the metric asks for some .* tetrahedra .*make it coarser")
         self.assertNotIn("out.mesh", self.folder.files())
 
-    def test_order_and_degree_are_told(self):
+    def test_order_is_told(self):
         self.given(3, 1)
         done = self.run_stages(["elevate", "curve", "remesh"], 0.5, code=2)
         self.assertRegex(done.stderr, '/stages/2: stage "remesh" changes the mesh, and planned places .*put "commit" before')
@@ -212,6 +212,14 @@ class Remesh(unittest.TestCase):
         self.assertEqual(report["mesh"]["degree"], 2)
         self.assertEqual(report["validity"]["invalid"], 0)
         self.assertGreater(report["remesh"]["after"]["unit_edges"] / report["remesh"]["after"]["edges"], 0.9)
+
+    def test_a_curved_mesh_stays_curved(self):
+        self.given(3, 1)
+        self.camber("convert", "in.mesh", "-o", "p2.mesh", "--elevate")
+        self.camber("remesh", "p2.mesh", "--metric", '{"constant": {"sizes": [0.5]}}', "-o", "out.mesh", "--report", "out.json")
+        report = json.loads((self.folder.path / "out.json").read_text())
+        self.assertEqual(report["mesh"]["degree"], 2)
+        self.assertEqual([report["validity"][bad] for bad in ("invalid", "undecided")], [0, 0])
 
 
 if __name__ == "__main__":

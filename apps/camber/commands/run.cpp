@@ -53,7 +53,7 @@ int report_misses(const run::Report& r) {
     if (!r.invalid_elements.empty()) line += "; invalid: " + listed(r.invalid_elements);
     if (!r.undecided_elements.empty()) line += "; undecided: " + listed(r.undecided_elements);
     if (below > 0) line += fmt::format("; below {:g}: ", r.validity->bound) + listed(r.elements_below_bound);
-    if (straight > 0)
+    if (straight > 0 && !r.remesh)  // what passes leave inverted when straight is no fault
         line += fmt::format(" ({} flat or inverted before it was curved: mend the straight mesh)", straight);
     tell(line);
     return 1;

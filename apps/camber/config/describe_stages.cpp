@@ -84,8 +84,7 @@ const Description<Split>& Described<Split>::get() {
     static const Description<Split> description{
         "split",
         "Of a mesh of degree 1 or 2: edges that are long in the metric get a vertex at their middle by length, the "
-        "longest "
-        "first; those of the boundary on the geometry. The halves of a curved one keep its curve.",
+        "longest first; those of the boundary on the geometry. The halves of a curved one keep its curve.",
         listed<Split>(),
         {}};
     return description;
@@ -94,8 +93,7 @@ const Description<Split>& Described<Split>::get() {
 const Description<Swap>& Described<Swap>::get() {
     static const Description<Swap> description{"swap",
                                                "Of a mesh of degree 1 or 2: edges and faces of bad elements are "
-                                               "exchanged where the worst element becomes better for "
-                                               "it.",
+                                               "exchanged where the worst element becomes better for it.",
                                                listed<Swap>(),
                                                {}};
     return description;
