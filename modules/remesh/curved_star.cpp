@@ -11,6 +11,7 @@ module;
 module camber.remesh;
 import camber.core;
 import camber.bezier;
+import camber.crossing;
 import camber.metric;
 import camber.dynamic;
 import camber.programmes;
@@ -202,11 +203,83 @@ class CurvingStar {
         for (std::size_t s = 0; s < w_.spokes.size(); ++s) {
             Spoke<D>& spoke = w_.spokes[s];
             if (spoke.kind == EdgeKind::fixed) continue;
+            const Vec<D> half = midpoint(origin, end(s));
             if (const auto node = node_there(origin, vertex(s)))
                 spoke.extended = *node;
+            else if (w_.pieces.empty())
+                spoke.extended = middle(s);
+            else if (spoke.kind == EdgeKind::volume)
+                spoke.extended = bent_at(half, vertex(s)) + shift;
             else
-                spoke.extended = w_.pieces.empty() ? middle(s) : bent_at(midpoint(origin, end(s)), vertex(s)) + shift;
+                spoke.extended = bent_in_sides(s, half) + 0.5 * (wish_.place - bent_in_sides(s, origin));
             spoke.wanted = spoke.node = spoke.extended;
+        }
+    }
+    /// x(X) of a place on the boundary: by the removed facets of the spoke's surfaces, on a line by its removed edges.
+    /// Elements would do where their straight shapes are sound, but a surface must not leave itself.
+    [[nodiscard]] Vec<D> bent_in_sides(std::size_t s, const Vec<D>& p) const {
+        BentPlace best{p, 0, -std::numeric_limits<double>::infinity()};
+        const auto [a, b] = wish_.halves;
+        // What has the spoke's end, and the edge that is split, has X whatever else lies there too.
+        const auto rank = [&](const auto& simplex) {
+            const bool is_split = a.valid() && local_vertex(simplex, a) >= 0 && local_vertex(simplex, b) >= 0;
+            return (local_vertex(simplex, vertex(s)) >= 0 ? 1 : 0) + (is_split ? 2 : 0);
+        };
+        if constexpr (D == 3)
+            if (w_.spokes[s].kind == EdgeKind::ridge) {
+                for (const LineId line : out_.removed.lines) {
+                    const EdgeId edge = r_.mesh.lines[line];
+                    const auto& [from, to] = r_.mesh.edges[edge];
+                    look_at<1>({r_.mesh.points[from], r_.mesh.points[to]}, {r_.mesh.nodes[edge].point}, p,
+                               rank(r_.mesh.edges[edge]), best);
+                }
+                return best.point;
+            }
+        for (const FacetId f : out_.removed.facets) {
+            const auto is_of = [&](const auto& of) {
+                return of[0] == s && w_.facets[of[1]].reference == r_.mesh.facets.references[f];
+            };
+            if (std::ranges::none_of(w_.of_facets, is_of)) continue;
+            const NodalFacet<D> facet = nodal_facet(r_.mesh, f);
+            std::array<Vec<D>, D> corners;
+            std::array<Vec<D>, edges_per_simplex<D - 1>> nodes;
+            std::copy_n(facet.nodes.begin(), D, corners.begin());
+            std::copy_n(facet.nodes.begin() + D, nodes.size(), nodes.begin());
+            look_at<D - 1>(corners, nodes, p, rank(r_.mesh.facets.vertices[f]), best);
+        }
+        return best.point;
+    }
+    struct BentPlace {
+        Vec<D> point;
+        int rank = 0;
+        double least = 0;  ///< of the barycentric coordinates: by this it was chosen among those of one rank
+    };
+    /// x(X) by a simplex of the boundary, if X is nearer to being in it.
+    template <int K>
+    static void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, edges_per_simplex<K>>& nodes,
+                        const Vec<D>& p, int rank, BentPlace& best) {
+        if (rank < best.rank) return;
+        std::array<double, K + 1> xi{};
+        const Vec<D> u = corners[1] - corners[0];
+        const Vec<D> x = p - corners[0];
+        if constexpr (K == 1) {
+            xi[1] = dot(u, x) / norm_squared(u);
+        } else {
+            const Vec<D> v = corners[2] - corners[0];
+            const Vec<D> n = cross(u, v);  // products of lengths would lose thin facets
+            xi[1] = dot(cross(x, v), n) / norm_squared(n);
+            xi[2] = dot(cross(u, x), n) / norm_squared(n);
+        }
+        xi[0] = 1;
+        for (int i = 1; i <= K; ++i) xi[0] -= xi[i];
+        const double least = *std::ranges::min_element(xi);
+        if (!(rank > best.rank ? std::isfinite(least) : least > best.least)) return;  // no area: not finite
+        best = {p, rank, least};
+        double sum = 0;
+        for (double& c : xi) sum += c = std::max(c, 0.0);
+        for (int k = 0; k < edges_per_simplex<K>; ++k) {
+            const auto [i, j] = local_edges<K>[k];
+            best.point += 4 * xi[i] * xi[j] / (sum * sum) * (nodes[k] - midpoint(corners[i], corners[j]));
         }
     }
     void put_on_geometry() {
@@ -242,7 +315,7 @@ class CurvingStar {
         accurate_offsets<D>(w_.chords, w_.ends, goal_.accuracy, w_.offsets);
         for (std::size_t i = 0; i < w_.free.size(); ++i) {
             Spoke<D>& spoke = w_.spokes[w_.free[i]];
-            if (const VertexId v = vertex(w_.free[i]); v == wish_.halves[0] || v == wish_.halves[1]) continue;
+            if (!is_free(w_.free[i])) continue;
             spoke.wanted = spoke.node = middle(w_.free[i]) + w_.offsets[i];
         }
     }
@@ -326,6 +399,10 @@ class CurvingStar {
                     cone.is_stale |=
                         cone.nodes[D + 1 + edge_between<D>[i][cone.point]] != w_.spokes[cone.spokes[i]].node;
     }
+    /// Halves of an edge that is split keep its curve.
+    [[nodiscard]] bool is_free(std::uint32_t s) const {
+        return w_.spokes[s].kind == EdgeKind::volume && vertex(s) != wish_.halves[0] && vertex(s) != wish_.halves[1];
+    }
     /// Whether all elements are valid in the end.
     [[nodiscard]] bool raise() {
         const auto is_broken = [](const Cone<D>& cone) { return cone.verdict != Verdict::valid; };
@@ -334,7 +411,7 @@ class CurvingStar {
             if (broken == w_.cones.end()) return true;
             bool raised = false;
             for (int i = 0; i <= D && is_broken(*broken); ++i) {
-                if (i == broken->point || w_.spokes[broken->spokes[i]].kind != EdgeKind::volume) continue;
+                if (i == broken->point || !is_free(broken->spokes[i])) continue;
                 if (w_.programmes == limits_.programmes) return false;
                 ++w_.programmes;
                 raised |= raise(broken->spokes[i]);
