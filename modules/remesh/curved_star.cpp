@@ -35,9 +35,10 @@ std::array<Vec<3>, 3> dual(const Mat<3>& m) {
     return {cross(b, c), cross(c, a), cross(a, b)};
 }
 
-/// The removed elements as maps; none where all of them are straight.
+/// The removed elements as maps but for those of no straight volume; false, and none, where all of them are straight.
 template <int D>
-void bend(const Remeshing<D>& r, const std::vector<ElementId>& elements, std::vector<BentPiece<D>>& pieces) {
+[[nodiscard]] bool bend(const Remeshing<D>& r, const std::vector<ElementId>& elements,
+                        std::vector<BentPiece<D>>& pieces) {
     pieces.clear();
     bool is_bent = false;
     for (const ElementId e : elements) {
@@ -48,7 +49,6 @@ void bend(const Remeshing<D>& r, const std::vector<ElementId>& elements, std::ve
         Mat<D> sides;
         for (int i = 0; i < D; ++i) sides.column[i] = nodes[i + 1] - nodes[0];
         const double volume = det(sides);
-        if (volume == 0) continue;
         piece.size = std::abs(volume);
         piece.gradients = dual(sides);
         for (Vec<D>& gradient : piece.gradients) gradient = gradient / volume;
@@ -57,9 +57,10 @@ void bend(const Remeshing<D>& r, const std::vector<ElementId>& elements, std::ve
             piece.offsets[k] = nodes[D + 1 + k] - midpoint(nodes[i], nodes[j]);
             is_bent |= piece.offsets[k] != Vec<D>{};
         }
-        pieces.push_back(piece);
+        if (volume != 0) pieces.push_back(piece);
     }
     if (!is_bent) pieces.clear();
+    return is_bent;
 }
 
 /// X in the straight shape of a piece.
@@ -116,8 +117,7 @@ class CurvingStar {
 
     [[nodiscard]] StarFault run(double& worst) {
         begin_spokes();
-        bend(r_, out_.removed.elements, w_.pieces);
-        put_extended();
+        put_extended(bend(r_, out_.removed.elements, w_.pieces));
         put_on_geometry();
         put_wanted();
         begin_cones();
@@ -197,7 +197,7 @@ class CurvingStar {
         return {};
     }
     /// Half of what the point is off the cavity's old curves goes along, as where it ends.
-    void put_extended() {
+    void put_extended(bool is_bent) {
         const Vec<D> origin = wish_.origin.value_or(wish_.place);
         const Vec<D> shift = 0.5 * (wish_.place - bent_at(origin, {}));
         for (std::size_t s = 0; s < w_.spokes.size(); ++s) {
@@ -206,7 +206,7 @@ class CurvingStar {
             const Vec<D> half = midpoint(origin, end(s));
             if (const auto node = node_there(origin, vertex(s)))
                 spoke.extended = *node;
-            else if (w_.pieces.empty())
+            else if (!is_bent)
                 spoke.extended = middle(s);
             else if (spoke.kind == EdgeKind::volume)
                 spoke.extended = bent_at(half, vertex(s)) + shift;
