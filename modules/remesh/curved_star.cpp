@@ -25,89 +25,6 @@ namespace {
 /// Not a vertex of the star's boundary.
 constexpr std::uint32_t no_spoke = std::numeric_limits<std::uint32_t>::max();
 
-/// The rows of the inverse times the determinant.
-std::array<Vec<2>, 2> dual(const Mat<2>& m) {
-    const auto& [a, b] = m.column;
-    return {Vec<2>{{b[1], -b[0]}}, Vec<2>{{-a[1], a[0]}}};
-}
-std::array<Vec<3>, 3> dual(const Mat<3>& m) {
-    const auto& [a, b, c] = m.column;
-    return {cross(b, c), cross(c, a), cross(a, b)};
-}
-
-/// The removed elements as maps but for those of no straight volume; false, and none, where all of them are straight.
-template <int D>
-[[nodiscard]] bool bend(const Remeshing<D>& r, const std::vector<ElementId>& elements,
-                        std::vector<BentPiece<D>>& pieces) {
-    pieces.clear();
-    bool is_bent = false;
-    for (const ElementId e : elements) {
-        const QuadraticNodes<D> nodes = nodes_of(r.mesh, e);
-        BentPiece<D> piece;
-        piece.element = e;
-        piece.origin = nodes[0];
-        Mat<D> sides;
-        for (int i = 0; i < D; ++i) sides.column[i] = nodes[i + 1] - nodes[0];
-        const double volume = det(sides);
-        piece.size = std::abs(volume);
-        piece.gradients = dual(sides);
-        for (Vec<D>& gradient : piece.gradients) gradient = gradient / volume;
-        for (int k = 0; k < edges_per_simplex<D>; ++k) {
-            const auto [i, j] = local_edges<D>[k];
-            piece.offsets[k] = nodes[D + 1 + k] - midpoint(nodes[i], nodes[j]);
-            is_bent |= piece.offsets[k] != Vec<D>{};
-        }
-        if (volume != 0) pieces.push_back(piece);
-    }
-    if (!is_bent) pieces.clear();
-    return is_bent;
-}
-
-/// X in the straight shape of a piece.
-template <int D>
-std::array<double, D + 1> place_in(const BentPiece<D>& piece, const Vec<D>& p) {
-    std::array<double, D + 1> xi{};
-    xi[0] = 1;
-    for (int i = 0; i < D; ++i) {
-        xi[i + 1] = dot(piece.gradients[i], p - piece.origin);
-        xi[0] -= xi[i + 1];
-    }
-    return xi;
-}
-
-/// x(X) by this piece; from outside of it by its nearest place.
-template <int D>
-Vec<D> bent(const BentPiece<D>& piece, const Vec<D>& p) {
-    std::array<double, D + 1> xi = place_in(piece, p);
-    if (*std::ranges::min_element(xi) < 0) {
-        double sum = 0;
-        for (double& x : xi) sum += x = std::max(x, 0.0);
-        for (double& x : xi) x /= sum;
-    }
-    Vec<D> out = p;
-    for (int k = 0; k < edges_per_simplex<D>; ++k) {
-        const auto [i, j] = local_edges<D>[k];
-        out += 4 * xi[i] * xi[j] * piece.offsets[k];
-    }
-    return out;
-}
-
-/// x(X) by the piece in which X is, or is nearest to being.
-template <int D>
-Vec<D> bent(const std::vector<BentPiece<D>>& pieces, const Vec<D>& p) {
-    const BentPiece<D>* best = nullptr;
-    double most = -std::numeric_limits<double>::infinity();
-    for (const BentPiece<D>& piece : pieces) {
-        const auto xi = place_in(piece, p);
-        const double least = *std::ranges::min_element(xi);
-        if (!(least > most)) continue;
-        most = least;
-        best = &piece;
-        if (least >= 0) break;
-    }
-    return best == nullptr ? p : bent(*best, p);
-}
-
 template <int D>
 class CurvingStar {
   public:
@@ -218,7 +135,7 @@ class CurvingStar {
     /// x(X) of a place on the boundary: by the removed facets of the spoke's surfaces, on a line by its removed edges.
     /// Elements would do where their straight shapes are sound, but a surface must not leave itself.
     [[nodiscard]] Vec<D> bent_in_sides(std::size_t s, const Vec<D>& p) const {
-        BentPlace best{p, 0, -std::numeric_limits<double>::infinity()};
+        BentPlace<D> best{p};
         const auto [a, b] = wish_.halves;
         // What has the spoke's end, and the edge that is split, has X whatever else lies there too.
         const auto rank = [&](const auto& simplex) {
@@ -230,8 +147,8 @@ class CurvingStar {
                 for (const LineId line : out_.removed.lines) {
                     const EdgeId edge = r_.mesh.lines[line];
                     const auto& [from, to] = r_.mesh.edges[edge];
-                    look_at<1>({r_.mesh.points[from], r_.mesh.points[to]}, {r_.mesh.nodes[edge].point}, p,
-                               rank(r_.mesh.edges[edge]), best);
+                    look_at<D, 1>({r_.mesh.points[from], r_.mesh.points[to]}, {r_.mesh.nodes[edge].point}, p,
+                                  rank(r_.mesh.edges[edge]), best);
                 }
                 return best.point;
             }
@@ -245,42 +162,9 @@ class CurvingStar {
             std::array<Vec<D>, edges_per_simplex<D - 1>> nodes;
             std::copy_n(facet.nodes.begin(), D, corners.begin());
             std::copy_n(facet.nodes.begin() + D, nodes.size(), nodes.begin());
-            look_at<D - 1>(corners, nodes, p, rank(r_.mesh.facets.vertices[f]), best);
+            look_at<D, D - 1>(corners, nodes, p, rank(r_.mesh.facets.vertices[f]), best);
         }
         return best.point;
-    }
-    struct BentPlace {
-        Vec<D> point;
-        int rank = 0;
-        double least = 0;  ///< of the barycentric coordinates: by this it was chosen among those of one rank
-    };
-    /// x(X) by a simplex of the boundary, if X is nearer to being in it.
-    template <int K>
-    static void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, edges_per_simplex<K>>& nodes,
-                        const Vec<D>& p, int rank, BentPlace& best) {
-        if (rank < best.rank) return;
-        std::array<double, K + 1> xi{};
-        const Vec<D> u = corners[1] - corners[0];
-        const Vec<D> x = p - corners[0];
-        if constexpr (K == 1) {
-            xi[1] = dot(u, x) / norm_squared(u);
-        } else {
-            const Vec<D> v = corners[2] - corners[0];
-            const Vec<D> n = cross(u, v);  // products of lengths would lose thin facets
-            xi[1] = dot(cross(x, v), n) / norm_squared(n);
-            xi[2] = dot(cross(u, x), n) / norm_squared(n);
-        }
-        xi[0] = 1;
-        for (int i = 1; i <= K; ++i) xi[0] -= xi[i];
-        const double least = *std::ranges::min_element(xi);
-        if (!(rank > best.rank ? std::isfinite(least) : least > best.least)) return;  // no area: not finite
-        best = {p, rank, least};
-        double sum = 0;
-        for (double& c : xi) sum += c = std::max(c, 0.0);
-        for (int k = 0; k < edges_per_simplex<K>; ++k) {
-            const auto [i, j] = local_edges<K>[k];
-            best.point += 4 * xi[i] * xi[j] / (sum * sum) * (nodes[k] - midpoint(corners[i], corners[j]));
-        }
     }
     void put_on_geometry() {
         if (!goal_.geometry) return;
