@@ -25,7 +25,7 @@ function(camber_common TARGET)
     set_target_properties(${TARGET} PROPERTIES CXX_STANDARD 20 CXX_STANDARD_REQUIRED ON CXX_EXTENSIONS OFF CXX_SCAN_FOR_MODULES ON)
     target_compile_options(${TARGET} PUBLIC -pthread -ffp-contract=off)
     target_link_options(${TARGET} PUBLIC -pthread)
-    target_link_libraries(${TARGET} PRIVATE $<BUILD_INTERFACE:camber_warnings> $<BUILD_INTERFACE:camber_header_module>)
+    target_link_libraries(${TARGET} PRIVATE $<BUILD_INTERFACE:camber_warnings> PUBLIC $<BUILD_INTERFACE:camber_header_module>)
 endfunction()
 
 # camber_modules_first(TARGET module …): of an inline function that several units have, the linker keeps the first copy: that of these
@@ -159,6 +159,6 @@ function(camber_install)
         INSTALL_DESTINATION "${destination}" NO_SET_AND_CHECK_MACRO)
     write_basic_package_version_file("${PROJECT_BINARY_DIR}/camberConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
     install(FILES "${PROJECT_BINARY_DIR}/camberConfig.cmake" "${PROJECT_BINARY_DIR}/camberConfigVersion.cmake"
-        DESTINATION "${destination}")
+        "${PROJECT_SOURCE_DIR}/cmake/HeaderModule.cmake" DESTINATION "${destination}")
     install(EXPORT camberTargets NAMESPACE camber:: DESTINATION "${destination}" CXX_MODULES_DIRECTORY modules)
 endfunction()

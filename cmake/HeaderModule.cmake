@@ -2,11 +2,10 @@
 # module, instead of a copy of their text in each unit: merging those copies was most of what a unit cost. The sources know nothing
 # of it; `#include <vector>` is written as ever, and means an import where this is on.
 #
-# Only for building Camber itself: behind $<BUILD_INTERFACE:…>, so that no installed package has it, and off for who embeds us. The
-# price is that a missing `#include` of a standard header goes unnoticed; the tests of tests/embedding compile everything without it.
+# On for Camber itself and for who embeds it, unless CAMBER_HEADER_MODULE is off (docs/embedding.md). The price is that a missing `#include`
+# of a standard header goes unnoticed: tests/includes looks for those of Camber.
 include_guard(GLOBAL)
 
-option(CAMBER_HEADER_MODULE "Compile the standard headers once for a build directory" ${PROJECT_IS_TOP_LEVEL})
 add_library(camber_header_module INTERFACE)
 
 # Not <cassert>, which NDEBUG of the place decides; not <iostream>, which would set up its streams in every unit.
@@ -34,7 +33,15 @@ function(camber_make_header_module)
     endif()
     string(TOUPPER "${CMAKE_BUILD_TYPE}" type)
     separate_arguments(flags UNIX_COMMAND "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${type}}")
-    list(APPEND flags -std=c++20 -pthread -ffp-contract=off)
+    set(dialect gnu++)
+    if(DEFINED CMAKE_CXX_EXTENSIONS AND NOT CMAKE_CXX_EXTENSIONS)
+        set(dialect c++)
+    endif()
+    set(standard 20)
+    if(CMAKE_CXX_STANDARD GREATER 20)
+        set(standard ${CMAKE_CXX_STANDARD})
+    endif()
+    list(APPEND flags -std=${dialect}${standard} -pthread -ffp-contract=off)
     camber_standard_folder(folder ${flags})
     if(NOT folder)
         message(STATUS "CAMBER_HEADER_MODULE: not libstdc++, so each unit reads the standard headers itself")
