@@ -40,10 +40,10 @@ template <int D>
 template <int D>
 [[nodiscard]] std::optional<BoundaryPlace<D>> place_on_surface(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                                const CavityParts<D>& around, const Vec<D>& here,
-                                                               const Vec<D>& wanted) {
+                                                               const GeometryEntity& known, const Vec<D>& wanted) {
     const FacetId f = around.facets.front();
-    if (goal.geometry && (*goal.geometry)->surface_at(site_of(mesh, f)).kind != GeometryKind::none)
-        return boundary_place(on_geometry_at_facet(goal, mesh, f, wanted));
+    if (goal.geometry && (*goal.geometry)->has_surface_at(site_of(mesh, f)))
+        return boundary_place(on_geometry_at_facet(goal, mesh, f, known, wanted));
     const Vec<D> n = facet_normal(corners_of(mesh, f));
     const Vec<D> step = (wanted - here) - (dot(n, wanted - here) / norm_squared(n)) * n;
     if (!keeps_planes(mesh, around.facets, step)) return {};
@@ -79,13 +79,14 @@ template <int D>
 }
 
 /// Where a vertex goes that wishes to be at `wanted`; nothing where it may not, or nobody knows where its surface is.
+/// `known`: what it lies on, if that is known.
 template <int D>
 [[nodiscard]] std::optional<BoundaryPlace<D>> place_for(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                         const CavityParts<D>& around, VertexId v,
-                                                        const Vec<D>& wanted) {
+                                                        const GeometryEntity& known, const Vec<D>& wanted) {
     switch (mesh.states[v].place) {
         case VertexPlace::inside: return BoundaryPlace<D>{wanted};
-        case VertexPlace::surface: return place_on_surface(goal, mesh, around, mesh.points[v], wanted);
+        case VertexPlace::surface: return place_on_surface(goal, mesh, around, mesh.points[v], known, wanted);
         case VertexPlace::line:
             if constexpr (D == 3) return place_on_line(goal, mesh, around, v, wanted);
             return {};

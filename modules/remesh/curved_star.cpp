@@ -37,6 +37,8 @@ class CurvingStar {
         put_extended(bend(r_, out_.removed.elements, w_.pieces));
         put_on_geometry();
         put_wanted();
+        // Most that is refused is so by lengths, which are cheap, and hardly change as nodes are drawn back.
+        if (judge_lengths() != RejectionReason::none) return {RejectionReason::length};
         begin_cones();
         bound_ = limits_.least_jacobian;
         w_.programmes = 0;
@@ -177,7 +179,7 @@ class CurvingStar {
             for (const auto& [of, facet] : w_.of_facets) {
                 if (of != s) continue;
                 site.facets.push_back(w_.facets[facet]);
-                has_surface |= geometry->surface_at(w_.facets[facet]).kind != GeometryKind::none;
+                has_surface |= geometry->has_surface_at(w_.facets[facet]);
             }
             if (!has_surface) continue;
             spoke.extended += wish_.share * (geometry->middle_of(site) - spoke.extended);
@@ -287,12 +289,19 @@ class CurvingStar {
     [[nodiscard]] bool is_free(std::uint32_t s) const {
         return w_.spokes[s].kind == EdgeKind::volume && vertex(s) != wish_.halves[0] && vertex(s) != wish_.halves[1];
     }
+    /// Whether the cavity may do without the element that a new one comes of: cheaper than a programme.
+    [[nodiscard]] bool may_leave(std::ptrdiff_t joined) const {
+        const auto& elements = out_.removed.elements;
+        const auto at = std::ranges::find(elements, out_.star.joined[joined].element) - elements.begin();
+        return wish_.holders > 0 && static_cast<std::size_t>(at) >= wish_.holders;
+    }
     /// Whether all elements are valid in the end.
     [[nodiscard]] bool raise() {
         const auto is_broken = [](const Cone<D>& cone) { return cone.verdict != Verdict::valid; };
         for (;;) {
             const auto broken = std::ranges::find_if(w_.cones, is_broken);
             if (broken == w_.cones.end()) return true;
+            if (may_leave(broken - w_.cones.begin())) return false;
             bool raised = false;
             for (int i = 0; i <= D && is_broken(*broken); ++i) {
                 if (i == broken->point || !is_free(broken->spokes[i])) continue;

@@ -39,7 +39,8 @@ class Homecomings final : public Pass<D> {
         CavityWish<D>& wish = wished.wish;
         cavity_of_vertex(r.mesh, v, wish.cavity);
         const Vec<D> here = r.mesh.points[v];
-        const std::optional<SurfacePoint<D>> home = home_of(goal_, r.mesh, wish.cavity, v);
+        const std::optional<SurfacePoint<D>> home =
+            home_of(goal_, r.mesh, wish.cavity, v, r.places.empty() ? GeometryEntity{} : r.places[v].entity);
         if (!home || is_home(r.mesh, wish.cavity, here, home->point)) return {};
         wish.point = v;
         wish.place = here + share * (home->point - here);

@@ -45,21 +45,23 @@ template <int D>
     return (*goal.geometry)->on_edge(site, p);
 }
 
-/// The point of the surface for p near a facet.
+/// The point of the surface for p near a facet; `known`: what a vertex of the facet lies on, if that is known.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_geometry_at_facet(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh, FacetId f,
-                                                   const Vec<D>& p) {
+                                                   const GeometryEntity& known, const Vec<D>& p) {
     const FacetSite<D> site = site_of(mesh, f);
     SurfaceHint hint;
     hint.reference = site.reference;
-    hint.entity = (*goal.geometry)->surface_at(site);
+    hint.entity = known.kind == GeometryKind::surface ? known : (*goal.geometry)->surface_at(site);
     return (*goal.geometry)->project(hint, p);
 }
 
 /// The geometry's point for a vertex of a surface or a line, with its whole ball: nothing where it has none there.
+/// `known`: what it lies on, if that is known.
 template <int D>
 [[nodiscard]] std::optional<SurfacePoint<D>> home_of(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh,
-                                                     const CavityParts<D>& around, VertexId v) {
+                                                     const CavityParts<D>& around, VertexId v,
+                                                     const GeometryEntity& known) {
     if (!goal.geometry || around.facets.empty()) return {};
     const Vec<D> here = mesh.points[v];
     if constexpr (D == 3)
@@ -71,8 +73,8 @@ template <int D>
             return on_geometry_at_edge(goal, mesh, edge, facets, here);
         }
     const FacetId f = around.facets.front();
-    if ((*goal.geometry)->surface_at(site_of(mesh, f)).kind == GeometryKind::none) return {};
-    return on_geometry_at_facet(goal, mesh, f, here);
+    if (!(*goal.geometry)->has_surface_at(site_of(mesh, f))) return {};
+    return on_geometry_at_facet(goal, mesh, f, known, here);
 }
 
 /// Where a point is that went this share of its way home: short of it, it has no parameters.

@@ -96,7 +96,8 @@ class Moves final : public Pass<D> {
     }
     void look_at(const Remeshing<D>& r, const CavityParts<D>& around, ConeShapes<D>& cones, VertexId v,
                  const Vec<D>& wanted, BestPlace& best) const {
-        const std::optional<BoundaryPlace<D>> place = place_for(goal_, r.mesh, around, v, wanted);
+        const std::optional<BoundaryPlace<D>> place =
+            place_for(goal_, r.mesh, around, v, r.places.empty() ? GeometryEntity{} : r.places[v].entity, wanted);
         if (!place) return;
         const FieldSample<D> sample = sample_value(goal_.field, place->point, r.metrics[v].back);
         const VertexMetric<D> metric(sample.log_metric, sample.location.element);

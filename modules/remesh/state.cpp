@@ -32,7 +32,7 @@ Placed placed(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh, VertexId
         for (const FacetId f : ball.facets) sites.push_back(site_of(mesh, f));
         return {{(*goal.geometry)->entity_at_vertex(sites)}};
     }
-    const auto home = home_of(goal, mesh, ball, v);
+    const auto home = home_of(goal, mesh, ball, v, {});
     if (!home) return {};
     const bool astray = !is_home(mesh, ball, mesh.points[v], home->point);
     return {astray ? GeometryPlace{home->entity} : place_of(*home), astray};

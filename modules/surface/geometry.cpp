@@ -63,13 +63,13 @@ GeometryEntity GeometryModel<D>::entity_at_vertex(std::span<const FacetSite<D>> 
 
 template <int D>
 std::optional<Plane<D>> GeometryModel<D>::plane_at(const FacetSite<D>& facet) const {
-    if (surface_at(facet).kind != GeometryKind::none) return std::nullopt;
+    if (has_surface_at(facet)) return std::nullopt;
     return plane_through(facet.corners);
 }
 
 template <int D>
 SurfacePoint<D> GeometryModel<D>::on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const {
-    const auto has_surface = [&](const FacetSite<D>& f) { return surface_at(f).kind != GeometryKind::none; };
+    const auto has_surface = [&](const FacetSite<D>& f) { return has_surface_at(f); };
     if (std::none_of(edge.facets.begin(), edge.facets.end(), has_surface)) return {.point = p, .normal = {}};
     const SurfaceFoot<D> foot = foot_on_edge(*this, has_surface, *this, edge, p, [&] { return p; });
     return point_on_edge(*this, edge, foot, p);

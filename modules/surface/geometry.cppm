@@ -30,6 +30,10 @@ class GeometryModel {
     /// The surface that a facet of a mesh lies on; no entity where the geometry has none there. Equal surfaces are one
     /// entity.
     [[nodiscard]] virtual GeometryEntity surface_at(const FacetSite<D>& facet) const = 0;
+    /// Whether surface_at is one: cheaper where that is searched for.
+    [[nodiscard]] virtual bool has_surface_at(const FacetSite<D>& facet) const {
+        return surface_at(facet).kind != GeometryKind::none;
+    }
 
     /// The point of an entity with these parameters, as project gives them. Here: nothing, a maker without parameters.
     [[nodiscard]] virtual std::optional<EntityPoint<D>> evaluate(const GeometryEntity& entity,

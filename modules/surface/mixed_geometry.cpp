@@ -65,6 +65,10 @@ class MixedModel final : public GeometryModel<D> {
         return entity_in(part, model(part).surface_at(facet));
     }
 
+    [[nodiscard]] bool has_surface_at(const FacetSite<D>& facet) const override {
+        return model(owner(facet.reference)).has_surface_at(facet);
+    }
+
     [[nodiscard]] std::optional<EntityPoint<D>> evaluate(const GeometryEntity& entity,
                                                          const GeometryParameters& parameters) const override {
         return model(part_of(entity)).evaluate(own_entity(entity), parameters);

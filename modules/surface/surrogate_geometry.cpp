@@ -9,6 +9,7 @@ module;
 #include <optional>
 #include <span>
 #include <utility>
+#include <vector>
 module camber.surface;
 import camber.core;
 import camber.bezier;
@@ -54,7 +55,11 @@ GeometryParameters parameters_at(const SurrogateFoot<D>& foot) {
 template <int D>
 class SurrogateModel final : public GeometryModel<D> {
   public:
-    explicit SurrogateModel(Surrogate<D> surrogate) : surrogate_(std::move(surrogate)) {}
+    explicit SurrogateModel(Surrogate<D> surrogate) : surrogate_(std::move(surrogate)) {
+        references_.assign(surrogate_.references.begin(), surrogate_.references.end());
+        std::ranges::sort(references_);
+        references_.erase(std::ranges::unique(references_).begin(), references_.end());
+    }
 
     [[nodiscard]] SurfacePoint<D> project(const SurfaceHint& hint, const Vec<D>& p) const override {
         const auto admitted = [&](FacetId f) {
@@ -77,6 +82,10 @@ class SurrogateModel final : public GeometryModel<D> {
         if (is_own_facet(surrogate_, facet)) return patch_of(facet.id);
         const auto foot = closest_of_reference(facet.reference, centroid_of(facet));
         return foot.facet.valid() ? patch_of(foot.facet) : GeometryEntity{};
+    }
+
+    [[nodiscard]] bool has_surface_at(const FacetSite<D>& facet) const override {
+        return is_own_facet(surrogate_, facet) || std::ranges::binary_search(references_, facet.reference);
     }
 
     [[nodiscard]] std::optional<EntityPoint<D>> evaluate(const GeometryEntity& entity,
@@ -232,6 +241,7 @@ class SurrogateModel final : public GeometryModel<D> {
     }
 
     Surrogate<D> surrogate_;
+    std::vector<Reference> references_;  ///< sorted, each once
 };
 
 }  // namespace

@@ -72,9 +72,7 @@ Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const MetricInput<D>& inpu
     const Geometry<D>& geometry = input.boundary.geometry;
     auto normals = normals_of(geometry, mesh, part_of(execution, 0, 0.2));
     if (!normals) return normals;
-    const auto has_surface = [&](std::size_t f) {
-        return geometry->surface_at(facet_site(mesh, FacetId(f))).kind != GeometryKind::none;
-    };
+    const auto has_surface = [&](std::size_t f) { return geometry->has_surface_at(facet_site(mesh, FacetId(f))); };
     const auto facets = std::views::iota(std::size_t{0}, mesh.facets.size());
     if (std::ranges::all_of(facets, has_surface)) return normals;
     auto surrogate =
