@@ -56,9 +56,10 @@ class Collapses final : public Pass<D> {
         }
         return best;
     }
-    [[nodiscard]] RejectionReason judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
-        if (adds_wall_elements(r, goal_, patch)) return RejectionReason::wall;
-        return is_near_geometry(r, goal_, patch, options_.distance) ? RejectionReason::none : RejectionReason::geometry;
+    [[nodiscard]] PatchVerdict judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
+        if (adds_wall_elements(r, goal_, patch)) return {RejectionReason::wall};
+        const FacetDistance facets = distance_from_geometry(r, goal_, patch, options_.distance);
+        return {facets.is_near ? RejectionReason::none : RejectionReason::geometry, facets.largest};
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);

@@ -226,9 +226,22 @@ class CurvingStar {
     void refresh(Cone<D>& cone) const {
         for (int i = 0; i <= D; ++i)
             if (i != cone.point) cone.nodes[D + 1 + edge_between<D>[i][cone.point]] = w_.spokes[cone.spokes[i]].node;
-        cone.verdict = decide(NodalSimplex<D>{cone.nodes}, bound_);
+        const NodalSimplex<D> element{cone.nodes};
+        const BoundedJacobian<D> jacobian = bounded_jacobian(element);
+        cone.verdict = decide_by_coefficients(jacobian, bound_);
+        if (cone.verdict == Verdict::undecided) cone.verdict = decide(element, bound_);
+        cone.is_flat = cone.verdict == Verdict::valid && is_flat(element, jacobian);
         cone.shape = cone.verdict == Verdict::valid ? curved_shape(cone.nodes, cone.metrics) : 0;
         cone.is_stale = false;
+    }
+    /// As of degree 1: somewhere so low, det J by the largest face, that coordinates, which are known to their rounding
+    /// only, do not tell on which side its vertices are.
+    [[nodiscard]] bool is_flat(const NodalSimplex<D>& element, const BoundedJacobian<D>& jacobian) const {
+        std::array<Vec<D>, D + 1> corners;
+        std::copy_n(element.nodes.begin(), D + 1, corners.begin());
+        const double floor = rounding_of(corners) * largest_face<D>(corners);
+        if (std::ranges::min(jacobian.coefficients) - jacobian.error > floor) return false;
+        return decide(element, std::max(bound_, floor / std::abs(jacobian.straight))) != Verdict::valid;
     }
     [[nodiscard]] StarFault judge() {
         for (Cone<D>& cone : w_.cones)
@@ -241,11 +254,13 @@ class CurvingStar {
                 return judge();
             }
         for (std::size_t j = 0; j < w_.cones.size(); ++j)
+            if (w_.cones[j].is_flat) return {RejectionReason::height, j};
+        for (std::size_t j = 0; j < w_.cones.size(); ++j)
             if (!is_good(w_.cones[j])) return {RejectionReason::quality, j};
         return {};
     }
     [[nodiscard]] bool is_good(const Cone<D>& cone) {
-        if (cone.verdict != Verdict::valid) return false;
+        if (cone.verdict != Verdict::valid || cone.is_flat) return false;
         if (cone.shape > limits_.least_shape) return true;
         if (!limits_.share_of_replaced) return false;
         if (!replaced_) {

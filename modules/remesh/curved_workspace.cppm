@@ -29,7 +29,7 @@ struct Cone {
     VertexLogMetrics<D> metrics{};
     std::array<std::uint32_t, D + 1> spokes{};  ///< of each local vertex but `point`
     int point = 0;                              ///< local vertex
-    bool is_stale = true;
+    bool is_stale = true, is_flat = false;
     Verdict verdict = Verdict::undecided;
     double shape = 0;
 };

@@ -55,27 +55,24 @@ double distance_share(const Geometry<D>& geometry, Reference reference, const No
 }  // namespace
 
 template <int D>
-bool is_near_geometry(const Remeshing<D>& r, const RemeshingGoal<D>& goal, const TopologyPatch<D>& patch,
-                      double share) {
-    if (!goal.geometry || patch.star.facets.empty()) return true;
+FacetDistance distance_from_geometry(const Remeshing<D>& r, const RemeshingGoal<D>& goal, const TopologyPatch<D>& patch,
+                                     double share) {
+    FacetDistance out;
+    if (!goal.geometry || patch.star.facets.empty()) return out;
     const Vec<D> place = place_of_point(r.mesh, patch);
     const auto& references = r.mesh.facets.references;
-    double most = share;
-    bool compared = false;
-    for (const JoinedFacet& joined : patch.star.facets) {
-        const double now =
-            distance_share<D>(*goal.geometry, references[joined.facet], nodal_facet(r.mesh, patch, joined, place));
-        if (now > most && !compared) {
-            for (const FacetId f : patch.removed.facets)
-                most = std::max(most, distance_share<D>(*goal.geometry, references[f], nodal_facet(r.mesh, f)));
-            compared = true;
-        }
-        if (now > most) return false;
-    }
-    return true;
+    for (const JoinedFacet& joined : patch.star.facets)
+        out.largest = std::max(out.largest, distance_share<D>(*goal.geometry, references[joined.facet],
+                                                              nodal_facet(r.mesh, patch, joined, place)));
+    out.is_near = !(out.largest > share);
+    for (auto f = patch.removed.facets.begin(); !out.is_near && f != patch.removed.facets.end(); ++f)
+        out.is_near = !(out.largest > distance_share<D>(*goal.geometry, references[*f], nodal_facet(r.mesh, *f)));
+    return out;
 }
 
-template bool is_near_geometry<2>(const Remeshing<2>&, const RemeshingGoal<2>&, const TopologyPatch<2>&, double);
-template bool is_near_geometry<3>(const Remeshing<3>&, const RemeshingGoal<3>&, const TopologyPatch<3>&, double);
+template FacetDistance distance_from_geometry<2>(const Remeshing<2>&, const RemeshingGoal<2>&, const TopologyPatch<2>&,
+                                                 double);
+template FacetDistance distance_from_geometry<3>(const Remeshing<3>&, const RemeshingGoal<3>&, const TopologyPatch<3>&,
+                                                 double);
 
 }  // namespace camber

@@ -8,11 +8,17 @@ import :state;
 
 export namespace camber {
 
-/// Whether each new facet is near the geometry: at its middle and those of its edges no farther from its surface than
-/// this share of its longest edge, or than the facets that the patch removes were of theirs. So where there is no
-/// geometry.
+/// How far facets are from the geometry, as the largest share of the longest edge of one: at its middle and those of
+/// its edges. `is_near`: none farther than it may be.
+struct FacetDistance {
+    double largest = 0;
+    bool is_near = true;
+};
+
+/// Of the new facets of a patch, of which none may be farther than `share`, or than the facets that the patch removes
+/// were of theirs. 0 where there is no geometry.
 template <int D>
-[[nodiscard]] bool is_near_geometry(const Remeshing<D>& r, const RemeshingGoal<D>& goal, const TopologyPatch<D>& patch,
-                                    double share);
+[[nodiscard]] FacetDistance distance_from_geometry(const Remeshing<D>& r, const RemeshingGoal<D>& goal,
+                                                   const TopologyPatch<D>& patch, double share);
 
 }  // namespace camber

@@ -35,14 +35,7 @@ template <int D>
 double least_height(const std::array<Vec<D>, D + 1>& p) {
     Mat<D> sides;
     for (int i = 0; i < D; ++i) sides.column[i] = p[i + 1] - p[0];
-    double largest = 0;
-    for (int face = 0; face <= D; ++face) {
-        const auto local = face_opposite<D>(face);
-        std::array<Vec<D>, D> q;
-        for (int i = 0; i < D; ++i) q[i] = p[local[i]];
-        largest = std::max(largest, norm_squared(facet_normal(q)));
-    }
-    return std::abs(det(sides)) / std::sqrt(largest);
+    return std::abs(det(sides)) / largest_face<D>(p);
 }
 
 template <int D>
@@ -152,11 +145,7 @@ class Planning {
     /// So low that coordinates, which are known to their rounding only, do not tell on which side a vertex is; or below
     /// least_height as the point's metric sees it.
     [[nodiscard]] bool is_flat(const std::array<Vec<D>, D + 1>& p) const {
-        constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
-        double largest = 0;
-        for (const Vec<D>& x : p)
-            for (const double c : x.c) largest = std::max(largest, std::abs(c));
-        if (!(least_height<D>(p) > rounding * largest)) return true;
+        if (!(least_height<D>(p) > rounding_of(p))) return true;
         if (!(limits_.least_height > 0)) return false;
         std::array<Vec<D>, D + 1> seen;
         for (int i = 0; i <= D; ++i)

@@ -19,6 +19,7 @@ import :curved_star;
 import :homecoming;
 import :kept_shapes;
 import :nodal_facets;
+import :heights;
 import :old_curves;
 import :on_geometry;
 import :walls;

@@ -69,6 +69,7 @@ struct Planned {
     PlanResult result;
     TopologyPatch<D> patch;
     OfPoint<D> of_point;
+    double farthest_facet = 0;
 };
 
 template <int D>
@@ -132,7 +133,11 @@ class Rounds {
             out.result = wish->rejected == RejectionReason::none
                              ? plan(r_, goal_, wish->wish, wish->limits, workspace, out.patch)
                              : PlanResult{.rejected = wish->rejected};
-            if (out.result.rejected == RejectionReason::none) out.result.rejected = pass_.judge(r_, out.patch);
+            if (out.result.rejected == RejectionReason::none) {
+                const PatchVerdict verdict = pass_.judge(r_, out.patch);
+                out.result.rejected = verdict.rejected;
+                out.farthest_facet = verdict.farthest_facet;
+            }
             if (out.result.rejected == RejectionReason::none && r_.mesh.is_curved() && !are_walls_clear(r_, out.patch))
                 out.result.rejected = RejectionReason::crossing;
             if (!lies_badly(out.result.rejected) || share == 0) return;
@@ -153,7 +158,7 @@ class Rounds {
         std::vector<TopologyPatch<D>> patches;
         std::vector<OfPoint<D>> of_points;
         for (std::size_t i = 0; i < planned.size(); ++i) {
-            auto& [wished, result, patch, of_point] = planned[i];
+            auto& [wished, result, patch, of_point, farthest_facet] = planned[i];
             if (!wished) continue;
             ++statistics_.proposals;
             statistics_.programmes += static_cast<std::size_t>(result.programmes);
@@ -170,6 +175,7 @@ class Rounds {
             ++statistics_.accepted;
             statistics_.straight_inverted += result.straight_inverted ? 1 : 0;
             statistics_.drawn_back += result.drawn_back ? 1 : 0;
+            statistics_.farthest_facet = std::max(statistics_.farthest_facet, farthest_facet);
             statistics_.shortened += of_point.shortened ? 1 : 0;
             statistics_.corrections += static_cast<std::size_t>(result.corrections);
             patches.push_back(std::move(patch));

@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -27,6 +28,9 @@ struct PassStatistics {
     /// accepted whose nodes are not where the metric has them.
     std::size_t straight_inverted = 0, straight_positive = 0, drawn_back = 0;
     std::size_t programmes = 0;  ///< spent on inner edges, accepted or not
+    /// Of facets that swaps and collapses made: how far one is from the geometry at most, as a share of its longest
+    /// edge.
+    double farthest_facet = 0;
     std::array<std::size_t, rejection_reasons> rejected{};
 
     [[nodiscard]] std::size_t of(RejectionReason reason) const { return rejected[static_cast<std::size_t>(reason)]; }
@@ -40,6 +44,7 @@ struct PassStatistics {
         straight_positive += other.straight_positive;
         drawn_back += other.drawn_back;
         programmes += other.programmes;
+        farthest_facet = std::max(farthest_facet, other.farthest_facet);
         for (std::size_t i = 0; i < rejected.size(); ++i) rejected[i] += other.rejected[i];
         return *this;
     }
@@ -56,6 +61,12 @@ struct LimitedWish {
     CavityWish<D> wish;
     PatchLimits limits;
     RejectionReason rejected = RejectionReason::none;  ///< known already: nothing is planned
+};
+
+/// What a pass says of a patch that may be.
+struct PatchVerdict {
+    RejectionReason rejected = RejectionReason::none;
+    double farthest_facet = 0;  ///< see PassStatistics
 };
 
 /// A thing to be done at an entity: the least `order` first. Numbers of entities are taken again, so a task may come to
@@ -85,9 +96,7 @@ class Pass {
         return {};
     }
     /// What the pass asks of a patch beyond the limits of its wish.
-    [[nodiscard]] virtual RejectionReason judge(const Remeshing<D>&, const TopologyPatch<D>&) const {
-        return RejectionReason::none;
-    }
+    [[nodiscard]] virtual PatchVerdict judge(const Remeshing<D>&, const TopologyPatch<D>&) const { return {}; }
     virtual void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) = 0;
 
   protected:

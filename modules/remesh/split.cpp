@@ -40,8 +40,8 @@ class Splits final : public Pass<D> {
         if (wished && wished->wish.cavity.facets.empty()) wished.reset();
         return wished;
     }
-    [[nodiscard]] RejectionReason judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
-        return adds_wall_elements(r, goal_, patch) ? RejectionReason::wall : RejectionReason::none;
+    [[nodiscard]] PatchVerdict judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
+        return {adds_wall_elements(r, goal_, patch) ? RejectionReason::wall : RejectionReason::none};
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);

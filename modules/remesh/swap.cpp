@@ -58,9 +58,10 @@ class Swaps final : public Pass<D> {
         wished.limits.corrections = 0;
         return wished;
     }
-    [[nodiscard]] RejectionReason judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
-        if (adds_wall_elements(r, goal_, patch)) return RejectionReason::wall;
-        return is_near_geometry(r, goal_, patch, distance_) ? RejectionReason::none : RejectionReason::geometry;
+    [[nodiscard]] PatchVerdict judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
+        if (adds_wall_elements(r, goal_, patch)) return {RejectionReason::wall};
+        const FacetDistance facets = distance_from_geometry(r, goal_, patch, distance_);
+        return {facets.is_near ? RejectionReason::none : RejectionReason::geometry, facets.largest};
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         shapes_.follow(r, changes);

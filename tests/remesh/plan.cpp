@@ -117,9 +117,11 @@ TEST_CASE("facets stay near the geometry") {
                 wish.join_to(r, w);
                 if (plan(r, goal, wish, {.facet_cosine = 0}, workspace, patch).rejected != RejectionReason::none)
                     continue;
-                CHECK(is_near_geometry(r, goal, patch, 1));
-                (is_near_geometry(r, goal, patch, 0.12) ? near : far) += 1;
-                CHECK(is_near_geometry(r, {goal.field, {}}, patch, 1e-9));
+                const FacetDistance facets = distance_from_geometry(r, goal, patch, 0.12);
+                CHECK(facets.largest < 1);
+                CHECK((facets.is_near || facets.largest > 0.12));
+                (facets.is_near ? near : far) += 1;
+                CHECK(distance_from_geometry(r, {goal.field, {}}, patch, 1e-9).is_near);
             }
     }
     CHECK(near > 10);

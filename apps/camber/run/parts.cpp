@@ -36,6 +36,7 @@ void add_up(PassReport& sum, const PassReport& part) {
     sum.programmes += part.programmes;
     sum.straight_inverted += part.straight_inverted;
     sum.straight_positive += part.straight_positive;
+    sum.farthest_facet = std::max(sum.farthest_facet, part.farthest_facet);
     sum.seconds += part.seconds;
     for (const auto& [reason, count] : part.rejected) {
         const auto there = std::ranges::find_if(sum.rejected, [&](const auto& r) { return r.first == reason; });

@@ -66,6 +66,7 @@ Json json(const PassReport& p) {
             {"programmes", p.programmes},
             {"straight_inverted", p.straight_inverted},
             {"straight_positive", p.straight_positive},
+            {"farthest_facet", p.farthest_facet},
             {"seconds", p.seconds}};
 }
 Json json(const RemeshReport& r) {

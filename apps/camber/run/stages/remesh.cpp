@@ -135,6 +135,7 @@ PassReport pass_report(std::string_view name, const PassStatistics& s, double se
                       .programmes = s.programmes,
                       .straight_inverted = s.straight_inverted,
                       .straight_positive = s.straight_positive,
+                      .farthest_facet = s.farthest_facet,
                       .rejected = {},
                       .seconds = seconds};
     for (const auto& reason : words(RejectionReason{}))
