@@ -13,8 +13,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
-#include <fstream>
-#include <iterator>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,7 +29,10 @@ import camber.surface;
 import camber.validity;
 import camber.remesh;
 
+#include "mesh_files.hpp"
+
 using namespace camber;
+using namespace camber::bench;
 
 namespace {
 
@@ -42,20 +43,6 @@ struct Arguments {
     int threads = 0;
     bool curved = false, check = false;
 };
-
-template <class T>
-T must(Outcome<T> outcome) {
-    if (outcome) return std::move(*outcome);
-    std::fprintf(stderr, "%s\n", describe(outcome.error()).c_str());
-    std::exit(1);
-}
-
-std::vector<std::byte> bytes_of(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    const std::vector<char> chars{std::istreambuf_iterator<char>(file), {}};
-    const auto bytes = std::as_bytes(std::span(chars));
-    return {bytes.begin(), bytes.end()};
-}
 
 Column<LogMetric<3>> metrics_of(const Arguments& a, const Execution& execution) {
     const auto solution = must(decode_solution(bytes_of(a.solution), a.solution, execution)).solution;
@@ -136,7 +123,7 @@ Remeshing<3> step(const char* name, Remeshing<3> r, const Arguments& a, const Ex
 int main(int argc, char** argv) {
     const Arguments a = arguments({argv, static_cast<std::size_t>(argc)});
     const Execution execution{.threads = a.threads};
-    auto decoded = must(decode_mesh(bytes_of(a.mesh), a.mesh, execution)).mesh;
+    auto decoded = read_mesh(a.mesh, execution);
     QuadraticMesh<3> curved;
     if (auto* given = std::get_if<QuadraticMesh<3>>(&decoded)) curved = std::move(*given);
     const LinearMesh<3> mesh = curved.edges.size() > 0 ? curved.linear : std::get<LinearMesh<3>>(decoded);

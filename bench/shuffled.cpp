@@ -6,38 +6,22 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
-#include <ios>
-#include <iterator>
 #include <numeric>
 #include <random>
-#include <span>
 #include <string>
 #include <utility>
 #include <variant>
-#include <vector>
 
 import camber.core;
 import camber.io;
 import camber.ordering;
 
+#include "mesh_files.hpp"
+
 using namespace camber;
+using namespace camber::bench;
 
 namespace {
-
-template <class T>
-T must(Outcome<T> outcome) {
-    if (outcome) return std::move(*outcome);
-    std::fprintf(stderr, "%s\n", describe(outcome.error()).c_str());
-    std::exit(1);
-}
-
-std::vector<std::byte> bytes_of(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    const std::vector<char> chars{std::istreambuf_iterator<char>(file), {}};
-    const auto bytes = std::as_bytes(std::span(chars));
-    return {bytes.begin(), bytes.end()};
-}
 
 template <class EntityId>
 Permutation<EntityId> any_order(std::size_t count, std::mt19937_64& random) {
@@ -91,14 +75,11 @@ int main(int count, char** words) {
     if (count < 2) return std::fprintf(stderr, "shuffled MESH [OUT [SEED]]\n"), 2;
     const std::string from = words[1], to = count > 2 ? words[2] : "";
     std::mt19937_64 random(count > 3 ? static_cast<std::uint64_t>(std::strtod(words[3], nullptr)) : 1);
-    const AnyMesh mesh = must(decode_mesh(bytes_of(from), from, Execution{})).mesh;
+    const AnyMesh mesh = read_mesh(from);
     std::printf("%s: scatter %.4g\n", from.c_str(), scatter_of(mesh));
     if (to.empty()) return 0;
     const AnyMesh out = std::visit([&](const auto& m) { return shuffled(m, random); }, mesh);
     std::printf("%s: scatter %.4g\n", to.c_str(), scatter_of(out));
-    const MeshFormat& format = *must(format_to_write(mesh_formats(), to));
-    std::ofstream file(to, std::ios::binary);
-    for (const auto& chunk : must(format.encode(out, {}, {}, Execution{})))
-        file.write(reinterpret_cast<const char*>(chunk.data()), static_cast<std::streamsize>(chunk.size()));
-    return file ? 0 : 1;
+    write_mesh(to, out);
+    return 0;
 }
