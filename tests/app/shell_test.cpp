@@ -218,6 +218,8 @@ TEST_CASE("a file may have the longest name that the system knows") {
 TEST_CASE("progress tells part and time left") {
     const auto line = [](double part, double left) { return progress_line("curve", {part, left}); };
     CHECK(line(0.5, 10) == "curve      [###############               ]  50 %  10 s left");
+    CHECK(progress_line("curve", {0.5, 10, 1.26e6}).ends_with("]  50 %  1.3 M elements/s  10 s left"));
+    CHECK(progress_line("curve", {0.5, 10, 26900}).ends_with("]  50 %  27 k elements/s  10 s left"));
     CHECK(line(0, -1).ends_with("]   0 %"));
     CHECK(line(0.99, 0).ends_with("]  99 %"));
 }

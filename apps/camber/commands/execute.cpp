@@ -86,19 +86,24 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
     return inputs;
 }
 
-/// Runs that cannot end well are refused before they begin.
-Outcome<Done> check_memory(const AnyMesh& mesh) {
-    const std::size_t needed = std::visit(
-        []<class Mesh>(const Mesh& m) {
-            const auto& linear = [&]() -> const LinearMesh<Mesh::dimension>& {
-                if constexpr (requires { m.linear; })
-                    return m.linear;
-                else
-                    return m;
-            }();
-            return run::estimated_peak_bytes(linear.points.size(), linear.elements.size(), Mesh::dimension);
+/// f of the straight mesh, of any dimension and degree.
+template <class F>
+std::size_t of_linear(const AnyMesh& mesh, F&& f) {
+    return std::visit(
+        [&](const auto& m) {
+            if constexpr (requires { m.linear; })
+                return f(m.linear);
+            else
+                return f(m);
         },
         mesh);
+}
+
+/// Runs that cannot end well are refused before they begin.
+Outcome<Done> check_memory(const AnyMesh& mesh) {
+    const std::size_t needed = of_linear(mesh, []<int D>(const LinearMesh<D>& m) {
+        return run::estimated_peak_bytes(m.points.size(), m.elements.size(), D);
+    });
     const MemoryLimit limit = memory_limit();
     if (needed <= limit.bytes) return Done{};
     return fail(ErrorKind::memory,
@@ -355,6 +360,8 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
     const std::optional<Lift> lift = inputs->mesh.lift;
     const bool always_in_space = inputs->mesh.always_in_space;
     run::OriginReport origin = origin_of(pipeline, inputs->mesh.mesh);
+    if (run::keeps_elements(pipeline))
+        progress.of_mesh(of_linear(inputs->mesh.mesh, [](const auto& m) { return m.elements.size(); }));
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
     if (!run) {
         const auto* file = std::get_if<config::FilePath>(&pipeline.input.source);

@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -148,6 +149,11 @@ Outcome<Run> run_on(StageInputs<D> given, const config::Pipeline& pipeline, cons
 bool shows_fields(const config::Output& output) {
     const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh);
     return !output.vtu.empty() || (format != nullptr && format->for_viewers);
+}
+
+bool keeps_elements(const config::Pipeline& pipeline) {
+    const auto keeps = []<class Options>(const Options&) { return !changes_topology<Options>(); };
+    return std::ranges::all_of(pipeline.stages, [&](const config::Stage& stage) { return std::visit(keeps, stage); });
 }
 
 Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {

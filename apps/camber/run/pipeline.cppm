@@ -31,6 +31,8 @@ struct Run {
 
 /// Whether an output shows fields of the run: a VTU file.
 [[nodiscard]] bool shows_fields(const config::Output& output);
+/// Whether no stage is a pass that changes the topology.
+[[nodiscard]] bool keeps_elements(const config::Pipeline& pipeline);
 
 /// The mesh prepared, then the stages of a config, one after the other. Errors name the stage's JSON path.
 [[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around);

@@ -18,6 +18,13 @@ namespace {
 
 constexpr double shown_from = 1;  // second of a stage
 
+/// "850", "27 k", "1.3 M".
+std::string short_count(double count) {
+    if (count < 1e3) return fmt::format("{:.0f}", count);
+    if (count < 999.5e3) return fmt::format("{:.{}f} k", count / 1e3, count < 9.95e3 ? 1 : 0);
+    return fmt::format("{:.{}f} M", count / 1e6, count < 9.95e6 ? 1 : 0);
+}
+
 }  // namespace
 
 Progress::Progress() : terminal_(::isatty(STDERR_FILENO) == 1) { begin({}); }
@@ -27,7 +34,7 @@ Progress::~Progress() { wipe(); }
 void Progress::begin(std::string stage) {
     wipe();
     stage_ = std::move(stage);
-    share_ = {};
+    share_ = StageShare(elements_);
     start_ = last_ = std::chrono::steady_clock::now();
 }
 
@@ -58,7 +65,9 @@ Share StageShare::tick(std::size_t done, std::size_t total, double seconds) {
     constexpr double enough_to_judge = 0.02, almost_all = 0.99;
     const double told = total > 0 ? static_cast<double>(done) / static_cast<double>(total) : 0.0;
     part_ = std::clamp(told, part_, almost_all);
-    return {part_, part_ < enough_to_judge ? -1 : seconds * (1 - part_) / part_};
+    if (part_ < enough_to_judge) return {part_};
+    const double a_second = seconds > 0 ? part_ * static_cast<double>(elements_) / seconds : 0;
+    return {part_, seconds * (1 - part_) / part_, a_second};
 }
 
 std::string progress_line(const std::string& stage, Share share) {
@@ -66,6 +75,7 @@ std::string progress_line(const std::string& stage, Share share) {
     const auto filled = static_cast<std::size_t>(share.part * static_cast<double>(width));
     std::string line = fmt::format("{:<10} [{}{}] {:3.0f} %", stage, std::string(filled, '#'),
                                    std::string(width - filled, ' '), 100 * share.part);
+    if (share.a_second >= 1) line += "  " + short_count(share.a_second) + " elements/s";
     if (share.seconds_left > 0) line += fmt::format("  {:.0f} s left", share.seconds_left);
     return line;
 }

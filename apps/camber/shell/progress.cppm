@@ -11,16 +11,20 @@ export namespace camber::app {
 struct Share {
     double part = 0;           ///< from 0 up to 1
     double seconds_left = -1;  ///< below 0: not known yet
+    double a_second = 0;       ///< elements; 0: not known
 };
 
 /// How far a stage is, from what it tells of itself: the time that is left is taken to pass as that which passed. It is
 /// not at its end before it ends, so that the part never becomes 1; it never falls.
 class StageShare {
   public:
+    /// `elements`: of the mesh that the stage goes through; 0: not known.
+    explicit StageShare(std::size_t elements = 0) : elements_(elements) {}
     /// `done` of `total`, so many seconds after the stage began.
     [[nodiscard]] Share tick(std::size_t done, std::size_t total, double seconds);
 
   private:
+    std::size_t elements_;
     double part_ = 0;
 };
 
@@ -36,6 +40,8 @@ class Progress {
     ~Progress();
 
     void begin(std::string stage);
+    /// The mesh that the stages from the next one on go through, so that they tell a rate; 0: not known.
+    void of_mesh(std::size_t elements) { elements_ = elements; }
     /// For Execution::progress; empty when there is no terminal to write to.
     [[nodiscard]] std::function<void(std::size_t done, std::size_t total)> ticks();
     void wipe();
@@ -45,12 +51,14 @@ class Progress {
 
     bool terminal_;
     bool shown_ = false;
+    std::size_t elements_ = 0;
     std::string stage_;
     StageShare share_;
     std::chrono::steady_clock::time_point start_, last_;
 };
 
-/// "curve  [#####     ]  50 %  12 s left", the time only where it is known and some is left.
+/// "curve  [#####     ]  50 %  270 k elements/s  12 s left", the rate and the time only where they are known and some
+/// is left.
 [[nodiscard]] std::string progress_line(const std::string& stage, Share share);
 
 }  // namespace camber::app
