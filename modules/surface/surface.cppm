@@ -8,6 +8,7 @@ export import :cubic_packs;
 export import :plane;
 export import :analytic;
 export import :surrogate;
+export import :curved_surrogate;
 export import :geometry_places;
 export import :geometry;
 export import :seams;

@@ -176,15 +176,6 @@ CubicSimplex<2, 3> cubic_triangle(const Parts& parts, std::span<const EdgeId> ed
     return triangle;
 }
 
-template <int K, int D>
-Outcome<Buffer<Box<D>>> control_boxes(const Buffer<CubicSimplex<K, D>>& simplices, const Execution& execution) {
-    return map_each(execution, simplices.size(), [&](std::size_t i) {
-        Box<D> box;
-        for (const Vec<D>& c : simplices[i].control) box.include(c);
-        return box;
-    });
-}
-
 /// The parts of the value that do not depend on the dimension.
 template <int D>
 Outcome<Surrogate<D>> assembled(const LinearMesh<D>& mesh, const Features<D>& features, Buffer<FlatPatch<D>> flats,
@@ -192,20 +183,10 @@ Outcome<Surrogate<D>> assembled(const LinearMesh<D>& mesh, const Features<D>& fe
                                 Buffer<CubicSimplex<D - 1, D>> facets, Column<std::array<FacetId, D>> neighbours,
                                 const Execution& execution) {
     Surrogate<D> s;
-    const auto boxes = control_boxes(facets, without_progress(execution));
-    if (!boxes) return fail(boxes.error());
-    s.tree = BoxTree<D>(*boxes);
     if constexpr (D == 3) {
         Buffer<std::uint32_t> ridges;
-        Buffer<Box<D>> ridge_boxes;
-        for (std::size_t row = 0; row < edges.size(); ++row) {
-            if (features.edge_kinds[edges[row]] != EdgeKind::ridge) continue;
-            ridges.push_back(static_cast<std::uint32_t>(row));
-            Box<D> box;
-            for (const Vec<D>& c : curves[row].curve.control) box.include(c);
-            ridge_boxes.push_back(box);
-        }
-        s.curve_tree = BoxTree<D>(ridge_boxes);
+        for (std::size_t row = 0; row < edges.size(); ++row)
+            if (features.edge_kinds[edges[row]] == EdgeKind::ridge) ridges.push_back(static_cast<std::uint32_t>(row));
         s.ridge_rows = std::move(ridges);
     }
     s.facets = std::move(facets);
@@ -216,6 +197,7 @@ Outcome<Surrogate<D>> assembled(const LinearMesh<D>& mesh, const Features<D>& fe
     s.neighbours = std::move(neighbours);
     s.edges = std::move(edges);
     s.edge_curves = std::move(curves);
+    if (auto planted = plant_trees(s, without_progress(execution)); !planted) return fail(planted.error());
     return s;
 }
 
@@ -293,7 +275,27 @@ Outcome<Surrogate<2>> build(const LinearMesh<2>& mesh, const EdgeSet<2>& edges, 
                         next_along(mesh, features), execution);
 }
 
+template <int K, int D>
+Box<D> control_box(const CubicSimplex<K, D>& simplex) {
+    Box<D> box;
+    for (const Vec<D>& c : simplex.control) box.include(c);
+    return box;
+}
+
 }  // namespace
+
+template <int D>
+Outcome<Done> plant_trees(Surrogate<D>& surrogate, const Execution& execution) {
+    const auto boxes =
+        map_each(execution, surrogate.facets.size(), [&](std::size_t f) { return control_box(surrogate.facets[f]); });
+    if (!boxes) return fail(boxes.error());
+    surrogate.tree = BoxTree<D>(*boxes);
+    Buffer<Box<D>> of_ridges;
+    for (const std::uint32_t row : surrogate.ridge_rows)
+        of_ridges.push_back(control_box(surrogate.edge_curves[row].curve));
+    if constexpr (D == 3) surrogate.curve_tree = BoxTree<D>(of_ridges);
+    return Done{};
+}
 
 template <int D>
 std::size_t Surrogate<D>::row(EdgeId e) const {
@@ -319,6 +321,8 @@ Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D
 
 template struct Surrogate<2>;
 template struct Surrogate<3>;
+template Outcome<Done> plant_trees(Surrogate<2>&, const Execution&);
+template Outcome<Done> plant_trees(Surrogate<3>&, const Execution&);
 template Outcome<Surrogate<2>> build_surrogate(const LinearMesh<2>&, const EdgeSet<2>&, const Features<2>&,
                                                const SurrogateOptions&, const Execution&);
 template Outcome<Surrogate<3>> build_surrogate(const LinearMesh<3>&, const EdgeSet<3>&, const Features<3>&,

@@ -120,3 +120,11 @@ template <int D>
 [[nodiscard]] Vec<D> normal_at(const CubicSimplex<D - 1, D>& facet, const Barycentric<D - 1>& xi);
 
 }  // namespace camber
+
+namespace camber {
+
+/// The trees, from the facets, the curves and the rows of ridges. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Done> plant_trees(Surrogate<D>& surrogate, const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,95 @@
+module;
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+module camber.surface;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace {
+
+/// a, (4m − b)/3, (4m − a)/3, b: the edge through m at 1/2, of degree 2; exactly straight where m is the middle.
+template <int D>
+std::array<Vec<D>, 2> raised(const Vec<D>& a, const Vec<D>& m, const Vec<D>& b) {
+    const Vec<D> third = (b - a) / 3;
+    const Vec<D> bow = (m - midpoint(a, b)) * (4.0 / 3);
+    return {a + third + bow, b - third + bow};
+}
+
+template <int D>
+SurrogateEdge<D> cubic_edge_of(const QuadraticMesh<D>& mesh, EdgeId e, std::uint32_t curve_number) {
+    const auto& [low, high] = mesh.edges.vertices[e];
+    const Vec<D>& a = mesh.linear.points[low];
+    const Vec<D>& b = mesh.linear.points[high];
+    const Vec<D>& m = mesh.mid_nodes[e.index()].point;
+    const auto inner = raised(a, m, b);
+    return {{{a, inner[0], inner[1], b}}, m, curve_number};
+}
+
+template <int D>
+CubicSimplex<D - 1, D> cubic_facet(const QuadraticMesh<D>& mesh, std::size_t f) {
+    const auto& vertices = mesh.linear.facets.vertices[f];
+    CubicSimplex<D - 1, D> facet;
+    for (std::size_t i = 0; i < D; ++i) {
+        MultiIndex<D - 1> alpha{};
+        alpha[i] = 3;
+        facet.at(alpha) = mesh.linear.points[vertices[i]];
+    }
+    for (int k = 0; k < edges_per_simplex<D - 1>; ++k) {
+        const auto i = static_cast<std::size_t>(local_edges<D - 1>[k][0]);
+        const auto j = static_cast<std::size_t>(local_edges<D - 1>[k][1]);
+        const auto inner =
+            raised(mesh.linear.points[vertices[i]], mesh.mid_nodes[mesh.edges.of_facets[f][k].index()].point,
+                   mesh.linear.points[vertices[j]]);
+        MultiIndex<D - 1> alpha{};
+        alpha[i] = 2;
+        alpha[j] = 1;
+        facet.at(alpha) = inner[0];
+        std::swap(alpha[i], alpha[j]);
+        facet.at(alpha) = inner[1];
+    }
+    if constexpr (D == 3) facet.at({1, 1, 1}) = classical_centre(facet);
+    return facet;
+}
+
+/// Patches whose nodes leave their plane are not flat.
+template <int D>
+Buffer<FlatPatch<D>> still_flat(const QuadraticMesh<D>& mesh, const Surrogate<D>& surrogate) {
+    Buffer<FlatPatch<D>> flats(surrogate.flats.begin(), surrogate.flats.end());
+    for (std::size_t f = 0; f < mesh.linear.facets.size(); ++f) {
+        FlatPatch<D>& flat = flats[surrogate.patches[f]];
+        for (const EdgeId e : mesh.edges.of_facets[f])
+            if (flat.is_flat() && flat.height(mesh.mid_nodes[e.index()].point) != 0) flat = {};
+    }
+    return flats;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Surrogate<D>> with_curves_of(const QuadraticMesh<D>& mesh, Surrogate<D> surrogate, const Execution& execution) {
+    if (surrogate.facets.size() != mesh.linear.facets.size() ||
+        (!surrogate.edges.empty() && surrogate.edges[surrogate.edges.size() - 1].index() >= mesh.edges.size()))
+        return fail(ErrorKind::internal, "the surrogate is that of another mesh");
+    auto facets = map_each(part_of(execution, 0, 0.5), surrogate.facets.size(),
+                           [&](std::size_t f) { return cubic_facet(mesh, f); });
+    if (!facets) return fail(facets.error());
+    auto curves = map_each(part_of(execution, 0.5, 0.6), surrogate.edges.size(), [&](std::size_t row) {
+        return cubic_edge_of(mesh, surrogate.edges[row], surrogate.edge_curves[row].curve_number);
+    });
+    if (!curves) return fail(curves.error());
+    surrogate.flats = still_flat(mesh, surrogate);
+    surrogate.facets = std::move(*facets);
+    surrogate.edge_curves = std::move(*curves);
+    if (auto done = plant_trees(surrogate, part_of(execution, 0.6, 1)); !done) return fail(done.error());
+    return surrogate;
+}
+
+template Outcome<Surrogate<2>> with_curves_of<2>(const QuadraticMesh<2>&, Surrogate<2>, const Execution&);
+template Outcome<Surrogate<3>> with_curves_of<3>(const QuadraticMesh<3>&, Surrogate<3>, const Execution&);
+
+}  // namespace camber

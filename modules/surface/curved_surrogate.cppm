@@ -1,0 +1,17 @@
+module;
+export module camber.surface:curved_surrogate;
+import camber.core;
+import camber.bezier;
+import :surrogate;
+
+export namespace camber {
+
+/// The boundary of a curved mesh as it is: the surrogate of its straight mesh with the mesh's own curves, of degree 2
+/// and raised to 3, which is exact, in place of those through normals. Its facets meet in the edges' curves, and their
+/// tangent planes are what the mesh makes of them. Patches of planes are flat where the nodes are in them too. Errors:
+/// the surrogate is not of this mesh (ErrorKind::internal), stopped.
+template <int D>
+[[nodiscard]] Outcome<Surrogate<D>> with_curves_of(const QuadraticMesh<D>& mesh, Surrogate<D> surrogate,
+                                                   const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,83 @@
+// The surrogate of a curved mesh: its own facets and edges, exactly.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "meshes.hpp"
+
+using namespace surface_tests;
+
+namespace {
+
+/// The mesh with boundary nodes bowed by up to a fifth of their chords; `within`: what that leaves of a shift.
+template <int D, class Within>
+QuadraticMesh<D> bowed(QuadraticMesh<D> mesh, const Features<D>& features, Within&& within) {
+    Random random(7);
+    auto nodes = take(std::move(mesh.mid_nodes));
+    for (std::size_t e = 0; e < nodes.size(); ++e) {
+        if (features.edge_kinds[e] == EdgeKind::volume) continue;
+        const auto& [a, b] = mesh.edges.vertices[EdgeId(e)];
+        Vec<D> shift;
+        for (int i = 0; i < D; ++i) shift[i] = random(-0.1, 0.1);
+        nodes[e].point += distance(mesh.linear.points[a], mesh.linear.points[b]) * within(shift);
+    }
+    mesh.mid_nodes = std::move(nodes);
+    return mesh;
+}
+
+/// Every facet of the surrogate is the mesh's own curved facet.
+template <int D>
+void check_own(const QuadraticMesh<D>& mesh, const Surrogate<D>& surrogate) {
+    Random random(8);
+    double farthest = 0;
+    for (std::size_t f = 0; f < mesh.linear.facets.size(); ++f) {
+        Barycentric<D - 1> xi{};
+        double sum = 0;
+        for (double& x : xi) sum += x = random(0.01, 1);
+        for (double& x : xi) x /= sum;
+        const auto own = facet_of(mesh, FacetId(f));
+        farthest = std::fmax(farthest, distance(own.point(xi), point_at(surrogate.facets[f], xi)));
+    }
+    CHECK(farthest < 1e-14);
+    for (std::size_t row = 0; row < surrogate.edges.size(); ++row) {
+        const Vec<D>& node = mesh.mid_nodes[surrogate.edges[row].index()].point;
+        CHECK(surrogate.edge_curves[row].middle == node);
+        CHECK(distance(project(Geometry<D>(surrogate), {}, node).point, node) < 1e-12);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("a curved mesh's own boundary as a geometry, in 3D") {
+    const Built<3> built = build(torus(6, 3, 1).mesh());
+    const auto mesh = bowed(built.mesh, built.features, [](const Vec<3>& shift) { return shift; });
+    const Surrogate<3> surrogate = with_curves_of(mesh, built.surrogate, Execution{}).value();
+    check_own(mesh, surrogate);
+}
+
+TEST_CASE("a curved mesh's own boundary as a geometry, in 2D") {
+    const Built<2> built = build(polygon({{{0, 0}}, {{2, 0}}, {{3, 1}}, {{2, 2}}, {{0, 2}}, {{-1, 1}}}).mesh());
+    const auto mesh = bowed(built.mesh, built.features, [](const Vec<2>& shift) { return shift; });
+    check_own(mesh, with_curves_of(mesh, built.surrogate, Execution{}).value());
+}
+
+TEST_CASE("of planes only those stay flat whose nodes are in them; straight edges stay straight to the last bit") {
+    const Built<3> built = build(cube(3).mesh());
+    const auto flat = with_curves_of(built.mesh, built.surrogate, Execution{}).value();
+    CHECK(flat.flats == built.surrogate.flats);
+    for (std::size_t row = 0; row < flat.edges.size(); ++row)
+        CHECK(flat.edge_curves[row] == built.surrogate.edge_curves[row]);
+    const auto mesh = bowed(built.mesh, built.features, [](const Vec<3>& shift) { return Vec<3>{{0, 0, shift[2]}}; });
+    const auto bent = with_curves_of(mesh, built.surrogate, Execution{}).value();
+    std::size_t left = 0;
+    for (std::size_t patch = 0; patch < bent.flats.size(); ++patch) {
+        if (!bent.flats[patch].is_flat()) continue;
+        ++left;
+        CHECK(bent.flats[patch].normal[2] == 0);
+    }
+    CHECK(left == 4);
+    check_own(mesh, bent);
+}
