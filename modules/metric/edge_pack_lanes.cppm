@@ -40,6 +40,8 @@ inline constexpr double last_step = 3e-4;
 /// node, changes by less. Others
 /// are full of kinks and false minima, which the mesh does not resolve.
 inline constexpr double most_change = 3;
+/// Where log M changes by more than this, sizes by a factor of 50, slopes tell nothing of what is a step away.
+inline constexpr double most_change_for_slopes = 8;
 /// Gains below this share of the length are not asked for. Others are believed by a rule of as many points where they
 /// are above what is not sure of the length, too, or, of curves with kinks, above that share: of 100 000 curves in
 /// fields from smooth to random none was wrong by as much (docs/algorithms/edge-minimisation.md).
@@ -58,6 +60,8 @@ struct SearchPack {
     SymPack<D> inverse_hessian;
     Pack slope{}, step{}, attempts{}, steps{}, crossings{};
     Pack by_length{}, busy{};  ///< 1 or 0
+    Pack change{};             ///< the most that log M does within the shell
+    Pack probed{};             ///< 1: has looked elsewhere
     // While the parabola is in one element:
     WedgePack<D> wedge;
     EdgeSums<D> sums;  ///< `at` is of these

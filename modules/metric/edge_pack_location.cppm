@@ -84,6 +84,12 @@ template <class Use>
         use(std::countr_zero(bits));
 }
 
+[[nodiscard, gnu::always_inline]] inline std::size_t count_of(Mask mask) {
+    std::size_t n = 0;
+    for (int lane = 0; lane < pack_size; ++lane) n += mask[lane] != 0;
+    return n;
+}
+
 /// That lane looks at another element now: where it is. To be measured.
 template <int D>
 [[gnu::always_inline]] inline void read_corners(const StraightBack<D>& back, ElementsPack<D>& e, int lane) {
@@ -268,12 +274,13 @@ template <int D>
     return across;
 }
 
-/// Energy and length with their gradients in the unit frame, each point in its element.
-template <int D>
+/// Energy and length with their gradients in the unit frame, each point in its element; use(q, point) of each.
+template <int D, class Use>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_values(const StraightBack<D>& back,
                                                                       const ChordFrame<D>& f, const VecPack<D>& y,
                                                                       const Quadrature& rule,
-                                                                      PointElements<D>& elements, WalkMarks& marks) {
+                                                                      PointElements<D>& elements, WalkMarks& marks,
+                                                                      const Use& use) {
     VecPack<D> offset;
     for (int i = 0; i < D; ++i) offset[i] = f.scale[i] * y[i];
     EdgeValues<D> out{};
@@ -299,6 +306,7 @@ template <int D>
             const double t = rule.t[first + n];
             const double w = rule.w[first + n];
             const PointPack<D> point = measured_point(f, systems[n], offset, t);
+            use(first + n, point);
             VecPack<D> moved;
             for (int i = 0; i < D; ++i) moved[i] = point.values[i] * point.velocity[i];
             moved = times(point.log_metric.vectors, moved);
@@ -318,6 +326,15 @@ template <int D>
     return out;
 }
 
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_values(const StraightBack<D>& back,
+                                                                      const ChordFrame<D>& f, const VecPack<D>& y,
+                                                                      const Quadrature& rule,
+                                                                      PointElements<D>& elements, WalkMarks& marks) {
+    return located_values(back, f, y, rule, elements, marks,
+                          [](std::size_t, const PointPack<D>&) __attribute__((always_inline)) {});
+}
+
 /// Energy and length alone; `elements`: where the first walk begins, and then where the last one ended.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths(const StraightBack<D>& back,
@@ -335,6 +352,36 @@ template <int D>
         const Pack squared = decomposed(f, congruence_transposed(f.axes, log_metric), offset, rule.t[q]).squared;
         out.energy += rule.w[q] * squared;
         out.length += rule.w[q] * sqrt(squared);
+    }
+    return out;
+}
+
+/// The same, with each point's walk from where that point was before.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths_beside(const StraightBack<D>& back,
+                                                                              const ChordFrame<D>& f,
+                                                                              const VecPack<D>& y,
+                                                                              const Quadrature& rule,
+                                                                              PointElements<D>& elements,
+                                                                              WalkMarks& marks) {
+    VecPack<D> offset;
+    for (int i = 0; i < D; ++i) offset[i] = f.scale[i] * y[i];
+    EdgeValues<D> out{};
+    std::array<VecPack<D>, most_points> x;
+    std::array<LocatedPack<D>, most_points> places;
+    for (std::size_t q = 0; q < rule.size(); ++q) x[q] = place_at(f, offset, rule.t[q]);
+    locate<D>(back, std::span(elements).first(rule.size()), std::span(x).first(rule.size()), places, marks);
+    for (std::size_t first = 0; first < rule.size(); first += 2) {
+        const std::size_t last = std::min(first + 1, rule.size() - 1);
+        const auto seen = [&](std::size_t q) __attribute__((always_inline)) {
+            return congruence_transposed(f.axes, log_metric_at<D>(elements[q], places[q].u));
+        };
+        const auto systems = log_eigen_systems<D, 2>({seen(first), seen(last)});
+        for (std::size_t q = first; q <= last; ++q) {
+            const Pack squared = measured_point(f, systems[q - first], offset, rule.t[q]).squared;
+            out.energy += rule.w[q] * squared;
+            out.length += rule.w[q] * sqrt(squared);
+        }
     }
     return out;
 }

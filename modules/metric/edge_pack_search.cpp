@@ -14,6 +14,7 @@ import :edge_pack_location;
 import :edge_pack_lanes;
 import :edge_pack_begin;
 import :edge_pack_step;
+import :edge_pack_probe;
 import camber.core;
 import camber.bezier;
 
@@ -74,7 +75,7 @@ template <int D, class Length>
 /// Searches that wait for lanes.
 template <int D>
 struct SearchQueue {
-    std::array<SearchLanes<D>, 2> lanes{};
+    std::array<SearchLanes<D>, 4> lanes{};
     int count = 0;
 
     [[gnu::always_inline]] inline void push(const SearchLanes<D>& from, int lane) {
@@ -98,13 +99,14 @@ struct SearchQueue {
 /// What ended, and is shorter beyond doubt, is done; what is not goes to be judged; what left its element to `leaving`.
 template <int D, class Where>
 [[gnu::always_inline]] inline void resolve(const PackedEdges<D>& all, SearchLanes<D>& lanes, const Ended& ended,
-                                           const Where& where, SearchQueue<D>& to_judge, SearchQueue<D>& leaving) {
+                                           const Where& where, SearchQueue<D>& to_judge, SearchQueue<D>& leaving,
+                                          SearchQueue<D>& to_probe, SearchQueue<D>& to_judge_through) {
     const Mask out = ended.ended | ended.leaves;
     if (!any(out)) return;
     const VecPack<D> offset = offsets_of(lanes.pack.frame, lanes.pack.y);
     const Pack gain = lanes.pack.chord_length - lanes.pack.at.length;
     const Pack sure = where.sure_gain(all, lanes);
-    const Mask unresolved = ~(change_of(lanes.pack) + where.bulge(lanes) < most_change);
+    const Mask unresolved = ~(max(lanes.pack.change, change_of(lanes.pack) + where.bulge(lanes)) < most_change);
     for (int lane = 0; lane < pack_size; ++lane) {
         if (out[lane] == 0) continue;
         const std::uint32_t edge = lanes.edge[lane];
@@ -115,13 +117,40 @@ template <int D, class Where>
             if (ended.exhausted[lane] != 0) minimum.search = EdgeSearch::exhausted;
             if (ended.kinked[lane] != 0) minimum.search = EdgeSearch::polished;
             if (unresolved[lane] != 0)
-                all.alone[edge] = 1;
+                (lanes.pack.probed[lane] != 0 ? to_judge_through : to_probe).push_leaving(lanes, lane);
             else if (gain[lane] > sure[lane])
                 put_node(all, edge, offset, lane);
             else if (gain[lane] > least_gain * lanes.pack.chord_length[lane])
                 to_judge.push(lanes, lane);
         }
         lanes.pack.busy[lane] = 0;
+    }
+}
+
+/// What the best places are is searched from there, to `leaving`, or judged.
+template <int D>
+[[gnu::always_inline]] inline void probe(const PackedEdges<D>& all, SearchLanes<D>& lanes, int count,
+                                         PointElements<D>& points, SearchQueue<D>& leaving, SearchQueue<D>& to_judge) {
+    SearchPack<D>& s = lanes.pack;
+    Mask open{};
+    for (int lane = 0; lane < count; ++lane) open[lane] = -1;
+    // From places so far apart the energy has no valley of its own to find first.
+    const bool shortens = all.options.objective == EdgeObjectiveKind::length || all.options.length_tolerance > 0;
+    s.by_length = packed(shortens ? 1 : 0);
+    s.probed = packed(1);
+    const ElementsPack<D> at = entered<D>(all.back, lanes.element);
+    for (std::size_t q = 0; q < all.rules.objective.size(); ++q) points[q] = at;
+    const Mask near = open & (s.change < most_change_for_slopes);
+    const Probing<D> best = probed(all, s, open, near, points);
+    const Mask go_on = best.found & near;
+    choose(best.found, s.y, best.y);
+    const Mask judged = ~go_on & (best.found | (s.at.length < (1 - least_gain) * s.chord_length));
+    if (any(go_on)) start_there(all, s, go_on, points);
+    s.busy = packed(1);
+    for (int lane = 0; lane < count; ++lane) {
+        if (go_on[lane] != 0) leaving.push_leaving(lanes, lane);
+        if (judged[lane] != 0) to_judge.push_leaving(lanes, lane);
+        all.minima[lanes.edge[lane]].search = EdgeSearch::polished;
     }
 }
 
@@ -154,6 +183,8 @@ template <int D>
     PointElements<D> points{};  ///< of `through`
     for (std::size_t q = 0; q < all.rules.objective.size(); ++q) points[q] = anywhere;
     SearchQueue<D> leaving;
+    SearchQueue<D> to_probe;
+    PointElements<D> points_probed{};
     SearchQueue<D> to_judge;
     SearchQueue<D> to_judge_through;
     int fresh_lane = pack_size;
@@ -162,16 +193,18 @@ template <int D>
         bool more = true;
         // Lanes that have ended take edges that have not begun.
         for (int lane = 0; lane < pack_size && more; ++lane) {
-            while (within.pack.busy[lane] == 0 && leaving.count < pack_size) {
+            while (within.pack.busy[lane] == 0 && leaving.count < pack_size && to_probe.count < pack_size) {
                 if (fresh_lane == pack_size) {
                     std::array<std::uint32_t, pack_size> taken{};
                     const int count = take_edges(all, next, taken);
                     more = count > 0;
                     if (!more) break;
-                    fresh = begun(all, taken, count);
+                    const Begun<D> begin = begun(all, taken, count);
+                    fresh = begin.lanes;
                     fresh_lane = 0;
                     const Mask away = leaves(fresh.pack, all.options) & (fresh.pack.busy != 0);
                     for (int k = 0; k < pack_size; ++k) {
+                        if (begin.to_probe[k] != 0) to_probe.push_leaving(fresh, k);
                         if (away[k] == 0) continue;
                         leaving.push_leaving(fresh, k);
                         fresh.pack.busy[k] = 0;
@@ -196,12 +229,20 @@ template <int D>
         if (busy_through == pack_size || (busy == 0 && busy_through > 0)) {
             all.work.decompositions += static_cast<std::size_t>(busy_through) * all.rules.objective.size();
             const ThroughElements<D> where{points};
-            resolve(all, through, stepped(all, through, where), where, to_judge_through, leaving);
+            resolve(all, through, stepped(all, through, where), where, to_judge_through, leaving, to_probe, to_judge_through);
         } else if (busy > 0) {
             all.work.decompositions += static_cast<std::size_t>(busy) * all.rules.objective.size();
-            resolve(all, within, stepped(all, within, WithinWedge<D>{}), WithinWedge<D>{}, to_judge, leaving);
+            resolve(all, within, stepped(all, within, WithinWedge<D>{}), WithinWedge<D>{}, to_judge, leaving, to_probe, to_judge_through);
         }
-        const bool last = !more && busy == 0 && busy_through == 0;
+        const bool drained = !more && busy == 0 && busy_through == 0;
+        const bool last = drained && to_probe.count == 0;
+        if (leaving.count <= pack_size && (to_probe.count >= pack_size || (drained && !last))) {
+            SearchLanes<D> open{};
+            open.look_anywhere();
+            int count = 0;
+            while (count < pack_size && to_probe.count > 0) to_probe.pop_leaving(open, count++);
+            probe(all, open, count, points_probed, leaving, to_judge_through);
+        }
         while (to_judge.count >= pack_size || (last && to_judge.count > 0)) {
             SearchLanes<D> open{};
             open.look_anywhere();
