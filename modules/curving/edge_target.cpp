@@ -20,12 +20,6 @@ Vec<D> chord_middle(const QuadraticMesh<D>& mesh, EdgeId edge) {
     return midpoint(mesh.linear.points[a], mesh.linear.points[b]);
 }
 
-EdgeMinimiserOptions search_options(const CurveOptions& options) {
-    auto search = static_cast<const EdgeMinimiserOptions&>(options);
-    search.objective = options.aim == CurvingAim::length ? EdgeObjectiveKind::length : EdgeObjectiveKind::energy;
-    return search;
-}
-
 template <int D>
 EdgeTarget<D> searched_target(const QuadraticMesh<D>& mesh, EdgeId edge, const EdgeMinimum<D>& m) {
     const bool moved = m.node.point != chord_middle(mesh, edge);
@@ -43,6 +37,12 @@ EdgeTarget<D> searched_target(const QuadraticMesh<D>& mesh, EdgeId edge, const E
 }
 
 }  // namespace
+
+EdgeMinimiserOptions search_options(const CurveOptions& options) {
+    auto search = static_cast<const EdgeMinimiserOptions&>(options);
+    search.objective = options.aim == CurvingAim::length ? EdgeObjectiveKind::length : EdgeObjectiveKind::energy;
+    return search;
+}
 
 template <int D>
 EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node) {

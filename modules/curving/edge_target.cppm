@@ -57,6 +57,9 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
     friend bool operator==(const CurveOptions&, const CurveOptions&) = default;
 };
 
+/// Those of the search, for an aim that has one: energy or length.
+[[nodiscard]] EdgeMinimiserOptions search_options(const CurveOptions& options);
+
 /// What the search for one edge's node met.
 struct SearchFlags {
     std::uint8_t volume = 0, curved = 0, polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;

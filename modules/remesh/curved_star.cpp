@@ -188,21 +188,36 @@ class CurvingStar {
     }
     void put_wanted() {
         w_.free.clear();
-        w_.chords.clear();
-        w_.ends.clear();
-        for (std::uint32_t s = 0; s < w_.spokes.size(); ++s) {
-            if (w_.spokes[s].kind != EdgeKind::volume) continue;
-            const VertexId v = vertex(s);
-            w_.free.push_back(s);
-            w_.chords.push_back(end(s) - wish_.place);
-            w_.ends.push_back({{wish_.metric.log_metric, wish_.gradient}, {r_.metrics[v].log_metric, r_.gradients[v]}});
-        }
+        for (std::uint32_t s = 0; s < w_.spokes.size(); ++s)
+            if (w_.spokes[s].kind == EdgeKind::volume) w_.free.push_back(s);
         w_.offsets.resize(w_.free.size());
-        accurate_offsets<D>(w_.chords, w_.ends, goal_.accuracy, w_.offsets);
+        if (goal_.search)
+            search_offsets();
+        else
+            find_accurate_offsets();
         for (std::size_t i = 0; i < w_.free.size(); ++i) {
             Spoke<D>& spoke = w_.spokes[w_.free[i]];
             if (!is_free(w_.free[i])) continue;
             spoke.wanted = spoke.node = middle(w_.free[i]) + w_.offsets[i];
+        }
+    }
+    void find_accurate_offsets() {
+        w_.chords.clear();
+        w_.ends.clear();
+        for (const std::uint32_t s : w_.free) {
+            const VertexId v = vertex(s);
+            w_.chords.push_back(end(s) - wish_.place);
+            w_.ends.push_back({{wish_.metric.log_metric, wish_.gradient}, {r_.metrics[v].log_metric, r_.gradients[v]}});
+        }
+        accurate_offsets<D>(w_.chords, w_.ends, goal_.accuracy, w_.offsets);
+    }
+    void search_offsets() {
+        const auto& [options, rules] = *goal_.search;
+        for (std::size_t i = 0; i < w_.free.size(); ++i) {
+            if (!is_free(w_.free[i])) continue;
+            const EdgeMinimum<D> found =
+                minimise_edge<D>(goal_.field, wish_.place, end(w_.free[i]), wish_.metric.back, rules, options);
+            w_.offsets[i] = found.node.point - middle(w_.free[i]);
         }
     }
 

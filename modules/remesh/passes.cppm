@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <cstdint>
 #include <tuple>
 export module camber.remesh:passes;
 import camber.core;
@@ -94,19 +95,32 @@ template <int D>
 [[nodiscard]] Outcome<Remeshed<D>> swap(Remeshing<D> state, const RemeshingGoal<D>& goal, const SwapOptions& options,
                                         const Execution& execution);
 
+/// What nodes of inner edges of a mesh of degree 2 are smoothed by.
+enum class SmoothedNodes : std::uint8_t {
+    objective,   ///< they go along with vertices, to where the goal has the nodes of new edges
+    distortion,  ///< and then to where elements are less distorted, see smooth_nodes
+};
+[[nodiscard]] constexpr auto words(SmoothedNodes) {
+    return words_of(Word{SmoothedNodes::objective, "objective"}, Word{SmoothedNodes::distortion, "distortion"});
+}
+
 /// Vertices inside, and those of smooth surfaces where there is a geometry, go to where their edges are nearer to unit,
 /// as far as the worst element around them becomes better. First those that are off the geometry go onto it.
 struct SmoothOptions {
     double wanted = 0.8;
     double gain = 1.01;
     int sweeps = 2;
+    SmoothedNodes nodes = SmoothedNodes::objective;
 
     [[nodiscard]] static constexpr auto options() {
         using S = SmoothOptions;
         return std::tuple(
             option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
             option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1),
-            option("sweeps", &S::sweeps, "sweeps over the vertices").at_least(0).at_most(100));
+            option("sweeps", &S::sweeps, "sweeps over the vertices, and over the nodes").at_least(0).at_most(100),
+            option("nodes", &S::nodes,
+                   "degree 2: nodes of inner edges go along with vertices to where their objective has them; distortion: "
+                   "and then to where the elements around them are less distorted"));
     }
     friend bool operator==(const SmoothOptions&, const SmoothOptions&) = default;
 };

@@ -31,6 +31,7 @@ struct PassStatistics {
     /// Of facets that swaps and collapses made: how far one is from the geometry at most, as a share of its longest
     /// edge.
     double farthest_facet = 0;
+    std::size_t moved_nodes = 0;  ///< of inner edges, by distortion; they are no proposals
     std::array<std::size_t, rejection_reasons> rejected{};
 
     [[nodiscard]] std::size_t of(RejectionReason reason) const { return rejected[static_cast<std::size_t>(reason)]; }
@@ -45,6 +46,7 @@ struct PassStatistics {
         drawn_back += other.drawn_back;
         programmes += other.programmes;
         farthest_facet = std::max(farthest_facet, other.farthest_facet);
+        moved_nodes += other.moved_nodes;
         for (std::size_t i = 0; i < rejected.size(); ++i) rejected[i] += other.rejected[i];
         return *this;
     }

@@ -194,6 +194,11 @@ Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal, co
             out.statistics += *statistics;
             if (statistics->accepted == 0) break;
         }
+        if (options.nodes == SmoothedNodes::distortion) {
+            const auto moves = smooth_nodes(out.state, options, execution);
+            if (!moves) return fail(moves.error());
+            out.statistics.moved_nodes += moves->moved;
+        }
         return out;
     });
 }

@@ -38,13 +38,23 @@ struct Remeshing {
     Column<VertexId> astray = {};
 };
 
+/// A search for the nodes of inner edges, by the energy or the length.
+struct NodeSearch {
+    EdgeMinimiserOptions options;
+    EdgeRules rules;
+
+    explicit NodeSearch(const EdgeMinimiserOptions& given) : options(given), rules(edge_rules(given)) {}
+};
+
 /// What the mesh is brought to: the field, which new vertices ask for theirs, and the geometry on which those of the
 /// boundary lie (none: the mesh's own straight facets).
 template <int D>
 struct RemeshingGoal {
     BackMesh<D> field;
     std::optional<Geometry<D>> geometry;
-    EdgeAccuracyOptions accuracy = {};  ///< of degree 2: where inner nodes are wanted
+    // Of degree 2, where inner nodes are wanted: by a search, or without one by the closed form of accuracy.
+    EdgeAccuracyOptions accuracy = {};
+    std::optional<NodeSearch> search = {};
 };
 
 /// The mesh with its metric at each vertex, which is asked of the field. Errors: a mesh without elements (input), those

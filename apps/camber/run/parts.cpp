@@ -34,6 +34,7 @@ void add_up(PassReport& sum, const PassReport& part) {
     sum.shortened += part.shortened;
     sum.drawn_back += part.drawn_back;
     sum.programmes += part.programmes;
+    sum.moved_nodes += part.moved_nodes;
     sum.straight_inverted += part.straight_inverted;
     sum.straight_positive += part.straight_positive;
     sum.farthest_facet = std::max(sum.farthest_facet, part.farthest_facet);

@@ -64,6 +64,7 @@ Json json(const PassReport& p) {
             {"shortened", p.shortened},
             {"drawn_back", p.drawn_back},
             {"programmes", p.programmes},
+            {"moved_nodes", p.moved_nodes},
             {"straight_inverted", p.straight_inverted},
             {"straight_positive", p.straight_positive},
             {"farthest_facet", p.farthest_facet},

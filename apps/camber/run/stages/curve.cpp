@@ -147,6 +147,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
             return curve_within(run, std::move(*boundary), *input, CurvingAim::energy, find, execution);
         });
     CurveOptions edges = edge_options(options);
+    run.state.curving = edges;
     edges.measured = told_lengths(run.config.output);
     input = make_field(run, *boundary, std::move(*input), edges.aim);
     if (!input) return fail(input.error());

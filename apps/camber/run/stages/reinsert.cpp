@@ -63,6 +63,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& given) {
     if (options.curve.objective == config::Objective::shape)
         return fail(ErrorKind::usage, "reinsert: the objective shape is of whole meshes, not of cavities", {}, {},
                     "take the stage curve, or another objective");
+    run.state.curving = edge_options(options.curve);
     auto boundary = describe_boundary(run, run.quadratic().mesh.linear, run.quadratic().mesh.edges);
     if (!boundary) return fail(boundary.error());
     auto input = begin_curving(run, *boundary, options.curve);

@@ -12,6 +12,7 @@ module;
 module camber.run;
 import camber.core;
 import camber.config;
+import camber.curving;
 import camber.dynamic;
 import camber.metric;
 import camber.remesh;
@@ -87,7 +88,8 @@ Outcome<Done> check_complexity(double complexity, int dimension) {
 template <int D, class Begin>
 Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, Geometry<D> geometry, Begin&& begin) {
     if (auto bearable = check_complexity(field.report.complexity, D); !bearable) return fail(bearable.error());
-    RemeshingGoal<D> goal{std::move(field.back), std::move(geometry)};
+    RemeshingGoal<D> goal{std::move(field.back), std::move(geometry), run.state.curving};
+    if (run.state.curving.aim != CurvingAim::accuracy) goal.search.emplace(search_options(run.state.curving));
     auto made = run.step("topology", [&](const Execution& e) { return begin(goal, field.report.source, e); });
     if (!made) return fail(made.error());
     run.tell(BeginsChangingReport{made->measured.report});
@@ -136,6 +138,7 @@ PassReport pass_report(std::string_view name, const PassStatistics& s, double se
                       .straight_inverted = s.straight_inverted,
                       .straight_positive = s.straight_positive,
                       .farthest_facet = s.farthest_facet,
+                      .moved_nodes = s.moved_nodes,
                       .rejected = {},
                       .seconds = seconds};
     for (const auto& reason : words(RejectionReason{}))
