@@ -75,6 +75,7 @@ enum class RejectionReason : std::uint8_t {
     waits,     ///< another patch was in the way: in a later round
     wall,      ///< an element would have two facets on one smooth, curved surface
     crossing,  ///< of degree 2: facets that are not proved to be clear of each other
+    gain,      ///< nothing noticeable would change
     height,    ///< an element below least_height, or so flat that the rounding of coordinates could invert it
 };
 [[nodiscard]] constexpr auto words(RejectionReason) {
@@ -83,7 +84,7 @@ enum class RejectionReason : std::uint8_t {
                     Word{R::surface, "surface"}, Word{R::line, "line"}, Word{R::ball, "ball"},
                     Word{R::exists, "exists"}, Word{R::volume, "volume"}, Word{R::quality, "quality"},
                     Word{R::length, "length"}, Word{R::wall, "wall"}, Word{R::crossing, "crossing"},
-                    Word{R::height, "height"}, Word{R::geometry, "geometry"}, Word{R::waits, "waits"});
+                    Word{R::height, "height"}, Word{R::gain, "gain"}, Word{R::geometry, "geometry"}, Word{R::waits, "waits"});
 }
 inline constexpr std::size_t rejection_reasons = words(RejectionReason{}).size();
 

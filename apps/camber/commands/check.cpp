@@ -80,7 +80,13 @@ Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
         if (arguments.metric.empty()) return Done{};
         auto decoded = read_solution_for(*mesh, arguments.metric, execution);
         if (!decoded) return fail(decoded.error());
-        metric = run::MetricFile{arguments.metric, std::move(decoded->solution)};
+        auto sorted = run::rows_by_nodes(std::move(decoded->solution), *mesh, execution);
+        if (!sorted) return fail(sorted.error());
+        if (sorted->is_at_nodes)
+            mesh->notices.push_back({arguments.metric +
+                                     " has a metric at all nodes: lengths and qualities are told by what it has at the "
+                                     "vertices, logarithms linear between them"});
+        metric = run::MetricFile{arguments.metric, run::rows_at_vertices(std::move(*sorted), mesh->mesh)};
         return Done{};
     });
     if (!read) return fail(read.error());

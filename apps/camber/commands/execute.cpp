@@ -30,6 +30,12 @@ namespace camber::app {
 
 namespace {
 
+std::string operations_at_vertices(const std::string& file) {
+    return file +
+           " has a metric at all nodes: metric_operations are done at the vertices, with what it has there; a run "
+           "without them takes all of it";
+}
+
 /// The metric file, and the mesh that it speaks of where that is another, or curved with rows at its nodes.
 Outcome<DecodedSolution> read_metric_of(const config::Pipeline& pipeline, const config::FilePath& metric,
                                         run::Inputs& inputs, const Execution& execution) {
@@ -39,7 +45,10 @@ Outcome<DecodedSolution> read_metric_of(const config::Pipeline& pipeline, const 
         auto sorted = run::rows_by_nodes(std::move(solution->solution), inputs.mesh, without_progress(execution));
         if (!sorted) return fail(sorted.error());
         solution->solution = std::move(sorted->solution);
-        if (sorted->is_at_nodes) inputs.metric_mesh = {inputs.mesh.mesh, run::MetricMesh::Of::input};
+        if (sorted->is_at_nodes) {
+            inputs.metric_mesh = {inputs.mesh.mesh, run::MetricMesh::Of::input};
+            if (!pipeline.metric_operations.empty()) solution->notices.push_back({operations_at_vertices(metric.path)});
+        }
         return solution;
     }
     auto mesh = read_mesh(pipeline.metric_mesh, pipeline.input.flat, part_of(execution, 0, 0.6));
@@ -81,7 +90,14 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
         if (operand == nullptr) continue;
         auto solution = read_solution_for(inputs.mesh, operand->path, without_progress(execution));
         if (!solution) return fail(solution.error());
-        inputs.operands.push_back({operand->path, std::move(solution->solution)});
+        auto sorted = run::rows_by_nodes(std::move(solution->solution), inputs.mesh, without_progress(execution));
+        if (!sorted) return fail(sorted.error());
+        run::MetricFile rows{operand->path, std::move(sorted->solution)};
+        if (sorted->is_at_nodes) {
+            rows.mesh = {inputs.mesh.mesh, run::MetricMesh::Of::input};
+            inputs.mesh.notices.push_back({operations_at_vertices(operand->path)});
+        }
+        inputs.operands.push_back(std::move(rows));
     }
     return inputs;
 }

@@ -119,6 +119,22 @@ Outcome<RowsByNodes> rows_by_nodes(Solution solution, const DecodedMesh& mesh, c
     });
 }
 
+Solution rows_at_vertices(RowsByNodes rows, const AnyMesh& mesh) {
+    Solution out = std::move(rows.solution);
+    if (!rows.is_at_nodes) return out;
+    out.rows = std::visit(
+        [](const auto& m) {
+            if constexpr (requires { m.linear; })
+                return m.linear.points.size();
+            else
+                return m.points.size();
+        },
+        mesh);
+    const auto end = out.values.begin() + static_cast<std::ptrdiff_t>(out.rows * row_width(out));
+    out.values = Buffer<double>(out.values.begin(), end);
+    return out;
+}
+
 const MetricFile* file_with_mesh(const config::Pipeline& config, std::span<const MetricFile> files) {
     const auto* const path = std::get_if<config::FilePath>(&config.metric);
     if (path == nullptr) return nullptr;

@@ -44,7 +44,7 @@ inline constexpr std::tuple stage_rows{
     StageRow<config::Relax>{"relax", Holds::planned_nodes, Holds::planned_nodes, {}, Places::plans},
     StageRow<config::Commit>{"commit", Holds::planned_nodes, Holds::planned_nodes, {}, Places::commits},
     StageRow<config::Reinsert>{"reinsert", Holds::curved_mesh, Holds::planned_nodes, Holds::planned_nodes,
-                               Places::plans},
+                               Places::commits},
     StageRow<config::Collapse>{"collapse", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
     StageRow<config::Split>{"split", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
     StageRow<config::Swap>{"swap", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},

@@ -48,6 +48,8 @@ struct RowsByNodes {
 };
 [[nodiscard]] Outcome<RowsByNodes> rows_by_nodes(Solution solution, const DecodedMesh& mesh,
                                                  const Execution& execution);
+/// Of rows at all nodes of that mesh those at its vertices; others as they are.
+[[nodiscard]] Solution rows_at_vertices(RowsByNodes rows, const AnyMesh& mesh);
 
 }  // namespace camber::run
 

@@ -3,6 +3,7 @@ module;
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 module camber.run;
 import camber.core;
 import camber.cavity;
@@ -64,6 +65,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& given) {
         return fail(ErrorKind::usage, "reinsert: the objective shape is of whole meshes, not of cavities", {}, {},
                     "take the stage curve, or another objective");
     run.state.curving = edge_options(options.curve);
+    if (std::holds_alternative<Changing<D>>(run.state.mesh)) return reinsert_between_passes(run, options);
     auto boundary = describe_boundary(run, run.quadratic().mesh.linear, run.quadratic().mesh.edges);
     if (!boundary) return fail(boundary.error());
     auto input = begin_curving(run, *boundary, options.curve);

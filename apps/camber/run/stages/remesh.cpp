@@ -84,12 +84,20 @@ Outcome<Done> check_complexity(double complexity, int dimension) {
         {}, "make it coarser: metric_operations bound or complexity");
 }
 
+/// Where new inner edges of a mesh of degree 2 have their nodes.
+template <int D>
+void set_objective(RemeshingGoal<D>& goal, const CurveOptions& options) {
+    goal.accuracy = options;
+    goal.search.reset();
+    if (options.aim != CurvingAim::accuracy) goal.search.emplace(search_options(options));
+}
+
 /// The run goes on with a mesh that changes. `begin`: of the goal and the name of its metric.
 template <int D, class Begin>
 Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, Geometry<D> geometry, Begin&& begin) {
     if (auto bearable = check_complexity(field.report.complexity, D); !bearable) return fail(bearable.error());
-    RemeshingGoal<D> goal{std::move(field.back), std::move(geometry), run.state.curving};
-    if (run.state.curving.aim != CurvingAim::accuracy) goal.search.emplace(search_options(run.state.curving));
+    RemeshingGoal<D> goal{std::move(field.back), std::move(geometry)};
+    set_objective(goal, run.state.curving);
     auto made = run.step("topology", [&](const Execution& e) { return begin(goal, field.report.source, e); });
     if (!made) return fail(made.error());
     run.tell(BeginsChangingReport{made->measured.report});
@@ -147,20 +155,28 @@ PassReport pass_report(std::string_view name, const PassStatistics& s, double se
     return report;
 }
 
+/// `pass(mesh, goal, execution)` on the mesh that changes, as the step of a stage.
+template <int D, class Options, class Pass>
+Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
+    auto& changing = std::get<Changing<D>>(run.state.mesh);
+    return run.step_of(stage, [&](const Execution& e) -> Outcome<Done> {
+        auto made = run.timed([&] { return pass(std::move(changing.mesh), changing.goal, e); });
+        if (!made.value) return fail(made.value.error());
+        changing.mesh = std::move(made.value->state);
+        constexpr std::string_view name = std::get<StageRow<Options>>(stage_rows).name;
+        run.tell(pass_report(name, made.value->statistics, made.seconds));
+        return Done{};
+    });
+}
+
 /// A pass of camber.remesh as a stage.
 template <int D, class Options>
 Outcome<Done> apply_pass(Runner<D>& run, const Options& options,
                          Outcome<Remeshed<D>> (*pass)(Remeshing<D>, const RemeshingGoal<D>&, const Options&,
                                                       const Execution&)) {
     if (auto done = begin_changing(run); !done) return done;
-    auto& changing = std::get<Changing<D>>(run.state.mesh);
-    return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
-        auto made = run.timed([&] { return pass(std::move(changing.mesh), changing.goal, options, e); });
-        if (!made.value) return fail(made.value.error());
-        changing.mesh = std::move(made.value->state);
-        constexpr std::string_view name = std::get<StageRow<Options>>(stage_rows).name;
-        run.tell(pass_report(name, made.value->statistics, made.seconds));
-        return Done{};
+    return change(run, options, [&](Remeshing<D> mesh, const RemeshingGoal<D>& goal, const Execution& e) {
+        return pass(std::move(mesh), goal, options, e);
     });
 }
 
@@ -185,6 +201,15 @@ Outcome<Done> apply(Runner<D>& run, const config::Smooth& options) {
 template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Mend& options) {
     return apply_pass(run, options, &mend<D>);
+}
+
+template <int D>
+Outcome<Done> reinsert_between_passes(Runner<D>& run, const config::Reinsert& options) {
+    set_objective(std::get<Changing<D>>(run.state.mesh).goal, run.state.curving);
+    const ReinsertionOptions pass{.least_jacobian = options.relax.min_scaled_jacobian, .turns = options.max_turns};
+    return change(run, options, [&](Remeshing<D> mesh, const RemeshingGoal<D>& goal, const Execution& e) {
+        return reinsert_vertices(std::move(mesh), goal, pass, e);
+    });
 }
 
 template <int D>
@@ -214,7 +239,8 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     template Outcome<Done> apply<D>(Runner<D>&, const config::Swap&);     \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Smooth&);   \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Mend&);     \
-    template Outcome<Done> apply<D>(Runner<D>&, const config::Remesh&);
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Remesh&);   \
+    template Outcome<Done> reinsert_between_passes<D>(Runner<D>&, const config::Reinsert&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
