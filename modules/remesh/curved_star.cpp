@@ -215,8 +215,13 @@ class CurvingStar {
         const auto& [options, rules] = *goal_.search;
         for (std::size_t i = 0; i < w_.free.size(); ++i) {
             if (!is_free(w_.free[i])) continue;
+            // From the lower end by coordinates, whichever is the point: where minima are several an edge has one target.
+            const VertexId v = vertex(w_.free[i]);
+            const bool from_point = wish_.place.c < r_.mesh.points[v].c;
             const EdgeMinimum<D> found =
-                minimise_edge<D>(goal_.field, wish_.place, end(w_.free[i]), wish_.metric.back, rules, options);
+                from_point
+                    ? minimise_edge<D>(goal_.field, wish_.place, end(w_.free[i]), wish_.metric.back, rules, options)
+                    : minimise_edge<D>(goal_.field, end(w_.free[i]), wish_.place, r_.metrics[v].back, rules, options);
             w_.offsets[i] = found.node.point - middle(w_.free[i]);
         }
     }

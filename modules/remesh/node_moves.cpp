@@ -76,7 +76,8 @@ class NodeSweeps {
         std::vector<EdgeId> now;
         now.reserve(edges_.size());
         for (const EdgeId e : edges_)
-            if (std::ranges::any_of(shells_[e], [&](ElementId s) { return touched_[s.index()] != 0; })) now.push_back(e);
+            if (std::ranges::any_of(shells_[e], [&](ElementId s) { return touched_[s.index()] != 0; }))
+                now.push_back(e);
         touched_.assign(touched_.size(), 0);
         nodes_ = take(std::move(r_.mesh.nodes));
         NodeMoves moves;

@@ -28,11 +28,11 @@ struct DistortedElement {
 /// worst element count most, and the sum has the same gradient for any scale of the metric.
 template <int D>
 struct NodePlace {
-    Vec<D> y;         ///< in the frame
-    Vec<D> point;     ///< its node
-    double sum = 0;   ///< infinite where an element folds
+    Vec<D> y;          ///< in the frame
+    Vec<D> point;      ///< its node
+    double sum = 0;    ///< infinite where an element folds
     double worst = 0;  ///< the least quality, 1/η̄
-    Vec<D> gradient;  ///< of the sum, in the frame
+    Vec<D> gradient;   ///< of the sum, in the frame
 };
 
 /// Finds the place by BFGS in the frame in which the metric at the edge's middle is the identity, where elements are

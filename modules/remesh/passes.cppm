@@ -118,9 +118,10 @@ struct SmoothOptions {
             option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
             option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1),
             option("sweeps", &S::sweeps, "sweeps over the vertices, and over the nodes").at_least(0).at_most(100),
-            option("nodes", &S::nodes,
-                   "degree 2: nodes of inner edges go along with vertices to where their objective has them; distortion: "
-                   "and then to where the elements around them are less distorted"));
+            option(
+                "nodes", &S::nodes,
+                "degree 2: nodes of inner edges go along with vertices to where their objective has them; distortion: "
+                "and then to where the elements around them are less distorted"));
     }
     friend bool operator==(const SmoothOptions&, const SmoothOptions&) = default;
 };
@@ -140,13 +141,16 @@ struct ReinsertionOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = ReinsertionOptions;
         return std::tuple(
-            option("least_jacobian", &S::least_jacobian, "of new elements the scaled Jacobian, unless one before is worse")
+            option("least_jacobian", &S::least_jacobian,
+                   "of new elements the scaled Jacobian, unless one before is worse")
                 .at_least(0)
                 .below(1),
             option("least_quality", &S::least_quality, "of new elements, unless what they replace is worse")
                 .at_least(0)
                 .below(1),
-            option("turns", &S::turns, "turns over the vertices whose elements have changed").at_least(1).at_most(1000));
+            option("turns", &S::turns, "turns over the vertices whose elements have changed")
+                .at_least(1)
+                .at_most(1000));
     }
     friend bool operator==(const ReinsertionOptions&, const ReinsertionOptions&) = default;
 };

@@ -66,6 +66,23 @@ class MetricMesh(unittest.TestCase):
         self.assertLess(np.median(off), 0.01)
         self.assertLess(off.max(), 0.1)
 
+    def test_what_takes_rows_of_vertices_takes_those_at_nodes_and_says_so(self):
+        vertices = json.loads(self.folder.camber("check", "first.meshb", "--json").stdout)["vertices"]
+        (self.folder.path / "v.solb").write_bytes(solution_file(rows_at(self.points)[:vertices], 3, 3))
+        told = [json.loads(self.folder.camber("check", "first.meshb", "--json", "--metric", name).stdout)
+                for name in ("m.solb", "v.solb")]
+        for key in ("unit_mesh", "curved_unit_mesh"):
+            self.assertEqual(*({k: v for k, v in t[key].items() if k != "metric"} for t in told))
+        self.assertIn("m.solb has a metric at all nodes", " ".join(told[0]["notices"]))
+        # an operand and the metric itself, where operations are done
+        for metric, operand, told in ((None, "m.solb", True), ("m.solb", "v.solb", True), (None, "v.solb", False)):
+            self.run_config(input={"mesh": "first.meshb"},
+                            metric={"file": metric} if metric else {"constant": {"sizes": [0.5]}},
+                            metric_operations=[{"intersect": {"file": operand}}],
+                            stages=["curve", "validate", "relax", "commit"], output={"report": "r.json"}, codes=(0, 1))
+            notices = " ".join(report_of(self.folder.path / "r.json")["notices"])
+            self.assertEqual("m.solb has a metric at all nodes" in notices, told)
+
     def test_other_rows_are_refused(self):
         (self.folder.path / "m.solb").write_bytes(solution_file(rows_at(self.points)[:-1], 3, 3))
         done = self.run_config(input={"mesh": "first.meshb"}, metric={"file": "m.solb"},

@@ -213,6 +213,38 @@ class Remesh(unittest.TestCase):
         self.assertEqual(report["validity"]["invalid"], 0)
         self.assertGreater(report["remesh"]["after"]["unit_edges"] / report["remesh"]["after"]["edges"], 0.9)
 
+    def test_nodes_are_smoothed_and_put_back_among_passes(self):
+        """By distortion elements get better and nodes leave their targets; `reinsert` is a pass, and passes follow it."""
+        curve = ["elevate", "curve", "validate", "relax", "commit"]
+        shell = "shell.meshb", "--set", "inner_size=0.5", "--set", "outer_size=1"
+        self.assertEqual(self.folder.camber("generate", "shell", "-o", *shell).returncode, 0)
+
+        def passes(stages, curve=curve):
+            config = {"input": {"mesh": "shell.meshb"}, "metric": "natural", "stages": [*curve, *stages],
+                      "output": {"mesh": "out.meshb", "report": "r.json"}}
+            (self.folder.path / "c.json").write_text(json.dumps(config))
+            self.camber("run", "c.json")
+            report = report_of(self.folder.path / "r.json")
+            self.assertEqual(report["validity"]["invalid"], 0)
+            return report["remesh"], {p["pass"]: p for p in report["remesh"]["passes"]}
+        smooth = {"wanted": 1, "sweeps": 3}
+        by_objective, told = passes([{"smooth": smooth}])
+        self.assertEqual(told["smooth"]["moved_nodes"], 0)
+        by_distortion, told = passes([{"smooth": smooth | {"nodes": "distortion"}}])
+        self.assertGreater(told["smooth"]["moved_nodes"], 0)
+        self.assertGreater(by_distortion["after"]["mean_quality"], by_objective["after"]["mean_quality"])
+        self.assertGreaterEqual(by_distortion["after"]["min_quality"], by_objective["after"]["min_quality"])
+        back, told = passes([{"smooth": smooth | {"nodes": "distortion"}}, "reinsert", "swap"])
+        self.assertGreater(told["reinsert"]["accepted"], 0)
+        self.assertIn("swap", told)
+        self.assertLess(back["after"]["mean_quality"], by_distortion["after"]["mean_quality"])
+        # by the objective that the mesh was curved for there is less to put back; by energy edges are shorter
+        energy = {"curve": {"objective": "energy"}}
+        by_energy = ["elevate", energy, *curve[2:]]
+        of_both = [passes(["swap", reinsert], by_energy) for reinsert in ({"reinsert": energy}, "reinsert")]
+        self.assertLess(*(told["reinsert"]["accepted"] for _, told in of_both))
+        self.assertLess(*(found["after"]["mean_length"] for found, _ in of_both))
+
     def test_a_curved_mesh_stays_curved(self):
         self.given(3, 1)
         self.camber("convert", "in.mesh", "-o", "p2.mesh", "--elevate")

@@ -97,30 +97,29 @@ Remeshing<D> bowed_state(std::uint64_t seed, Vec<D>& stretch) {
 
 template <int D>
 void expect_laws_of_smoothing(const char* name, int trials) {
-    property(
-        name,
-        [] {
-            const auto seed = *rc::gen::inRange<std::uint64_t>(1, 100000);
-            Vec<D> stretch;
-            const Remeshing<D> before = bowed_state<D>(seed, stretch);
-            Remeshing<D> after = before;
-            const NodeMoves moves = must(smooth_nodes(after, by_distortion, Execution{.threads = 2}));
-            RC_ASSERT(moves.moved <= moves.tried);
-            expect_laws(before, after);
-            // The nodes are an interpolation between threads' schedules in no way.
-            Remeshing<D> alone_after = before;
-            must(smooth_nodes(alone_after, by_distortion, Execution{.threads = 1}));
-            RC_ASSERT(alone_after.mesh.nodes == after.mesh.nodes);
-            if (moves.moved > 0) {
-                const Qualities q = qualities_of(before);
-                const Qualities p = qualities_of(after);
-                RC_ASSERT(p.worst >= q.worst * (1 - 1e-13));
-                RC_ASSERT(p.mean > q.mean);
-                RC_ASSERT(after.mesh.stamp != before.mesh.stamp);
-                must(check_consistency(after.mesh, alone));
-            }
-        },
-        {.count = trials});
+    property(name,
+             [] {
+                 const auto seed = *rc::gen::inRange<std::uint64_t>(1, 100000);
+                 Vec<D> stretch;
+                 const Remeshing<D> before = bowed_state<D>(seed, stretch);
+                 Remeshing<D> after = before;
+                 const NodeMoves moves = must(smooth_nodes(after, by_distortion, Execution{.threads = 2}));
+                 RC_ASSERT(moves.moved <= moves.tried);
+                 expect_laws(before, after);
+                 // The nodes are an interpolation between threads' schedules in no way.
+                 Remeshing<D> alone_after = before;
+                 must(smooth_nodes(alone_after, by_distortion, Execution{.threads = 1}));
+                 RC_ASSERT(alone_after.mesh.nodes == after.mesh.nodes);
+                 if (moves.moved > 0) {
+                     const Qualities q = qualities_of(before);
+                     const Qualities p = qualities_of(after);
+                     RC_ASSERT(p.worst >= q.worst * (1 - 1e-13));
+                     RC_ASSERT(p.mean > q.mean);
+                     RC_ASSERT(after.mesh.stamp != before.mesh.stamp);
+                     must(check_consistency(after.mesh, alone));
+                 }
+             },
+             {.count = trials});
 }
 
 /// Nodes that are bowed where nothing asks for it go most of the way back.
@@ -142,9 +141,13 @@ void expect_gain(double least) {
 
 }  // namespace
 
-TEST_CASE("nodes moved by distortion keep their laws, in 2D") { expect_laws_of_smoothing<2>("nodes by distortion, 2D", 60); }
+TEST_CASE("nodes moved by distortion keep their laws, in 2D") {
+    expect_laws_of_smoothing<2>("nodes by distortion, 2D", 60);
+}
 
-TEST_CASE("nodes moved by distortion keep their laws, in 3D") { expect_laws_of_smoothing<3>("nodes by distortion, 3D", 20); }
+TEST_CASE("nodes moved by distortion keep their laws, in 3D") {
+    expect_laws_of_smoothing<3>("nodes by distortion, 3D", 20);
+}
 
 TEST_CASE("nodes moved by distortion: there is a gain") {
     expect_gain<2>(0.01);
@@ -176,8 +179,8 @@ TEST_CASE("nodes of a metric that fits them elsewhere stay where a stretched cop
     const Remeshing<2> thin = smoothed(0x1p-20);
     double most = 0;
     for (std::size_t e = 0; e < plain.mesh.nodes.size(); ++e)
-        most = std::max(most, distance(plain.mesh.nodes[e].point,
-                                       unstretched<2>(thin.mesh.nodes[e].point, {{1, 0x1p-20}})));
+        most = std::max(most,
+                        distance(plain.mesh.nodes[e].point, unstretched<2>(thin.mesh.nodes[e].point, {{1, 0x1p-20}})));
     CHECK(most < 1e-6);
 }
 

@@ -136,7 +136,7 @@ struct State {
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
     std::optional<Inherited<D>> inherited;
     History<D> history;
-    JacobianBound bound = {};  ///< what the last stage asked for that did
+    JacobianBound bound = {};   ///< what the last stage asked for that did
     CurveOptions curving = {};  ///< of the last stage that curved: passes have new edges find their nodes alike
 };
 
