@@ -1,0 +1,199 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.cad;
+import camber.core;
+import camber.surface;
+
+namespace camber {
+
+namespace {
+
+/// Two faces fit a facet nearly as well: neither its distance nor its normal says which.
+bool is_doubtful(const CadFit& fit) { return fit.second <= 2 * fit.misfit; }
+
+/// A place farther away than this share of the facets' size is none.
+constexpr double near_enough = 0.1;
+
+std::array<Vec<3>, 3> corners_of(const LinearMesh<3>& mesh, std::size_t f) {
+    return facet_site(mesh, FacetId(f)).corners;
+}
+
+/// What says that facets belong together: their reference, and the entity of the mesher's model if they have one.
+using Class = std::pair<Reference, Reference>;
+Class class_of(const LinearMesh<3>& mesh, std::size_t f) {
+    return {mesh.facets.references[f], mesh.facets.entities.empty() ? 0 : mesh.facets.entities[f]};
+}
+
+/// The face on which nearly all sure facets of a class lie.
+std::map<Class, std::size_t> faces_of_classes(const LinearMesh<3>& mesh, std::span<const CadFit> fits) {
+    constexpr double nearly_all = 0.9;
+    std::map<Class, std::map<std::size_t, std::size_t>> counts;
+    for (std::size_t f = 0; f < fits.size(); ++f)
+        if (!is_doubtful(fits[f])) ++counts[class_of(mesh, f)][fits[f].face];
+    std::map<Class, std::size_t> out;
+    for (const auto& [key, faces] : counts) {
+        std::size_t all = 0;
+        for (const auto& [face, count] : faces) all += count;
+        for (const auto& [face, count] : faces)
+            if (static_cast<double>(count) >= nearly_all * static_cast<double>(all)) out[key] = face;
+    }
+    return out;
+}
+
+/// The faces of facets, doubts settled.
+Buffer<std::uint32_t> chosen(const LinearMesh<3>& mesh, const CadModel& model, std::span<const CadFit> fits,
+                             CadAssociation& out) {
+    const auto of_classes = faces_of_classes(mesh, fits);
+    Buffer<std::uint32_t> faces(fits.size());
+    for (std::size_t f = 0; f < fits.size(); ++f) {
+        faces[f] = static_cast<std::uint32_t>(fits[f].face);
+        if (!is_doubtful(fits[f])) continue;
+        ++out.doubtful_facets;
+        const auto known = of_classes.find(class_of(mesh, f));
+        if (known == of_classes.end()) continue;
+        const std::array<std::size_t, 1> that{known->second};
+        if (best_face(model, that, corners_of(mesh, f)).misfit > 2 * fits[f].misfit) continue;
+        faces[f] = static_cast<std::uint32_t>(known->second);
+        ++out.settled_facets;
+    }
+    return faces;
+}
+
+void list_references(const LinearMesh<3>& mesh, CadAssociation& out) {
+    std::map<Reference, std::vector<std::size_t>> faces;
+    for (std::size_t f = 0; f < out.faces.size(); ++f) faces[mesh.facets.references[f]].push_back(out.faces[f]);
+    for (auto& [reference, list] : faces) {
+        std::sort(list.begin(), list.end());
+        list.erase(std::unique(list.begin(), list.end()), list.end());
+        out.of_references.emplace_back(reference, std::move(list));
+    }
+}
+
+/// The faces of facets, each once.
+std::vector<std::size_t> faces_of(const CadAssociation& association, std::span<const FacetId> facets) {
+    std::vector<std::size_t> faces;
+    faces.reserve(facets.size());
+    for (const FacetId f : facets) faces.push_back(association.faces[f]);
+    std::sort(faces.begin(), faces.end());
+    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+    return faces;
+}
+
+/// What a vertex or an edge of the mesh is on.
+struct Met {
+    std::int64_t entity = -1;  ///< of the kind that as many faces make
+    std::uint32_t faces = 0;
+    double distance = 0;
+    bool is_doubtful = false;
+};
+
+Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p, double size) {
+    Met out{-1, static_cast<std::uint32_t>(faces.size()), 0, false};
+    for (const std::size_t face : faces) out.distance = std::max(out.distance, closest_on_face(model, face, p).distance);
+    if (faces.size() == 2) {
+        const auto edge = edge_between(model, faces, std::span(&p, 1));
+        if (!edge) return out;
+        out.entity = static_cast<std::int64_t>(*edge);
+        out.distance = closest_on_edge(model, *edge, p).distance;
+    } else if (faces.size() > 2) {
+        const auto vertex = vertex_between(model, faces, p);
+        const double away = vertex ? distance(model.vertex(*vertex), p) : size;
+        out.is_doubtful = away > near_enough * size;
+        if (out.is_doubtful) return out;
+        out.entity = static_cast<std::int64_t>(*vertex);
+        out.distance = away;
+    }
+    return out;
+}
+
+Met met_by_edge(const CadModel& model, std::span<const std::size_t> faces, const std::array<Vec<3>, 2>& ends) {
+    const auto edge = edge_between(model, faces, ends);
+    if (!edge) return {-1, static_cast<std::uint32_t>(faces.size()), 0, true};
+    const double away =
+        std::max(closest_on_edge(model, *edge, ends[0]).distance, closest_on_edge(model, *edge, ends[1]).distance);
+    return {static_cast<std::int64_t>(*edge), static_cast<std::uint32_t>(faces.size()), away,
+            away > near_enough * distance(ends[0], ends[1])};
+}
+
+std::size_t count_distinct(std::vector<std::int64_t> entities) {
+    std::sort(entities.begin(), entities.end());
+    return static_cast<std::size_t>(std::unique(entities.begin(), entities.end()) - entities.begin());
+}
+
+Outcome<Done> meet_vertices(const LinearMesh<3>& mesh, const CadModel& model, const Execution& execution,
+                            CadAssociation& out) {
+    const auto around = facet_balls(mesh, without_progress(execution));
+    if (!around) return fail(around.error());
+    const auto met = map_each(execution, mesh.points.size(), [&](std::size_t v) -> Met {
+        const auto facets = (*around)[v];
+        if (facets.empty()) return {};
+        const auto corners = corners_of(mesh, facets.front().index());
+        return met_by_vertex(model, faces_of(out, facets), mesh.points[v], distance(corners[0], corners[1]));
+    });
+    if (!met) return fail(met.error());
+    std::vector<std::int64_t> corners;
+    for (std::size_t v = 0; v < met->size(); ++v) {
+        const Met& m = (*met)[v];
+        if (m.distance > out.largest_vertex_distance) {
+            out.largest_vertex_distance = m.distance;
+            out.farthest_vertex = VertexId(v);
+        }
+        out.doubtful_vertices += m.is_doubtful ? 1 : 0;
+        if (m.faces > 2 && m.entity >= 0) corners.push_back(m.entity);
+    }
+    out.vertices_met = count_distinct(std::move(corners));
+    return Done{};
+}
+
+Outcome<Done> meet_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const CadModel& model,
+                         const Execution& execution, CadAssociation& out) {
+    const auto shells = facet_shells(edges, without_progress(execution));
+    if (!shells) return fail(shells.error());
+    const auto met = map_each(execution, edges.size(), [&](std::size_t e) -> Met {
+        const auto faces = faces_of(out, (*shells)[e]);
+        if (faces.size() < 2) return {};
+        return met_by_edge(model, faces,
+                           {mesh.points[edges.vertices[e][0]], mesh.points[edges.vertices[e][1]]});
+    });
+    if (!met) return fail(met.error());
+    std::vector<std::int64_t> curves;
+    for (const Met& m : *met) {
+        out.doubtful_edges += m.is_doubtful ? 1 : 0;
+        if (m.faces > 1 && m.entity >= 0) curves.push_back(m.entity);
+    }
+    out.edges_met = count_distinct(std::move(curves));
+    return Done{};
+}
+
+}  // namespace
+
+Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const CadModel& model,
+                                  const Execution& execution) {
+    if (auto agreed = check_agreement(mesh, model); !agreed) return fail(agreed.error());
+    return guarded([&]() -> Outcome<CadAssociation> {
+        std::vector<std::size_t> all(model.faces());
+        std::iota(all.begin(), all.end(), std::size_t{0});
+        const auto fits = map_each(part_of(execution, 0, 0.7), mesh.facets.size(),
+                                   [&](std::size_t f) { return best_face(model, all, corners_of(mesh, f)); }, 16);
+        if (!fits) return fail(fits.error());
+        CadAssociation out;
+        out.faces = chosen(mesh, model, *fits, out);
+        list_references(mesh, out);
+        out.faces_met = count_distinct({out.faces.begin(), out.faces.end()});
+        if (auto met = meet_vertices(mesh, model, part_of(execution, 0.7, 0.9), out); !met) return fail(met.error());
+        if (auto met = meet_edges(mesh, edges, model, part_of(execution, 0.9, 1), out); !met) return fail(met.error());
+        return out;
+    });
+}
+
+}  // namespace camber

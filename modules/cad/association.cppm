@@ -1,0 +1,58 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+export module camber.cad:association;
+import camber.core;
+import camber.surface;
+import :model;
+
+export namespace camber {
+
+/// Which face of a CAD model each facet of a mesh stands for.
+struct CadAssociation {
+    Column<std::uint32_t> faces;  ///< one a facet
+    /// The faces that facets of each reference lie on, both rising.
+    std::vector<std::pair<Reference, std::vector<std::size_t>>> of_references;
+
+    std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;  ///< entities that the mesh has something on
+    std::size_t doubtful_facets = 0;   ///< another face fits them nearly as well
+    std::size_t settled_facets = 0;    ///< of those: by what the sure ones of their reference lie on
+    std::size_t doubtful_edges = 0;    ///< between facets of two faces that have no edge in common
+    std::size_t doubtful_vertices = 0; ///< where three faces or more meet, and the model has no vertex near
+    double largest_vertex_distance = 0;  ///< of a vertex of the boundary from its face, edge or vertex
+    VertexId farthest_vertex = {};
+};
+
+/// The face of each facet: that to which its vertices and its middle are nearest and its normal is nearest, of those in
+/// doubt the one that the sure facets of the same reference and entity lie on, where that is one. Errors (input): the
+/// mesh's boundary and the model are not of one size and place, with the unit in which they would be.
+[[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+                                                const CadModel& model, const Execution& execution);
+
+/// Errors (input): the boundary of the mesh and the model are not of one size and place.
+[[nodiscard]] Outcome<Done> check_agreement(const LinearMesh<3>& mesh, const CadModel& model);
+
+/// How well a face of a model fits a facet, in model units.
+struct CadFit {
+    std::size_t face = 0;
+    double misfit = 0;  ///< 0: its vertices and its middle lie there, with its normal
+    double second = 0;  ///< the misfit of the next best face; infinite where there is none
+};
+/// The best of some faces (at least one); the lowest of equally good ones.
+[[nodiscard]] CadFit best_face(const CadModel& model, std::span<const std::size_t> faces,
+                               const std::array<Vec<3>, 3>& corners);
+
+/// The curve of the model where these faces (rising, at least two) meet that is nearest to these points, else the one
+/// face's boundary curve that is. Nothing where they have no edge in common.
+[[nodiscard]] std::optional<std::size_t> edge_between(const CadModel& model, std::span<const std::size_t> faces,
+                                                      std::span<const Vec<3>> points);
+/// The vertex of the model nearest to p among those of the edges of these faces; nothing where they have none.
+[[nodiscard]] std::optional<std::size_t> vertex_between(const CadModel& model, std::span<const std::size_t> faces,
+                                                        const Vec<3>& p);
+
+}  // namespace camber

@@ -1,0 +1,69 @@
+module;
+#include <dlfcn.h>
+
+#include <array>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "occ/kernel.hpp"
+module camber.cad;
+import camber.core;
+import :parts;
+
+namespace camber {
+
+#ifdef CAMBER_OCC_BUILT
+
+namespace {
+
+struct Library {
+    occ::Open* open = nullptr;
+    std::string missing;  ///< why it cannot be used
+};
+
+Library loaded() {
+    Library library;
+    // Where it was built; else where it was installed.
+    for (const char* const name : {CAMBER_OCC_BUILT, CAMBER_OCC_INSTALLED}) {
+        void* const handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
+        if (handle == nullptr) {
+            const char* const why = dlerror();
+            library.missing = why != nullptr ? why : "no such library";
+            continue;
+        }
+        library.open = reinterpret_cast<occ::Open*>(dlsym(handle, "camber_occ_open"));
+        if (library.open != nullptr) break;
+        library.missing = std::string(name) + " is not of this version of Camber";
+    }
+    return library;
+}
+
+}  // namespace
+
+bool knows_cad() { return true; }
+
+Outcome<std::unique_ptr<const occ::Kernel>> open_kernel(const std::string& path, occ::Format format,
+                                                        double millimetres) {
+    static const Library library = loaded();
+    if (library.open == nullptr)
+        return fail(ErrorKind::unsupported, "OpenCASCADE cannot be loaded: " + library.missing, path, {},
+                    "install it again (Debian: libocct-data-exchange-7.6), or take another geometry");
+    occ::Opened opened;
+    library.open(path.c_str(), format, millimetres, opened);
+    if (!opened.kernel) return fail(ErrorKind::input, opened.fault, path);
+    return std::unique_ptr<const occ::Kernel>(std::move(opened.kernel));
+}
+
+#else
+
+bool knows_cad() { return false; }
+
+Outcome<std::unique_ptr<const occ::Kernel>> open_kernel(const std::string& path, occ::Format, double) {
+    return fail(ErrorKind::unsupported, "this build of Camber reads no CAD files", path, {},
+                "install OpenCASCADE (Debian: libocct-data-exchange-dev) and build again, or take another geometry");
+}
+
+#endif
+
+}  // namespace camber

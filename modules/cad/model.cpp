@@ -1,0 +1,80 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "occ/kernel.hpp"
+module camber.cad;
+import camber.core;
+import :parts;
+
+namespace camber {
+
+namespace {
+
+std::optional<occ::Format> format_of(std::string_view path) {
+    constexpr std::array<std::pair<std::string_view, occ::Format>, 6> endings{{{".step", occ::Format::step},
+                                                                               {".stp", occ::Format::step},
+                                                                               {".iges", occ::Format::iges},
+                                                                               {".igs", occ::Format::iges},
+                                                                               {".brep", occ::Format::brep},
+                                                                               {".brp", occ::Format::brep}}};
+    std::string lower(path);
+    std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
+    for (const auto& [ending, format] : endings)
+        if (lower.ends_with(ending)) return format;
+    return std::nullopt;
+}
+
+}  // namespace
+
+CadModel::CadModel(std::shared_ptr<const CadParts> parts) : parts_(std::move(parts)) {}
+
+std::size_t CadModel::faces() const { return parts_->kernel->faces.size(); }
+std::size_t CadModel::edges() const { return parts_->kernel->edges.size(); }
+std::size_t CadModel::vertices() const { return parts_->kernel->vertices.size(); }
+Box<3> CadModel::bounds() const { return parts_->bounds; }
+Vec<3> CadModel::vertex(std::size_t vertex) const { return vec(parts_->kernel->vertices[vertex]); }
+std::string CadModel::file_unit() const { return parts_->kernel->file_unit; }
+
+Outcome<CadModel> read_cad(const std::string& path, const CadOptions& options) {
+    const auto format = format_of(path);
+    if (!format)
+        return fail(ErrorKind::usage, "no CAD format known for this ending", path, {},
+                    "use " + std::string(cad_endings));
+    return guarded([&]() -> Outcome<CadModel> {
+        auto kernel = open_kernel(path, *format, millimetres_of(options.unit));
+        if (!kernel) return fail(kernel.error());
+        if ((*kernel)->faces.empty())
+            return fail(ErrorKind::input, "the model has no faces", path, {}, "export its solids or its shells");
+        auto parts = std::make_shared<CadParts>();
+        parts->kernel = std::move(*kernel);
+        for (std::size_t e = 0; e < parts->kernel->edges.size(); ++e)
+            parts->edges.push_back(cells_of_edge(*parts->kernel, e));
+        for (std::size_t f = 0; f < parts->kernel->faces.size(); ++f) {
+            Cells cells = cells_of_face(*parts->kernel, f);
+            if (parts->kernel->faces[f].is_plane) {
+                // The rectangle of its parameters may be larger than a plane face: its edges tell.
+                cells.bounds = cells.reach = {};
+                for (const std::size_t e : parts->kernel->faces[f].edges) {
+                    cells.bounds.include(parts->edges[e].bounds);
+                    cells.reach.include(parts->edges[e].reach);
+                }
+            }
+            parts->bounds.include(cells.bounds);
+            parts->faces.push_back(std::move(cells));
+        }
+        parts->size = parts->bounds.diagonal();
+        if (!(parts->size > 0) || !is_finite(parts->bounds.low) || !is_finite(parts->bounds.high))
+            return fail(ErrorKind::input, "the model has no size", path);
+        return CadModel(std::move(parts));
+    });
+}
+
+}  // namespace camber

@@ -1,0 +1,140 @@
+#include "read.hpp"
+
+#include <BRepBndLib.hxx>
+#include <BRepBuilderAPI_Sewing.hxx>
+#include <BRepLib.hxx>
+#include <BRepTools.hxx>
+#include <BRep_Builder.hxx>
+#include <Bnd_Box.hxx>
+#include <IGESControl_Reader.hxx>
+#include <IGESData_GlobalSection.hxx>
+#include <IGESData_IGESModel.hxx>
+#include <Message.hxx>
+#include <Message_Messenger.hxx>
+#include <STEPControl_Reader.hxx>
+#include <Standard_Failure.hxx>
+#include <TColStd_SequenceOfAsciiString.hxx>
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <exception>
+#include <mutex>
+#include <string_view>
+#include <utility>
+
+namespace camber::occ {
+
+namespace {
+
+/// Millimetres of a unit that files name; 0: not known.
+double millimetres_of(std::string name) {
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+    constexpr std::array<std::pair<std::string_view, double>, 20> units{{{"mm", 1},
+                                                                         {"millimetre", 1},
+                                                                         {"millimeter", 1},
+                                                                         {"cm", 10},
+                                                                         {"centimetre", 10},
+                                                                         {"centimeter", 10},
+                                                                         {"m", 1000},
+                                                                         {"metre", 1000},
+                                                                         {"meter", 1000},
+                                                                         {"km", 1e6},
+                                                                         {"kilometre", 1e6},
+                                                                         {"um", 1e-3},
+                                                                         {"micrometre", 1e-3},
+                                                                         {"in", 25.4},
+                                                                         {"inch", 25.4},
+                                                                         {"inches", 25.4},
+                                                                         {"ft", 304.8},
+                                                                         {"foot", 304.8},
+                                                                         {"mile", 1609344},
+                                                                         {"mil", 0.0254}}};
+    for (const auto& [word, size] : units)
+        if (name == word) return size;
+    return 0;
+}
+
+Read failed(std::string why) {
+    Read out;
+    out.fault = std::move(why);
+    return out;
+}
+
+/// A shape whose file has the unit of this name.
+Read in_unit(TopoDS_Shape shape, std::string unit) {
+    Read out;
+    out.millimetres = unit.empty() ? 1 : millimetres_of(unit);
+    if (out.millimetres == 0) return failed("it has lengths in an unknown unit, '" + unit + "'");
+    out.shape = std::move(shape);
+    out.unit = std::move(unit);
+    return out;
+}
+
+Read read_step(const char* path) {
+    STEPControl_Reader reader;
+    if (reader.ReadFile(path) != IFSelect_RetDone) return failed("it is no STEP file, or a broken one");
+    TColStd_SequenceOfAsciiString lengths, angles, solid_angles;
+    reader.FileUnits(lengths, angles, solid_angles);
+    if (reader.TransferRoots() == 0) return failed("no shape could be made of what it holds");
+    return in_unit(reader.OneShape(), lengths.IsEmpty() ? "" : lengths.First().ToCString());
+}
+
+/// Faces of an IGES file know nothing of each other: edges that coincide are made one.
+TopoDS_Shape sewn(const TopoDS_Shape& shape) {
+    constexpr double within = 1e-5;  // of the size
+    Bnd_Box box;
+    BRepBndLib::Add(shape, box);
+    BRepBuilderAPI_Sewing sewing(within * std::sqrt(box.SquareExtent()));
+    sewing.Add(shape);
+    sewing.Perform();
+    return sewing.SewedShape();
+}
+
+Read read_iges(const char* path) {
+    IGESControl_Reader reader;
+    if (reader.ReadFile(path) != IFSelect_RetDone) return failed("it is no IGES file, or a broken one");
+    std::string unit;
+    if (const auto model = reader.IGESModel(); !model.IsNull())
+        if (const auto name = model->GlobalSection().UnitName(); !name.IsNull()) unit = name->ToCString();
+    if (reader.TransferRoots() == 0) return failed("no shape could be made of what it holds");
+    return in_unit(sewn(reader.OneShape()), unit);
+}
+
+Read read_brep(const char* path) {
+    TopoDS_Shape shape;
+    if (!BRepTools::Read(shape, path, BRep_Builder())) return failed("it is no BREP file, or a broken one");
+    return in_unit(std::move(shape), "");
+}
+
+}  // namespace
+
+Read read(const char* path, Format format) {
+    Read out = format == Format::step ? read_step(path) : format == Format::iges ? read_iges(path) : read_brep(path);
+    if (out.fault.empty() && out.shape.IsNull()) return failed("it holds no shape");
+    if (out.fault.empty()) BRepLib::BuildCurves3d(out.shape);
+    return out;
+}
+
+}  // namespace camber::occ
+
+extern "C" void camber_occ_open(const char* path, camber::occ::Format format, double millimetres,
+                                camber::occ::Opened& opened) {
+    // The readers have settings and messages that all threads share.
+    static std::mutex one_at_a_time;
+    const std::lock_guard lock(one_at_a_time);
+    try {
+        Message::DefaultMessenger()->ChangePrinters().Clear();
+        camber::occ::Read read = camber::occ::read(path, format);
+        opened.fault = read.fault;
+        if (!read.fault.empty()) return;
+        const double unit = millimetres > 0 ? millimetres : read.millimetres;
+        opened.kernel = camber::occ::kernel_of(read.shape, 1 / unit);
+        opened.kernel->millimetres = unit;
+        opened.kernel->file_unit = read.unit;
+    } catch (const Standard_Failure& failure) {
+        opened.fault = std::string("OpenCASCADE gives up: ") + failure.GetMessageString();
+    } catch (const std::exception& failure) {
+        opened.fault = std::string("it cannot be read: ") + failure.what();
+    }
+}

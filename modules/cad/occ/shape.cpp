@@ -1,0 +1,190 @@
+#include <BRepTools.hxx>
+#include <BRepTopAdaptor_FClass2d.hxx>
+#include <BRep_Tool.hxx>
+#include <ElSLib.hxx>
+#include <GeomAdaptor_Curve.hxx>
+#include <GeomAdaptor_Surface.hxx>
+#include <Geom_BSplineCurve.hxx>
+#include <Geom_BSplineSurface.hxx>
+#include <Geom_Curve.hxx>
+#include <Geom_RectangularTrimmedSurface.hxx>
+#include <Geom_Surface.hxx>
+#include <Geom_TrimmedCurve.hxx>
+#include <Precision.hxx>
+#include <TopExp.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopTools_IndexedMapOfShape.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
+#include <TopoDS_Face.hxx>
+#include <TopoDS_Vertex.hxx>
+#include <algorithm>
+#include <cmath>
+
+#include "read.hpp"
+
+namespace camber::occ {
+
+namespace {
+
+/// A surface with what is asked of it often.
+struct Surface {
+    Handle(Geom_Surface) geometry;
+    GeomAdaptor_Surface kind;
+    std::unique_ptr<BRepTopAdaptor_FClass2d> domain;
+};
+
+Point scaled(const gp_XYZ& p, double s) { return {p.X() * s, p.Y() * s, p.Z() * s}; }
+
+void add_once(std::vector<std::size_t>& list, std::size_t item) {
+    if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
+}
+
+std::size_t clamped(int cells, int least, int most) {
+    return static_cast<std::size_t>(std::clamp(cells, least, most));
+}
+
+bool has_closed_form(const GeomAdaptor_Surface& kind) {
+    switch (kind.GetType()) {
+    case GeomAbs_Plane:
+    case GeomAbs_Cylinder:
+    case GeomAbs_Sphere:
+    case GeomAbs_Torus: return true;
+    default: return false;
+    }
+}
+
+/// A spline turns at most about once in a span of each degree.
+std::array<std::size_t, 2> cells_of(const GeomAdaptor_Surface& kind) {
+    constexpr int least = 8, most = 64, swept = 32;
+    if (kind.GetType() == GeomAbs_BSplineSurface) {
+        const auto spline = kind.BSpline();
+        return {clamped((spline->NbUKnots() - 1) * spline->UDegree(), least, most),
+                clamped((spline->NbVKnots() - 1) * spline->VDegree(), least, most)};
+    }
+    if (kind.GetType() == GeomAbs_BezierSurface)
+        return {clamped(2 * kind.UDegree(), least, most), clamped(2 * kind.VDegree(), least, most)};
+    if (kind.GetType() == GeomAbs_Plane) return {1, 1};
+    if (has_closed_form(kind)) return {least, least};
+    return {swept, swept};
+}
+
+std::size_t cells_of(const GeomAdaptor_Curve& kind) {
+    constexpr int least = 8, most = 256;
+    switch (kind.GetType()) {
+    case GeomAbs_Line: return 1;
+    case GeomAbs_BSplineCurve:
+        return clamped((kind.BSpline()->NbKnots() - 1) * kind.BSpline()->Degree(), least, most);
+    default: return 2 * least;
+    }
+}
+
+class Shape final : public Kernel {
+  public:
+    Shape(const TopoDS_Shape& shape, double scale) : scale_(scale) {
+        // The order of TopExp: that in which a walk through the shape meets them first.
+        TopTools_IndexedMapOfShape all_faces, all_edges, all_vertices;
+        TopExp::MapShapes(shape, TopAbs_FACE, all_faces);
+        TopExp::MapShapes(shape, TopAbs_EDGE, all_edges);
+        TopExp::MapShapes(shape, TopAbs_VERTEX, all_vertices);
+        for (int i = 1; i <= all_vertices.Extent(); ++i)
+            vertices.push_back(scaled(BRep_Tool::Pnt(TopoDS::Vertex(all_vertices(i))).XYZ(), scale_));
+        std::vector<std::ptrdiff_t> numbers;  // edges without a curve have none
+        for (int i = 1; i <= all_edges.Extent(); ++i) {
+            const bool is_curve = add_edge(TopoDS::Edge(all_edges(i)), all_vertices);
+            numbers.push_back(is_curve ? static_cast<std::ptrdiff_t>(edges.size()) - 1 : -1);
+        }
+        for (int i = 1; i <= all_faces.Extent(); ++i) add_face(TopoDS::Face(all_faces(i)), all_edges, numbers);
+    }
+
+    [[nodiscard]] SurfaceJet on_surface(std::size_t face, double u, double v) const override {
+        gp_Pnt p;
+        gp_Vec du, dv, duu, dvv, duv;
+        surfaces_[face].geometry->D2(u, v, p, du, dv, duu, dvv, duv);
+        const auto s = [&](const gp_XYZ& x) { return scaled(x, scale_); };
+        return {s(p.XYZ()), s(du.XYZ()), s(dv.XYZ()), s(duu.XYZ()), s(duv.XYZ()), s(dvv.XYZ())};
+    }
+
+    [[nodiscard]] CurveJet on_curve(std::size_t edge, double t) const override {
+        gp_Pnt p;
+        gp_Vec first, second;
+        curves_[edge]->D2(t, p, first, second);
+        return {scaled(p.XYZ(), scale_), scaled(first.XYZ(), scale_), scaled(second.XYZ(), scale_)};
+    }
+
+    [[nodiscard]] std::array<double, 2> nearest_parameters(std::size_t face, const Point& p) const override {
+        const GeomAdaptor_Surface& kind = surfaces_[face].kind;
+        const gp_Pnt at(p[0] / scale_, p[1] / scale_, p[2] / scale_);
+        double u = 0, v = 0;
+        switch (kind.GetType()) {
+        case GeomAbs_Plane: ElSLib::Parameters(kind.Plane(), at, u, v); break;
+        case GeomAbs_Cylinder: ElSLib::Parameters(kind.Cylinder(), at, u, v); break;
+        case GeomAbs_Sphere: ElSLib::Parameters(kind.Sphere(), at, u, v); break;
+        case GeomAbs_Torus: ElSLib::Parameters(kind.Torus(), at, u, v); break;
+        default: break;
+        }
+        return {u, v};
+    }
+
+    [[nodiscard]] bool has(std::size_t face, double u, double v) const override {
+        const TopAbs_State state = surfaces_[face].domain->Perform(gp_Pnt2d(u, v));
+        return state == TopAbs_IN || state == TopAbs_ON;
+    }
+
+  private:
+    bool add_edge(const TopoDS_Edge& edge, const TopTools_IndexedMapOfShape& all_vertices) {
+        EdgeFacts facts;
+        Handle(Geom_Curve) curve;
+        if (!BRep_Tool::Degenerated(edge)) curve = BRep_Tool::Curve(edge, facts.first, facts.last);
+        if (curve.IsNull()) return false;
+        if (const auto trimmed = Handle(Geom_TrimmedCurve)::DownCast(curve); !trimmed.IsNull())
+            curve = trimmed->BasisCurve();
+        const GeomAdaptor_Curve kind(curve);
+        facts.is_line = kind.GetType() == GeomAbs_Line;
+        facts.cells = cells_of(kind);
+        if (curve->IsPeriodic()) facts.period = curve->Period();
+        for (TopExp_Explorer at(edge, TopAbs_VERTEX); at.More(); at.Next())
+            add_once(facts.vertices, static_cast<std::size_t>(all_vertices.FindIndex(at.Current()) - 1));
+        edges.push_back(std::move(facts));
+        curves_.push_back(std::move(curve));
+        return true;
+    }
+
+    void add_face(const TopoDS_Face& face, const TopTools_IndexedMapOfShape& all_edges,
+                  const std::vector<std::ptrdiff_t>& numbers) {
+        FaceFacts facts;
+        Surface surface;
+        surface.geometry = BRep_Tool::Surface(face);
+        if (const auto trimmed = Handle(Geom_RectangularTrimmedSurface)::DownCast(surface.geometry); !trimmed.IsNull())
+            surface.geometry = trimmed->BasisSurface();
+        surface.kind.Load(surface.geometry);
+        surface.domain = std::make_unique<BRepTopAdaptor_FClass2d>(face, Precision::PConfusion());
+        facts.is_plane = surface.kind.GetType() == GeomAbs_Plane;
+        facts.has_closed_form = has_closed_form(surface.kind);
+        facts.is_reversed = face.Orientation() == TopAbs_REVERSED;
+        BRepTools::UVBounds(face, facts.low[0], facts.high[0], facts.low[1], facts.high[1]);
+        if (surface.geometry->IsUPeriodic()) facts.period[0] = surface.geometry->UPeriod();
+        if (surface.geometry->IsVPeriodic()) facts.period[1] = surface.geometry->VPeriod();
+        facts.cells = cells_of(surface.kind);
+        for (TopExp_Explorer at(face, TopAbs_EDGE); at.More(); at.Next()) {
+            const std::ptrdiff_t number = numbers[static_cast<std::size_t>(all_edges.FindIndex(at.Current()) - 1)];
+            if (number < 0) continue;
+            add_once(facts.edges, static_cast<std::size_t>(number));
+            add_once(edges[static_cast<std::size_t>(number)].faces, faces.size());
+        }
+        faces.push_back(std::move(facts));
+        surfaces_.push_back(std::move(surface));
+    }
+
+    double scale_;
+    std::vector<Surface> surfaces_;
+    std::vector<Handle(Geom_Curve)> curves_;
+};
+
+}  // namespace
+
+std::unique_ptr<Kernel> kernel_of(const TopoDS_Shape& shape, double scale) {
+    return std::make_unique<Shape>(shape, scale);
+}
+
+}  // namespace camber::occ

@@ -1,0 +1,51 @@
+module;
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "occ/kernel.hpp"
+module camber.cad:parts;
+import camber.core;
+import :model;
+
+namespace camber {
+
+/// A piece of a face's or an edge's parameters: of an edge the first alone.
+struct Cell {
+    std::array<double, 2> low{}, high{};
+};
+
+/// The pieces of one entity, and boxes that hold what lies on them.
+struct Cells {
+    std::vector<Cell> cells;
+    std::vector<Box<3>> boxes;
+    BoxTree<3> tree;
+    Box<3> bounds;  ///< of samples
+    Box<3> reach;   ///< beyond all of it
+};
+
+struct CadParts {
+    std::unique_ptr<const occ::Kernel> kernel;
+    std::vector<Cells> faces, edges;
+    Box<3> bounds;
+    double size = 0;  ///< the diagonal of the bounds
+};
+
+[[nodiscard]] Cells cells_of_face(const occ::Kernel& kernel, std::size_t face);
+[[nodiscard]] Cells cells_of_edge(const occ::Kernel& kernel, std::size_t edge);
+
+/// A kernel, or why there is none.
+[[nodiscard]] Outcome<std::unique_ptr<const occ::Kernel>> open_kernel(const std::string& path, occ::Format format,
+                                                                      double millimetres);
+
+[[nodiscard]] inline Vec<3> vec(const occ::Point& p) { return {p}; }
+
+/// Distances that rounding alone makes.
+[[nodiscard]] inline double rounding(const CadParts& parts, const Vec<3>& p) {
+    return 1e-15 * (parts.size + norm(p));
+}
+
+}  // namespace camber
