@@ -40,11 +40,13 @@ OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, dou
         const double change = -slope / (whole > 0.1 * gauss ? whole : gauss);
         double t = std::clamp(best.t + change, low, high);
         OnCurve next = at(parts, edge, t, p);
-        for (int halving = 0; halving < 6 && next.distance_squared > best.distance_squared + tiny * tiny; ++halving) {
+        // A squared distance hides what is below the root of its rounding: the last steps look as if they led nowhere.
+        const double most = best.distance_squared * (1 + 1e-13) + tiny * tiny;
+        for (int halving = 0; halving < 6 && next.distance_squared > most; ++halving) {
             t = 0.5 * (t + best.t);
             next = at(parts, edge, t, p);
         }
-        if (next.distance_squared > best.distance_squared + tiny * tiny) break;
+        if (next.distance_squared > most) break;
         const double moved = std::abs(t - best.t) * std::sqrt(gauss);
         best = next;
         if (moved <= tiny) break;

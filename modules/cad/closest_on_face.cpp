@@ -67,11 +67,13 @@ OnSurface nearest_within(const CadParts& parts, std::size_t face, const Paramete
         if (!std::isfinite(change[0]) || !std::isfinite(change[1])) break;
         Parameters uv = clamped({best.uv[0] + change[0], best.uv[1] + change[1]}, within);
         OnSurface next = at(parts, face, uv, p);
-        for (int halving = 0; halving < 6 && next.distance_squared > best.distance_squared + tiny * tiny; ++halving) {
+        // As on an edge: the last steps look as if they led nowhere.
+        const double most = best.distance_squared * (1 + 1e-13) + tiny * tiny;
+        for (int halving = 0; halving < 6 && next.distance_squared > most; ++halving) {
             uv = {0.5 * (uv[0] + best.uv[0]), 0.5 * (uv[1] + best.uv[1])};
             next = at(parts, face, uv, p);
         }
-        if (next.distance_squared > best.distance_squared + tiny * tiny) break;
+        if (next.distance_squared > most) break;
         const double moved = norm((uv[0] - best.uv[0]) * vec(jet.u) + (uv[1] - best.uv[1]) * vec(jet.v));
         best = next;
         if (moved <= tiny) break;

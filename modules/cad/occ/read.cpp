@@ -19,7 +19,11 @@
 #include <cctype>
 #include <cmath>
 #include <exception>
+#include <fstream>
+#include <iostream>
 #include <mutex>
+#include <sstream>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -54,6 +58,24 @@ double millimetres_of(std::string name) {
         if (name == word) return size;
     return 0;
 }
+
+/// What the readers print goes nowhere while this lives.
+class Quiet {
+  public:
+    Quiet() : out_(std::cout.rdbuf(nothing_.rdbuf())), err_(std::cerr.rdbuf(nothing_.rdbuf())) {
+        Message::DefaultMessenger()->ChangePrinters().Clear();
+    }
+    Quiet(const Quiet&) = delete;
+    Quiet& operator=(const Quiet&) = delete;
+    ~Quiet() {
+        std::cout.rdbuf(out_);
+        std::cerr.rdbuf(err_);
+    }
+
+  private:
+    std::ostringstream nothing_;
+    std::streambuf *out_, *err_;
+};
 
 Read failed(std::string why) {
     Read out;
@@ -124,7 +146,11 @@ extern "C" void camber_occ_open(const char* path, camber::occ::Format format, do
     static std::mutex one_at_a_time;
     const std::lock_guard lock(one_at_a_time);
     try {
-        Message::DefaultMessenger()->ChangePrinters().Clear();
+        if (!std::ifstream(path)) {
+            opened.fault = "cannot be opened";
+            return;
+        }
+        const camber::occ::Quiet quiet;
         camber::occ::Read read = camber::occ::read(path, format);
         opened.fault = read.fault;
         if (!read.fault.empty()) return;

@@ -1,0 +1,141 @@
+// The geometry that a model makes, as the boundary of meshes asks for it.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "read.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.shapes;
+import camber.surface;
+import camber.cad;
+
+using namespace camber;
+using namespace cad_tests;
+
+namespace {
+
+template <class T>
+T value(Outcome<T> outcome) {
+    if (!outcome) FAIL(describe(outcome.error()));
+    return std::move(*outcome);
+}
+
+Geometry<3> geometry_of(const QuadraticMesh<3>& mesh, const CadModel& model) {
+    return Geometry<3>(CadGeometry{model, value(associate(mesh.linear, mesh.edges, model, {})), mesh.linear});
+}
+
+double largest_distance(const QuadraticMesh<3>& mesh, const Geometry<3>& geometry) {
+    const auto features = value(find_features(mesh.linear, mesh.edges, FeatureOptions<3>{}, {}));
+    const auto nodes = value(boundary_nodes(mesh, features, geometry, {}));
+    const auto around = value(boundary_distance<3>(mesh, nodes, features, geometry, {}));
+    return around.largest;
+}
+
+/// The side and the bottom of a cylinder, as one fan of prisms cut to tetrahedra: n corners around.
+LinearMesh<3> cylinder_mesh(std::size_t n, double radius, double height) {
+    Buffer<Vec<3>> points{{{0, 0, 0}}, {{0, 0, height}}};
+    for (std::size_t i = 0; i < n; ++i) {
+        const double angle = 2 * 3.141592653589793 * static_cast<double>(i) / static_cast<double>(n);
+        for (const double z : {0.0, height})
+            points.push_back({{radius * std::cos(angle), radius * std::sin(angle), z}});
+    }
+    const auto v = [](std::size_t i) { return VertexId(i); };
+    const auto low = [&](std::size_t i) { return v(2 + 2 * (i % n)); };
+    const auto high = [&](std::size_t i) { return v(3 + 2 * (i % n)); };
+    Buffer<SimplexVertices<3>> elements;
+    Buffer<SimplexVertices<2>> facets;
+    for (std::size_t i = 0; i < n; ++i) {
+        elements.push_back({v(0), low(i), low(i + 1), v(1)});
+        elements.push_back({low(i), low(i + 1), v(1), high(i + 1)});
+        elements.push_back({low(i), high(i + 1), v(1), high(i)});
+        facets.push_back({v(0), low(i + 1), low(i)});
+        facets.push_back({v(1), high(i), high(i + 1)});
+        facets.push_back({low(i), low(i + 1), high(i + 1)});
+        facets.push_back({low(i), high(i + 1), high(i)});
+    }
+    LinearMesh<3> mesh;
+    mesh.point_references = Buffer<Reference>(points.size(), 0);
+    mesh.points = std::move(points);
+    mesh.elements = {elements, Buffer<Reference>(elements.size(), 1), {}};
+    mesh.facets = {facets, Buffer<Reference>(facets.size(), 1), {}};
+    return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("nodes of a shell's boundary are on its spheres") {
+    for (const char* const ending : {".brep", ".step"}) {
+        const CadModel model = model_of(Kind::shell, {1, 5, 0}, ending);
+        const auto mesh = value(elevate(value(generate(ShellOptions<3>{})), {}));
+        const Geometry<3> geometry = geometry_of(mesh, model);
+        const auto features = value(find_features(mesh.linear, mesh.edges, FeatureOptions<3>{}, {}));
+        const auto nodes = value(boundary_nodes(mesh, features, geometry, {}));
+        for (std::size_t e = 0; e < nodes.size(); ++e) {
+            if (features.edge_kinds[e] == EdgeKind::volume) continue;
+            const double r = norm(nodes[e].point);
+            CHECK(std::fmin(std::abs(r - 1), std::abs(r - 5)) <= 1e-14);
+        }
+    }
+}
+
+TEST_CASE("nodes of a cylinder's rims are on its circles, those of its mantle on the mantle, seam or not") {
+    const CadModel model = model_of(Kind::cylinder, {0.5, 2, 0});
+    for (const std::size_t n : {7, 12}) {
+        const auto mesh = value(elevate(cylinder_mesh(n, 0.5, 2), {}));
+        const CadAssociation a = value(associate(mesh.linear, mesh.edges, model, {}));
+        CHECK(a.faces_met == 3);
+        CHECK(a.edges_met == 2);
+        CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+        const Geometry<3> geometry = geometry_of(mesh, model);
+        const auto features = value(find_features(mesh.linear, mesh.edges, FeatureOptions<3>{}, {}));
+        const auto nodes = value(boundary_nodes(mesh, features, geometry, {}));
+        std::size_t rims = 0;
+        for (std::size_t f = 0; f < mesh.linear.facets.size(); ++f)
+            for (const EdgeId e : mesh.edges.of_facets[f]) {
+                const auto& [low, high] = mesh.edges.vertices[e];
+                if (low.index() < 2 || high.index() < 2) continue;
+                const Vec<3>& p = nodes[e.index()].point;
+                CHECK(std::abs(std::hypot(p[0], p[1]) - 0.5) <= 1e-15);
+                rims += p[2] == 0 ? 1 : 0;
+            }
+        CHECK(rims == 2 * n);
+        // Between the nodes it is a parabola that is not the circle.
+        CHECK(largest_distance(mesh, geometry) <= 0.5 * std::pow(6.3 / static_cast<double>(n), 4) / 64);
+    }
+}
+
+TEST_CASE("what stands at edges and vertices") {
+    const CadModel model = model_of(Kind::cylinder, {0.5, 2, 0});
+    const auto mesh = value(elevate(cylinder_mesh(8, 0.5, 2), {}));
+    const Geometry<3> geometry = geometry_of(mesh, model);
+    const auto shells = value(facet_shells(mesh.edges, {}));
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+        if (shells[e].empty()) continue;
+        const auto& [low, high] = mesh.edges.vertices[e];
+        const EdgeSite<3> site{EdgeId(e), EdgeKind::surface, {mesh.linear.points[low], mesh.linear.points[high]},
+                               facet_sites<3>(mesh.linear, shells[e])};
+        const GeometryEntity entity = geometry->entity_at_edge(site);
+        const bool is_rim = site.ends[0][2] == site.ends[1][2] && low.index() >= 2;
+        CHECK(entity.kind == (is_rim ? GeometryKind::curve : GeometryKind::surface));
+        const auto at = geometry->on_edge(site, site.middle());
+        CHECK(at.entity == entity);
+        REQUIRE(at.parameters);
+        const auto again = geometry->evaluate(entity, *at.parameters);
+        REQUIRE(again);
+        CHECK(distance(again->point, at.point) <= 1e-14);
+    }
+    // New facets, which have no number: by their reference, and by where they are.
+    FacetSite<3> bottom = facet_site(mesh.linear, FacetId(0)), mantle = facet_site(mesh.linear, FacetId(2));
+    const GeometryEntity of_bottom = geometry->surface_at(bottom), of_mantle = geometry->surface_at(mantle);
+    CHECK(of_bottom != of_mantle);
+    bottom.id = mantle.id = {};
+    CHECK(geometry->surface_at(bottom) == of_bottom);
+    CHECK(geometry->surface_at(mantle) == of_mantle);
+    CHECK(geometry->plane_at(bottom).has_value());
+    CHECK(!geometry->plane_at(mantle).has_value());
+}

@@ -1,0 +1,104 @@
+#include "models.hpp"
+
+#include <BRepAlgoAPI_Cut.hxx>
+#include <BRepBuilderAPI_NurbsConvert.hxx>
+#include <BRepFilletAPI_MakeFillet.hxx>
+#include <BRepPrimAPI_MakeBox.hxx>
+#include <BRepPrimAPI_MakeCone.hxx>
+#include <BRepPrimAPI_MakeCylinder.hxx>
+#include <BRepPrimAPI_MakeSphere.hxx>
+#include <BRepPrimAPI_MakeTorus.hxx>
+#include <BRepTools.hxx>
+#include <BRep_Builder.hxx>
+#include <IGESControl_Writer.hxx>
+#include <Interface_Static.hxx>
+#include <Message.hxx>
+#include <Message_Messenger.hxx>
+#include <STEPControl_Controller.hxx>
+#include <STEPControl_Writer.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Compound.hxx>
+#include <TopoDS_Edge.hxx>
+#include <TopoDS_Shape.hxx>
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+namespace cad_tests {
+
+namespace {
+
+TopoDS_Shape rounded(const TopoDS_Shape& box, double radius) {
+    BRepFilletAPI_MakeFillet fillet(box);
+    for (TopExp_Explorer at(box, TopAbs_EDGE); at.More(); at.Next()) fillet.Add(radius, TopoDS::Edge(at.Current()));
+    return fillet.Shape();
+}
+
+TopoDS_Shape as_splines(const TopoDS_Shape& shape) { return BRepBuilderAPI_NurbsConvert(shape).Shape(); }
+
+TopoDS_Shape empty() {
+    TopoDS_Compound compound;
+    BRep_Builder().MakeCompound(compound);
+    return compound;
+}
+
+TopoDS_Shape shape_of(Kind kind, const std::array<double, 3>& s) {
+    constexpr double half = 3.141592653589793;
+    switch (kind) {
+        case Kind::box: return BRepPrimAPI_MakeBox(s[0], s[1], s[2]).Shape();
+        case Kind::ball: return BRepPrimAPI_MakeSphere(s[0]).Shape();
+        case Kind::shell:
+            return BRepAlgoAPI_Cut(BRepPrimAPI_MakeSphere(s[1]).Shape(), BRepPrimAPI_MakeSphere(s[0]).Shape()).Shape();
+        case Kind::cylinder: return BRepPrimAPI_MakeCylinder(s[0], s[1]).Shape();
+        case Kind::cone: return BRepPrimAPI_MakeCone(s[0], s[1], s[2]).Shape();
+        case Kind::torus: return BRepPrimAPI_MakeTorus(s[0], s[1]).Shape();
+        case Kind::half_torus: return BRepPrimAPI_MakeTorus(s[0], s[1], half).Shape();
+        case Kind::filleted_box: return rounded(BRepPrimAPI_MakeBox(s[0], s[0], s[0]).Shape(), s[1]);
+        case Kind::nurbs_torus: return as_splines(BRepPrimAPI_MakeTorus(s[0], s[1]).Shape());
+        case Kind::nurbs_ball: return as_splines(BRepPrimAPI_MakeSphere(s[0]).Shape());
+        case Kind::nothing: return empty();
+    }
+    return {};
+}
+
+void write(const TopoDS_Shape& shape, const std::string& path, const char* unit) {
+    const auto ends = [&](const char* ending) { return path.ends_with(ending); };
+    bool written = false;
+    if (ends(".brep")) {
+        written = BRepTools::Write(shape, path.c_str());
+    } else if (ends(".iges")) {
+        IGESControl_Writer writer(unit, 1); // faces of solids
+        written = writer.AddShape(shape) && writer.Write(path.c_str());
+    } else {
+        STEPControl_Controller::Init();
+        Interface_Static::SetCVal("write.step.unit", unit);
+        STEPControl_Writer writer;
+        written = writer.Transfer(shape, STEPControl_AsIs) == IFSelect_RetDone &&
+                  writer.Write(path.c_str()) == IFSelect_RetDone;
+    }
+    if (!written) throw std::runtime_error("could not write " + path);
+}
+
+}  // namespace
+
+File::File(const std::string& ending) {
+    static std::atomic<int> count = 0;
+    path_ = (std::filesystem::temp_directory_path() /
+             ("camber-cad-" + std::to_string(getpid()) + "-" + std::to_string(count++) + ending))
+                .string();
+}
+File::~File() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+}
+
+void write_model(Kind kind, const std::array<double, 3>& sizes, const File& file, const char* unit) {
+    Message::DefaultMessenger()->ChangePrinters().Clear();
+    write(shape_of(kind, sizes), file.path(), unit);
+}
+
+}  // namespace cad_tests
