@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 import camber.core;
+import camber.cad;
 import camber.commands;
 import camber.config;
 import camber.io;
@@ -116,11 +117,15 @@ void add_metric(CLI::App* verb, std::optional<std::string>& metric) {
         ->default_str("natural");
 }
 
-void add_geometry(CLI::App* verb, std::optional<std::string>& geometry) {
-    verb->add_option("--geometry", geometry,
+void add_geometry(CLI::App* verb, GeometryArguments& a) {
+    verb->add_option("--geometry", a.geometry,
                      "surrogate (from the mesh), straight, or JSON such as "
                      "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}'")
         ->default_str("surrogate");
+    verb->add_option("--cad", a.cad, "The CAD model that the boundary is put onto (" + std::string(camber::cad_endings) + ")");
+    add_words(verb, "--cad-unit", a.cad_unit,
+              "The unit of the mesh's coordinates, to which the CAD model is converted. Default: file, coordinates are "
+              "as the model's file has them");
 }
 
 void add_run(CLI::App& app, Verb& verb) {

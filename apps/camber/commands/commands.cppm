@@ -11,6 +11,7 @@ export module camber.commands;
 export import :ending;
 export import :suggestion;
 import camber.core;
+import camber.cad;
 import camber.config;
 import camber.io;
 import camber.run;
@@ -36,8 +37,16 @@ struct PipelineArguments {
     bool print_config = false, histogram = false, dry_run = false;
 };
 
+/// Of the geometry, all none: that of the settings, or the surrogate.
+struct GeometryArguments {
+    std::optional<std::string> geometry;  ///< a word or JSON
+    std::optional<std::string> cad;       ///< a CAD file instead
+    std::optional<CadUnit> cad_unit;
+};
+
 struct CurveArguments : PipelineArguments {
-    std::optional<std::string> metric, geometry;  ///< none: those of the settings, or natural and surrogate
+    std::optional<std::string> metric;  ///< none: that of the settings, or natural
+    GeometryArguments geometry;
     std::optional<config::Objective> objective;   ///< none: that of the settings, or the stage's default
 };
 [[nodiscard]] int curve_command(const CurveArguments& arguments);
@@ -48,7 +57,8 @@ struct RepairArguments : PipelineArguments {
 [[nodiscard]] int repair_command(const RepairArguments& arguments);
 
 struct RemeshArguments : PipelineArguments {
-    std::optional<std::string> metric, geometry;  ///< none: those of the settings, or natural and surrogate
+    std::optional<std::string> metric;  ///< none: that of the settings, or natural
+    GeometryArguments geometry;
     std::optional<int> rounds;                    ///< none: that of the settings, or the stage's default
     std::string output_metric;                    ///< the metric at the new vertices; empty: not written
 };
@@ -107,7 +117,7 @@ namespace camber::app {
 
 /// Puts a verb's metric and geometry, where there are any, into its pipeline.
 [[nodiscard]] Outcome<Done> set_metric(const std::optional<std::string>& metric, config::Pipeline& pipeline);
-[[nodiscard]] Outcome<Done> set_geometry(const std::optional<std::string>& geometry, config::Pipeline& pipeline);
+[[nodiscard]] Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline& pipeline);
 
 /// Prints the pipeline or the plan if that is asked for, else runs it, prints what came out, and returns the exit code.
 [[nodiscard]] int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments);

@@ -6,6 +6,7 @@ module;
 #include <vector>
 module camber.commands;
 import camber.core;
+import camber.cad;
 import camber.config;
 
 namespace camber::app {
@@ -41,7 +42,11 @@ Outcome<Done> set_metric(const std::optional<std::string>& metric, config::Pipel
     return Done{};
 }
 
-Outcome<Done> set_geometry(const std::optional<std::string>& geometry, config::Pipeline& pipeline) {
+Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline& pipeline) {
+    const auto& [geometry, cad, unit] = arguments;
+    if (cad && geometry) return fail(ErrorKind::usage, "is a geometry too", "--geometry", {}, "give it or --cad");
+    if (unit && !cad) return fail(ErrorKind::usage, "is the unit of a CAD model, and there is none", "--cad-unit", {}, "give --cad too");
+    if (cad) pipeline.geometry = config::Cad{{*cad}, unit.value_or(config::Cad{}.unit)};
     if (!geometry) return Done{};
     auto read = config::read_geometry(*geometry, "--geometry");
     if (!read) return fail(read.error());

@@ -18,6 +18,7 @@ module;
 #include <fmt/format.h>
 module camber.commands;
 import camber.core;
+import camber.cad;
 import camber.app_shell;
 import camber.config;
 import camber.io;
@@ -83,6 +84,11 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
         if (!solution) return fail(solution.error());
         inputs.metric = std::move(solution->solution);
         inputs.mesh.notices.insert(inputs.mesh.notices.end(), solution->notices.begin(), solution->notices.end());
+    }
+    if (const auto* cad = std::get_if<config::Cad>(&pipeline.geometry)) {
+        auto model = read_cad(cad->file.path, {cad->unit});
+        if (!model) return fail(model.error());
+        inputs.cad = std::move(*model);
     }
     for (const config::MetricOperation& operation : pipeline.metric_operations) {
         const auto* intersect = std::get_if<config::Intersect>(&operation);
@@ -267,7 +273,7 @@ run::OriginReport origin_of(const config::Pipeline& pipeline, const AnyMesh& mes
     const auto* metric = std::get_if<config::FilePath>(&pipeline.metric);
     const run::PlanSize size = run::plan_size(mesh);
     constexpr std::array<const char*, std::variant_size_v<config::Geometry>> geometries{"surrogate", "straight",
-                                                                                        "analytic"};
+                                                                                        "analytic", "cad"};
     return {.version = CAMBER_VERSION,
             .mesh = file != nullptr ? file->path : std::string(),
             .metric = metric != nullptr ? metric->path : std::string(),

@@ -9,6 +9,7 @@ module;
 #include <nlohmann/json.hpp>
 module camber.config;
 import camber.core;
+import camber.cad;
 import camber.io;
 import :codec;
 import :description;
@@ -130,12 +131,23 @@ const Description<AnalyticSurface>& Described<AnalyticSurface>::get() {
     return description;
 }
 
+const Description<Cad>& Described<Cad>::get() {
+    static const Description<Cad> description{
+        "cad",
+        "A CAD model (3D), read by OpenCASCADE: facets of the boundary lie on its faces, ridges on its edges, by where "
+        "they are.",
+        listed<Cad>(),
+        {}};
+    return description;
+}
+
 const Choice<Geometry>& Described<Geometry>::get() {
     static const auto choice = choice_of<Geometry>(
         "geometry", "The shape that boundary nodes are put onto.",
         key<Surrogate>("surrogate", "a smooth surface through the mesh's boundary"),
         key<Straight>("straight", "the flat facets themselves"),
-        key<Analytic>("analytic", "spheres, planes, cylinders, tori by reference, the surrogate on all others"));
+        key<Analytic>("analytic", "spheres, planes, cylinders, tori by reference, the surrogate on all others"),
+        key<Cad>("cad", "the faces and edges of a CAD model"));
     return choice;
 }
 

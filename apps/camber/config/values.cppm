@@ -13,6 +13,7 @@ import camber.metric;
 import camber.validity;
 import camber.io;
 import camber.surface;
+import camber.cad;
 import camber.cavity;
 import camber.curving;
 import camber.remesh;
@@ -229,7 +230,18 @@ struct Analytic {
     std::vector<AnalyticSurface> surfaces;
     friend bool operator==(const Analytic&, const Analytic&) = default;
 };
-using Geometry = std::variant<Surrogate, Straight, Analytic>;
+struct Cad {
+    FilePath file;
+    CadUnit unit = CadOptions{}.unit;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Cad;
+        return std::tuple(option("file", &S::file, "the model: .step, .stp, .iges, .igs or .brep").required(),
+                          option_of(&CadOptions::unit).as(&S::unit));
+    }
+    friend bool operator==(const Cad&, const Cad&) = default;
+};
+using Geometry = std::variant<Surrogate, Straight, Analytic, Cad>;
 
 /// What `FeatureOptions` have for either dimension, and what required entities of the boundary hold.
 struct Features {

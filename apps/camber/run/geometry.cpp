@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -9,6 +10,7 @@ module camber.run;
 import camber.core;
 import camber.config;
 import camber.surface;
+import camber.cad;
 import :stages;
 
 namespace camber::run {
@@ -126,22 +128,29 @@ Outcome<AnalyticGeometry<D>> make_analytic(const config::Analytic& analytic, con
 }  // namespace
 
 template <int D>
-Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                   const Features<D>& features, const Execution& execution) {
-    if (std::holds_alternative<config::Straight>(geometry)) return Geometry<D>(StraightGeometry<D>{});
+Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const std::optional<CadModel>& cad,
+                                       const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
+                                       const Execution& execution) {
+    const auto made = [](Geometry<D> g) { return MadeGeometry<D>{std::move(g)}; };
+    if (std::holds_alternative<config::Straight>(geometry)) return made(Geometry<D>(StraightGeometry<D>{}));
+    if (std::holds_alternative<config::Cad>(geometry)) {
+        if (!cad) return fail(ErrorKind::internal, "the CAD model was not read");
+        return make_cad_geometry(*cad, mesh, edges, execution);
+    }
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
-        auto made = make_analytic<D>(*analytic, mesh, without_progress(execution));
-        if (!made) return fail(made.error());
-        return with_surrogate(std::move(*made), mesh, edges, features, SurrogateOptions{}, execution);
+        auto surfaces = make_analytic<D>(*analytic, mesh, without_progress(execution));
+        if (!surfaces) return fail(surfaces.error());
+        return with_surrogate(std::move(*surfaces), mesh, edges, features, SurrogateOptions{}, execution).map(made);
     }
     auto surrogate = build_surrogate(mesh, edges, features, SurrogateOptions{}, execution);
     if (!surrogate) return fail(surrogate.error());
-    return Geometry<D>(std::move(*surrogate));
+    return made(Geometry<D>(std::move(*surrogate)));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template Outcome<Geometry<D>> make_geometry<D>(const config::Geometry&, const LinearMesh<D>&, const EdgeSet<D>&, \
-                                                   const Features<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                               \
+    template Outcome<MadeGeometry<D>> make_geometry<D>(const config::Geometry&, const std::optional<CadModel>&, \
+                                                       const LinearMesh<D>&, const EdgeSet<D>&,             \
+                                                       const Features<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -154,6 +154,7 @@ void add(Report& report, const MeasuresReport& part) {
     if (report.boundary) {
         report.boundary->straight_distance = part.straight_distance;
         report.boundary->curved_distance = part.curved_distance;
+        if (report.boundary->cad) report.boundary->cad->largest_node_distance = part.node_distance;
         report.boundary->walls = part.walls;
     }
     // What only touches, as the sides of a slit do, is in the report alone.

@@ -68,6 +68,7 @@ struct MeasuresReport {
     std::optional<EdgeReport> edges_in_straight_field;         ///< the same in the other field, where that is carried
     std::optional<double> straight_distance, curved_distance;  ///< see BoundaryReport
     std::optional<WallsReport> walls = {};
+    std::optional<double> node_distance = {};  ///< see CadReport
     std::vector<Histogram> histograms;
 };
 

@@ -12,6 +12,7 @@ module;
 module camber.run;
 import camber.core;
 import camber.bezier;
+import camber.cad;
 import camber.config;
 import camber.io;
 import camber.ordering;
@@ -103,8 +104,8 @@ Outcome<Done> settle_and_apply(Runner<D>& run, const Options& stage) {
 /// A run of a mesh that was prepared.
 template <int D>
 Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const config::Pipeline& pipeline,
-                        const Around& around) {
-    Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, around);
+                        std::optional<CadModel> cad, const Around& around) {
+    Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, std::move(cad), around);
     run.tell(notices);
     for (std::size_t i = 0; i < pipeline.stages.size(); ++i) {
         auto done = std::visit([&](const auto& stage) { return settle_and_apply(run, stage); }, pipeline.stages[i]);
@@ -134,14 +135,14 @@ Outcome<Run> given_back(Outcome<Run> run, const BetterOrder& order, const Around
 /// The whole of a run.
 template <int D>
 Outcome<Run> run_on(StageInputs<D> given, const config::Pipeline& pipeline, const OrderingOptions& ordering,
-                    const Around& around) {
+                    std::optional<CadModel> cad, const Around& around) {
     const int degree = std::holds_alternative<LinearMesh<D>>(given.mesh) ? 1 : 2;
     if (auto order = check_order(pipeline.stages, degree); !order) return fail(order.error());
     auto sound = step(around, "prepare", [&](const Execution& e) {
         return prepare_stage(std::move(given), pipeline.stages, ordering, e);
     });
     if (!sound) return fail(sound.error());
-    auto run = run_stages(std::move(sound->inputs), sound->notices, pipeline, around);
+    auto run = run_stages(std::move(sound->inputs), sound->notices, pipeline, std::move(cad), around);
     return sound->order ? given_back<D>(std::move(run), *sound->order, around) : run;
 }
 
@@ -165,7 +166,7 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
             return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(files)}, pipeline, inputs.ordering,
-                          around);
+                          std::move(inputs.cad), around);
         },
         std::move(inputs.mesh.mesh));
     if (!run) return run;

@@ -4,6 +4,7 @@ module;
 #include <vector>
 export module camber.run:pipeline;
 import camber.core;
+import camber.cad;
 import camber.config;
 import camber.io;
 import camber.ordering;
@@ -19,6 +20,7 @@ struct Inputs {
     std::optional<Solution> metric;              ///< of the metric file, when the config names one
     std::optional<MetricMesh> metric_mesh = {};  ///< that it speaks of, where its rows are not at the input's vertices
     std::vector<MetricFile> operands = {};       ///< metric files that the operations intersect with
+    std::optional<CadModel> cad = {};            ///< of the config's geometry, when that is one
     OrderingOptions ordering = {};               ///< when the stages work in an order of their own
 };
 

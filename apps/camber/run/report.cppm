@@ -64,10 +64,20 @@ struct WallsReport {
     std::size_t first = 0, other = 0;  ///< the first pair that is not clear, from 1; 0: none
 };
 
+/// What a mesh's boundary met of a CAD model.
+struct CadReport {
+    std::size_t faces = 0, edges = 0, vertices = 0;              ///< of the model
+    std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;  ///< those with something of the mesh on them
+    std::size_t doubtful_facets = 0, settled_facets = 0, doubtful_edges = 0, doubtful_vertices = 0;
+    double largest_vertex_distance = 0;           ///< (model units)
+    std::optional<double> largest_node_distance;  ///< of boundary edges, in the end (model units)
+};
+
 struct BoundaryReport {
     std::size_t surface_edges = 0, ridge_edges = 0, corners = 0, patches = 0;
     std::optional<double> straight_distance, curved_distance;  ///< largest, to the geometry (model units)
     std::optional<WallsReport> walls = {};
+    std::optional<CadReport> cad = {};
 };
 
 struct CurveReport {

@@ -77,6 +77,21 @@ Json json(const RemeshReport& r) {
             {"after", Json::parse(unit_mesh_json(r.after))},
             {"passes", std::move(passes)}};
 }
+Json json(const CadReport& c) {
+    Json j{{"faces", c.faces},
+           {"edges", c.edges},
+           {"vertices", c.vertices},
+           {"faces_met", c.faces_met},
+           {"edges_met", c.edges_met},
+           {"vertices_met", c.vertices_met},
+           {"doubtful_facets", c.doubtful_facets},
+           {"settled_facets", c.settled_facets},
+           {"doubtful_edges", c.doubtful_edges},
+           {"doubtful_vertices", c.doubtful_vertices},
+           {"largest_vertex_distance", c.largest_vertex_distance}};
+    if (c.largest_node_distance) j["largest_node_distance"] = *c.largest_node_distance;
+    return j;
+}
 Json json(const BoundaryReport& b) {
     Json j{{"surface_edges", b.surface_edges},
            {"ridge_edges", b.ridge_edges},
@@ -84,6 +99,7 @@ Json json(const BoundaryReport& b) {
            {"patches", b.patches}};
     if (b.straight_distance) j["largest_distance_straight"] = *b.straight_distance;
     if (b.curved_distance) j["largest_distance"] = *b.curved_distance;
+    if (b.cad) j["cad"] = json(*b.cad);
     if (b.walls) {
         j["crossing_pairs"] = b.walls->crossing;
         j["undecided_pairs"] = b.walls->undecided;

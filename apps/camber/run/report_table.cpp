@@ -158,8 +158,23 @@ std::string_view name_distance(const Report& report) {
     const std::string_view geometry = report.origin ? report.origin->geometry : std::string_view();
     if (geometry == "surrogate") return "largest distance to surrogate";
     if (geometry == "straight") return "largest distance to facets";
+    if (geometry == "cad") return "largest distance to CAD model";
     if (geometry == "analytic") return "largest distance to surfaces";
     return "largest distance to geometry";
+}
+
+std::string cad_rows(const CadReport& c) {
+    std::string text = table_row("CAD faces, edges, vertices met",
+                                 fmt::format("{} of {}, {} of {}, {} of {}", grouped(c.faces_met), grouped(c.faces),
+                                             grouped(c.edges_met), grouped(c.edges), grouped(c.vertices_met),
+                                             grouped(c.vertices)));
+    text += table_row("doubtful facets, edges, vertices",
+                      fmt::format("{} (settled {}), {}, {}", grouped(c.doubtful_facets), grouped(c.settled_facets),
+                                  grouped(c.doubtful_edges), grouped(c.doubtful_vertices)));
+    text += table_row("vertices off the CAD model by", fmt::format("{:.4g}", c.largest_vertex_distance));
+    if (c.largest_node_distance)
+        text += table_row("nodes off the CAD model by", fmt::format("{:.4g}", *c.largest_node_distance));
+    return text;
 }
 
 std::string boundary_rows(const Report& report) {
@@ -167,6 +182,7 @@ std::string boundary_rows(const Report& report) {
     std::string text =
         table_row("surface edges, ridges, corners",
                   fmt::format("{}, {}, {}", grouped(b.surface_edges), grouped(b.ridge_edges), grouped(b.corners)));
+    if (b.cad) text += cad_rows(*b.cad);
     if (b.straight_distance && b.curved_distance)
         text +=
             table_row(name_distance(report), join_before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));

@@ -12,6 +12,7 @@ export module camber.run:runner;
 import camber.core;
 import camber.config;
 import camber.metric;
+import camber.cad;
 import :order;
 import :parts;
 import :report;
@@ -55,11 +56,13 @@ struct Timed {
 template <int D>
 class Runner {
   public:
-    Runner(const config::Pipeline& config, GivenMesh<D> mesh, std::span<const MetricFile> files, const Around& around)
-        : config(config), files(files), state(beginning_with<D>(std::move(mesh))), around_(around) {}
+    Runner(const config::Pipeline& config, GivenMesh<D> mesh, std::span<const MetricFile> files,
+           std::optional<CadModel> cad, const Around& around)
+        : config(config), files(files), cad(std::move(cad)), state(beginning_with<D>(std::move(mesh))), around_(around) {}
 
     const config::Pipeline& config;
     const std::span<const MetricFile> files;  ///< all metric files that the config names
+    const std::optional<CadModel> cad;        ///< of the config's geometry, where that is one
     State<D> state;
 
     /// Of the state, which must be so far: `check_order` has seen that it is.

@@ -14,6 +14,7 @@ import camber.metric;
 import camber.ordering;
 import camber.programmes;
 import camber.surface;
+import camber.cad;
 import camber.validity;
 import :histogram;
 import :parts;
@@ -124,10 +125,26 @@ template <int D>
 
 /// A config's geometry as a value; the surrogate is built from the mesh. Error (usage, with the JSON path): a vector of
 /// the wrong dimension, a surface that the dimension does not have, or that the mesh does not lie on.
+/// Of a CAD model, which the shell has read: errors of `associate`.
 template <int D>
-[[nodiscard]] Outcome<Geometry<D>> make_geometry(const config::Geometry& geometry, const LinearMesh<D>& mesh,
-                                                 const EdgeSet<D>& edges, const Features<D>& features,
-                                                 const Execution& execution);
+struct MadeGeometry {
+    Geometry<D> geometry;
+    std::optional<CadReport> cad = {};
+};
+template <int D>
+[[nodiscard]] Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry,
+                                                     const std::optional<CadModel>& cad, const LinearMesh<D>& mesh,
+                                                     const EdgeSet<D>& edges, const Features<D>& features,
+                                                     const Execution& execution);
+/// The CAD model alone. Errors: in 2D (usage).
+template <int D>
+[[nodiscard]] Outcome<MadeGeometry<D>> make_cad_geometry(const CadModel& model, const LinearMesh<D>& mesh,
+                                                         const EdgeSet<D>& edges, const Execution& execution);
+
+/// The largest distance of the nodes of boundary edges from what the edges lie on.
+template <int D>
+[[nodiscard]] Outcome<double> largest_node_distance(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
+                                                    const Execution& execution);
 
 /// Log-metrics at the vertices, and what the report says of where they are from.
 template <int D>

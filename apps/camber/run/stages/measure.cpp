@@ -15,6 +15,7 @@ import camber.validity;
 import :measures;
 import :parts;
 import :runner;
+import :stages;
 import :state;
 import :steps;
 
@@ -77,6 +78,18 @@ struct Measured {
 template <int D>
 using StraightMetric = std::optional<Column<LogMetric<D>>>;
 
+/// How far nodes of the boundary are from the CAD model that they were put onto.
+template <int D>
+Outcome<Done> measure_nodes(const Quadratic<D>& end, MeasuresReport& report, const Execution& execution) {
+    const Plan<D>* const plan = end.planned();
+    if (!plan || !plan->wanted()) return Done{};
+    const auto farthest =
+        largest_node_distance(apply_proposal(end.mesh, plan->proposal()), plan->wanted()->boundary, execution);
+    if (!farthest) return fail(farthest.error());
+    report.node_distance = *farthest;
+    return Done{};
+}
+
 template <int D>
 Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* field, const StraightMetric<D>& straight,
                                  const History<D>& history, MeasuredEdges which, const Execution& execution) {
@@ -120,8 +133,12 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
     if (end && end->planned()) run.tell(PlanReport{.is_mesh = !end->has_uncommitted()});
     auto made = run.step("measure", [&](const Execution& e) -> Outcome<Measured<D>> {
         if (!end) return Measured<D>{};
-        return measure_end(*end, run.field(), run.state.straight_log_metrics, run.state.history,
-                           told_lengths(run.config.output), e);
+        auto measured = measure_end(*end, run.field(), run.state.straight_log_metrics, run.state.history,
+                                    told_lengths(run.config.output), e);
+        if (!measured || !run.cad) return measured;
+        if (auto nodes = measure_nodes(*end, measured->report, without_progress(e)); !nodes)
+            return fail(nodes.error());
+        return measured;
     });
     if (!made) return fail(made.error());
     run.tell(made->report);

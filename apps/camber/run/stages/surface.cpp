@@ -29,27 +29,28 @@ struct Described {
     BoundaryReport report;
 };
 template <int D>
-Outcome<Described<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const config::Pipeline& config,
-                                const Inherited<D>* inherited, const Execution& execution) {
-    const config::Features& options = config.features;
+Outcome<Described<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Runner<D>& run,
+                                const Execution& execution) {
+    const config::Features& options = run.config.features;
+    const Inherited<D>* const inherited = run.state.inherited ? &*run.state.inherited : nullptr;
     auto features =
         find_features(mesh, edges, inherited ? listed_breaks<D> : by_angle<D>(options), part_of(execution, 0, 0.3));
     if (!features) return fail(features.error());
-    auto made = inherited ? inherited->geometry
-                          : make_geometry(config.geometry, mesh, edges, *features, part_of(execution, 0.3, 1));
+    auto made = inherited ? MadeGeometry<D>{inherited->geometry}
+                          : make_geometry(run.config.geometry, run.cad, mesh, edges, *features,
+                                          part_of(execution, 0.3, 1));
     if (!made) return fail(made.error());
     const BoundaryReport report{
-        features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}};
-    return Described<D>{{std::move(*features), options.required_boundary, std::move(*made)}, report};
+        features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}, {},
+        made->cad};
+    return Described<D>{{std::move(*features), options.required_boundary, std::move(made->geometry)}, report};
 }
 
 }  // namespace
 
 template <int D>
 Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges) {
-    const Inherited<D>* const inherited = run.state.inherited ? &*run.state.inherited : nullptr;
-    auto made =
-        run.step("surface", [&](const Execution& e) { return described(mesh, edges, run.config, inherited, e); });
+    auto made = run.step("surface", [&](const Execution& e) { return described(mesh, edges, run, e); });
     if (!made) return fail(made.error());
     run.tell(made->report);
     return std::move(made->boundary);
