@@ -10,16 +10,19 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "occ/kernel.hpp"
 module camber.cad;
 import camber.core;
 import camber.surface;
+import :parts;
 
 namespace camber {
 
 namespace {
 
 /// Two faces fit a facet nearly as well: neither its distance nor its normal says which.
-bool is_doubtful(const CadFit& fit) { return fit.second <= 2 * fit.misfit; }
+bool is_doubtful(const CadFit& fit) { return fit.second <= doubt * fit.misfit; }
 
 /// A place farther away than this share of the facets' size is none.
 constexpr double near_enough = 0.1;
@@ -62,7 +65,7 @@ Buffer<std::uint32_t> chosen(const LinearMesh<3>& mesh, const CadModel& model, s
         const auto known = of_classes.find(class_of(mesh, f));
         if (known == of_classes.end()) continue;
         const std::array<std::size_t, 1> that{known->second};
-        if (best_face(model, that, corners_of(mesh, f)).misfit > 2 * fits[f].misfit) continue;
+        if (best_face(model, that, corners_of(mesh, f)).misfit > doubt * fits[f].misfit) continue;
         faces[f] = static_cast<std::uint32_t>(known->second);
         ++out.settled_facets;
     }

@@ -41,7 +41,7 @@ struct CadAssociation {
 struct CadFit {
     std::size_t face = 0;
     double misfit = 0;  ///< 0: its vertices and its middle lie there, with its normal
-    double second = 0;  ///< the misfit of the next best face; infinite where there is none
+    double second = 0;  ///< that of the next best face where it is at most twice as large; else more than that
 };
 /// The best of some faces (at least one); the lowest of equally good ones.
 [[nodiscard]] CadFit best_face(const CadModel& model, std::span<const std::size_t> faces,

@@ -33,7 +33,7 @@ double misfit(const CadModel& model, std::size_t face, const std::array<Vec<3>, 
     double sum = foot.distance + longest_side(corners) * norm(cross(normal, foot.normal));
     double farthest = 0;
     for (const Vec<3>& corner : corners) {
-        if (sum + farthest >= enough) return sum + farthest;
+        if (sum + farthest > enough) return sum + farthest;
         farthest = std::max(farthest, closest_on_face(model, face, corner).distance);
     }
     return sum + farthest;
@@ -54,8 +54,10 @@ CadFit best_face(const CadModel& model, std::span<const std::size_t> faces, cons
     std::sort(by_distance.begin(), by_distance.end());
     CadFit best{faces.front(), infinite, infinite};
     for (const auto& [beyond, face] : by_distance) {
-        if (beyond >= best.second) break;
-        const double here = misfit(model, face, corners, best.second);
+        // What is worse than twice the best is told from it: how much worse is no matter.
+        const double enough = std::min(best.second, doubt * best.misfit);
+        if (beyond > enough) break;
+        const double here = misfit(model, face, corners, enough);
         if (here < best.misfit || (here == best.misfit && face < best.face)) {
             best.second = best.misfit;
             best.misfit = here;

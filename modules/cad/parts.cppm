@@ -43,6 +43,9 @@ struct CadParts {
 
 [[nodiscard]] inline Vec<3> vec(const occ::Point& p) { return {p}; }
 
+/// A face fits nearly as well as the best one if its misfit is at most so many times that of the best.
+inline constexpr double doubt = 2;
+
 /// Distances that rounding alone makes.
 [[nodiscard]] inline double rounding(const CadParts& parts, const Vec<3>& p) {
     return 1e-15 * (parts.size + norm(p));

@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""The program on a CAD model: a shell between spheres of radii 1 and 5, and what it says of files that do not fit."""
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = sys.argv.pop(1)
+HERE = pathlib.Path(__file__).parent
+MODEL = HERE / "shell.brep"  # as OpenCASCADE writes it
+
+
+def camber(*arguments):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
+
+
+class Program(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.path = pathlib.Path(cls.folder.name)
+        made = camber("generate", "shell", "-o", cls.path / "shell.mesh")
+        assert made.returncode == 0, made.stderr
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def curve(self, *arguments):
+        report = self.path / "report.json"
+        done = camber("curve", self.path / "shell.mesh", "-o", self.path / "curved.meshb", "--report", report,
+                      "--threads", "1", *arguments)
+        return done, json.loads(report.read_text()) if done.returncode == 0 else None
+
+    def test_boundary_is_on_the_model(self):
+        done, report = self.curve("--cad", MODEL)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        cad = report["boundary"]["cad"]
+        self.assertEqual((cad["faces"], cad["faces_met"]), (2, 2))
+        self.assertEqual(cad["doubtful_facets"] + cad["doubtful_edges"] + cad["doubtful_vertices"], 0)
+        self.assertLess(cad["largest_vertex_distance"], 1e-12)
+        self.assertLess(cad["largest_node_distance"], 1e-12)
+        self.assertEqual(report["validity"]["invalid"], 0)
+        self.assertIn("nodes off the CAD model by", done.stdout)
+
+    def test_config_names_the_same(self):
+        _, report = self.curve("--cad", MODEL)
+        config = self.path / "pipeline.json"
+        (self.path / "model.brep").write_bytes(MODEL.read_bytes())
+        config.write_text(json.dumps({
+            "input": {"mesh": "shell.mesh"}, "geometry": {"cad": {"file": "model.brep", "unit": "mm"}},
+            "output": {"mesh": str(self.path / "again.meshb")}}))
+        done = camber("run", config)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual((self.path / "again.meshb").read_bytes(), (self.path / "curved.meshb").read_bytes())
+
+    def test_the_same_bytes_for_any_number_of_threads(self):
+        for threads in (1, 3):
+            done = camber("curve", self.path / "shell.mesh", "-o", self.path / f"{threads}.meshb", "--cad", MODEL,
+                          "--threads", threads)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual((self.path / "1.meshb").read_bytes(), (self.path / "3.meshb").read_bytes())
+
+    def test_new_vertices_are_on_the_model(self):
+        out = self.path / "remeshed.mesh"
+        done = camber("remesh", self.path / "shell.mesh", "-o", out, "--cad", MODEL, "--rounds", "2", "--metric",
+                      '{"constant": {"sizes": [0.9]}}')
+        self.assertEqual(done.returncode, 0, done.stderr)
+        words = out.read_text().split()
+        at = words.index("Vertices") + 2
+        count = int(words[at - 1])
+        points = [tuple(map(float, words[at + 4 * i:at + 4 * i + 3])) for i in range(count)]
+        at = words.index("Triangles") + 2
+        on_boundary = {int(words[at + 4 * i + k]) for i in range(int(words[at - 1])) for k in range(3)}
+        self.assertGreater(len(on_boundary), 300)
+        for v in on_boundary:
+            r = math.hypot(*points[v - 1])
+            self.assertLess(min(abs(r - 1), abs(r - 5)), 1e-12)
+
+    def refused(self, code, *arguments):
+        done, _ = self.curve(*arguments)
+        self.assertEqual(done.returncode, code, done.stderr)
+        return done.stderr
+
+    def test_what_does_not_fit_is_told(self):
+        self.assertIn("give that as the unit", self.refused(3, "--cad", MODEL, "--cad-unit", "m"))
+        self.assertIn("cannot be opened", self.refused(3, "--cad", self.path / "none.step"))
+        self.assertIn("no CAD format", self.refused(2, "--cad", self.path / "shell.mesh"))
+        self.assertIn("give it or --cad", self.refused(2, "--cad", MODEL, "--geometry", "straight"))
+        self.assertIn("give --cad too", self.refused(2, "--cad-unit", "mm"))
+        broken = self.path / "broken.brep"
+        broken.write_bytes(MODEL.read_bytes()[:700])
+        self.assertIn("broken", self.refused(3, "--cad", broken))
+
+    def test_a_model_is_in_space(self):
+        flat = self.path / "flat.mesh"
+        self.assertEqual(camber("generate", "annulus", "-o", flat).returncode, 0)
+        done = camber("curve", flat, "-o", self.path / "flat-p2.mesh", "--cad", MODEL)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("in space", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
