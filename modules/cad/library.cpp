@@ -51,7 +51,7 @@ Outcome<std::unique_ptr<const occ::Kernel>> open_kernel(const std::string& path,
                     "install it again (Debian: libocct-data-exchange-7.6), or take another geometry");
     occ::Opened opened;
     library.open(path.c_str(), format, millimetres, opened);
-    if (!opened.kernel) return fail(ErrorKind::input, opened.fault, path);
+    if (!opened.kernel) return fail(ErrorKind::input, opened.fault, path, {}, opened.remedy);
     return std::unique_ptr<const occ::Kernel>(std::move(opened.kernel));
 }
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Callable
 
 import bad_moments
+from program import ROOT
 from bad_meshes import *  # noqa: F403  (the whole vocabulary of the cases)
 
 CURVE = ("curve", "in.mesh", "-o", "out.mesh")
@@ -15,6 +16,17 @@ RUN_SEQUENTIALLY = ("run", "run.json", "--threads", "1")
 RUN, RUN_P2 = ("run", "run.json"), ("run", "p2.json")
 WITH_METRIC = CURVE + ("--metric", "m.solb")
 BINARY = ("curve", "in.meshb", "-o", "out.mesh")
+
+
+def with_cad_shell():
+    """A model of the shell between spheres of radii 1 and 5, and two meshes: one of it, one of a cube."""
+    model = (ROOT / "tests" / "cad" / "shell.brep").read_bytes()
+    octahedron = [(5, 0, 0), (0, 5, 0), (0, 0, 5), (-5, 0, 0), (0, -5, 0), (0, 0, -5)]
+    faces = [(1, 2, 3), (2, 4, 3), (4, 5, 3), (5, 1, 3), (2, 1, 6), (4, 2, 6), (5, 4, 6), (1, 5, 6)]
+    mesh = "MeshVersionFormatted 2\nDimension 3\nVertices\n7\n" + "".join(
+        "%g %g %g 0\n" % p for p in octahedron + [(0, 0, 0)]) + "Tetrahedra\n8\n" + "".join(
+        "%d %d %d 7 1\n" % f for f in faces) + "End\n"
+    return plain(block)() | {"shell.brep": model, "shell.mesh": mesh.encode()}
 
 
 @dataclass
@@ -249,6 +261,21 @@ CASES = [
          config(input={"mesh": "absent.mesh"}), RUN),
     Case("Files", "a config that names no such metric", "refused", 3, "absent.solb: cannot be read",
          config(metric={"file": "absent.solb"}), RUN),
+
+    # ------------------------------------------------ CAD models
+    Case("CAD models", "of an unknown format", "refused", 2, "no CAD format known", plain(block),
+         CURVE + ("--cad", "in.mesh")),
+    Case("CAD models", "no such file", "refused", 3, "absent.step: cannot be opened", plain(block),
+         CURVE + ("--cad", "absent.step"), needs=bad_moments.no_cad),
+    Case("CAD models", "no model", "refused", 3, "it is no STEP file", lambda: plain(block)() | {"m.step": b"solid\n"},
+         CURVE + ("--cad", "m.step"), needs=bad_moments.no_cad),
+    Case("CAD models", "of another part", "refused", 3, "the mesh's boundary reaches from", with_cad_shell,
+         CURVE + ("--cad", "shell.brep"), needs=bad_moments.no_cad),
+    Case("CAD models", "in another unit than the mesh", "refused", 3, "give that as the unit", with_cad_shell,
+         ("curve", "shell.mesh", "-o", "out.mesh", "--cad", "shell.brep", "--cad-unit", "m"), needs=bad_moments.no_cad),
+    Case("CAD models", "a unit without a model", "refused", 2, "--cad-unit", plain(block), CURVE + ("--cad-unit", "mm")),
+    Case("CAD models", "a model and another geometry", "refused", 2, "--geometry", plain(block),
+         CURVE + ("--cad", "m.step", "--geometry", "straight")),
 
     # ------------------------------------------------ output
     Case("Output", "below a file instead of a folder", "refused", 3, "the folder cannot be made", plain(block),

@@ -9,6 +9,7 @@ import resource
 import shutil
 import signal
 import subprocess
+import tempfile
 import time
 
 from program import CAMBER
@@ -41,6 +42,15 @@ def no_disk():
         return "wants root, to mount a small disk"
     probe = subprocess.run(["unshare", "--mount", "mount", "-t", "tmpfs", "tmpfs", "/mnt"], capture_output=True)
     return "" if probe.returncode == 0 else "no disk can be mounted here"
+
+
+def no_cad():
+    with tempfile.TemporaryDirectory() as folder:
+        config = {"input": {"generate": {"box": {"cells": [1, 1, 1]}}}, "geometry": {"cad": {"file": "none.step"}}}
+        with open(os.path.join(folder, "run.json"), "w", encoding="utf-8") as file:
+            json.dump(config, file)
+        said = subprocess.run([CAMBER, "run", "run.json"], cwd=folder, capture_output=True, text=True).stderr
+        return "built without OpenCASCADE" if "reads no CAD files" in said else ""
 
 
 # ---------------------------------------------------------------- room

@@ -66,7 +66,7 @@ enum class Format { step, iges, brep };
 
 struct Opened {
     std::unique_ptr<Kernel> kernel;
-    std::string fault;  ///< why there is none
+    std::string fault, remedy;  ///< why there is none
 };
 
 /// `millimetres`: of the unit that coordinates are wanted in; 0: that of the file.

@@ -148,11 +148,13 @@ extern "C" void camber_occ_open(const char* path, camber::occ::Format format, do
     try {
         if (!std::ifstream(path)) {
             opened.fault = "cannot be opened";
+            opened.remedy = "check the path";
             return;
         }
         const camber::occ::Quiet quiet;
         camber::occ::Read read = camber::occ::read(path, format);
         opened.fault = read.fault;
+        opened.remedy = "export the model again";
         if (!read.fault.empty()) return;
         const double unit = millimetres > 0 ? millimetres : read.millimetres;
         opened.kernel = camber::occ::kernel_of(read.shape, 1 / unit);
