@@ -17,13 +17,15 @@ namespace {
 
 struct OnCurve {
     double t = 0;
-    Vec<3> point;
+    occ::CurveJet jet{};
     double distance_squared = std::numeric_limits<double>::infinity();
+
+    [[nodiscard]] Vec<3> point() const { return vec(jet.point); }
 };
 
 OnCurve at(const CadParts& parts, std::size_t edge, double t, const Vec<3>& p) {
-    const Vec<3> point = vec(parts.kernel->on_curve(edge, t).point);
-    return {t, point, norm_squared(point - p)};
+    const occ::CurveJet jet = parts.kernel->on_curve(edge, t);
+    return {t, jet, norm_squared(vec(jet.point) - p)};
 }
 
 /// Newton on (c(t) − p)·c'(t) = 0 between two parameters; where |c − p|² is not convex, by its Gauss part.
@@ -32,11 +34,10 @@ OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, dou
     const double tiny = rounding(parts, p);
     OnCurve best = at(parts, edge, 0.5 * (low + high), p);
     for (int step = 0; step < most_steps; ++step) {
-        const occ::CurveJet jet = parts.kernel->on_curve(edge, best.t);
-        const Vec<3> r = best.point - p, first = vec(jet.first);
+        const Vec<3> r = best.point() - p, first = vec(best.jet.first);
         const double gauss = dot(first, first), slope = dot(r, first);
         if (!(gauss > 0)) break;
-        const double whole = gauss + dot(r, vec(jet.second));
+        const double whole = gauss + dot(r, vec(best.jet.second));
         const double change = -slope / (whole > 0.1 * gauss ? whole : gauss);
         double t = std::clamp(best.t + change, low, high);
         OnCurve next = at(parts, edge, t, p);
@@ -75,7 +76,7 @@ CadFoot closest_on_edge(const CadModel& model, std::size_t edge, const Vec<3>& p
     const OnCurve found = nearest(parts, edge, p);
     const double distance = std::sqrt(found.distance_squared);
     if (distance <= 4 * rounding(parts, p)) return {p, {}, {found.t, 0}, 0};
-    return {found.point, {}, {found.t, 0}, distance};
+    return {found.point(), {}, {found.t, 0}, distance};
 }
 
 EntityPoint<3> point_on_edge(const CadModel& model, std::size_t edge, double t) {

@@ -21,60 +21,76 @@ using Parameters = std::array<double, 2>;
 
 struct OnSurface {
     Parameters uv{};
-    Vec<3> point;
+    occ::SurfaceJet jet{};
     double distance_squared = std::numeric_limits<double>::infinity();
+
+    [[nodiscard]] Vec<3> point() const { return vec(jet.point); }
 };
 
 OnSurface at(const CadParts& parts, std::size_t face, const Parameters& uv, const Vec<3>& p) {
-    const Vec<3> point = vec(parts.kernel->on_surface(face, uv[0], uv[1]).point);
-    return {uv, point, norm_squared(point - p)};
+    const occ::SurfaceJet jet = parts.kernel->on_surface(face, uv[0], uv[1]);
+    return {uv, jet, norm_squared(vec(jet.point) - p)};
 }
 
 Parameters clamped(const Parameters& uv, const Cell& within) {
     return {std::clamp(uv[0], within.low[0], within.high[0]), std::clamp(uv[1], within.low[1], within.high[1])};
 }
 
-/// The step of Newton for ½|S(u, v) − p|², in the coordinates that are not held at a bound; where that is not convex,
-/// of its Gauss part, which a small multiple of its trace keeps from being singular at poles.
-Parameters step(const occ::SurfaceJet& jet, const Vec<3>& r, const Parameters& uv, const Cell& within) {
-    const Vec<3> u = vec(jet.u), v = vec(jet.v);
+/// A step, and which coordinates are at a bound that the distance falls beyond.
+struct Step {
+    Parameters change{};
+    std::array<bool, 2> held{};
+};
+
+/// Newton's for ½|S(u, v) − p|², in the coordinates that are not held; where that is not convex, that of its Gauss
+/// part, which a small multiple of its trace keeps from being singular at poles.
+Step step(const OnSurface& from, const Cell& within, const Vec<3>& p) {
+    const occ::SurfaceJet& jet = from.jet;
+    const Vec<3> r = from.point() - p, u = vec(jet.u), v = vec(jet.v);
     const Parameters slope{dot(r, u), dot(r, v)};
     const double guu = dot(u, u), guv = dot(u, v), gvv = dot(v, v);
     const double huu = guu + dot(r, vec(jet.uu)), huv = guv + dot(r, vec(jet.uv)), hvv = gvv + dot(r, vec(jet.vv));
-    std::array<bool, 2> held{};
+    Step out;
     for (std::size_t k = 0; k < 2; ++k)
-        held[k] = (uv[k] <= within.low[k] && slope[k] > 0) || (uv[k] >= within.high[k] && slope[k] < 0);
+        out.held[k] =
+            (from.uv[k] <= within.low[k] && slope[k] > 0) || (from.uv[k] >= within.high[k] && slope[k] < 0);
     constexpr double convex = 0.1, least = 1e-14;
     const bool whole = huu > convex * guu && hvv > convex * gvv && huu * hvv - huv * huv > convex * convex * guu * gvv;
     const double ridge = least * (guu + gvv);
     const double a = (whole ? huu : guu) + ridge, b = whole ? huv : guv, c = (whole ? hvv : gvv) + ridge;
-    if (held[0] && held[1]) return {};
-    if (held[0]) return {0, -slope[1] / c};
-    if (held[1]) return {-slope[0] / a, 0};
     const double det = a * c - b * b;
-    if (!(det > 0)) return {-slope[0] / a, -slope[1] / c};
-    return {(b * slope[1] - c * slope[0]) / det, (b * slope[0] - a * slope[1]) / det};
+    if (out.held[0] || out.held[1] || !(det > 0))
+        out.change = {out.held[0] ? 0 : -slope[0] / a, out.held[1] ? 0 : -slope[1] / c};
+    else
+        out.change = {(b * slope[1] - c * slope[0]) / det, (b * slope[0] - a * slope[1]) / det};
+    return out;
+}
+
+/// Whether a search is pressed against a bound of its cell beyond which the face goes on: what is nearest is there.
+bool leads_on(const Step& step, const Parameters& uv, const occ::FaceFacts& facts) {
+    for (std::size_t k = 0; k < 2; ++k)
+        if (step.held[k] && uv[k] > facts.low[k] && uv[k] < facts.high[k]) return true;
+    return false;
 }
 
 OnSurface nearest_within(const CadParts& parts, std::size_t face, const Parameters& from, const Cell& within,
                          const Vec<3>& p) {
-    constexpr int most_steps = 40;
+    constexpr int most_steps = 40, most_pressed = 2;
     const double tiny = rounding(parts, p);
     OnSurface best = at(parts, face, from, p);
+    int pressed = 0;
     for (int n = 0; n < most_steps; ++n) {
-        const occ::SurfaceJet jet = parts.kernel->on_surface(face, best.uv[0], best.uv[1]);
-        const Parameters change = step(jet, best.point - p, best.uv, within);
+        const auto [change, held] = step(best, within, p);
         if (!std::isfinite(change[0]) || !std::isfinite(change[1])) break;
-        Parameters uv = clamped({best.uv[0] + change[0], best.uv[1] + change[1]}, within);
-        OnSurface next = at(parts, face, uv, p);
+        pressed = leads_on({change, held}, best.uv, parts.kernel->faces[face]) ? pressed + 1 : 0;
+        if (pressed == most_pressed) break;
+        OnSurface next = at(parts, face, clamped({best.uv[0] + change[0], best.uv[1] + change[1]}, within), p);
         // As on an edge: the last steps look as if they led nowhere.
         const double most = best.distance_squared * (1 + 1e-13) + tiny * tiny;
-        for (int halving = 0; halving < 6 && next.distance_squared > most; ++halving) {
-            uv = {0.5 * (uv[0] + best.uv[0]), 0.5 * (uv[1] + best.uv[1])};
-            next = at(parts, face, uv, p);
-        }
+        for (int halving = 0; halving < 6 && next.distance_squared > most; ++halving)
+            next = at(parts, face, {0.5 * (next.uv[0] + best.uv[0]), 0.5 * (next.uv[1] + best.uv[1])}, p);
         if (next.distance_squared > most) break;
-        const double moved = norm((uv[0] - best.uv[0]) * vec(jet.u) + (uv[1] - best.uv[1]) * vec(jet.v));
+        const double moved = norm((next.uv[0] - best.uv[0]) * vec(best.jet.u) + (next.uv[1] - best.uv[1]) * vec(best.jet.v));
         best = next;
         if (moved <= tiny) break;
     }
@@ -137,7 +153,7 @@ std::optional<CadFoot> nearest_edge(const CadModel& model, std::size_t face, con
 CadFoot foot_of(const CadModel& model, std::size_t face, const OnSurface& found, const Vec<3>& p) {
     const double distance = std::sqrt(found.distance_squared);
     const bool is_there = distance <= 4 * rounding(model.parts(), p);
-    return {is_there ? p : found.point, point_on_face(model, face, found.uv).normal, found.uv, is_there ? 0 : distance};
+    return {is_there ? p : found.point(), point_on_face(model, face, found.uv).normal, found.uv, is_there ? 0 : distance};
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <ElSLib.hxx>
 #include <GeomAdaptor_Curve.hxx>
 #include <GeomAdaptor_Surface.hxx>
+#include <Geom2d_Curve.hxx>
 #include <Geom_BSplineCurve.hxx>
 #include <Geom_BSplineSurface.hxx>
 #include <Geom_Curve.hxx>
@@ -31,8 +32,32 @@ namespace {
 struct Surface {
     Handle(Geom_Surface) geometry;
     GeomAdaptor_Surface kind;
-    std::unique_ptr<BRepTopAdaptor_FClass2d> domain;
+    std::unique_ptr<BRepTopAdaptor_FClass2d> domain;  ///< none: the rectangle of the parameters
 };
+
+/// Whether all edges of a face run along the bounds of its parameters, as those of whole spheres, of cylinders and of
+/// fillets do: such a domain is told without asking for it, which takes a hundred times as long.
+bool is_rectangle(const TopoDS_Face& face, const FaceFacts& facts) {
+    constexpr double same = 1e-9;
+    constexpr int samples = 32;
+    bool is_along = true;
+    for (TopExp_Explorer at(face, TopAbs_EDGE); at.More() && is_along; at.Next()) {
+        double first = 0, last = 0;
+        const auto curve = BRep_Tool::CurveOnSurface(TopoDS::Edge(at.Current()), face, first, last);
+        if (curve.IsNull()) return false;
+        std::array<bool, 4> along{true, true, true, true};
+        for (int i = 0; i <= samples; ++i) {
+            const gp_Pnt2d p = curve->Value(first + (last - first) * i / samples);
+            for (std::size_t k = 0; k < 2; ++k) {
+                const double x = k == 0 ? p.X() : p.Y(), range = facts.high[k] - facts.low[k];
+                along[2 * k] = along[2 * k] && std::abs(x - facts.low[k]) <= same * range;
+                along[2 * k + 1] = along[2 * k + 1] && std::abs(x - facts.high[k]) <= same * range;
+            }
+        }
+        is_along = std::find(along.begin(), along.end(), true) != along.end();
+    }
+    return is_along;
+}
 
 Point scaled(const gp_XYZ& p, double s) { return {p.X() * s, p.Y() * s, p.Z() * s}; }
 
@@ -127,11 +152,24 @@ class Shape final : public Kernel {
     }
 
     [[nodiscard]] bool has(std::size_t face, double u, double v) const override {
+        if (!surfaces_[face].domain) return is_within(faces[face], {u, v});
         const TopAbs_State state = surfaces_[face].domain->Perform(gp_Pnt2d(u, v));
         return state == TopAbs_IN || state == TopAbs_ON;
     }
 
   private:
+    /// By whole periods as near to the middle of the bounds as can be.
+    [[nodiscard]] static bool is_within(const FaceFacts& facts, const std::array<double, 2>& uv) {
+        constexpr double beyond = 1e-12;
+        for (std::size_t k = 0; k < 2; ++k) {
+            const double half = 0.5 * (facts.high[k] - facts.low[k]), period = facts.period[k];
+            double off = uv[k] - 0.5 * (facts.low[k] + facts.high[k]);
+            if (period > 0) off -= period * std::round(off / period);
+            if (std::abs(off) > half * (1 + beyond)) return false;
+        }
+        return true;
+    }
+
     bool add_edge(const TopoDS_Edge& edge, const TopTools_IndexedMapOfShape& all_vertices) {
         EdgeFacts facts;
         Handle(Geom_Curve) curve;
@@ -158,11 +196,12 @@ class Shape final : public Kernel {
         if (const auto trimmed = Handle(Geom_RectangularTrimmedSurface)::DownCast(surface.geometry); !trimmed.IsNull())
             surface.geometry = trimmed->BasisSurface();
         surface.kind.Load(surface.geometry);
-        surface.domain = std::make_unique<BRepTopAdaptor_FClass2d>(face, Precision::PConfusion());
         facts.is_plane = surface.kind.GetType() == GeomAbs_Plane;
         facts.has_closed_form = has_closed_form(surface.kind);
         facts.is_reversed = face.Orientation() == TopAbs_REVERSED;
         BRepTools::UVBounds(face, facts.low[0], facts.high[0], facts.low[1], facts.high[1]);
+        if (!is_rectangle(face, facts))
+            surface.domain = std::make_unique<BRepTopAdaptor_FClass2d>(face, Precision::PConfusion());
         if (surface.geometry->IsUPeriodic()) facts.period[0] = surface.geometry->UPeriod();
         if (surface.geometry->IsVPeriodic()) facts.period[1] = surface.geometry->VPeriod();
         facts.cells = cells_of(surface.kind);
