@@ -27,7 +27,8 @@ bool agree(const Box<3>& mesh, const Box<3>& model, double factor) {
     constexpr double within = 0.1;
     const double most = within * mesh.diagonal();
     for (std::size_t k = 0; k < 3; ++k)
-        if (std::abs(mesh.low[k] - factor * model.low[k]) > most || std::abs(mesh.high[k] - factor * model.high[k]) > most)
+        if (std::abs(mesh.low[k] - factor * model.low[k]) > most ||
+            std::abs(mesh.high[k] - factor * model.high[k]) > most)
             return false;
     return true;
 }
@@ -44,7 +45,8 @@ std::string remedy(const Box<3>& mesh, const Box<3>& model, const CadParts& part
     const double here = parts.kernel->millimetres;  // of the unit in which the model is
     for (const auto& [unit, word] : words(CadUnit{})) {
         if (unit == CadUnit::file || millimetres_of(unit) == here) continue;
-        if (agree(mesh, model, here / millimetres_of(unit))) return "the mesh is in " + std::string(word) + ": give that as the unit of the CAD model";
+        if (agree(mesh, model, here / millimetres_of(unit)))
+            return "the mesh is in " + std::string(word) + ": give that as the unit of the CAD model";
     }
     return "give the CAD model of this mesh, in the mesh's place; if the file's unit is not the mesh's, say the mesh's";
 }

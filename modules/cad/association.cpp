@@ -102,7 +102,8 @@ struct Met {
 
 Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p, double size) {
     Met out{-1, static_cast<std::uint32_t>(faces.size()), 0, false};
-    for (const std::size_t face : faces) out.distance = std::max(out.distance, closest_on_face(model, face, p).distance);
+    for (const std::size_t face : faces)
+        out.distance = std::max(out.distance, closest_on_face(model, face, p).distance);
     if (faces.size() == 2) {
         const auto edge = edge_between(model, faces, std::span(&p, 1));
         if (!edge) return out;
@@ -165,8 +166,7 @@ Outcome<Done> meet_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, con
     const auto met = map_each(execution, edges.size(), [&](std::size_t e) -> Met {
         const auto faces = faces_of(out, (*shells)[e]);
         if (faces.size() < 2) return {};
-        return met_by_edge(model, faces,
-                           {mesh.points[edges.vertices[e][0]], mesh.points[edges.vertices[e][1]]});
+        return met_by_edge(model, faces, {mesh.points[edges.vertices[e][0]], mesh.points[edges.vertices[e][1]]});
     });
     if (!met) return fail(met.error());
     std::vector<std::int64_t> curves;
@@ -186,8 +186,9 @@ Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& e
     return guarded([&]() -> Outcome<CadAssociation> {
         std::vector<std::size_t> all(model.faces());
         std::iota(all.begin(), all.end(), std::size_t{0});
-        const auto fits = map_each(part_of(execution, 0, 0.7), mesh.facets.size(),
-                                   [&](std::size_t f) { return best_face(model, all, corners_of(mesh, f)); }, 16);
+        const auto fits = map_each(
+            part_of(execution, 0, 0.7), mesh.facets.size(),
+            [&](std::size_t f) { return best_face(model, all, corners_of(mesh, f)); }, 16);
         if (!fits) return fail(fits.error());
         CadAssociation out;
         out.faces = chosen(mesh, model, *fits, out);

@@ -20,10 +20,10 @@ struct CadAssociation {
     std::vector<std::pair<Reference, std::vector<std::size_t>>> of_references;
 
     std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;  ///< entities that the mesh has something on
-    std::size_t doubtful_facets = 0;   ///< another face fits them nearly as well
-    std::size_t settled_facets = 0;    ///< of those: by what the sure ones of their reference lie on
-    std::size_t doubtful_edges = 0;    ///< between facets of two faces that have no edge in common
-    std::size_t doubtful_vertices = 0; ///< where three faces or more meet, and the model has no vertex near
+    std::size_t doubtful_facets = 0;                             ///< another face fits them nearly as well
+    std::size_t settled_facets = 0;      ///< of those: by what the sure ones of their reference lie on
+    std::size_t doubtful_edges = 0;      ///< between facets of two faces that have no edge in common
+    std::size_t doubtful_vertices = 0;   ///< where three faces or more meet, and the model has no vertex near
     double largest_vertex_distance = 0;  ///< of a vertex of the boundary from its face, edge or vertex
     VertexId farthest_vertex = {};
 };

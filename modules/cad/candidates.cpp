@@ -6,6 +6,7 @@ module;
 #include <limits>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "occ/kernel.hpp"
@@ -86,8 +87,7 @@ std::optional<std::size_t> edge_between(const CadModel& model, std::span<const s
     return best;
 }
 
-std::optional<std::size_t> vertex_between(const CadModel& model, std::span<const std::size_t> faces,
-                                          const Vec<3>& p) {
+std::optional<std::size_t> vertex_between(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p) {
     std::optional<std::size_t> best;
     double least = infinite;
     for (const std::size_t face : faces)

@@ -52,8 +52,7 @@ Step step(const OnSurface& from, const Cell& within, const Vec<3>& p) {
     const double huu = guu + dot(r, vec(jet.uu)), huv = guv + dot(r, vec(jet.uv)), hvv = gvv + dot(r, vec(jet.vv));
     Step out;
     for (std::size_t k = 0; k < 2; ++k)
-        out.held[k] =
-            (from.uv[k] <= within.low[k] && slope[k] > 0) || (from.uv[k] >= within.high[k] && slope[k] < 0);
+        out.held[k] = (from.uv[k] <= within.low[k] && slope[k] > 0) || (from.uv[k] >= within.high[k] && slope[k] < 0);
     constexpr double convex = 0.1, least = 1e-14;
     const bool whole = huu > convex * guu && hvv > convex * gvv && huu * hvv - huv * huv > convex * convex * guu * gvv;
     const double ridge = least * (guu + gvv);
@@ -90,7 +89,8 @@ OnSurface nearest_within(const CadParts& parts, std::size_t face, const Paramete
         for (int halving = 0; halving < 6 && next.distance_squared > most; ++halving)
             next = at(parts, face, {0.5 * (next.uv[0] + best.uv[0]), 0.5 * (next.uv[1] + best.uv[1])}, p);
         if (next.distance_squared > most) break;
-        const double moved = norm((next.uv[0] - best.uv[0]) * vec(best.jet.u) + (next.uv[1] - best.uv[1]) * vec(best.jet.v));
+        const double moved =
+            norm((next.uv[0] - best.uv[0]) * vec(best.jet.u) + (next.uv[1] - best.uv[1]) * vec(best.jet.v));
         best = next;
         if (moved <= tiny) break;
     }
@@ -133,8 +133,7 @@ OnSurface nearest(const CadParts& parts, std::size_t face, const Vec<3>& p) {
         });
         best = nearest_within(parts, face, best.uv, whole(facts), p);
     }
-    for (std::size_t k = 0; k < 2; ++k)
-        best.uv[k] = turned(best.uv[k], facts.low[k], facts.high[k], facts.period[k]);
+    for (std::size_t k = 0; k < 2; ++k) best.uv[k] = turned(best.uv[k], facts.low[k], facts.high[k], facts.period[k]);
     return best;
 }
 
@@ -153,7 +152,8 @@ std::optional<CadFoot> nearest_edge(const CadModel& model, std::size_t face, con
 CadFoot foot_of(const CadModel& model, std::size_t face, const OnSurface& found, const Vec<3>& p) {
     const double distance = std::sqrt(found.distance_squared);
     const bool is_there = distance <= 4 * rounding(model.parts(), p);
-    return {is_there ? p : found.point(), point_on_face(model, face, found.uv).normal, found.uv, is_there ? 0 : distance};
+    return {is_there ? p : found.point(), point_on_face(model, face, found.uv).normal, found.uv,
+            is_there ? 0 : distance};
 }
 
 }  // namespace

@@ -29,7 +29,8 @@ Library loaded() {
         void* const handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
         if (handle == nullptr) {
             const char* const why = dlerror();
-            library.missing += (library.missing.empty() ? "" : "; ") + std::string(why != nullptr ? why : "no such library");
+            library.missing +=
+                (library.missing.empty() ? "" : "; ") + std::string(why != nullptr ? why : "no such library");
             continue;
         }
         library.open = reinterpret_cast<occ::Open*>(dlsym(handle, "camber_occ_open"));

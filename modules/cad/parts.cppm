@@ -47,8 +47,6 @@ struct CadParts {
 inline constexpr double doubt = 2;
 
 /// Distances that rounding alone makes.
-[[nodiscard]] inline double rounding(const CadParts& parts, const Vec<3>& p) {
-    return 1e-15 * (parts.size + norm(p));
-}
+[[nodiscard]] inline double rounding(const CadParts& parts, const Vec<3>& p) { return 1e-15 * (parts.size + norm(p)); }
 
 }  // namespace camber

@@ -117,7 +117,9 @@ TEST_CASE("what stands at edges and vertices") {
     for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
         if (shells[e].empty()) continue;
         const auto& [low, high] = mesh.edges.vertices[e];
-        const EdgeSite<3> site{EdgeId(e), EdgeKind::surface, {mesh.linear.points[low], mesh.linear.points[high]},
+        const EdgeSite<3> site{EdgeId(e),
+                               EdgeKind::surface,
+                               {mesh.linear.points[low], mesh.linear.points[high]},
                                facet_sites<3>(mesh.linear, shells[e])};
         const GeometryEntity entity = geometry->entity_at_edge(site);
         const bool is_rim = site.ends[0][2] == site.ends[1][2] && low.index() >= 2;

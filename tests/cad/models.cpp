@@ -1,5 +1,7 @@
 #include "models.hpp"
 
+#include "occ/read.hpp"
+
 #include <BRepAlgoAPI_Cut.hxx>
 #include <BRepBuilderAPI_NurbsConvert.hxx>
 #include <BRepFilletAPI_MakeFillet.hxx>
@@ -27,6 +29,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
 namespace cad_tests {
 
@@ -71,7 +74,7 @@ void write(const TopoDS_Shape& shape, const std::string& path, const char* unit)
     if (ends(".brep")) {
         written = BRepTools::Write(shape, path.c_str());
     } else if (ends(".iges")) {
-        IGESControl_Writer writer(unit, 1); // faces of solids
+        IGESControl_Writer writer(unit, 1);  // faces of solids
         written = writer.AddShape(shape) && writer.Write(path.c_str());
     } else {
         STEPControl_Controller::Init();
@@ -97,6 +100,7 @@ File::~File() {
 }
 
 void write_model(Kind kind, const std::array<double, 3>& sizes, const File& file, const char* unit) {
+    CAMBER_OCC_KEEPS;
     Message::DefaultMessenger()->ChangePrinters().Clear();
     write(shape_of(kind, sizes), file.path(), unit);
 }

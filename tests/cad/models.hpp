@@ -8,17 +8,17 @@
 namespace cad_tests {
 
 enum class Kind {
-    box,          // sizes a, b, c from the origin
-    ball,         // radius a about the origin
-    shell,        // between spheres of radii a (inner) and b about the origin
-    cylinder,     // radius a, from z = 0 to b
-    cone,         // radius a at z = 0 to b at z = c
-    torus,        // radii a, b about z
-    half_torus,   // of it what is on one side of a plane through z
-    filleted_box, // edges of a box of size a rounded by b
-    nurbs_torus,  // torus, as rational splines
+    box,           // sizes a, b, c from the origin
+    ball,          // radius a about the origin
+    shell,         // between spheres of radii a (inner) and b about the origin
+    cylinder,      // radius a, from z = 0 to b
+    cone,          // radius a at z = 0 to b at z = c
+    torus,         // radii a, b about z
+    half_torus,    // of it what is on one side of a plane through z
+    filleted_box,  // edges of a box of size a rounded by b
+    nurbs_torus,   // torus, as rational splines
     nurbs_ball,
-    nothing,      // a shape without faces
+    nothing,  // a shape without faces
 };
 
 /// A file that is removed with the value.

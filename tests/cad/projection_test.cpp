@@ -20,9 +20,7 @@ using testing::property;
 
 namespace {
 
-double number(double low, double high) {
-    return low + (high - low) * *rc::gen::inRange(0, 1000001) / 1e6;
-}
+double number(double low, double high) { return low + (high - low) * *rc::gen::inRange(0, 1000001) / 1e6; }
 
 Vec<3> direction() {
     const double z = number(-1, 1), angle = number(-3.15, 3.15), r = std::sqrt(std::fmax(0.0, 1 - z * z));
@@ -75,9 +73,8 @@ TEST_CASE("points near a sphere: seam and poles") {
         const CadModel model = model_of(kind, {1.3, 0, 0});
         CHECK(model.faces() == 1);
         const auto near = [] { return number(1 - off, 1 + off) * 1.3 * direction(); };
-        property("are put onto it", [&] {
-            check_law(model, near, [](const Vec<3>& p) { return on_sphere(1.3, p); }, 1.3);
-        });
+        property("are put onto it",
+                 [&] { check_law(model, near, [](const Vec<3>& p) { return on_sphere(1.3, p); }, 1.3); });
         for (const Vec<3>& p : {Vec<3>{{0, 0, 1.2}}, Vec<3>{{0, 0, -1.4}}, Vec<3>{{1.4, 0, 0}}, Vec<3>{{1e-9, 0, 1.2}},
                                 Vec<3>{{1.2, 1e-13, 0.1}}, Vec<3>{{1.2, -1e-13, 0.1}}}) {
             const CadFoot foot = closest_on_face(model, 0, p);
@@ -98,9 +95,8 @@ TEST_CASE("points near a torus") {
             const double r = 0.5 * number(1 - off, 1 + off);
             return (2 + r * std::cos(tube)) * ring + Vec<3>{{0, 0, r * std::sin(tube)}};
         };
-        property("are put onto it", [&] {
-            check_law(model, near, [](const Vec<3>& p) { return on_torus(2, 0.5, p); }, 2);
-        });
+        property("are put onto it",
+                 [&] { check_law(model, near, [](const Vec<3>& p) { return on_torus(2, 0.5, p); }, 2); });
     }
 }
 
@@ -113,12 +109,13 @@ TEST_CASE("points near a cylinder, a cone and a box") {
             const double angle = number(-3.15, 3.15), r = 0.5 * number(0.95, 1.05);
             return Vec<3>{{r * std::cos(angle), r * std::sin(angle), number(0.1, 1.9)}};
         };
-        check_law(cylinder, near,
-                  [](const Vec<3>& p) {
-                      const Vec<3> n = normalised(Vec<3>{{p[0], p[1], 0}});
-                      return Foot{0.5 * n + Vec<3>{{0, 0, p[2]}}, n};
-                  },
-                  2);
+        check_law(
+            cylinder, near,
+            [](const Vec<3>& p) {
+                const Vec<3> n = normalised(Vec<3>{{p[0], p[1], 0}});
+                return Foot{0.5 * n + Vec<3>{{0, 0, p[2]}}, n};
+            },
+            2);
     });
     const CadModel cone = model_of(Kind::cone, {1, 0, 2});
     property("are put onto the cone", [&] {
@@ -128,8 +125,9 @@ TEST_CASE("points near a cylinder, a cone and a box") {
         const auto turned = [&](const Vec<3>& x) {
             return Vec<3>{{x[0] * std::cos(angle), x[0] * std::sin(angle), x[2]}};
         };
-        check_law(cone, [&] { return turned(profile + away * normal); },
-                  [&](const Vec<3>&) { return Foot{turned(profile), turned(normal)}; }, 2);
+        check_law(
+            cone, [&] { return turned(profile + away * normal); },
+            [&](const Vec<3>&) { return Foot{turned(profile), turned(normal)}; }, 2);
     });
     const CadModel box = model_of(Kind::box, {1, 2, 3});
     CHECK(box.faces() == 6);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <fstream>
 #include <string>
 
@@ -70,7 +71,8 @@ TEST_CASE("what is no model is told") {
     for (const char* const ending : {".step", ".iges", ".brep"}) {
         CAPTURE(ending);
         const File file(ending);
-        for (const char* const text : {"", "\0\1\2", "ISO-10303-21;\nHEADER;\n", "CASCADE Topology V1, (c) Matra-Datavision\nTShapes 9999999\n"}) {
+        for (const char* const text : {"", "\0\1\2", "ISO-10303-21;\nHEADER;\n",
+                                       "CASCADE Topology V1, (c) Matra-Datavision\nTShapes 9999999\n"}) {
             std::ofstream(file.path()) << text;
             CHECK(error_of(file.path()).kind == ErrorKind::input);
         }

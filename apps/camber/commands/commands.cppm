@@ -47,7 +47,7 @@ struct GeometryArguments {
 struct CurveArguments : PipelineArguments {
     std::optional<std::string> metric;  ///< none: that of the settings, or natural
     GeometryArguments geometry;
-    std::optional<config::Objective> objective;   ///< none: that of the settings, or the stage's default
+    std::optional<config::Objective> objective;  ///< none: that of the settings, or the stage's default
 };
 [[nodiscard]] int curve_command(const CurveArguments& arguments);
 
@@ -59,8 +59,8 @@ struct RepairArguments : PipelineArguments {
 struct RemeshArguments : PipelineArguments {
     std::optional<std::string> metric;  ///< none: that of the settings, or natural
     GeometryArguments geometry;
-    std::optional<int> rounds;                    ///< none: that of the settings, or the stage's default
-    std::string output_metric;                    ///< the metric at the new vertices; empty: not written
+    std::optional<int> rounds;  ///< none: that of the settings, or the stage's default
+    std::string output_metric;  ///< the metric at the new vertices; empty: not written
 };
 [[nodiscard]] int remesh_command(const RemeshArguments& arguments);
 

@@ -45,7 +45,9 @@ Outcome<Done> set_metric(const std::optional<std::string>& metric, config::Pipel
 Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline& pipeline) {
     const auto& [geometry, cad, unit] = arguments;
     if (cad && geometry) return fail(ErrorKind::usage, "is a geometry too", "--geometry", {}, "give it or --cad");
-    if (unit && !cad) return fail(ErrorKind::usage, "is the unit of a CAD model, and there is none", "--cad-unit", {}, "give --cad too");
+    if (unit && !cad)
+        return fail(ErrorKind::usage, "is the unit of a CAD model, and there is none", "--cad-unit", {},
+                    "give --cad too");
     if (cad) pipeline.geometry = config::Cad{{*cad}, unit.value_or(config::Cad{}.unit)};
     if (!geometry) return Done{};
     auto read = config::read_geometry(*geometry, "--geometry");

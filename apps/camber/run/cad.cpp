@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <utility>
 module camber.run;
@@ -63,9 +64,9 @@ Outcome<double> largest_node_distance(const QuadraticMesh<D>& mesh, const Bounda
     return reduce_each(execution, mesh.edges.size(), 0.0, add, [](double a, double b) { return std::max(a, b); });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                         \
-    template Outcome<MadeGeometry<D>> make_cad_geometry<D>(const CadModel&, const LinearMesh<D>&, const EdgeSet<D>&,  \
-                                                           const Execution&);                                         \
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<MadeGeometry<D>> make_cad_geometry<D>(const CadModel&, const LinearMesh<D>&, const EdgeSet<D>&, \
+                                                           const Execution&);                                        \
     template Outcome<double> largest_node_distance<D>(const QuadraticMesh<D>&, const Boundary<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

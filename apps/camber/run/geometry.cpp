@@ -147,10 +147,10 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const s
     return made(Geometry<D>(std::move(*surrogate)));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                               \
-    template Outcome<MadeGeometry<D>> make_geometry<D>(const config::Geometry&, const std::optional<CadModel>&, \
-                                                       const LinearMesh<D>&, const EdgeSet<D>&,             \
-                                                       const Features<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<MadeGeometry<D>> make_geometry<D>(const config::Geometry&, const std::optional<CadModel>&,     \
+                                                       const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \
+                                                       const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -164,10 +164,10 @@ std::string_view name_distance(const Report& report) {
 }
 
 std::string cad_rows(const CadReport& c) {
-    std::string text = table_row("CAD faces, edges, vertices met",
-                                 fmt::format("{} of {}, {} of {}, {} of {}", grouped(c.faces_met), grouped(c.faces),
-                                             grouped(c.edges_met), grouped(c.edges), grouped(c.vertices_met),
-                                             grouped(c.vertices)));
+    std::string text =
+        table_row("CAD faces, edges, vertices met",
+                  fmt::format("{} of {}, {} of {}, {} of {}", grouped(c.faces_met), grouped(c.faces),
+                              grouped(c.edges_met), grouped(c.edges), grouped(c.vertices_met), grouped(c.vertices)));
     text += table_row("doubtful facets, edges, vertices",
                       fmt::format("{} (settled {}), {}, {}", grouped(c.doubtful_facets), grouped(c.settled_facets),
                                   grouped(c.doubtful_edges), grouped(c.doubtful_vertices)));

@@ -58,7 +58,11 @@ class Runner {
   public:
     Runner(const config::Pipeline& config, GivenMesh<D> mesh, std::span<const MetricFile> files,
            std::optional<CadModel> cad, const Around& around)
-        : config(config), files(files), cad(std::move(cad)), state(beginning_with<D>(std::move(mesh))), around_(around) {}
+        : config(config),
+          files(files),
+          cad(std::move(cad)),
+          state(beginning_with<D>(std::move(mesh))),
+          around_(around) {}
 
     const config::Pipeline& config;
     const std::span<const MetricFile> files;  ///< all metric files that the config names

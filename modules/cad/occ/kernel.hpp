@@ -75,5 +75,5 @@ using Open = void(const char* path, Format format, double millimetres, Opened& o
 }  // namespace camber::occ
 
 /// The one function of the library.
-extern "C" __attribute__((visibility("default"))) void camber_occ_open(const char* path, camber::occ::Format format, double millimetres,
-                                camber::occ::Opened& opened);
+extern "C" __attribute__((visibility("default"))) void camber_occ_open(const char* path, camber::occ::Format format,
+                                                                       double millimetres, camber::occ::Opened& opened);

@@ -1,5 +1,17 @@
 #include "read.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <exception>
+#include <fstream>
+#include <iostream>
+#include <mutex>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <BRepBndLib.hxx>
 #include <BRepBuilderAPI_Sewing.hxx>
 #include <BRepLib.hxx>
@@ -14,18 +26,6 @@
 #include <STEPControl_Reader.hxx>
 #include <Standard_Failure.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
-#include <algorithm>
-#include <array>
-#include <cctype>
-#include <cmath>
-#include <exception>
-#include <fstream>
-#include <iostream>
-#include <mutex>
-#include <sstream>
-#include <string>
-#include <string_view>
-#include <utility>
 
 namespace camber::occ {
 
@@ -34,26 +34,11 @@ namespace {
 /// Millimetres of a unit that files name; 0: not known.
 double millimetres_of(std::string name) {
     std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-    constexpr std::array<std::pair<std::string_view, double>, 20> units{{{"mm", 1},
-                                                                         {"millimetre", 1},
-                                                                         {"millimeter", 1},
-                                                                         {"cm", 10},
-                                                                         {"centimetre", 10},
-                                                                         {"centimeter", 10},
-                                                                         {"m", 1000},
-                                                                         {"metre", 1000},
-                                                                         {"meter", 1000},
-                                                                         {"km", 1e6},
-                                                                         {"kilometre", 1e6},
-                                                                         {"um", 1e-3},
-                                                                         {"micrometre", 1e-3},
-                                                                         {"in", 25.4},
-                                                                         {"inch", 25.4},
-                                                                         {"inches", 25.4},
-                                                                         {"ft", 304.8},
-                                                                         {"foot", 304.8},
-                                                                         {"mile", 1609344},
-                                                                         {"mil", 0.0254}}};
+    constexpr std::array<std::pair<std::string_view, double>, 20> units{
+        {{"mm", 1},          {"millimetre", 1}, {"millimeter", 1},    {"cm", 10},        {"centimetre", 10},
+         {"centimeter", 10}, {"m", 1000},       {"metre", 1000},      {"meter", 1000},   {"km", 1e6},
+         {"kilometre", 1e6}, {"um", 1e-3},      {"micrometre", 1e-3}, {"in", 25.4},      {"inch", 25.4},
+         {"inches", 25.4},   {"ft", 304.8},     {"foot", 304.8},      {"mile", 1609344}, {"mil", 0.0254}}};
     for (const auto& [word, size] : units)
         if (name == word) return size;
     return 0;
@@ -67,6 +52,8 @@ class Quiet {
     }
     Quiet(const Quiet&) = delete;
     Quiet& operator=(const Quiet&) = delete;
+    Quiet(Quiet&&) = delete;
+    Quiet& operator=(Quiet&&) = delete;
     ~Quiet() {
         std::cout.rdbuf(out_);
         std::cerr.rdbuf(err_);
@@ -145,6 +132,7 @@ extern "C" void camber_occ_open(const char* path, camber::occ::Format format, do
     // The readers have settings and messages that all threads share.
     static std::mutex one_at_a_time;
     const std::lock_guard lock(one_at_a_time);
+    CAMBER_OCC_KEEPS;
     try {
         if (!std::ifstream(path)) {
             opened.fault = "cannot be opened";

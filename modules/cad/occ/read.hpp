@@ -1,10 +1,21 @@
 #pragma once
 
-#include <TopoDS_Shape.hxx>
 #include <memory>
 #include <string>
+#include <TopoDS_Shape.hxx>
 
 #include "kernel.hpp"
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#include <sanitizer/lsan_interface.h>
+/// What OpenCASCADE's readers and writers keep to the end is not ours to free.
+#define CAMBER_OCC_KEEPS __lsan::ScopedDisabler keeps
+#endif
+#endif
+#ifndef CAMBER_OCC_KEEPS
+#define CAMBER_OCC_KEEPS
+#endif
 
 namespace camber::occ {
 

@@ -1,10 +1,13 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
 #include <BRepTools.hxx>
 #include <BRepTopAdaptor_FClass2d.hxx>
 #include <BRep_Tool.hxx>
 #include <ElSLib.hxx>
+#include <Geom2d_Curve.hxx>
 #include <GeomAdaptor_Curve.hxx>
 #include <GeomAdaptor_Surface.hxx>
-#include <Geom2d_Curve.hxx>
 #include <Geom_BSplineCurve.hxx>
 #include <Geom_BSplineSurface.hxx>
 #include <Geom_Curve.hxx>
@@ -19,8 +22,6 @@
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Face.hxx>
 #include <TopoDS_Vertex.hxx>
-#include <algorithm>
-#include <cmath>
 
 #include "read.hpp"
 
@@ -65,17 +66,15 @@ void add_once(std::vector<std::size_t>& list, std::size_t item) {
     if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
 }
 
-std::size_t clamped(int cells, int least, int most) {
-    return static_cast<std::size_t>(std::clamp(cells, least, most));
-}
+std::size_t clamped(int cells, int least, int most) { return static_cast<std::size_t>(std::clamp(cells, least, most)); }
 
 bool has_closed_form(const GeomAdaptor_Surface& kind) {
     switch (kind.GetType()) {
-    case GeomAbs_Plane:
-    case GeomAbs_Cylinder:
-    case GeomAbs_Sphere:
-    case GeomAbs_Torus: return true;
-    default: return false;
+        case GeomAbs_Plane:
+        case GeomAbs_Cylinder:
+        case GeomAbs_Sphere:
+        case GeomAbs_Torus: return true;
+        default: return false;
     }
 }
 
@@ -97,10 +96,10 @@ std::array<std::size_t, 2> cells_of(const GeomAdaptor_Surface& kind) {
 std::size_t cells_of(const GeomAdaptor_Curve& kind) {
     constexpr int least = 8, most = 256;
     switch (kind.GetType()) {
-    case GeomAbs_Line: return 1;
-    case GeomAbs_BSplineCurve:
-        return clamped((kind.BSpline()->NbKnots() - 1) * kind.BSpline()->Degree(), least, most);
-    default: return 2 * least;
+        case GeomAbs_Line: return 1;
+        case GeomAbs_BSplineCurve:
+            return clamped((kind.BSpline()->NbKnots() - 1) * kind.BSpline()->Degree(), least, most);
+        default: return 2 * least;
     }
 }
 
@@ -142,11 +141,11 @@ class Shape final : public Kernel {
         const gp_Pnt at(p[0] / scale_, p[1] / scale_, p[2] / scale_);
         double u = 0, v = 0;
         switch (kind.GetType()) {
-        case GeomAbs_Plane: ElSLib::Parameters(kind.Plane(), at, u, v); break;
-        case GeomAbs_Cylinder: ElSLib::Parameters(kind.Cylinder(), at, u, v); break;
-        case GeomAbs_Sphere: ElSLib::Parameters(kind.Sphere(), at, u, v); break;
-        case GeomAbs_Torus: ElSLib::Parameters(kind.Torus(), at, u, v); break;
-        default: break;
+            case GeomAbs_Plane: ElSLib::Parameters(kind.Plane(), at, u, v); break;
+            case GeomAbs_Cylinder: ElSLib::Parameters(kind.Cylinder(), at, u, v); break;
+            case GeomAbs_Sphere: ElSLib::Parameters(kind.Sphere(), at, u, v); break;
+            case GeomAbs_Torus: ElSLib::Parameters(kind.Torus(), at, u, v); break;
+            default: break;
         }
         return {u, v};
     }

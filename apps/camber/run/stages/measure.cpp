@@ -136,8 +136,7 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
         auto measured = measure_end(*end, run.field(), run.state.straight_log_metrics, run.state.history,
                                     told_lengths(run.config.output), e);
         if (!measured || !run.cad) return measured;
-        if (auto nodes = measure_nodes(*end, measured->report, without_progress(e)); !nodes)
-            return fail(nodes.error());
+        if (auto nodes = measure_nodes(*end, measured->report, without_progress(e)); !nodes) return fail(nodes.error());
         return measured;
     });
     if (!made) return fail(made.error());

@@ -36,13 +36,18 @@ Outcome<Described<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edg
     auto features =
         find_features(mesh, edges, inherited ? listed_breaks<D> : by_angle<D>(options), part_of(execution, 0, 0.3));
     if (!features) return fail(features.error());
-    auto made = inherited ? MadeGeometry<D>{inherited->geometry}
-                          : make_geometry(run.config.geometry, run.cad, mesh, edges, *features,
-                                          part_of(execution, 0.3, 1));
+    auto made = inherited
+                    ? MadeGeometry<D>{inherited->geometry}
+                    : make_geometry(run.config.geometry, run.cad, mesh, edges, *features, part_of(execution, 0.3, 1));
     if (!made) return fail(made.error());
-    const BoundaryReport report{
-        features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}, {},
-        made->cad};
+    const BoundaryReport report{features->surface_edges,
+                                features->ridge_edges,
+                                features->corners,
+                                features->patch_count,
+                                {},
+                                {},
+                                {},
+                                made->cad};
     return Described<D>{{std::move(*features), options.required_boundary, std::move(made->geometry)}, report};
 }
 
