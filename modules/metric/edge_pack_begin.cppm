@@ -104,7 +104,7 @@ struct Begun {
 
 template <int D>
 [[gnu::always_inline]] inline Begun<D> begun(const PackedEdges<D>& all,
-                                                   const std::array<std::uint32_t, pack_size>& lanes, int count) {
+                                             const std::array<std::uint32_t, pack_size>& lanes, int count) {
     Begun<D> out{};
     SearchPack<D>& s = out.lanes.pack;
     out.lanes.edge = lanes;

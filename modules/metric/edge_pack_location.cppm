@@ -358,12 +358,9 @@ template <int D>
 
 /// The same, with each point's walk from where that point was before.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths_beside(const StraightBack<D>& back,
-                                                                              const ChordFrame<D>& f,
-                                                                              const VecPack<D>& y,
-                                                                              const Quadrature& rule,
-                                                                              PointElements<D>& elements,
-                                                                              WalkMarks& marks) {
+[[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths_beside(
+    const StraightBack<D>& back, const ChordFrame<D>& f, const VecPack<D>& y, const Quadrature& rule,
+    PointElements<D>& elements, WalkMarks& marks) {
     VecPack<D> offset;
     for (int i = 0; i < D; ++i) offset[i] = f.scale[i] * y[i];
     EdgeValues<D> out{};

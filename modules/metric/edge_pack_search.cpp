@@ -100,7 +100,7 @@ struct SearchQueue {
 template <int D, class Where>
 [[gnu::always_inline]] inline void resolve(const PackedEdges<D>& all, SearchLanes<D>& lanes, const Ended& ended,
                                            const Where& where, SearchQueue<D>& to_judge, SearchQueue<D>& leaving,
-                                          SearchQueue<D>& to_probe, SearchQueue<D>& to_judge_through) {
+                                           SearchQueue<D>& to_probe, SearchQueue<D>& to_judge_through) {
     const Mask out = ended.ended | ended.leaves;
     if (!any(out)) return;
     const VecPack<D> offset = offsets_of(lanes.pack.frame, lanes.pack.y);
@@ -229,10 +229,12 @@ template <int D>
         if (busy_through == pack_size || (busy == 0 && busy_through > 0)) {
             all.work.decompositions += static_cast<std::size_t>(busy_through) * all.rules.objective.size();
             const ThroughElements<D> where{points};
-            resolve(all, through, stepped(all, through, where), where, to_judge_through, leaving, to_probe, to_judge_through);
+            resolve(all, through, stepped(all, through, where), where, to_judge_through, leaving, to_probe,
+                    to_judge_through);
         } else if (busy > 0) {
             all.work.decompositions += static_cast<std::size_t>(busy) * all.rules.objective.size();
-            resolve(all, within, stepped(all, within, WithinWedge<D>{}), WithinWedge<D>{}, to_judge, leaving, to_probe, to_judge_through);
+            resolve(all, within, stepped(all, within, WithinWedge<D>{}), WithinWedge<D>{}, to_judge, leaving, to_probe,
+                    to_judge_through);
         }
         const bool drained = !more && busy == 0 && busy_through == 0;
         const bool last = drained && to_probe.count == 0;

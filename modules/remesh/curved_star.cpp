@@ -215,7 +215,8 @@ class CurvingStar {
         const auto& [options, rules] = *goal_.search;
         for (std::size_t i = 0; i < w_.free.size(); ++i) {
             if (!is_free(w_.free[i])) continue;
-            // From the lower end by coordinates, whichever is the point: where minima are several an edge has one target.
+            // From the lower end by coordinates, whichever is the point: where minima are several an edge has one
+            // target.
             const VertexId v = vertex(w_.free[i]);
             const bool from_point = wish_.place.c < r_.mesh.points[v].c;
             const EdgeMinimum<D> found =

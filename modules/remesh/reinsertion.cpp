@@ -35,7 +35,7 @@ class Reinsertions final : public Pass<D> {
         return wished;
     }
     /// A patch that moves no node noticeably is not worth a commit.
-    [[nodiscard]] RejectionReason judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
+    [[nodiscard]] PatchVerdict judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
         constexpr double noticeable = 1e-3;  // lengths in the metric
         const VertexId point = patch.point.vertex;
         for (const ElementId e : patch.removed.elements) {
@@ -48,10 +48,10 @@ class Reinsertions final : public Pass<D> {
                                      r.mesh.nodes[r.mesh.edges_of[e][edge_between<D>[i][at]]].point;
                 if (r.metrics[point].measure.length_squared(shift) > noticeable * noticeable ||
                     r.metrics[vertices[i]].measure.length_squared(shift) > noticeable * noticeable)
-                    return RejectionReason::none;
+                    return {RejectionReason::none};
             }
         }
-        return RejectionReason::gain;
+        return {RejectionReason::gain};
     }
     void follow(const Remeshing<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
         for (const ElementId e : changes.elements.created)

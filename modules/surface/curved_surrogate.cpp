@@ -3,6 +3,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 module camber.surface;
 import camber.core;
@@ -11,6 +12,13 @@ import camber.bezier;
 namespace camber {
 
 namespace {
+
+template <int D>
+struct Curves {
+    const LinearMesh<D>& linear;
+    const EdgeSet<D>& edges;
+    std::span<const LagrangeNode<D>> nodes;
+};
 
 /// a, (4m − b)/3, (4m − a)/3, b: the edge through m at 1/2, of degree 2; exactly straight where m is the middle.
 template <int D>
@@ -21,17 +29,17 @@ std::array<Vec<D>, 2> raised(const Vec<D>& a, const Vec<D>& m, const Vec<D>& b) 
 }
 
 template <int D>
-SurrogateEdge<D> cubic_edge_of(const QuadraticMesh<D>& mesh, EdgeId e, std::uint32_t curve_number) {
+SurrogateEdge<D> cubic_edge_of(const Curves<D>& mesh, EdgeId e, std::uint32_t curve_number) {
     const auto& [low, high] = mesh.edges.vertices[e];
     const Vec<D>& a = mesh.linear.points[low];
     const Vec<D>& b = mesh.linear.points[high];
-    const Vec<D>& m = mesh.mid_nodes[e.index()].point;
+    const Vec<D>& m = mesh.nodes[e.index()].point;
     const auto inner = raised(a, m, b);
     return {{{a, inner[0], inner[1], b}}, m, curve_number};
 }
 
 template <int D>
-CubicSimplex<D - 1, D> cubic_facet(const QuadraticMesh<D>& mesh, std::size_t f) {
+CubicSimplex<D - 1, D> cubic_facet(const Curves<D>& mesh, std::size_t f) {
     const auto& vertices = mesh.linear.facets.vertices[f];
     CubicSimplex<D - 1, D> facet;
     for (std::size_t i = 0; i < D; ++i) {
@@ -42,9 +50,8 @@ CubicSimplex<D - 1, D> cubic_facet(const QuadraticMesh<D>& mesh, std::size_t f) 
     for (int k = 0; k < edges_per_simplex<D - 1>; ++k) {
         const auto i = static_cast<std::size_t>(local_edges<D - 1>[k][0]);
         const auto j = static_cast<std::size_t>(local_edges<D - 1>[k][1]);
-        const auto inner =
-            raised(mesh.linear.points[vertices[i]], mesh.mid_nodes[mesh.edges.of_facets[f][k].index()].point,
-                   mesh.linear.points[vertices[j]]);
+        const auto inner = raised(mesh.linear.points[vertices[i]], mesh.nodes[mesh.edges.of_facets[f][k].index()].point,
+                                  mesh.linear.points[vertices[j]]);
         MultiIndex<D - 1> alpha{};
         alpha[i] = 2;
         alpha[j] = 1;
@@ -58,12 +65,12 @@ CubicSimplex<D - 1, D> cubic_facet(const QuadraticMesh<D>& mesh, std::size_t f) 
 
 /// Patches whose nodes leave their plane are not flat.
 template <int D>
-Buffer<FlatPatch<D>> still_flat(const QuadraticMesh<D>& mesh, const Surrogate<D>& surrogate) {
+Buffer<FlatPatch<D>> still_flat(const Curves<D>& mesh, const Surrogate<D>& surrogate) {
     Buffer<FlatPatch<D>> flats(surrogate.flats.begin(), surrogate.flats.end());
     for (std::size_t f = 0; f < mesh.linear.facets.size(); ++f) {
         FlatPatch<D>& flat = flats[surrogate.patches[f]];
         for (const EdgeId e : mesh.edges.of_facets[f])
-            if (flat.is_flat() && flat.height(mesh.mid_nodes[e.index()].point) != 0) flat = {};
+            if (flat.is_flat() && flat.height(mesh.nodes[e.index()].point) != 0) flat = {};
     }
     return flats;
 }
@@ -71,9 +78,11 @@ Buffer<FlatPatch<D>> still_flat(const QuadraticMesh<D>& mesh, const Surrogate<D>
 }  // namespace
 
 template <int D>
-Outcome<Surrogate<D>> with_curves_of(const QuadraticMesh<D>& mesh, Surrogate<D> surrogate, const Execution& execution) {
+Outcome<Surrogate<D>> with_curves(Surrogate<D> surrogate, const LinearMesh<D>& linear, const EdgeSet<D>& edges,
+                                  std::span<const LagrangeNode<D>> nodes, const Execution& execution) {
+    const Curves<D> mesh{linear, edges, nodes};
     if (surrogate.facets.size() != mesh.linear.facets.size() ||
-        (!surrogate.edges.empty() && surrogate.edges[surrogate.edges.size() - 1].index() >= mesh.edges.size()))
+        (!surrogate.edges.empty() && surrogate.edges[surrogate.edges.size() - 1].index() >= nodes.size()))
         return fail(ErrorKind::internal, "the surrogate is that of another mesh");
     auto facets = map_each(part_of(execution, 0, 0.5), surrogate.facets.size(),
                            [&](std::size_t f) { return cubic_facet(mesh, f); });
@@ -89,7 +98,9 @@ Outcome<Surrogate<D>> with_curves_of(const QuadraticMesh<D>& mesh, Surrogate<D> 
     return surrogate;
 }
 
-template Outcome<Surrogate<2>> with_curves_of<2>(const QuadraticMesh<2>&, Surrogate<2>, const Execution&);
-template Outcome<Surrogate<3>> with_curves_of<3>(const QuadraticMesh<3>&, Surrogate<3>, const Execution&);
+template Outcome<Surrogate<2>> with_curves<2>(Surrogate<2>, const LinearMesh<2>&, const EdgeSet<2>&,
+                                              std::span<const LagrangeNode<2>>, const Execution&);
+template Outcome<Surrogate<3>> with_curves<3>(Surrogate<3>, const LinearMesh<3>&, const EdgeSet<3>&,
+                                              std::span<const LagrangeNode<3>>, const Execution&);
 
 }  // namespace camber

@@ -1,4 +1,5 @@
 module;
+#include <span>
 export module camber.surface:curved_surrogate;
 import camber.core;
 import camber.bezier;
@@ -6,12 +7,13 @@ import :surrogate;
 
 export namespace camber {
 
-/// The boundary of a curved mesh as it is: the surrogate of its straight mesh with the mesh's own curves, of degree 2
-/// and raised to 3, which is exact, in place of those through normals. Its facets meet in the edges' curves, and their
-/// tangent planes are what the mesh makes of them. Patches of planes are flat where the nodes are in them too. Errors:
-/// the surrogate is not of this mesh (ErrorKind::internal), stopped.
+/// The boundary of a curved mesh (`nodes`: one an edge) as it is: the surrogate of its straight mesh with the mesh's
+/// own curves, of degree 2 and raised to 3, which is exact, in place of those through normals. Its facets meet in the
+/// edges' curves, and their tangent planes are what the mesh makes of them. Patches of planes are flat where the nodes
+/// are in them too. Errors: the surrogate is not of this mesh (ErrorKind::internal), stopped.
 template <int D>
-[[nodiscard]] Outcome<Surrogate<D>> with_curves_of(const QuadraticMesh<D>& mesh, Surrogate<D> surrogate,
-                                                   const Execution& execution);
+[[nodiscard]] Outcome<Surrogate<D>> with_curves(Surrogate<D> surrogate, const LinearMesh<D>& mesh,
+                                                const EdgeSet<D>& edges, std::span<const LagrangeNode<D>> nodes,
+                                                const Execution& execution);
 
 }  // namespace camber

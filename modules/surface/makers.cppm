@@ -1,4 +1,5 @@
 module;
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -41,11 +42,10 @@ struct MixedGeometry {
 template <int D>
 [[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(MixedGeometry<D> mixed);
 
-/// The analytic surfaces alone where every facet has one, else with the surrogate for the rest. Errors: those of
-/// build_surrogate.
+/// The analytic surfaces alone where every facet has one, else with the surrogate for the rest, which is made only
+/// then. Errors: of its making.
 template <int D>
 [[nodiscard]] Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D> analytic, const LinearMesh<D>& mesh,
-                                                  const EdgeSet<D>& edges, const Features<D>& features,
-                                                  const SurrogateOptions& options, const Execution& execution);
+                                                  const std::function<Outcome<Surrogate<D>>()>& surrogate);
 
 }  // namespace camber

@@ -28,6 +28,11 @@ QuadraticMesh<D> bowed(QuadraticMesh<D> mesh, const Features<D>& features, Withi
     return mesh;
 }
 
+template <int D>
+Outcome<Surrogate<D>> with_own(const QuadraticMesh<D>& mesh, const Surrogate<D>& surrogate) {
+    return with_curves<D>(surrogate, mesh.linear, mesh.edges, mesh.mid_nodes.view(), Execution{});
+}
+
 /// Every facet of the surrogate is the mesh's own curved facet.
 template <int D>
 void check_own(const QuadraticMesh<D>& mesh, const Surrogate<D>& surrogate) {
@@ -54,24 +59,24 @@ void check_own(const QuadraticMesh<D>& mesh, const Surrogate<D>& surrogate) {
 TEST_CASE("a curved mesh's own boundary as a geometry, in 3D") {
     const Built<3> built = build(torus(6, 3, 1).mesh());
     const auto mesh = bowed(built.mesh, built.features, [](const Vec<3>& shift) { return shift; });
-    const Surrogate<3> surrogate = with_curves_of(mesh, built.surrogate, Execution{}).value();
+    const Surrogate<3> surrogate = with_own(mesh, built.surrogate).value();
     check_own(mesh, surrogate);
 }
 
 TEST_CASE("a curved mesh's own boundary as a geometry, in 2D") {
     const Built<2> built = build(polygon({{{0, 0}}, {{2, 0}}, {{3, 1}}, {{2, 2}}, {{0, 2}}, {{-1, 1}}}).mesh());
     const auto mesh = bowed(built.mesh, built.features, [](const Vec<2>& shift) { return shift; });
-    check_own(mesh, with_curves_of(mesh, built.surrogate, Execution{}).value());
+    check_own(mesh, with_own(mesh, built.surrogate).value());
 }
 
 TEST_CASE("of planes only those stay flat whose nodes are in them; straight edges stay straight to the last bit") {
     const Built<3> built = build(cube(3).mesh());
-    const auto flat = with_curves_of(built.mesh, built.surrogate, Execution{}).value();
+    const auto flat = with_own(built.mesh, built.surrogate).value();
     CHECK(flat.flats == built.surrogate.flats);
     for (std::size_t row = 0; row < flat.edges.size(); ++row)
         CHECK(flat.edge_curves[row] == built.surrogate.edge_curves[row]);
     const auto mesh = bowed(built.mesh, built.features, [](const Vec<3>& shift) { return Vec<3>{{0, 0, shift[2]}}; });
-    const auto bent = with_curves_of(mesh, built.surrogate, Execution{}).value();
+    const auto bent = with_own(mesh, built.surrogate).value();
     std::size_t left = 0;
     for (std::size_t patch = 0; patch < bent.flats.size(); ++patch) {
         if (!bent.flats[patch].is_flat()) continue;

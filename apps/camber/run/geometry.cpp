@@ -130,7 +130,13 @@ Outcome<AnalyticGeometry<D>> make_analytic(const config::Analytic& analytic, con
 template <int D>
 Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const std::optional<CadModel>& cad,
                                        const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
-                                       const Execution& execution) {
+                                       std::span<const LagrangeNode<D>> curves, const Execution& execution) {
+    const auto make_surrogate = [&]() -> Outcome<Surrogate<D>> {
+        auto through_normals =
+            build_surrogate(mesh, edges, features, SurrogateOptions{}, part_of(execution, 0, curves.empty() ? 1 : 0.9));
+        if (!through_normals || curves.empty()) return through_normals;
+        return with_curves<D>(std::move(*through_normals), mesh, edges, curves, part_of(execution, 0.9, 1));
+    };
     const auto made = [](Geometry<D> g) { return MadeGeometry<D>{std::move(g)}; };
     if (std::holds_alternative<config::Straight>(geometry)) return made(Geometry<D>(StraightGeometry<D>{}));
     if (std::holds_alternative<config::Cad>(geometry)) {
@@ -140,9 +146,9 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const s
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
         auto surfaces = make_analytic<D>(*analytic, mesh, without_progress(execution));
         if (!surfaces) return fail(surfaces.error());
-        return with_surrogate(std::move(*surfaces), mesh, edges, features, SurrogateOptions{}, execution).map(made);
+        return with_surrogate<D>(std::move(*surfaces), mesh, make_surrogate).map(made);
     }
-    auto surrogate = build_surrogate(mesh, edges, features, SurrogateOptions{}, execution);
+    auto surrogate = make_surrogate();
     if (!surrogate) return fail(surrogate.error());
     return made(Geometry<D>(std::move(*surrogate)));
 }
@@ -150,7 +156,7 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const s
 #define CAMBER_INSTANTIATE(D)                                                                                       \
     template Outcome<MadeGeometry<D>> make_geometry<D>(const config::Geometry&, const std::optional<CadModel>&,     \
                                                        const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \
-                                                       const Execution&);
+                                                       std::span<const LagrangeNode<D>>, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -123,9 +123,10 @@ template <int D>
 template <int D>
 [[nodiscard]] CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved);
 
-/// A config's geometry as a value; the surrogate is built from the mesh. Error (usage, with the JSON path): a vector of
-/// the wrong dimension, a surface that the dimension does not have, or that the mesh does not lie on.
-/// Of a CAD model, which the shell has read: errors of `associate`.
+/// A config's geometry as a value; the surrogate is built from the mesh. `curves`: the nodes of its edges, where its
+/// boundary's curves are the geometry; empty: smooth surfaces through its vertices. Error (usage, with the JSON path):
+/// a vector of the wrong dimension, a surface that the dimension does not have, or that the mesh does not lie on. Of a
+/// CAD model, which the shell has read: errors of `associate`.
 template <int D>
 struct MadeGeometry {
     Geometry<D> geometry;
@@ -135,6 +136,7 @@ template <int D>
 [[nodiscard]] Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry,
                                                      const std::optional<CadModel>& cad, const LinearMesh<D>& mesh,
                                                      const EdgeSet<D>& edges, const Features<D>& features,
+                                                     std::span<const LagrangeNode<D>> curves,
                                                      const Execution& execution);
 /// The CAD model alone. Errors: in 2D (usage).
 template <int D>

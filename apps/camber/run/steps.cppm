@@ -1,5 +1,6 @@
 module;
 #include <optional>
+#include <span>
 export module camber.run:steps;
 import camber.core;
 import camber.config;
@@ -41,11 +42,11 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Remesh& options);
 
-/// The boundary as the config describes it, before a stage that curves. Errors (usage): a geometry that is not the
-/// mesh's.
+/// The boundary as the config describes it, before a stage that curves or changes topology; `curves`: see
+/// make_geometry. Errors (usage): a geometry that is not the mesh's.
 template <int D>
-[[nodiscard]] Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh,
-                                                     const EdgeSet<D>& edges);
+[[nodiscard]] Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                     std::span<const LagrangeNode<D>> curves = {});
 
 /// The field of the config's metric on the mesh itself, straight or with its curves, and what was told of it. Errors:
 /// as of make_field.

@@ -2,6 +2,7 @@ module;
 #include <cstddef>
 #include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -120,7 +121,9 @@ Outcome<Done> begin_changing(Runner<D>& run, LinearMesh<D> mesh) {
 }
 template <int D>
 Outcome<Done> begin_changing(Runner<D>& run, QuadraticMesh<D> mesh) {
-    auto boundary = describe_boundary(run, mesh.linear, mesh.edges);
+    const bool is_own = run.quadratic().boundary_is_given();
+    auto boundary = describe_boundary(run, mesh.linear, mesh.edges,
+                                      is_own ? mesh.mid_nodes.view() : std::span<const LagrangeNode<D>>());
     if (!boundary) return fail(boundary.error());
     auto field = make_own_field(run, mesh, *boundary);
     if (!field) return fail(field.error());
