@@ -96,18 +96,13 @@ template <int D>
     return sqrt(inner(s.frame.change, s.frame.change));
 }
 
+/// Those of edges that do not resolve their field are not busy: they look at other places first.
 template <int D>
-struct Begun {
-    SearchLanes<D> lanes;
-    Mask to_probe{};  ///< not to be searched before other places were looked at
-};
-
-template <int D>
-[[gnu::always_inline]] inline Begun<D> begun(const PackedEdges<D>& all,
-                                             const std::array<std::uint32_t, pack_size>& lanes, int count) {
-    Begun<D> out{};
-    SearchPack<D>& s = out.lanes.pack;
-    out.lanes.edge = lanes;
+[[gnu::always_inline]] inline SearchLanes<D> begun(const PackedEdges<D>& all,
+                                                   const std::array<std::uint32_t, pack_size>& lanes, int count) {
+    SearchLanes<D> out{};
+    SearchPack<D>& s = out.pack;
+    out.edge = lanes;
     std::array<VertexId, pack_size> a;
     std::array<VertexId, pack_size> b;
     for (int lane = 0; lane < pack_size; ++lane) {
@@ -134,12 +129,12 @@ template <int D>
     const Mask promising = -best.slope > all.options.tolerance * value;
     s.change = max(change_of(s), best.change);
     for (int lane = 0; lane < pack_size; ++lane) {
-        out.lanes.element[lane] = all.edges[lanes[lane]].shell[static_cast<std::size_t>(best.slot[lane])];
+        out.element[lane] = all.edges[lanes[lane]].shell[static_cast<std::size_t>(best.slot[lane])];
         const bool regular = s.chord_length[lane] > 0 && s.chord_length[lane] < 1e300 && s.change[lane] < 1e300;
         if (!regular) all.alone[lanes[lane]] = 1;
+        if (!regular || lane >= count) s.change[lane] = 0;
         const bool resolved = s.change[lane] < most_change;
         s.busy[lane] = promising[lane] != 0 && regular && resolved && lane < count ? 1 : 0;
-        out.to_probe[lane] = regular && !resolved && lane < count ? -1 : 0;
     }
     all.work.decompositions += static_cast<std::size_t>(count) * (1 + all.rules.objective.size());
     return out;

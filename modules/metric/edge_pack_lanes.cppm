@@ -36,9 +36,9 @@ inline constexpr int most_length_steps = 5;
 /// near enough that what it leaves is a small part of that (docs/algorithms/edge-minimisation.md).
 inline constexpr double last_step = 3e-4;
 
-/// What is searched in packs: edges within which log M, along the chord, to the vertices of the shell and out to the
-/// node, changes by less. Others
-/// are full of kinks and false minima, which the mesh does not resolve.
+/// What is searched from its chord: edges within which log M, along the chord, to the vertices of the shell and out to
+/// the node, changes by less. Others are full of kinks and false minima, which the mesh does not resolve: they look at
+/// other places first.
 inline constexpr double most_change = 3;
 /// Where log M changes by more than this, sizes by a factor of 50, slopes tell nothing of what is a step away.
 inline constexpr double most_change_for_slopes = 8;

@@ -199,12 +199,12 @@ template <int D>
                     const int count = take_edges(all, next, taken);
                     more = count > 0;
                     if (!more) break;
-                    const Begun<D> begin = begun(all, taken, count);
-                    fresh = begin.lanes;
+                    fresh = begun(all, taken, count);
+                    const Mask unresolved = ~(fresh.pack.change < most_change);
                     fresh_lane = 0;
                     const Mask away = leaves(fresh.pack, all.options) & (fresh.pack.busy != 0);
                     for (int k = 0; k < pack_size; ++k) {
-                        if (begin.to_probe[k] != 0) to_probe.push_leaving(fresh, k);
+                        if (unresolved[k] != 0) to_probe.push_leaving(fresh, k);
                         if (away[k] == 0) continue;
                         leaving.push_leaving(fresh, k);
                         fresh.pack.busy[k] = 0;
