@@ -129,7 +129,7 @@ template <int D>
                                                            Mask near, PointElements<D>& points) {
     const ProbeAxes<D> axes = probe_axes(s.frame, all.options);
     Probing<D> best{s.y, value_of(s.at, s.by_length != 0), {}};
-    look(all, s, open & (s.slope < 0), trial_of(s, all.options), points, best);
+    look(all, s, open & (s.slope < 0), bounded(s.frame, trial_of(s, all.options), all.options), points, best);
     for (const ProbePlace& place : probe_places)
         look(all, s, open, bounded(s.frame, y_of(axes, place), all.options), points, best);
     if (!any(near)) return best;
