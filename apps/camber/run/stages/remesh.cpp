@@ -88,7 +88,7 @@ Outcome<Done> check_complexity(double complexity, int dimension) {
 /// Where new inner edges of a mesh of degree 2 have their nodes.
 template <int D>
 void set_objective(RemeshingGoal<D>& goal, const CurveOptions& options) {
-    goal.accuracy = options;
+    goal.accuracy = static_cast<const EdgeAccuracyOptions&>(options);
     goal.search.reset();
     if (options.aim != CurvingAim::accuracy) goal.search.emplace(search_options(options));
 }
