@@ -36,4 +36,5 @@ export import :unit_mesh;
 export import :curved_length;
 export import :distortion;
 export import :distortion_bound;
+export import :distortion_in_field;
 export import :curved_unit_mesh;

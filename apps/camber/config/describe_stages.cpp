@@ -65,7 +65,8 @@ const Description<Reinsert>& Described<Reinsert>::get() {
         "curves, "
         "validates, relaxes and commits its edges. No element that is valid stops being so at any time. In place of "
         "curve, "
-        "validate, relax and commit. Behind passes that changed the mesh it is one of them: nodes of inner edges go back "
+        "validate, relax and commit. Behind passes that changed the mesh it is one of them: nodes of inner edges go "
+        "back "
         "to their targets where they can.",
         listed<Reinsert>(),
         {}};
