@@ -71,6 +71,8 @@ ranges: ranges::subrange ranges::views views
 ratio: milli micro nano ratio
 set: multiset set
 span: as_bytes as_writable_bytes dynamic_extent span
+iostream: cerr cin cout clog
+streambuf: streambuf
 sstream: istringstream ostringstream stringstream
 stdexcept: invalid_argument length_error logic_error out_of_range overflow_error runtime_error
 stop_token: stop_callback stop_source stop_token

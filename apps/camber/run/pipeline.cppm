@@ -20,8 +20,8 @@ struct Inputs {
     std::optional<Solution> metric;              ///< of the metric file, when the config names one
     std::optional<MetricMesh> metric_mesh = {};  ///< that it speaks of, where its rows are not at the input's vertices
     std::vector<MetricFile> operands = {};       ///< metric files that the operations intersect with
-    std::optional<CadModel> cad = {};            ///< of the config's geometry, when that is one
     OrderingOptions ordering = {};               ///< when the stages work in an order of their own
+    std::optional<CadModel> cad = {};            ///< of the config's geometry, when that is one
 };
 
 struct Run {
