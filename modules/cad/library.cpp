@@ -24,8 +24,8 @@ struct Library {
 
 Library loaded() {
     Library library;
-    // Where it was built; else where it was installed.
-    for (const char* const name : {CAMBER_OCC_BUILT, CAMBER_OCC_INSTALLED}) {
+    // Where it was built; else where it was installed with the program; else where that was meant to be.
+    for (const char* const name : {CAMBER_OCC_BUILT, "$ORIGIN/../" CAMBER_OCC_BESIDE, CAMBER_OCC_INSTALLED}) {
         void* const handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
         if (handle == nullptr) {
             const char* const why = dlerror();
