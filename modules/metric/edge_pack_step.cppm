@@ -140,7 +140,8 @@ struct ThroughElements {
     [[nodiscard, gnu::always_inline]] static inline Pack sure_gain(const PackedEdges<D>& all,
                                                                    const SearchLanes<D>& lanes) {
         if (all.rules.objective.size() < least_points) return packed(1e300);
-        return sure_share_with_kinks * lanes.pack.chord_length;
+        const SymPack<D>& change = lanes.pack.frame.change;
+        return sure_share_with_kinks * max(packed(1), inner(change, change)) * lanes.pack.chord_length;
     }
     [[nodiscard, gnu::always_inline]] static inline Mask goes_on(const PackedEdges<D>&, SearchLanes<D>&,
                                                                  const WallStep<D>&, Mask) {

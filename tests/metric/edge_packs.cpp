@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "back.hpp"
@@ -57,13 +58,13 @@ KnownBack<D> turning(std::uint64_t seed, int n) {
 /// of these small boxes half of the edges are near the boundary, beyond which only the search alone looks.
 template <int D>
 struct Field {
-    const char* name;
+    std::string name;
     KnownBack<D> (*made)(std::uint64_t seed, int n);
     double most_mean;
 };
 template <int D>
-constexpr std::array fields{Field<D>{"natural", own_metric<D>, 1.002}, Field<D>{"layers", layers<D>, 1.005},
-                            Field<D>{"turning", turning<D>, 1.15}};
+const std::array fields{Field<D>{"natural", own_metric<D>, 1.002}, Field<D>{"layers", layers<D>, 1.005},
+                        Field<D>{"turning", turning<D>, 1.15}};
 
 /// All edges of a back mesh, with nodes in their middles.
 template <int D>
