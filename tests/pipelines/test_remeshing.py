@@ -54,7 +54,7 @@ def two_materials(dim, n):
 
 
 def cells(mesh, dim):
-    block = mesh.cells[NAMES[dim]]
+    block = mesh.cells.get(NAMES[dim]) or mesh.cells[NAMES[dim] + "P2"]
     return [tuple(map(int, row)) for row in block.nodes], [int(r) for r in block.refs]
 
 
@@ -252,6 +252,32 @@ class Remesh(unittest.TestCase):
         report = json.loads((self.folder.path / "out.json").read_text())
         self.assertEqual(report["mesh"]["degree"], 2)
         self.assertEqual([report["validity"][bad] for bad in ("invalid", "undecided")], [0, 0])
+
+    def test_the_boundary_that_was_read_is_the_geometry(self):
+        """Of a ring that is read with its curves every new vertex and node of the boundary is on one of those."""
+        self.camber("generate", "annulus", "-o", "ring.mesh", "--elements", "60")
+        self.camber("curve", "ring.mesh", "-o", "curved.mesh")
+        self.camber("remesh", "curved.mesh", "-o", "out.mesh", "--metric", '{"constant": {"sizes": [0.3]}}')
+        was, now = self.read("curved.mesh"), self.read("out.mesh")
+        edges = {r: [was.points[list(row)] for row, of in zip(*cells(was, 1)) if of == r] for r in (1, 2)}
+        self.assertGreater(len(now.points), 2 * len(was.points))
+
+        def off(p, curves):
+            """How far p is from where the ray through it meets a curve: a quadratic in t."""
+            def across(q):
+                return q[0] * p[1] - q[1] * p[0]
+            gaps = []
+            for a, b, m in curves:
+                second, first = 2 * a + 2 * b - 4 * m, 4 * m - 3 * a - b
+                for t in np.roots([across(second), across(first), across(a)]):
+                    if abs(t.imag) < 1e-12 and -1e-9 < t.real < 1 + 1e-9:
+                        q = a + t.real * first + t.real**2 * second
+                        if q @ p > 0:
+                            gaps.append(np.linalg.norm(q - p))
+            return min(gaps)
+        rows, references = cells(now, 1)
+        farthest = max(off(now.points[v], edges[r]) for row, r in zip(rows, references) for v in row)
+        self.assertLess(farthest, 1e-9)
 
 
 if __name__ == "__main__":
