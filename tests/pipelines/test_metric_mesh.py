@@ -51,6 +51,16 @@ class MetricMesh(unittest.TestCase):
         self.assertLess(off, 0.1)  # the error of form (4) on a coarse mesh
         self.assertGreater(report_of(self.folder.path / "r.json")["metric"]["complexity"], 0)
 
+    def test_passes_on_a_curved_mesh_leave_rows_at_all_nodes(self):
+        self.run_config(input={"mesh": "first.meshb"}, metric={"file": "m.solb"}, stages=[{"remesh": {"rounds": 1}}],
+                        output={"mesh": "out.meshb", "metric": "out.solb"}, codes=(0, 1))
+        out = gmf.read(self.folder.path / "out.meshb")
+        rows = gmf.read(self.folder.path / "out.solb").fields[0][1]
+        self.assertEqual(len(rows), len(out.points))
+        off = np.abs(np.log(rows[:, [0, 2, 5]] / rows_at(out.points)[:, [0, 2, 5]])).max(axis=1)
+        self.assertLess(np.median(off), 0.01)
+        self.assertLess(off.max(), 0.1)
+
     def test_a_straight_mesh_is_brought_to_the_metric_of_a_curved_one(self):
         done = self.folder.camber("generate", "shell", "--elements", "300", "-o", "g.meshb")
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -72,16 +72,18 @@ template <int D>
 Outcome<std::optional<Solution>> wanted_metric(Runner<D>& run) {
     if (run.config.output.metric.empty()) return std::nullopt;
     const auto some = [](Solution made) { return std::optional(std::move(made)); };
-    if (run.field() == nullptr && run.state.inherited)
+    const auto* const end = std::get_if<Quadratic<D>>(&run.state.mesh);
+    if (const auto& inherited = run.state.inherited; inherited && (run.field() == nullptr || inherited->field))
         return run.step("fields", [&](const Execution& e) {
-            return metric_solution<D>(run.state.inherited->log_metrics, e).map(some);
+            return (end && inherited->field ? metric_solution(*inherited->field, end->mesh, e)
+                                            : metric_solution<D>(inherited->log_metrics, e))
+                .map(some);
         });
     if (run.field() == nullptr) {
         run.tell(Notices{"no stage made a metric: " + run.config.output.metric + " was not written"});
         return std::nullopt;
     }
-    const auto* const end = std::get_if<Quadratic<D>>(&run.state.mesh);
-    const bool at_nodes = end && file_with_mesh(run.config, run.files) && !run.state.inherited;
+    const bool at_nodes = end && file_with_mesh(run.config, run.files);
     return run.step("fields", [&](const Execution& e) {
         return (at_nodes ? metric_solution(*run.field(), end->mesh, e) : metric_solution(*run.field(), e)).map(some);
     });

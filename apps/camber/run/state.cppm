@@ -124,7 +124,8 @@ template <int D>
 struct Inherited {
     Geometry<D> geometry;
     Column<LogMetric<D>> log_metrics;
-    MetricReport metric;  ///< of the field that it was remeshed by
+    MetricReport metric;                    ///< of the field that it was remeshed by
+    std::optional<BackMesh<D>> field = {};  ///< itself, where that is of a file with a mesh of its own
 };
 
 template <int D>

@@ -16,6 +16,7 @@ import :histogram;
 import :parts;
 import :report;
 import :runner;
+import :stages;
 import :state;
 import :steps;
 import :unit_mesh;
@@ -52,8 +53,10 @@ Outcome<Done> settle(Runner<D>& run) {
     for (std::size_t i = 0; i < histograms.size(); ++i) histograms[i].series.push_back(after[i].series.front());
     run.tell(SettledReport{std::move(measured.report), std::move(histograms)});
     if (verdicts) run.tell(*verdicts);
+    const bool has_mesh = file_with_mesh(run.config, run.files) != nullptr;
     run.state.inherited =
-        Inherited<D>{std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric)};
+        Inherited<D>{std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric),
+                     has_mesh ? std::optional(std::move(changing->goal.field)) : std::nullopt};
     run.state.given_points = made->compact.mesh.points;
     auto& [linear, edges, nodes, maps] = made->compact;
     if (nodes.empty())
