@@ -5,6 +5,7 @@ module;
 #include <cstdint>
 #include <span>
 #include <utility>
+#include <vector>
 module camber.surface;
 import camber.core;
 import camber.bezier;
@@ -63,6 +64,27 @@ CubicSimplex<D - 1, D> cubic_facet(const Curves<D>& mesh, std::size_t f) {
     return facet;
 }
 
+/// Of each patch, whether it has curves of its own: a node that is not where the surrogate has its edge's middle, and
+/// one that is not in the middle of its chord.
+template <int D>
+std::vector<std::uint8_t> patches_with_curves(const Curves<D>& mesh, const Surrogate<D>& surrogate) {
+    constexpr double same = 1e-6;  // of the chord
+    constexpr std::uint8_t off_surface = 1, off_chord = 2;
+    std::vector<std::uint8_t> found(surrogate.flats.size(), 0);
+    for (std::size_t f = 0; f < mesh.linear.facets.size(); ++f)
+        for (const EdgeId e : mesh.edges.of_facets[f]) {
+            const Vec<D>& a = mesh.linear.points[mesh.edges.vertices[e][0]];
+            const Vec<D>& b = mesh.linear.points[mesh.edges.vertices[e][1]];
+            const Vec<D>& node = mesh.nodes[e.index()].point;
+            const double least = same * distance(a, b);
+            std::uint8_t& of_patch = found[surrogate.patches[f]];
+            if (distance(node, surrogate.edge_curves[surrogate.row(e)].middle) > least) of_patch |= off_surface;
+            if (distance(node, midpoint(a, b)) > least) of_patch |= off_chord;
+        }
+    for (std::uint8_t& of_patch : found) of_patch = of_patch == (off_surface | off_chord) ? 1 : 0;
+    return found;
+}
+
 /// Patches whose nodes leave their plane are not flat.
 template <int D>
 Buffer<FlatPatch<D>> still_flat(const Curves<D>& mesh, const Surrogate<D>& surrogate) {
@@ -84,11 +106,18 @@ Outcome<Surrogate<D>> with_curves(Surrogate<D> surrogate, const LinearMesh<D>& l
     if (surrogate.facets.size() != mesh.linear.facets.size() ||
         (!surrogate.edges.empty() && surrogate.edges[surrogate.edges.size() - 1].index() >= nodes.size()))
         return fail(ErrorKind::internal, "the surrogate is that of another mesh");
-    auto facets = map_each(part_of(execution, 0, 0.5), surrogate.facets.size(),
-                           [&](std::size_t f) { return cubic_facet(mesh, f); });
+    const auto own = patches_with_curves(mesh, surrogate);
+    std::vector<std::uint8_t> own_edges(nodes.size(), 0);
+    for (std::size_t f = 0; f < linear.facets.size(); ++f)
+        for (const EdgeId e : edges.of_facets[f]) own_edges[e.index()] |= own[surrogate.patches[f]];
+    auto facets = map_each(part_of(execution, 0, 0.5), surrogate.facets.size(), [&](std::size_t f) {
+        return own[surrogate.patches[f]] != 0 ? cubic_facet(mesh, f) : surrogate.facets[f];
+    });
     if (!facets) return fail(facets.error());
     auto curves = map_each(part_of(execution, 0.5, 0.6), surrogate.edges.size(), [&](std::size_t row) {
-        return cubic_edge_of(mesh, surrogate.edges[row], surrogate.edge_curves[row].curve_number);
+        const EdgeId e = surrogate.edges[row];
+        const SurrogateEdge<D>& smooth = surrogate.edge_curves[row];
+        return own_edges[e.index()] != 0 ? cubic_edge_of(mesh, e, smooth.curve_number) : smooth;
     });
     if (!curves) return fail(curves.error());
     surrogate.flats = still_flat(mesh, surrogate);

@@ -7,8 +7,9 @@ import :surrogate;
 
 export namespace camber {
 
-/// The boundary of a curved mesh (`nodes`: one an edge) as it is: the surrogate of its straight mesh with the mesh's
-/// own curves, of degree 2 and raised to 3, which is exact, in place of those through normals. Its facets meet in the
+/// The boundary of a curved mesh (`nodes`: one an edge) as it is. Patches keep their smooth surface where all of their
+/// edges' nodes lie on it (to 1e-6 of the chord), or all in the middles of chords: they have no curves of their own.
+/// The others have the mesh's own facets and edges, of degree 2 and raised to 3, which is exact: they meet in the
 /// edges' curves, and their tangent planes are what the mesh makes of them. Patches of planes are flat where the nodes
 /// are in them too. Errors: the surrogate is not of this mesh (ErrorKind::internal), stopped.
 template <int D>

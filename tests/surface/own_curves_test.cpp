@@ -69,6 +69,16 @@ TEST_CASE("a curved mesh's own boundary as a geometry, in 2D") {
     check_own(mesh, with_own(mesh, built.surrogate).value());
 }
 
+TEST_CASE("a mesh whose nodes lie on its smooth surface, or on its chords, has that as its geometry") {
+    const Built<3> built = build(torus(6, 3, 1).mesh());
+    QuadraticMesh<3> mesh = built.mesh;
+    CHECK(with_own(mesh, built.surrogate).value().facets == built.surrogate.facets);
+    mesh.mid_nodes = Column<LagrangeNode<3>>(Buffer<LagrangeNode<3>>(built.nodes.begin(), built.nodes.end()));
+    const Surrogate<3> same = with_own(mesh, built.surrogate).value();
+    CHECK(same.facets == built.surrogate.facets);
+    CHECK(same.edge_curves == built.surrogate.edge_curves);
+}
+
 TEST_CASE("of planes only those stay flat whose nodes are in them; straight edges stay straight to the last bit") {
     const Built<3> built = build(cube(3).mesh());
     const auto flat = with_own(built.mesh, built.surrogate).value();
