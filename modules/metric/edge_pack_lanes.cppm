@@ -29,7 +29,7 @@ inline constexpr double blocked_step = 1e-3;
 inline constexpr double unit_offset = 3.2659863237109041;
 inline constexpr int most_attempts = 8;
 /// Lengths that differ by less are the same.
-inline constexpr double rounding = 1e-11;
+inline constexpr double length_rounding = 1e-11;
 inline constexpr int most_crossings = 6;
 inline constexpr int most_length_steps = 5;
 /// A step of the energy that promises less than this share is the last, and taken unmeasured: by then the model is

@@ -58,7 +58,7 @@ template <int D, class Length>
         const Pack length = length_of(lanes, marks);
         for (int lane = 0; lane < count; ++lane) all.work.decompositions += open[lane] != 0 ? rule.size() : 0;
         elsewhere |= open & (marks.outside | marks.lost);
-        open &= ~elsewhere & ~(length < (1 - rounding) * chord);
+        open &= ~elsewhere & ~(length < (1 - length_rounding) * chord);
         shortened |= open;
         for (int i = 0; i < D; ++i) s.y[i] = select(open, 0.5 * s.y[i], s.y[i]);
     }
