@@ -121,7 +121,7 @@ template <int D>
         best_sector(all.back, all.edges, lanes, chords, s.frame, by_length ? s.sums.length : s.sums.energy, curvature);
     s.inverse_hessian = multiple_of_identity<D>(curvature);
     s.wedge = wedge_of(s.frame, best.element);
-    s.at = values_in(s.frame, s.wedge, s.sums);
+    s.at = s.on_chord = values_in(s.frame, s.wedge, s.sums);
     s.direction = best.step;
     s.slope = best.slope;
     s.step = reach(s, all.options);

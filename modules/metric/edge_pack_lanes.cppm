@@ -35,6 +35,12 @@ inline constexpr int most_length_steps = 5;
 /// A step of the energy that promises less than this share is the last, and taken unmeasured: by then the model is
 /// near enough that what it leaves is a small part of that (docs/algorithms/edge-minimisation.md).
 inline constexpr double last_step = 3e-4;
+/// The same where the field is only that of an element as it goes on beyond its ends: it is measured then.
+inline constexpr double rough_last_step = 1e-2;
+
+/// A parabola that leaves its element near an end by less than this, in chords, is searched in the field of that element
+/// as it goes on beyond, and then from there in that of the mesh.
+inline constexpr double most_beyond = 8;
 
 /// What is searched from its chord: edges within which log M, along the chord, to the vertices of the shell and out to
 /// the node, changes by less. Others are full of kinks and false minima, which the mesh does not resolve: they look at
@@ -63,9 +69,10 @@ struct SearchPack {
     Pack by_length{}, busy{};  ///< 1 or 0
     Pack change{};             ///< the most that log M does within the shell
     Pack probed{};             ///< 1: has looked elsewhere
-    // While the parabola is in one element:
+    // While the field is that of one element:
     WedgePack<D> wedge;
-    EdgeSums<D> sums;  ///< `at` is of these
+    EdgeSums<D> sums;        ///< `at` is of these
+    EdgeValues<D> on_chord;  ///< where the search began
 };
 template <int D>
 struct SearchLanes {
@@ -96,7 +103,7 @@ template <int D>
 template <int D>
 [[gnu::always_inline]] inline void copy_leaving(SearchLanes<D>& to, std::size_t to_lane, const SearchLanes<D>& from,
                                                 std::size_t from_lane) {
-    copy_packs(to, to_lane, from, from_lane, sizeof(SearchPack<D>) - sizeof(WedgePack<D>) - sizeof(EdgeSums<D>));
+    copy_packs(to, to_lane, from, from_lane, offsetof(SearchPack<D>, wedge));
 }
 
 template <int D>
@@ -166,14 +173,20 @@ template <int D>
     return y;
 }
 
-/// Whether the next trial's parabola leaves its element near an end, whose coordinate moves by more than −1/4.
+/// How far a parabola leaves its element near an end: 0 where that one's coordinate moves by −1/4 at most, as a share of
+/// the chord beyond.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline Mask leaves(const SearchPack<D>& s, const EdgeMinimiserOptions& options) {
-    const VecPack<D> y = trial_of(s, options);
+[[nodiscard, gnu::always_inline]] inline Pack beyond_ends(const SearchPack<D>& s, const VecPack<D>& y) {
     const Pack b = dot(s.wedge.rise_b, y);
     Pack a = -b;
     for (int n = 0; n < D - 1; ++n) a -= dot(s.wedge.rise[n], y);
-    return (a < -0.25) | (b < -0.25);
+    return max(-min(a, b) - 0.25, packed(0));
+}
+
+/// Whether the next trial's parabola leaves its element so far that the field there tells nothing of it.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Mask leaves(const SearchPack<D>& s, const EdgeMinimiserOptions& options) {
+    return beyond_ends(s, trial_of(s, options)) > most_beyond;
 }
 
 template <int D>

@@ -193,7 +193,8 @@ template <int D>
         bool more = true;
         // Lanes that have ended take edges that have not begun.
         for (int lane = 0; lane < pack_size && more; ++lane) {
-            while (within.pack.busy[lane] == 0 && leaving.count < pack_size && to_probe.count < pack_size) {
+            while (within.pack.busy[lane] == 0 && leaving.count < pack_size && to_probe.count < pack_size &&
+                   to_judge.count < pack_size) {
                 if (fresh_lane == pack_size) {
                     std::array<std::uint32_t, pack_size> taken{};
                     const int count = take_edges(all, next, taken);
@@ -208,6 +209,12 @@ template <int D>
                         if (away[k] == 0) continue;
                         leaving.push_leaving(fresh, k);
                         fresh.pack.busy[k] = 0;
+                    }
+                    // Many end with their first step, and need no lane elsewhere.
+                    if (const int busy = busy_lanes(fresh); busy > 0) {
+                        all.work.decompositions += static_cast<std::size_t>(busy) * all.rules.objective.size();
+                        resolve(all, fresh, stepped(all, fresh, WithinWedge<D>{}), WithinWedge<D>{}, to_judge, leaving,
+                                to_probe, to_judge_through);
                     }
                 }
                 if (fresh.pack.busy[fresh_lane] != 0) copy_lane(within, lane, fresh, fresh_lane);

@@ -122,6 +122,10 @@ struct WithinWedge {
                                                                  const WallStep<D>& held, Mask ended) {
         return crossed(all, lanes, held, ended);
     }
+    /// Lanes whose values are not those of the field.
+    [[nodiscard, gnu::always_inline]] static inline Mask extrapolates(const SearchPack<D>& s) {
+        return beyond_ends(s, s.y) > 0;
+    }
 };
 
 /// Anywhere in the mesh, point by point.
@@ -147,6 +151,7 @@ struct ThroughElements {
                                                                  const WallStep<D>&, Mask) {
         return {};
     }
+    [[nodiscard, gnu::always_inline]] static inline Mask extrapolates(const SearchPack<D>&) { return {}; }
 };
 
 /// y of the lanes whose last step does not leave their element.
@@ -157,6 +162,17 @@ template <int D>
     choose(lanes, s.direction, direction);
     s.step = select(lanes, reach(s, options), s.step);
     choose(lanes & ~leaves(s, options), s.y, trial_of(s, options));
+}
+
+/// The way from the chord to y as the next step, with the curvature that is known by now.
+template <int D>
+[[gnu::always_inline]] inline void begin_again_towards(SearchPack<D>& s, Mask lanes) {
+    choose(lanes, s.direction, s.y);
+    choose(lanes, s.y, VecPack<D>{});
+    choose(lanes, s.at, s.on_chord);
+    s.slope = select(lanes, dot(gradient_of(s.at, s.by_length != 0), s.direction), s.slope);
+    s.step = select(lanes, packed(1), s.step);
+    s.attempts = select(lanes, packed(0), s.attempts);
 }
 
 struct Ended {
@@ -201,7 +217,9 @@ template <int D, class Where>
     const Pack gain = s.chord_length - s.at.length;
     const Pack sure = where.sure_gain(all, lanes);
     const Mask loose = ~by_length & ~((gain > sure) & (gain < sure + 2 * last_step * s.chord_length));
-    const Pack least = select(loose, packed(std::max(o.tolerance, last_step)), packed(o.tolerance));
+    const Mask rough = ~by_length & where.extrapolates(s);
+    const Pack least = select(rough, packed(std::max(o.tolerance, rough_last_step)),
+                              select(loose, packed(std::max(o.tolerance, last_step)), packed(o.tolerance)));
     const Pack tolerance = select(last_phase, packed(o.length_tolerance), least) * value_of(s.at, by_length);
     const Mask minimal = ~(-next.slope > tolerance);
     const Mask converged = accepted & (minimal | (from - value < 0.1 * tolerance));
@@ -227,7 +245,8 @@ template <int D, class Where>
         const SymPack<D> inverse_hessian = multiple_of_identity<D>(2 * s.at.length);
         const WallStep<D> step = step_within(s.wedge.rise, free_part(s, inverse_hessian, s.at.length_gradient, o),
                                              s.at.length_gradient, s.y);
-        const Mask go = out.ended & ~by_length & (-step.slope > o.length_tolerance * s.at.length);
+        const Mask go =
+            out.ended & ~by_length & ~where.extrapolates(s) & (-step.slope > o.length_tolerance * s.at.length);
         choose(go, s.direction, step.step);
         choose(go, s.inverse_hessian, inverse_hessian);
         s.slope = select(go, step.slope, s.slope);
@@ -244,7 +263,13 @@ template <int D, class Where>
     out.kinked = (out.ended & (stuck | held)) | blocked;
     out.ended |= blocked;
     out.leaves = renewed & ~out.ended & leaves(s, o);
-    take_last_step(s, converged & out.ended & loose, next.step, o);
+    take_last_step(s, converged & out.ended & (loose | rough), next.step, o);
+    const Mask away = (out.ended | out.leaves) & where.extrapolates(s);
+    if (any(away)) {
+        begin_again_towards(s, away);
+        out.leaves |= away;
+        out.ended &= ~away;
+    }
     return out;
 }
 
