@@ -8,6 +8,7 @@ module;
 #include <vector>
 export module camber.metric:edge_pack_begin;
 import :back_mesh;
+import :curved_back;
 import :edge_minimiser;
 import :edge_objective;
 import :quadrature;
@@ -81,7 +82,9 @@ template <int D>
 template <int D>
 struct PackedEdges {
     const StraightBack<D>& back;
-    std::span<const BackEdge> edges;
+    std::span<const BackEdge> edges;  ///< of the back mesh; none where they are free
+    std::span<const FreeEdge<D>> free;
+    const CurvedBack<D>* curved;           ///< the field, where it goes along with curves
     std::span<const std::uint32_t> order;  ///< in which they begin
     const EdgeRules& rules;
     const EdgeMinimiserOptions& options;
@@ -127,7 +130,8 @@ template <int D>
     s.step = reach(s, all.options);
     const Pack value = by_length ? s.at.length : s.at.energy;
     const Mask promising = -best.slope > all.options.tolerance * value;
-    s.change = max(change_of(s), best.change);
+    s.along = change_of(s);
+    s.change = max(s.along, best.change);
     for (int lane = 0; lane < pack_size; ++lane) {
         out.element[lane] = all.edges[lanes[lane]].shell[static_cast<std::size_t>(best.slot[lane])];
         const bool regular = s.chord_length[lane] > 0 && s.chord_length[lane] < 1e300 && s.change[lane] < 1e300;

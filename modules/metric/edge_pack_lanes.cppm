@@ -38,8 +38,8 @@ inline constexpr double last_step = 3e-4;
 /// The same where the field is only that of an element as it goes on beyond its ends: it is measured then.
 inline constexpr double rough_last_step = 1e-2;
 
-/// A parabola that leaves its element near an end by less than this, in chords, is searched in the field of that element
-/// as it goes on beyond, and then from there in that of the mesh.
+/// A parabola that leaves its element near an end by less than this, in chords, is searched in the field of that
+/// element as it goes on beyond, and then from there in that of the mesh.
 inline constexpr double most_beyond = 8;
 
 /// What is searched from its chord: edges within which log M, along the chord, to the vertices of the shell and out to
@@ -68,6 +68,7 @@ struct SearchPack {
     Pack slope{}, step{}, attempts{}, steps{}, crossings{};
     Pack by_length{}, busy{};  ///< 1 or 0
     Pack change{};             ///< the most that log M does within the shell
+    Pack along{};              ///< what log M changes by along the chord
     Pack probed{};             ///< 1: has looked elsewhere
     // While the field is that of one element:
     WedgePack<D> wedge;
@@ -173,8 +174,8 @@ template <int D>
     return y;
 }
 
-/// How far a parabola leaves its element near an end: 0 where that one's coordinate moves by −1/4 at most, as a share of
-/// the chord beyond.
+/// How far a parabola leaves its element near an end: 0 where that one's coordinate moves by −1/4 at most, as a share
+/// of the chord beyond.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack beyond_ends(const SearchPack<D>& s, const VecPack<D>& y) {
     const Pack b = dot(s.wedge.rise_b, y);

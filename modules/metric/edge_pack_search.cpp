@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <numeric>
 #include <span>
 #include <vector>
 module camber.metric;
@@ -13,6 +14,7 @@ import :edge_pack_objective;
 import :edge_pack_location;
 import :edge_pack_lanes;
 import :edge_pack_begin;
+import :edge_pack_chords;
 import :edge_pack_step;
 import :edge_pack_probe;
 import camber.core;
@@ -29,28 +31,26 @@ template <int D>
     return times(f.axes, o);
 }
 
+/// Once an edge: its node is in the middle of the chord until then.
 template <int D>
 [[gnu::always_inline]] inline void put_node(const PackedEdges<D>& all, std::uint32_t edge, const VecPack<D>& offset,
                                             int lane) {
-    const Vec<D>& p = all.back.mesh.points[all.edges[edge].a];
-    const Vec<D>& q = all.back.mesh.points[all.edges[edge].b];
-    Vec<D> node = midpoint(p, q);
-    for (int i = 0; i < D; ++i) node[i] += offset[i][lane];
-    all.minima[edge].node.point = node;
+    for (int i = 0; i < D; ++i) all.minima[edge].node.point[i] += offset[i][lane];
 }
 
 /// As `judge`: the offset is halved until the edge is shorter than its chord by the finer rule. length_of(lanes,
-/// marks): by that rule. Where the boundary is crossed the nearest point of it has to be found: `judge` itself does it.
+/// marks) and `chord` by that rule; `beside`: what the chord's points met. Where the boundary is crossed the nearest
+/// point of it has to be found: `judge` itself does it.
 template <int D, class Length>
-[[gnu::always_inline]] inline void judged(const PackedEdges<D>& all, SearchLanes<D>& lanes, int count,
-                                          const Length& length_of) {
+[[gnu::always_inline]] inline void judged(const PackedEdges<D>& all, SearchLanes<D>& lanes, int count, Pack chord,
+                                          const WalkMarks& beside, const Length& length_of) {
     SearchPack<D>& s = lanes.pack;
     const Quadrature& rule = all.rules.report;
-    const Pack chord = length_along(s.frame, ParabolaPack<D>{}, rule);
     Mask open{};
     for (int lane = 0; lane < count; ++lane) open[lane] = -1;
     Mask shortened{};
-    Mask elsewhere{};
+    Mask elsewhere = open & (beside.outside | beside.lost);
+    open &= ~elsewhere;
     for (int halving = 0; halving < 7 && any(open); ++halving) {
         if (halving == 6)
             for (int i = 0; i < D; ++i) s.y[i] = select(open, packed(0), s.y[i]);
@@ -174,6 +174,7 @@ template <int D>
 
 template <int D>
 [[gnu::always_inline]] inline void search(const PackedEdges<D>& all) {
+    const bool are_free = !all.free.empty();
     SearchLanes<D> fresh{};
     SearchLanes<D> within{};
     SearchLanes<D> through{};  ///< without a wedge: no walls
@@ -200,10 +201,10 @@ template <int D>
                     const int count = take_edges(all, next, taken);
                     more = count > 0;
                     if (!more) break;
-                    fresh = begun(all, taken, count);
+                    fresh = are_free ? begun_at_chords(all, taken, count) : begun(all, taken, count);
                     const Mask unresolved = ~(fresh.pack.change < most_change);
                     fresh_lane = 0;
-                    const Mask away = leaves(fresh.pack, all.options) & (fresh.pack.busy != 0);
+                    const Mask away = (fresh.pack.busy != 0) & (are_free ? Mask(-1) : leaves(fresh.pack, all.options));
                     for (int k = 0; k < pack_size; ++k) {
                         if (unresolved[k] != 0) to_probe.push_leaving(fresh, k);
                         if (away[k] == 0) continue;
@@ -257,24 +258,36 @@ template <int D>
             open.look_anywhere();
             int count = 0;
             while (count < pack_size && to_judge.count > 0) to_judge.pop(open, count++);
-            judged(all, open, count, [&](const SearchLanes<D>& lanes, WalkMarks&) __attribute__((always_inline)) {
-                const SearchPack<D>& s = lanes.pack;
-                return length_along(s.frame, parabola(s.frame, s.wedge, s.y), all.rules.report);
-            });
+            const Pack chord = length_along(open.pack.frame, ParabolaPack<D>{}, all.rules.report);
+            judged(all, open, count, chord, {},
+                   [&](const SearchLanes<D>& lanes, WalkMarks&) __attribute__((always_inline)) {
+                       const SearchPack<D>& s = lanes.pack;
+                       return length_along(s.frame, parabola(s.frame, s.wedge, s.y), all.rules.report);
+                   });
         }
         while (to_judge_through.count >= pack_size || (last && to_judge_through.count > 0)) {
             SearchLanes<D> open{};
             open.look_anywhere();
             int count = 0;
             while (count < pack_size && to_judge_through.count > 0) to_judge_through.pop(open, count++);
-            judged(all, open, count, [&](const SearchLanes<D>& lanes, WalkMarks& marks) __attribute__((always_inline)) {
-                ElementsPack<D> elements = entered<D>(all.back, lanes.element);
-                return located_lengths(all.back, lanes.pack.frame, lanes.pack.y, all.rules.report, elements, marks)
-                    .length;
-            });
+            WalkMarks chord_marks{};
+            const Pack chord = chord_length(all, open, chord_marks);
+            judged(all, open, count, chord, chord_marks,
+                   [&](const SearchLanes<D>& lanes, WalkMarks& marks) __attribute__((always_inline)) {
+                       ElementsPack<D> elements = entered<D>(all.back, lanes.element);
+                       return located_lengths(all.back, lanes.pack.frame, lanes.pack.y, all.rules.report, elements,
+                                              marks)
+                           .length;
+                   });
         }
         if (last) break;
     }
+}
+
+/// One place, for all edges: it is large.
+template <int D>
+void search_with(Instructions set, const PackedEdges<D>& all) {
+    with_instructions(set, [&]() __attribute__((always_inline)) { search<D>(all); });
 }
 
 /// Edges by the sizes of their shells: the lanes of a pack wait for the largest.
@@ -317,8 +330,8 @@ EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, std::span<const Back
         }
     if (straight) {
         const std::vector<std::uint32_t> order = by_shell_size(edges);
-        const PackedEdges<D> all{*straight, edges, order, rules, options, minima, alone, work};
-        with_instructions(set, [&]() __attribute__((always_inline)) { search<D>(all); });
+        const PackedEdges<D> all{*straight, edges, {}, curved, order, rules, options, minima, alone, work};
+        search_with(set, all);
     }
     for (std::size_t i = 0; i < edges.size(); ++i) {
         if (alone[i] == 0) continue;
@@ -338,6 +351,42 @@ EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, std::span<const Back
     return work;
 }
 
+template <int D>
+EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<D>> edges, const EdgeRules& rules,
+                              const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima, Instructions set) {
+    EdgeSearchWork work;
+    const auto* const curved = dynamic_cast<const CurvedBack<D>*>(&*back);
+    const StraightBack<D>* const straight = straight_mesh_of(back);
+    std::vector<std::uint8_t> alone(edges.size(), straight && options.field == EdgeFieldKind::back ? 0 : 1);
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        minima[i] = {};
+        minima[i].node.point = midpoint(edges[i].a.point, edges[i].b.point);
+    }
+    if (straight) {
+        std::vector<std::uint32_t> order(edges.size());
+        std::iota(order.begin(), order.end(), std::uint32_t{0});
+        const PackedEdges<D> all{*straight, {}, edges, curved, order, rules, options, minima, alone, work};
+        search_with(set, all);
+    }
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        if (alone[i] == 0) continue;
+        const auto& [a, b, hint] = edges[i];
+        if (alone[i] == 2) {
+            judge(back, edge_objective(back, rules.objective, options.objective, options.field, a.point, b.point, hint),
+                  rules.report, minima[i]);
+        } else {
+            ++work.single;
+            minima[i] = minimise_edge(back, a.point, b.point, hint, rules, options);
+        }
+        minima[i].straight_length = minima[i].length = 0;
+    }
+    return work;
+}
+
+template EdgeSearchWork minimise_edges<2>(const BackMesh<2>&, std::span<const FreeEdge<2>>, const EdgeRules&,
+                                          const EdgeMinimiserOptions&, std::span<EdgeMinimum<2>>, Instructions);
+template EdgeSearchWork minimise_edges<3>(const BackMesh<3>&, std::span<const FreeEdge<3>>, const EdgeRules&,
+                                          const EdgeMinimiserOptions&, std::span<EdgeMinimum<3>>, Instructions);
 template EdgeSearchWork minimise_back_edges<2>(const BackMesh<2>&, std::span<const BackEdge>,
                                                std::span<const LagrangeNode<2>>, const EdgeRules&,
                                                const EdgeMinimiserOptions&, std::span<EdgeMinimum<2>>, Instructions);

@@ -30,4 +30,18 @@ EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, std::span<const Back
                                    const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
                                    Instructions set = widest_instructions());
 
+/// An edge anywhere in a back mesh: its ends, with the field there.
+template <int D>
+struct FreeEdge {
+    BackVertex<D> a, b;
+    ElementId hint;  ///< an element near a
+};
+
+/// minimise_edge of each edge, likewise. From the chord, whose energy has its gradient from the elements that it
+/// passes; by the search alone where the field goes along with curves there, or the chord leaves the mesh.
+template <int D>
+EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<D>> edges, const EdgeRules& rules,
+                              const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
+                              Instructions set = widest_instructions());
+
 }  // namespace camber

@@ -144,8 +144,8 @@ struct ThroughElements {
     [[nodiscard, gnu::always_inline]] static inline Pack sure_gain(const PackedEdges<D>& all,
                                                                    const SearchLanes<D>& lanes) {
         if (all.rules.objective.size() < least_points) return packed(1e300);
-        const SymPack<D>& change = lanes.pack.frame.change;
-        return sure_share_with_kinks * max(packed(1), inner(change, change)) * lanes.pack.chord_length;
+        const Pack change = lanes.pack.along;
+        return sure_share_with_kinks * max(packed(1), change * change) * lanes.pack.chord_length;
     }
     [[nodiscard, gnu::always_inline]] static inline Mask goes_on(const PackedEdges<D>&, SearchLanes<D>&,
                                                                  const WallStep<D>&, Mask) {
@@ -217,7 +217,7 @@ template <int D, class Where>
     const Pack gain = s.chord_length - s.at.length;
     const Pack sure = where.sure_gain(all, lanes);
     const Mask loose = ~by_length & ~((gain > sure) & (gain < sure + 2 * last_step * s.chord_length));
-    const Mask rough = ~by_length & where.extrapolates(s);
+    const Mask rough = where.extrapolates(s);
     const Pack least = select(rough, packed(std::max(o.tolerance, rough_last_step)),
                               select(loose, packed(std::max(o.tolerance, last_step)), packed(o.tolerance)));
     const Pack tolerance = select(last_phase, packed(o.length_tolerance), least) * value_of(s.at, by_length);

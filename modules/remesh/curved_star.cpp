@@ -213,18 +213,21 @@ class CurvingStar {
     }
     void search_offsets() {
         const auto& [options, rules] = *goal_.search;
-        for (std::size_t i = 0; i < w_.free.size(); ++i) {
-            if (!is_free(w_.free[i])) continue;
+        w_.searched.clear();
+        for (const std::uint32_t s : w_.free) {
             // From the lower end by coordinates, whichever is the point: where minima are several an edge has one
             // target.
-            const VertexId v = vertex(w_.free[i]);
-            const bool from_point = wish_.place.c < r_.mesh.points[v].c;
-            const EdgeMinimum<D> found =
-                from_point
-                    ? minimise_edge<D>(goal_.field, wish_.place, end(w_.free[i]), wish_.metric.back, rules, options)
-                    : minimise_edge<D>(goal_.field, end(w_.free[i]), wish_.place, r_.metrics[v].back, rules, options);
-            w_.offsets[i] = found.node.point - middle(w_.free[i]);
+            const VertexId v = vertex(s);
+            const BackVertex<D> point{wish_.place, wish_.metric.log_metric};
+            const BackVertex<D> other{end(s), r_.metrics[v].log_metric};
+            if (wish_.place.c < end(s).c)
+                w_.searched.push_back({point, other, wish_.metric.back});
+            else
+                w_.searched.push_back({other, point, r_.metrics[v].back});
         }
+        w_.found.resize(w_.free.size());
+        minimise_edges<D>(goal_.field, w_.searched, rules, options, w_.found);
+        for (std::size_t i = 0; i < w_.free.size(); ++i) w_.offsets[i] = w_.found[i].node.point - middle(w_.free[i]);
     }
 
     void begin_cones() {

@@ -53,6 +53,8 @@ struct CurvedWorkspace {
     std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< spoke, and the new facet with it
     std::vector<Vec<D>> chords, offsets;
     std::vector<EdgeEnds<D>> ends;
+    std::vector<FreeEdge<D>> searched;
+    std::vector<EdgeMinimum<D>> found;
     std::vector<std::uint32_t> free;  ///< spokes of kind volume
     int programmes = 0;               ///< spent
 };
