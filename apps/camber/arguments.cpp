@@ -156,7 +156,10 @@ void add_repair(CLI::App& app, Verb& verb) {
         "  camber repair broken.meshb -o valid.meshb\n"
         "  camber repair broken.meshb -o valid.meshb --boundary-tolerance 1e-3\n\n"
         "The boundary stays as it is, bit for bit, interfaces between materials too: nodes of the volume move, and, if "
-        "need be, its vertices. With --boundary-tolerance T the nodes of boundary edges may move too where nothing "
+        "need be, its vertices. With --cad, or analytic surfaces, the boundary's nodes are first put onto these, and "
+        "slide on "
+        "them where nothing else helps. With --boundary-tolerance T the nodes of boundary edges may move too where "
+        "nothing "
         "else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary vertices never "
         "do. Elements that cannot be repaired are listed with the reason, the mesh is written with them, and the exit "
         "code is 1. How it is done: docs/algorithms/repair.md");
@@ -168,6 +171,7 @@ void add_repair(CLI::App& app, Verb& verb) {
         ->add_option("--boundary-tolerance", a.boundary_tolerance,
                      "How far the node of a boundary edge may move, in model units; 0 (the default): not at all")
         ->check(CLI::NonNegativeNumber);
+    add_geometry(repair, a.geometry);
     add_bound(repair, a);
     add_pipeline(repair, a);
 }

@@ -31,8 +31,6 @@ constexpr double vertex_weight = 4;
 constexpr double least_joint_return = 1e-5;
 /// What vertices that move are asked to leave of the determinants around them, as shares, one after the other.
 constexpr std::array kept_shares{0.2, 0.02, 0.0};
-/// Floors lie this much above the bound: the programme ends within a part of it.
-constexpr double slack = 2e-6;
 
 bool may_move(EdgeKind kind, Reach reach) {
     return kind == EdgeKind::volume || (kind != EdgeKind::fixed && reach.moves == Reach::Moves::surface_nodes);
@@ -62,7 +60,7 @@ int position_in(const std::vector<T>& sorted, const T& wanted) {
 /// A good element holds the bound, though it lies on it or its coefficients are too weak a test.
 template <int D>
 double jacobian_to_keep_valid(const RepairState<D>& state, ElementId e, double asked) {
-    return std::max(jacobian_to_keep(state, e, asked), state.options.min_scaled_jacobian + slack);
+    return std::max(jacobian_to_keep(state, e, asked), state.options.min_scaled_jacobian + floor_slack);
 }
 
 /// All of what the cavity can move is asked for; elements that it moves in part only keep what they have, but for the
@@ -244,7 +242,7 @@ template <int D>
 Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed, double asked,
                               double most_work) {
     if (cavity.edges.empty() && cavity.vertices.empty()) return {};
-    const double floor = std::max(state.options.min_scaled_jacobian + slack, asked);
+    const double floor = std::max(state.options.min_scaled_jacobian + floor_slack, asked);
     auto programme = programme_of(state, cavity, [&](ElementId e) { return floor_of(state, cavity, e, seed, floor); });
     if (asked == 0) programme.first_penalty = JointProgramme<D>::strong;
     Planned<D> planned;
@@ -271,7 +269,7 @@ Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>
 
 template <int D>
 Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity, double most_work) {
-    const double target = state.options.aim() + slack;
+    const double target = state.options.aim() + floor_slack;
     auto programme = programme_of(state, cavity, [&](ElementId e) {
         return state.good(e) ? jacobian_to_keep_valid(state, e, target) : jacobian_to_keep(state, e, target);
     });

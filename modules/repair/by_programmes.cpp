@@ -38,6 +38,8 @@ constexpr double most_of_work = 0.5;
 constexpr double most_passes = 14;
 /// Elements with an edge that costs less of its length return by single edges only.
 constexpr double costly = 1e-3;
+/// What slides ask for, as shares of the target: more than nothing, since bringing nodes back costs a little.
+constexpr std::array slide_shares{1.0, 0.1, 0.001};
 /// How many rings of elements around what is left the boundary's displacement is extended over.
 constexpr int nearest_rings = 2;
 constexpr int farthest_rings = 8;
@@ -66,6 +68,13 @@ struct Passes {
         return over_queue([&](ElementId e) { return repair_cavity(state, e, reach).elements; },
                           [&](ElementId e, double most_work) {
                               return plan_cavity_repair(state, repair_cavity(state, e, reach), e, asked, most_work);
+                          });
+    }
+    /// Nodes of boundary edges slide on the geometry, together with those of the volume.
+    [[nodiscard]] Outcome<Done> by_slides(Reach reach, double asked) {
+        return over_queue([&](ElementId e) { return repair_cavity(state, e, reach).elements; },
+                          [&](ElementId e, double most_work) {
+                              return plan_slide_repair(state, repair_cavity(state, e, reach), e, asked, most_work);
                           });
     }
     /// What is left goes home; what this spoils is repaired as before, or stays as it was.
@@ -277,7 +286,10 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
         if (auto made = look_around_vertices(passes.state, passes.execution); !made) return made;
     if (is_asked) cavities(s.by_vertices, {Moves::vertices, 1}, 0);
     if (s.by_vertices > 0) by_volume_nodes();
-    if (is_asked) cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
+    if (is_asked && with_cavities && passes.state.onto)
+        for (const double share : slide_shares)
+            counted(s.by_slides, [&] { return passes.by_slides({Moves::surface_nodes, 0}, share * options.target); });
+    if (is_asked && guide.surface == SurfaceMoves::off_geometry) cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
     if (!done) return done;
     if (homes_first) {
         done = passes.returns_on_segments();
@@ -301,6 +313,7 @@ Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, cons
     statistics.by_cavities = passes.by_cavities;
     statistics.by_extension = passes.by_extension;
     statistics.by_vertices = passes.by_vertices;
+    statistics.by_slides = passes.by_slides;
     statistics.by_surface = passes.by_surface;
     std::vector<ElementId> given_up;
     if (cut_short) given_up = elements_not_valid(judged->validation());
@@ -319,6 +332,7 @@ Outcome<Repaired<D>> repair_by_programmes(const JudgedProposal<D>& wanted, const
                       wanted.proposal().kinds, schedule, most_work, 0},
                      elements_not_valid(wanted.validation()),
                      execution};
+    if (guide.onto) passes.state.onto = &guide.onto;
     // Where vertices are elsewhere already, their elements are judged by what is around them.
     if (wanted.proposal().points != mesh.linear.points)
         if (auto made = look_around_vertices(passes.state, execution); !made) return fail(made.error());

@@ -1,4 +1,5 @@
 module;
+#include <cstdint>
 #include <functional>
 #include <span>
 export module camber.repair:guide;
@@ -7,6 +8,20 @@ import camber.bezier;
 import camber.curving;
 
 export namespace camber {
+
+/// A place of the geometry for the node of a boundary edge, and the projector onto the directions that lead off it
+/// there: n nᵀ on a surface, I − t tᵀ on a curve, I where the node is not to slide.
+template <int D>
+struct GeometryFoot {
+    Vec<D> point;
+    Sym<D> across;
+};
+/// The foot near a point on what an edge of the boundary lies on: a pure function, asked from several threads.
+template <int D>
+using FootOnGeometry = std::function<GeometryFoot<D>(EdgeId, const Vec<D>&)>;
+
+/// Where nodes of boundary edges that may move end in the worst case.
+enum class SurfaceMoves : std::uint8_t { off_geometry, on_geometry };
 
 /// What repair goes by, beside the places and the options.
 template <int D>
@@ -19,6 +34,9 @@ struct RepairGuide {
     /// Where nodes go back to in elements that are not valid, one an edge: the extension of the boundary's displacement
     /// (`extend_boundary`). Empty: one is made around these elements alone.
     Column<LagrangeNode<D>> home = {};
+    /// Where nodes of boundary edges slide before any of them leaves the geometry; null: they do not slide.
+    FootOnGeometry<D> onto = {};
+    SurfaceMoves surface = SurfaceMoves::off_geometry;
 };
 
 }  // namespace camber

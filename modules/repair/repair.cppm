@@ -8,6 +8,7 @@ export import :relax;
 export import :method;
 export import :remaining;
 export import :mesh;
+export import :on_geometry;
 import :moved_mesh;
 import :by_programmes;
 import :growth;

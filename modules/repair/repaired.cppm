@@ -14,7 +14,8 @@ struct RepairStatistics {
     std::size_t moved_surface_nodes = 0;  ///< the same, of surface and ridge edges: they may have left the geometry
     std::size_t moved_vertices = 0;       ///< in the volume
     double work = 0;                      ///< of its programmes, as `RepairOptions::effort` counts it
-    std::size_t by_edges = 0, by_cavities = 0, by_extension = 0, by_vertices = 0, by_surface = 0;  ///< elements
+    std::size_t by_edges = 0, by_cavities = 0, by_extension = 0, by_vertices = 0, by_slides = 0,
+                by_surface = 0;  ///< elements
 };
 
 /// A proposal after a repair, and what that changed.

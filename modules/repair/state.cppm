@@ -10,6 +10,7 @@ import camber.core;
 import camber.bezier;
 import camber.validity;
 import camber.programmes;
+import :guide;
 import :moved_mesh;
 import :options;
 
@@ -34,6 +35,7 @@ struct RepairState {
     double work_left = 0;  ///< of programmes, see step_work
     double work = 0;       ///< done so far
     VertexSurroundings around_vertices = {};
+    const FootOnGeometry<D>* onto = nullptr;  ///< none: boundary nodes do not slide
 
     [[nodiscard]] const QuadraticMesh<D>& mesh() const { return moved.mesh; }
     [[nodiscard]] bool exhausted() const { return work_left < 1; }
@@ -118,6 +120,16 @@ template <int D>
 template <int D>
 [[nodiscard]] Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
                                             double asked, double most_work);
+
+/// Floors lie this much above the bound: the programme ends within a part of it.
+inline constexpr double floor_slack = 2e-6;
+
+/// The same with nodes of boundary edges that slide on the geometry (`state.onto`): each step of the programme is taken
+/// in the tangent planes (on curves along the tangents), then brought back onto the geometry, from where the next
+/// begins. None when that is not found in a few steps.
+template <int D>
+[[nodiscard]] Planned<D> plan_slide_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
+                                           double asked, double most_work);
 
 /// The cavity's nodes together nearer to where they are wanted, as far as its elements allow: from where they are, and
 /// from where they are wanted, whichever costs less; none if that is not worth it.

@@ -52,9 +52,12 @@ struct Within {
     const Execution& execution;
 
     /// From `start`, with the boundary edges held that are marked.
-    Outcome<Repaired<D>> tried(const JudgedProposal<D>& start, const std::vector<std::uint8_t>& held) {
+    Outcome<Repaired<D>> tried(const JudgedProposal<D>& start, const std::vector<std::uint8_t>& held,
+                               SurfaceMoves surface = SurfaceMoves::off_geometry) {
         options.most_work = work_left;
-        auto repaired = repair(start.with_kinds(with_held(wanted.proposal().kinds, held)), guide, options, execution);
+        RepairGuide<D> by = guide;
+        by.surface = surface;
+        auto repaired = repair(start.with_kinds(with_held(wanted.proposal().kinds, held)), by, options, execution);
         if (repaired) work_left -= repaired->statistics.work;
         return repaired;
     }
@@ -81,6 +84,10 @@ Outcome<Repaired<D>> repair_to_bound(Within<D>& within) {
     auto kept = within.tried(within.wanted, held);
     if (!kept) return kept;
     const auto done = [&] { return kept->judged.validation().all_valid() || tolerance == 0; };
+    if (within.guide.onto && !kept->judged.validation().all_valid()) {
+        kept = within.tried(kept->judged, std::vector<std::uint8_t>(held.size(), 0), SurfaceMoves::on_geometry);
+        if (!kept) return kept;
+    }
     if (done()) return with_all_changes(within.wanted, std::move(*kept));
     if constexpr (D == 3) {
         auto better = repair_after_slide(within, std::move(*kept), held);

@@ -52,6 +52,7 @@ struct CurveArguments : PipelineArguments {
 [[nodiscard]] int curve_command(const CurveArguments& arguments);
 
 struct RepairArguments : PipelineArguments {
+    GeometryArguments geometry;
     std::optional<double> boundary_tolerance;  ///< none: that of the settings, or 0
 };
 [[nodiscard]] int repair_command(const RepairArguments& arguments);

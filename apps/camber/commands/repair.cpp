@@ -15,7 +15,9 @@ constexpr const char* base = R"({"input": {"mesh": "-"}, "stages": ["validate", 
 
 Outcome<config::Pipeline> repairing(const RepairArguments& arguments) {
     auto pipeline = pipeline_of(base, arguments);
-    if (!pipeline || !arguments.boundary_tolerance) return pipeline;
+    if (!pipeline) return pipeline;
+    if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
+    if (!arguments.boundary_tolerance) return pipeline;
     for (config::Stage& stage : pipeline->stages)
         if (auto* relax = std::get_if<config::Relax>(&stage)) relax->boundary_tolerance = *arguments.boundary_tolerance;
     return pipeline;

@@ -102,8 +102,9 @@ struct ValidityReport {
 struct RelaxReport {
     std::string repair;
     std::size_t corrected_elements = 0, relaxed_volume_edges = 0, relaxed_surface_edges = 0, moved_vertices = 0;
-    double work = 0;           ///< of programmes, as the option `effort` counts it
-    std::size_t given_up = 0;  ///< elements that were not repaired when that was spent
+    std::size_t slid_surface_edges = 0;  ///< not among the relaxed ones: their nodes are on the geometry still
+    double work = 0;                     ///< of programmes, as the option `effort` counts it
+    std::size_t given_up = 0;            ///< elements that were not repaired when that was spent
 };
 
 /// What became of the boundary of a mesh that was read with its curves.

@@ -141,6 +141,7 @@ Json json(const RelaxReport& r) {
             {"corrected_elements", r.corrected_elements},
             {"relaxed_volume_edges", r.relaxed_volume_edges},
             {"relaxed_surface_edges", r.relaxed_surface_edges},
+            {"slid_surface_edges", r.slid_surface_edges},
             {"moved_vertices", r.moved_vertices},
             {"work", r.work},
             {"given_up", r.given_up}};

@@ -127,6 +127,8 @@ std::string validity_rows(const Report& report) {
         text += table_row("corrected elements", r->corrected_elements) +
                 table_row("relaxed volume edges", r->relaxed_volume_edges) +
                 table_row("relaxed surface edges", r->relaxed_surface_edges) +
+                (r->slid_surface_edges > 0 ? table_row("surface edges slid on geometry", r->slid_surface_edges)
+                                           : std::string()) +
                 (r->moved_vertices > 0 ? table_row("moved vertices", r->moved_vertices) : std::string()) +
                 (r->given_up > 0 ? table_row("given up (work is spent)", r->given_up) : std::string());
     if (const auto& r = report.reinsert)

@@ -35,6 +35,7 @@ struct Boundary {
 template <int D>
 struct OwnNodes {
     Features<D> features;
+    std::optional<Boundary<D>> boundary = {};  ///< with a prescribed geometry, onto which the boundary's nodes went
 };
 
 /// A plan of `curve` or `reinsert`: where they want nodes, and by what.
@@ -67,6 +68,11 @@ struct Plan {
     [[nodiscard]] const JudgedProposal<D>* judged() const { return std::get_if<JudgedProposal<D>>(&places); }
     /// Null: began with the nodes that the mesh was read with.
     [[nodiscard]] const Wanted<D>* wanted() const { return std::get_if<Wanted<D>>(&origin); }
+    /// Null: the mesh's own, without a geometry.
+    [[nodiscard]] const Boundary<D>* boundary() const {
+        if (const auto* own = std::get_if<OwnNodes<D>>(&origin)) return own->boundary ? &*own->boundary : nullptr;
+        return &std::get<Wanted<D>>(origin).boundary;
+    }
 };
 
 /// Nothing is planned; verdicts of the mesh's own nodes, once asked for.

@@ -1,7 +1,11 @@
 module;
+#include <optional>
+#include <span>
 #include <utility>
+#include <variant>
 module camber.run;
 import camber.core;
+import camber.bezier;
 import camber.config;
 import camber.repair;
 import camber.surface;
@@ -34,11 +38,38 @@ Outcome<Adopted<D>> own_nodes(const QuadraticMesh<D>& mesh, const config::Featur
     return Adopted<D>{{std::move(*features)}, std::move(proposal), report};
 }
 
+/// The same where surfaces are prescribed: the boundary's nodes are brought onto them.
+template <int D>
+Outcome<Plan<D>> own_nodes_on_geometry(Runner<D>& run) {
+    const QuadraticMesh<D>& mesh = run.quadratic().mesh;
+    const std::span<const LagrangeNode<D>> curves(mesh.mid_nodes.data(), mesh.mid_nodes.size());
+    auto boundary = describe_boundary(run, mesh.linear, mesh.edges, curves);
+    if (!boundary) return fail(boundary.error());
+    return run.step("nodes", [&](const Execution& e) -> Outcome<Plan<D>> {
+        const Column<EdgeKind>& kinds = boundary->features.edge_kinds;
+        auto nodes = own_nodes_on(boundary->geometry, kinds, mesh, boundary->required, e);
+        if (!nodes) return fail(nodes.error());
+        Proposal<D> proposal = own_proposal(mesh, kinds, boundary->required);
+        proposal.mid_nodes = std::move(*nodes);
+        return Plan<D>{OwnNodes<D>{boundary->features, *boundary}, std::move(proposal)};
+    });
+}
+
+bool prescribes(const config::Geometry& geometry) {
+    return std::holds_alternative<config::Cad>(geometry) || std::holds_alternative<config::Analytic>(geometry);
+}
+
 }  // namespace
 
 template <int D>
 Outcome<Done> adopt_own_nodes(Runner<D>& run) {
     if (run.quadratic().planned()) return Done{};
+    if (prescribes(run.config.geometry)) {
+        auto plan = own_nodes_on_geometry(run);
+        if (!plan) return fail(plan.error());
+        run.quadratic().plan = std::move(*plan);
+        return Done{};
+    }
     auto made = run.step("features",
                          [&](const Execution& e) { return own_nodes(run.quadratic().mesh, run.config.features, e); });
     if (!made) return fail(made.error());

@@ -82,9 +82,9 @@ using StraightMetric = std::optional<Column<LogMetric<D>>>;
 template <int D>
 Outcome<Done> measure_nodes(const Quadratic<D>& end, MeasuresReport& report, const Execution& execution) {
     const Plan<D>* const plan = end.planned();
-    if (!plan || !plan->wanted()) return Done{};
+    if (!plan || !plan->boundary()) return Done{};
     const auto farthest =
-        largest_node_distance(apply_proposal(end.mesh, plan->proposal()), plan->wanted()->boundary, execution);
+        largest_node_distance(apply_proposal(end.mesh, plan->proposal()), *plan->boundary(), execution);
     if (!farthest) return fail(farthest.error());
     report.node_distance = *farthest;
     return Done{};
@@ -96,12 +96,14 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
     const Shares of = which == MeasuredEdges::all ? Shares{0.05, 0.09, 0.87} : Shares{0.39, 0.44, 0.73};
     Measured<D> measured;
     const Plan<D>* const plan = end.planned();
+    if (const Boundary<D>* boundary = plan ? plan->boundary() : nullptr)
+        if (auto done = measure_distances(apply_proposal(end.mesh, plan->proposal()), *boundary, measured.report,
+                                          part_of(execution, 0, of.distances));
+            !done)
+            return fail(done.error());
     if (const Wanted<D>* wanted = plan ? plan->wanted() : nullptr) {
         const Proposal<D>& proposal = plan->proposal();
         const auto seen = apply_proposal(end.mesh, proposal);
-        if (auto done = measure_distances(seen, wanted->boundary, measured.report, part_of(execution, 0, of.distances));
-            !done)
-            return fail(done.error());
         auto walls = measure_walls(seen, without_progress(execution));
         if (!walls) return fail(walls.error());
         measured.report.walls = *walls;

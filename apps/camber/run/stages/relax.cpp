@@ -1,5 +1,7 @@
 module;
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
@@ -7,11 +9,13 @@ module;
 #include <vector>
 module camber.run;
 import camber.core;
+import camber.bezier;
 import camber.config;
 import camber.curving;
 import camber.metric;
 import camber.programmes;
 import camber.repair;
+import camber.surface;
 import camber.validity;
 import :parts;
 import :report;
@@ -41,6 +45,39 @@ Outcome<RepairGuide<D>> guide_of(const Plan<D>& plan, const JudgedProposal<D>& j
     return own_guide(judged, *around, execution);
 }
 
+/// The same, with feet on the surfaces that are prescribed.
+template <int D>
+Outcome<RepairGuide<D>> guide_on_geometry(const Plan<D>& plan, const JudgedProposal<D>& judged,
+                                          const BackMesh<D>* field, RepairMethod method, const Execution& execution) {
+    auto guide = guide_of(plan, judged, field, method, execution);
+    const Boundary<D>* const boundary = plan.boundary();
+    if (!guide || !boundary || !boundary->geometry->prescribes_any() || judged.validation().all_valid()) return guide;
+    auto feet = feet_on(boundary->geometry, boundary->features.edge_kinds, judged.mesh(), without_progress(execution));
+    if (!feet) return fail(feet.error());
+    guide->onto = std::move(*feet);
+    return guide;
+}
+
+/// Nodes of the boundary that repair moved, and that are on the geometry still, are counted apart.
+template <int D>
+void count_slides(const JudgedProposal<D>& before, const JudgedProposal<D>& after, const FootOnGeometry<D>& onto,
+                  RelaxReport& report) {
+    if (!onto) return;
+    constexpr double rounding = 1e-12;
+    const QuadraticMesh<D>& mesh = before.mesh();
+    const Column<EdgeKind>& kinds = before.proposal().kinds;
+    for (std::size_t e = 0; e < kinds.size(); ++e) {
+        const Vec<D>& node = after.proposal().mid_nodes[e].point;
+        if (kinds[e] == EdgeKind::volume || node == before.proposal().mid_nodes[e].point) continue;
+        const auto& [a, b] = mesh.edges.vertices[e];
+        if (distance(onto(EdgeId(e), node).point, node) >
+            rounding * distance(mesh.linear.points[a], mesh.linear.points[b]))
+            continue;
+        ++report.slid_surface_edges;
+        --report.relaxed_surface_edges;
+    }
+}
+
 /// Those that are a failure: what is only below a bound that nobody asked for is counted.
 template <int D>
 std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elements, const Validation<D>& validation,
@@ -68,6 +105,7 @@ Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const RepairGuid
                             {},
                             remaining_report(remaining_but_for_shape(*repaired), repaired->judged.validation(),
                                              options.min_scaled_jacobian)};
+    count_slides(judged, repaired->judged, guide.onto, report.relax);
     return Relaxed<D>{std::move(repaired->judged), std::move(report)};
 }
 
@@ -82,6 +120,7 @@ Outcome<Relaxed<D>> relax_within_boundary(const JudgedProposal<D>& judged, const
         relax_report(repaired->statistics, repaired->given_up.size(), options.method),
         KeptBoundaryReport{options.boundary_tolerance, shift.moved_nodes, shift.largest, shift.largest_relative},
         remaining_report(remaining(*repaired), repaired->judged.validation(), options.min_scaled_jacobian)};
+    count_slides(judged, repaired->judged, guide.onto, report.relax);
     return Relaxed<D>{std::move(repaired->judged), std::move(report)};
 }
 
@@ -104,7 +143,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
         options.min_scaled_jacobian = bound_for(run, given.min_scaled_jacobian);
         if (auto done = judge_plan(run, options.min_scaled_jacobian, part_of(e, 0, 0.05)); !done) return done;
         const JudgedProposal<D>& judged = *run.plan().judged();
-        const auto guide = guide_of(run.plan(), judged, run.field(), options.method, part_of(e, 0.05, 0.1));
+        const auto guide = guide_on_geometry(run.plan(), judged, run.field(), options.method, part_of(e, 0.05, 0.1));
         if (!guide) return fail(guide.error());
         const auto relax = run.quadratic().boundary_is_given() ? relax_within_boundary<D> : relax_plan<D>;
         auto made = relax(judged, *guide, options, part_of(e, 0.1, 1));

@@ -1,0 +1,102 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <utility>
+module camber.repair;
+import :guide;
+import :on_geometry;
+import camber.core;
+import camber.bezier;
+import camber.surface;
+import camber.validity;
+
+namespace camber {
+
+namespace {
+
+/// The edges of a boundary, as a geometry is asked for them.
+template <int D>
+struct Sites {
+    QuadraticMesh<D> mesh;
+    Column<EdgeKind> kinds;
+    Incidence<FacetId> facets;
+
+    [[nodiscard]] EdgeSite<D> operator[](EdgeId edge) const {
+        const auto& [a, b] = mesh.edges.vertices[edge];
+        return {edge,
+                kinds[edge],
+                {mesh.linear.points[a], mesh.linear.points[b]},
+                facet_sites<D>(mesh.linear, facets[edge])};
+    }
+    [[nodiscard]] bool is_prescribed(EdgeId edge, const Geometry<D>& geometry) const {
+        return kinds[edge] != EdgeKind::volume && std::ranges::all_of(facets[edge], [&](FacetId f) {
+                   return geometry->prescribes(mesh.linear.facets.references[f]);
+               });
+    }
+};
+
+template <int D>
+Sym<D> outer(const Vec<D>& v) {
+    Sym<D> s;
+    for (int i = 0; i < D; ++i)
+        for (int j = i; j < D; ++j) s(i, j) = v[i] * v[j];
+    return s;
+}
+
+/// The unit tangent of the curve that a point lies on; by the chord where the geometry does not tell it.
+template <int D>
+Vec<D> tangent_at(const Geometry<D>& geometry, const SurfacePoint<D>& foot, const EdgeSite<D>& site) {
+    if (foot.parameters)
+        if (const auto there = geometry->evaluate(foot.entity, *foot.parameters); there && norm(there->tangents[0]) > 0)
+            return normalised(there->tangents[0]);
+    return normalised(site.ends[1] - site.ends[0]);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<FootOnGeometry<D>> feet_on(const Geometry<D>& geometry, const Column<EdgeKind>& boundary_kinds,
+                                   const QuadraticMesh<D>& mesh, const Execution& execution) {
+    auto facets = facet_shells(mesh.edges, execution);
+    if (!facets) return fail(facets.error());
+    return FootOnGeometry<D>(
+        [geometry, sites = Sites<D>{mesh, boundary_kinds, std::move(*facets)}](EdgeId edge, const Vec<D>& p) {
+            if (!sites.is_prescribed(edge, geometry)) return GeometryFoot<D>{p, Sym<D>::identity()};
+            const EdgeSite<D> site = sites[edge];
+            const SurfacePoint<D> foot = geometry->on_edge(site, p);
+            if (norm(foot.normal) > 0) return GeometryFoot<D>{foot.point, outer<D>(foot.normal)};
+            return GeometryFoot<D>{foot.point, Sym<D>::identity() - outer<D>(tangent_at(geometry, foot, site))};
+        });
+}
+
+template <int D>
+Outcome<Column<LagrangeNode<D>>> own_nodes_on(const Geometry<D>& geometry, const Column<EdgeKind>& boundary_kinds,
+                                              const QuadraticMesh<D>& mesh, RequiredBoundary required,
+                                              const Execution& execution) {
+    auto facets = facet_shells(mesh.edges, without_progress(execution));
+    if (!facets) return fail(facets.error());
+    const Sites<D> sites{mesh, boundary_kinds, std::move(*facets)};
+    const Column<EdgeKind> kinds = held_kinds(mesh, boundary_kinds, required);
+    auto nodes = map_each(execution, mesh.edges.size(), [&](std::size_t e) -> LagrangeNode<D> {
+        const EdgeId edge(e);
+        if (kinds[e] == EdgeKind::fixed || !sites.is_prescribed(edge, geometry)) return mesh.mid_nodes[e];
+        return {geometry->on_edge(sites[edge], mesh.mid_nodes[e].point).point};
+    });
+    if (!nodes) return fail(nodes.error());
+    return Column<LagrangeNode<D>>(std::move(*nodes));
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                   \
+    template Outcome<FootOnGeometry<D>> feet_on<D>(const Geometry<D>&, const Column<EdgeKind>&, \
+                                                   const QuadraticMesh<D>&, const Execution&);  \
+    template Outcome<Column<LagrangeNode<D>>> own_nodes_on<D>(                                  \
+        const Geometry<D>&, const Column<EdgeKind>&, const QuadraticMesh<D>&, RequiredBoundary, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber
