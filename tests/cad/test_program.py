@@ -80,6 +80,40 @@ class Program(unittest.TestCase):
             r = math.hypot(*points[v - 1])
             self.assertLess(min(abs(r - 1), abs(r - 5)), 1e-12)
 
+    def pushed_off(self):
+        """The curved shell with every third node of its spheres pushed off them, as a file of degree 2."""
+        curved = self.path / "curved.mesh"
+        done = camber("curve", self.path / "shell.mesh", "-o", curved, "--cad", MODEL)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        words = curved.read_text().split()
+        at = words.index("TrianglesP2") + 2
+        nodes = {int(words[at + 7 * i + k]) for i in range(int(words[at - 1])) for k in (3, 4, 5)}
+        at = words.index("Vertices") + 2
+        for v in sorted(nodes)[::3]:
+            for k in range(3):
+                words[at + 4 * (v - 1) + k] = repr(float(words[at + 4 * (v - 1) + k]) * 1.02)
+        pushed = self.path / "pushed.mesh"
+        pushed.write_text(" ".join(words) + "\n")
+        return pushed, nodes
+
+    def test_repair_puts_nodes_onto_the_model(self):
+        pushed, nodes = self.pushed_off()
+        out, report = self.path / "repaired.mesh", self.path / "repair.json"
+        done = camber("repair", pushed, "-o", out, "--cad", MODEL, "--report", report)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        told = json.loads(report.read_text())
+        self.assertLess(told["boundary"]["cad"]["largest_node_distance"], 1e-12)
+        self.assertEqual(told["validity"]["invalid"], 0)
+        self.assertEqual(told["relax"]["relaxed_surface_edges"], 0)
+        words = out.read_text().split()
+        at = words.index("Vertices") + 2
+        for v in nodes:
+            r = math.hypot(*map(float, words[at + 4 * (v - 1):at + 4 * (v - 1) + 3]))
+            self.assertLess(min(abs(r - 1), abs(r - 5)), 1e-12)
+        again = self.path / "again.mesh"
+        self.assertEqual(camber("repair", out, "-o", again, "--cad", MODEL).returncode, 0)
+        self.assertEqual(out.read_bytes(), again.read_bytes())
+
     def refused(self, code, *arguments):
         done, _ = self.curve(*arguments)
         self.assertEqual(done.returncode, code, done.stderr)
