@@ -153,7 +153,9 @@ Outcome<Done> meet_vertices(const LinearMesh<3>& mesh, const CadModel& model, co
             out.farthest_vertex = VertexId(v);
         }
         out.doubtful_vertices += m.is_doubtful ? 1 : 0;
-        if (m.faces > 2 && m.entity >= 0) corners.push_back(m.entity);
+        if (m.faces <= 2 || m.entity < 0) continue;
+        corners.push_back(m.entity);
+        out.corners.push_back(VertexId(v));
     }
     out.vertices_met = count_distinct(std::move(corners));
     return Done{};
@@ -170,9 +172,12 @@ Outcome<Done> meet_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, con
     });
     if (!met) return fail(met.error());
     std::vector<std::int64_t> curves;
-    for (const Met& m : *met) {
+    for (std::size_t e = 0; e < met->size(); ++e) {
+        const Met& m = (*met)[e];
         out.doubtful_edges += m.is_doubtful ? 1 : 0;
-        if (m.faces > 1 && m.entity >= 0) curves.push_back(m.entity);
+        if (m.faces < 2 || m.entity < 0) continue;
+        curves.push_back(m.entity);
+        if (!m.is_doubtful) out.ridges.push_back(EdgeId(e));
     }
     out.edges_met = count_distinct(std::move(curves));
     return Done{};

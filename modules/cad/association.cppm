@@ -19,6 +19,11 @@ struct CadAssociation {
     /// The faces that facets of each reference lie on, both rising.
     std::vector<std::pair<Reference, std::vector<std::size_t>>> of_references;
 
+    /// Edges of the mesh between facets of two faces, on the model's edge there, and vertices on vertices of the model
+    /// where three faces or more meet; both rising. Some are smooth: the mesh alone does not tell them.
+    std::vector<EdgeId> ridges;
+    std::vector<VertexId> corners;
+
     std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;  ///< entities that the mesh has something on
     std::size_t doubtful_facets = 0;                             ///< another face fits them nearly as well
     std::size_t settled_facets = 0;      ///< of those: by what the sure ones of their reference lie on

@@ -90,3 +90,21 @@ TEST_CASE("another size or place is refused, with the unit that would fit") {
     REQUIRE(!moved);
     CHECK(moved.error().what.find("(10, 0, 0)") != std::string::npos);
 }
+
+TEST_CASE("edges between two faces and vertices of three are told, smooth or not") {
+    const CadModel model = model_of(Kind::box, {1, 2, 3});
+    LinearMesh<3> mesh = box_mesh();
+    mesh.facets.references = Buffer<Reference>(mesh.facets.size(), 7);
+    const CadAssociation a = associated(mesh, model);
+    const auto edges = value(unique_edges(mesh, {}));
+    CHECK(a.corners.size() == 8);
+    const auto sides_of = [&](VertexId v) {
+        int count = 0;
+        for (int k = 0; k < 3; ++k) count += mesh.points[v][k] == 0 || mesh.points[v][k] == 1.0 + k;
+        return count;
+    };
+    for (const VertexId v : a.corners) CHECK(sides_of(v) == 3);
+    CHECK(!a.ridges.empty());
+    for (const EdgeId e : a.ridges)
+        for (const VertexId v : edges.vertices[e]) CHECK(sides_of(v) >= 2);
+}

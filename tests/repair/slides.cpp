@@ -25,8 +25,7 @@ namespace {
 double sphere_of(const Block<3>& b, EdgeId edge) {
     const auto& [p, q] = b.mesh.edges.vertices[edge];
     const double rp = norm(b.mesh.linear.points[p]), rq = norm(b.mesh.linear.points[q]);
-    const bool is_there =
-        std::abs(rp - rq) < 1e-12 && (std::abs(rp - 1) < 1e-12 || std::abs(rp - 2) < 1e-12);
+    const bool is_there = std::abs(rp - rq) < 1e-12 && (std::abs(rp - 1) < 1e-12 || std::abs(rp - 2) < 1e-12);
     return b.kinds[edge] == EdgeKind::surface && is_there ? rp : 0;
 }
 
@@ -55,36 +54,36 @@ Proposal<3> thrown_along(const Block<3>& b, Dice& dice) {
 
 TEST_CASE("slides stay on the geometry, spoil nothing, and mend more") {
     std::size_t slid = 0, left_without = 0, left_with = 0;
-    property("slides",
-             [&](std::uint64_t seed) {
-                 Dice dice(seed);
-                 const auto b = shell_block<3>({4, 4, 2}, seed + 1);
-                 const Proposal<3> before = thrown_along(b, dice);
-                 RepairOptions options;
-                 options.min_scaled_jacobian = 1e-9;
-                 options.vertices = VertexMoves::never;
-                 const auto judged = must(validate(b.mesh, before, options.min_scaled_jacobian, alone));
-                 RepairGuide<3> guide{b.shells, [nodes = b.boundary_nodes](EdgeId e) { return nodes[e]; },
-                                      implied_edge_models(b.mesh, b.boundary_nodes, b.shells)};
-                 guide.surface = SurfaceMoves::on_geometry;
-                 const auto without = must(repair(judged, guide, options, alone));
-                 guide.onto = [&](EdgeId edge, const Vec<3>& p) { return foot_on(b, edge, p); };
-                 const auto with = must(repair(judged, guide, options, alone));
-                 RC_ASSERT(must(repair(judged, guide, options, Execution{3})).judged.proposal() ==
-                           with.judged.proposal());
-                 left_without += without.judged.validation().not_valid();
-                 left_with += with.judged.validation().not_valid();
-                 for (std::size_t e = 0; e < b.kinds.size(); ++e) {
-                     const Vec<3>& node = with.judged.proposal().mid_nodes[e].point;
-                     if (b.kinds[e] == EdgeKind::volume || node == before.mid_nodes[e].point) continue;
-                     ++slid;
-                     RC_ASSERT(std::abs(norm(node) - sphere_of(b, EdgeId(e))) <= 1e-14);
-                 }
-                 for (std::size_t e = 0; e < judged.validation().verdicts.size(); ++e)
-                     if (judged.validation().verdicts[e] == Verdict::valid)
-                         RC_ASSERT(with.judged.validation().verdicts[e] == Verdict::valid);
-             },
-             {6});
+    property(
+        "slides",
+        [&](std::uint64_t seed) {
+            Dice dice(seed);
+            const auto b = shell_block<3>({4, 4, 2}, seed + 1);
+            const Proposal<3> before = thrown_along(b, dice);
+            RepairOptions options;
+            options.min_scaled_jacobian = 1e-9;
+            options.vertices = VertexMoves::never;
+            const auto judged = must(validate(b.mesh, before, options.min_scaled_jacobian, alone));
+            RepairGuide<3> guide{b.shells, [nodes = b.boundary_nodes](EdgeId e) { return nodes[e]; },
+                                 implied_edge_models(b.mesh, b.boundary_nodes, b.shells)};
+            guide.surface = SurfaceMoves::on_geometry;
+            const auto without = must(repair(judged, guide, options, alone));
+            guide.onto = [&](EdgeId edge, const Vec<3>& p) { return foot_on(b, edge, p); };
+            const auto with = must(repair(judged, guide, options, alone));
+            RC_ASSERT(must(repair(judged, guide, options, Execution{3})).judged.proposal() == with.judged.proposal());
+            left_without += without.judged.validation().not_valid();
+            left_with += with.judged.validation().not_valid();
+            for (std::size_t e = 0; e < b.kinds.size(); ++e) {
+                const Vec<3>& node = with.judged.proposal().mid_nodes[e].point;
+                if (b.kinds[e] == EdgeKind::volume || node == before.mid_nodes[e].point) continue;
+                ++slid;
+                RC_ASSERT(std::abs(norm(node) - sphere_of(b, EdgeId(e))) <= 1e-14);
+            }
+            for (std::size_t e = 0; e < judged.validation().verdicts.size(); ++e)
+                if (judged.validation().verdicts[e] == Verdict::valid)
+                    RC_ASSERT(with.judged.validation().verdicts[e] == Verdict::valid);
+        },
+        {6});
     CHECK(slid > 0);
     CHECK(left_with < left_without);
 }

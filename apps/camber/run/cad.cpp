@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <utility>
+#include <vector>
 module camber.run;
 import camber.core;
 import camber.cad;
@@ -42,7 +43,10 @@ Outcome<MadeGeometry<D>> make_cad_geometry(const CadModel& model, const LinearMe
         auto association = associate(mesh, edges, model, execution);
         if (!association) return fail(association.error());
         const CadReport report = cad_report(model, *association);
-        return MadeGeometry<3>{Geometry<3>(CadGeometry{model, std::move(*association), mesh}), report};
+        auto ridges = association->ridges;
+        auto corners = association->corners;
+        return MadeGeometry<3>{Geometry<3>(CadGeometry{model, std::move(*association), mesh}), report,
+                               std::move(ridges), std::move(corners)};
     }
 }
 

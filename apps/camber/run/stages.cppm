@@ -131,6 +131,8 @@ template <int D>
 struct MadeGeometry {
     Geometry<D> geometry;
     std::optional<CadReport> cad = {};
+    std::vector<EdgeId> ridges = {};  ///< edges of the mesh on edges of the model, and vertices on its vertices, rising
+    std::vector<VertexId> corners = {};
 };
 template <int D>
 [[nodiscard]] Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry,

@@ -1,6 +1,11 @@
 module;
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <numeric>
 #include <span>
 #include <utility>
+#include <vector>
 module camber.run;
 import camber.core;
 import camber.config;
@@ -23,6 +28,39 @@ FeatureOptions<D> by_angle(const config::Features& options) {
 template <int D>
 constexpr FeatureOptions<D> listed_breaks{.ridge_angle_degrees = 180, .corner_angle_degrees = 180};
 
+template <class T, class More>
+Column<T> with(const Column<T>& rows, const More& more) {
+    Buffer<T> all(rows.begin(), rows.end());
+    all.reserve(rows.size() + more.size());
+    for (const auto& row : more) all.push_back(T(row));
+    return all;
+}
+
+/// The features with those that the model has: its edges may be smooth, and its vertices lie on smooth curves.
+template <int D>
+Outcome<Features<D>> with_those_of_model(Features<D> features, LinearMesh<D> mesh, EdgeSet<D> edges,
+                                         const MadeGeometry<D>& made, const FeatureOptions<D>& options,
+                                         const Execution& execution) {
+    if constexpr (D == 2) {
+        return features;
+    } else {
+        const auto is_ridge = [&](EdgeId e) { return features.edge_kinds[e] == EdgeKind::ridge; };
+        const auto is_corner = [&](VertexId v) { return features.vertex_kinds[v] == VertexKind::corner; };
+        if (std::ranges::all_of(made.ridges, is_ridge) && std::ranges::all_of(made.corners, is_corner)) return features;
+        std::vector<std::uint32_t> listed(made.ridges.size());
+        std::iota(listed.begin(), listed.end(), static_cast<std::uint32_t>(mesh.edges.size()));
+        std::vector<std::array<VertexId, 2>> ends;
+        ends.reserve(made.ridges.size());
+        for (const EdgeId e : made.ridges) ends.push_back(edges.vertices[e]);
+        mesh.ridges = with(mesh.ridges, listed);
+        mesh.corners = with(mesh.corners, made.corners);
+        mesh.edges.vertices = with(mesh.edges.vertices, ends);
+        mesh.edges.references = with(mesh.edges.references, std::vector<Reference>(ends.size(), 0));
+        edges.of_edges = with(edges.of_edges, made.ridges);
+        return find_features(mesh, edges, options, execution);
+    }
+}
+
 /// Features and geometry of the boundary.
 template <int D>
 struct Described {
@@ -42,6 +80,9 @@ Outcome<Described<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edg
                           : make_geometry(run.config.geometry, run.cad, mesh, edges, *features, curves,
                                           part_of(execution, 0.3, 1));
     if (!made) return fail(made.error());
+    features = with_those_of_model(std::move(*features), mesh, edges, *made,
+                                   inherited ? listed_breaks<D> : by_angle<D>(options), without_progress(execution));
+    if (!features) return fail(features.error());
     const BoundaryReport report{features->surface_edges,
                                 features->ridge_edges,
                                 features->corners,
