@@ -11,6 +11,7 @@ import unittest
 PROGRAM = sys.argv.pop(1)
 HERE = pathlib.Path(__file__).parent
 MODEL = HERE / "shell.brep"  # as OpenCASCADE writes it
+CAPSULE = HERE / "capsule.brep"  # a cylinder of radius 1 up to z = 2, a ball on it; its mesh has one reference
 
 
 def camber(*arguments):
@@ -113,6 +114,24 @@ class Program(unittest.TestCase):
         again = self.path / "again.mesh"
         self.assertEqual(camber("repair", out, "-o", again, "--cad", MODEL).returncode, 0)
         self.assertEqual(out.read_bytes(), again.read_bytes())
+
+    def test_smooth_edges_of_the_model_stay_edges_of_the_mesh(self):
+        out = self.path / "capsule.mesh"
+        done = camber("remesh", HERE / "capsule.mesh", "-o", out, "--cad", CAPSULE, "--rounds", "2", "--metric",
+                      '{"constant": {"sizes": [0.4]}}')
+        self.assertEqual(done.returncode, 0, done.stderr)
+        words = out.read_text().split()
+        rows = lambda name, width: [words[words.index(name) + 2 + width * i:][:width]
+                                    for i in range(int(words[words.index(name) + 1]))]
+        points = [tuple(map(float, row[:3])) for row in rows("Vertices", 4)]
+        on = {v for v, p in enumerate(points, 1) if abs(p[2] - 2) < 1e-12 and abs(math.hypot(*p[:2]) - 1) < 1e-12}
+        facets = [tuple(map(int, row[:3])) for row in rows("Triangles", 4)]
+        edges = {frozenset(pair) for a, b, c in facets for pair in ((a, b), (b, c), (c, a)) if on.issuperset(pair)}
+        self.assertGreater(len(on), 12)
+        self.assertEqual(len(edges), len(on))  # closed
+        for facet in facets:  # each is on one side
+            heights = [points[v - 1][2] - 2 for v in facet if v not in on]
+            self.assertTrue(all(z > 0 for z in heights) or all(z < 0 for z in heights))
 
     def refused(self, code, *arguments):
         done, _ = self.curve(*arguments)
