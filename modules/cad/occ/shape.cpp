@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <mutex>
 #include <utility>
 #include <BRepTools.hxx>
 #include <BRepTopAdaptor_FClass2d.hxx>
@@ -34,6 +36,7 @@ struct Surface {
     Handle(Geom_Surface) geometry;
     GeomAdaptor_Surface kind;
     std::unique_ptr<BRepTopAdaptor_FClass2d> domain;  ///< none: the rectangle of the parameters
+    std::unique_ptr<std::mutex> asked = std::make_unique<std::mutex>();  ///< one thread at a time may ask for it
 };
 
 /// Whether all edges of a face run along the bounds of its parameters, as those of whole spheres, of cylinders and of
@@ -152,6 +155,8 @@ class Shape final : public Kernel {
 
     [[nodiscard]] bool has(std::size_t face, double u, double v) const override {
         if (!surfaces_[face].domain) return is_within(faces[face], {u, v});
+        // Whether it may be asked by several threads at once is not said; a wrong answer was seen with them.
+        const std::lock_guard alone(*surfaces_[face].asked);
         const TopAbs_State state = surfaces_[face].domain->Perform(gp_Pnt2d(u, v));
         return state == TopAbs_IN || state == TopAbs_ON;
     }
