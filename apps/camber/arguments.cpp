@@ -251,6 +251,39 @@ void add_check(CLI::App& app, Verb& verb) {
                     "A line of CSV for each element instead of the report; with --json as columns in the object");
 }
 
+void add_inspection(CLI::App& app, Verb& verb) {
+    CLI::App* geometry = app.add_subcommand(
+        "geometry",
+        "What the boundary of a mesh is, and how far it is from a geometry. Of any mesh of degree 1 or 2; nothing is "
+        "changed.\n\n"
+        "  camber geometry wing.meshb                              patches, ridges, corners, suspicious places\n"
+        "  camber geometry wing.meshb --ridge-angle 30             what would be ridges from 30 degrees on?\n"
+        "  camber geometry wing-p2.meshb --cad wing.step           distances from the CAD model and back, face by face\n"
+        "  camber geometry wing-p2.meshb --cad wing.step -o d.vtu  the same as fields of the facets, for ParaView\n"
+        "  camber geometry wing.meshb --json > geometry.json       all of it for scripts\n\n"
+        "Ridges are edges where facets turn by more than the ridge angle, where references change, and those that the "
+        "file lists; patches are what is smooth between them; a facet in the same plane as its neighbour turns by 0 "
+        "degrees. Suspicious is what a change of the angle would change, and what no smooth surface looks like: knife "
+        "edges, tips of cones, vertices whose normals spread. Look there before you curve: list edges as Ridges in the "
+        "file, give facets of different surfaces different references, or choose another angle.\n\n"
+        "Distances go both ways. From the boundary to the geometry they say how well the mesh follows what it knows; "
+        "from the geometry to the boundary, what it has left out: of a CAD model points are taken on all its faces and "
+        "edges, of other geometries only where the mesh has facets. Without a geometry it is the smooth surface "
+        "through the mesh's own vertices, which says how much its facets, or its curves, differ from that, and nothing of "
+        "the part that was meant. More: docs/algorithms/distances.md");
+    GeometryCommandArguments& a = verb.geometry;
+    using Options = camber::run::InspectOptions;
+    geometry->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
+    geometry->add_option("-o,--output", a.output,
+                         "Also write the mesh with its patches and the distances of its facets for ParaView (.vtu)");
+    add_geometry(geometry, a.geometry);
+    add_described<double>(geometry, a.options, camber::option_of(&Options::ridge_angle));
+    add_described<int>(geometry, a.options, camber::option_of(&Options::worst));
+    add_flat(geometry, a.flat);
+    geometry->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
+    geometry->add_flag("--json", a.json, "One JSON object instead of the report");
+}
+
 void add_convert(CLI::App& app, Verb& verb) {
     CLI::App* convert = app.add_subcommand(
         "convert",
@@ -349,6 +382,7 @@ void add_verbs(CLI::App& app, Verb& verb) {
     add_generate(app, verb);
     add_plot(app, verb);
     add_check(app, verb);
+    add_inspection(app, verb);
     add_others(app, verb);
 }
 

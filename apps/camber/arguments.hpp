@@ -16,6 +16,7 @@ struct Verb {
     GenerateArguments generate;
     PlotArguments plot;
     CheckArguments check;
+    GeometryCommandArguments geometry;
     InfoArguments info;
     std::string topic;
 };

@@ -5,3 +5,4 @@ export import :model;
 export import :closest;
 export import :association;
 export import :geometry;
+export import :samples;

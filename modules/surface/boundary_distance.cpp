@@ -11,7 +11,8 @@ namespace camber {
 
 namespace {
 
-constexpr int lattice_degree = 10;
+template <int D>
+constexpr const auto& lattice = facet_lattice<10, D>;
 
 /// A curved facet of the mesh.
 template <int D>
@@ -19,25 +20,6 @@ struct CurvedFacet {
     FacetSite<D> straight;
     QuadraticSimplex<D - 1, D> shape;
 };
-
-template <int D>
-double straight_area(const FacetSite<D>& facet) {
-    const auto& c = facet.corners;
-    if constexpr (D == 2)
-        return distance(c[0], c[1]);
-    else
-        return 0.5 * norm(cross(c[1] - c[0], c[2] - c[0]));
-}
-
-/// The lattice on a facet.
-template <int D>
-constexpr auto lattice = [] {
-    std::array<Barycentric<D - 1>, node_count<lattice_degree, D - 1>> all{};
-    for (std::size_t n = 0; n < all.size(); ++n)
-        for (std::size_t i = 0; i < D; ++i)
-            all[n][i] = static_cast<double>(multi_indices<lattice_degree, D - 1>[n][i]) / lattice_degree;
-    return all;
-}();
 
 struct Samples {
     double largest = 0, mean = 0;
@@ -87,7 +69,7 @@ Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh, std::s
                                    bezier_form<D - 1, D>(mesh.linear.points, mid_nodes, mesh.linear.facets.vertices[id],
                                                          mesh.edges.of_facets[id])};
         const Samples s = distances(geometry, facet);
-        const double area = straight_area(facet.straight);
+        const double area = straight_measure(facet.straight);
         if (s.largest > total.largest || !total.worst.valid()) {
             total.largest = s.largest;
             total.worst = id;

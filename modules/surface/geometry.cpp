@@ -91,6 +91,20 @@ bool GeometryModel<D>::distances(const FacetSite<D>& facet, std::span<const Bary
 }
 
 template <int D>
+bool GeometryModel<D>::points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
+                                   std::span<Vec<D>> out) const {
+    const GeometryEntity surface = surface_at(facet);
+    if (surface.kind == GeometryKind::none) return false;
+    const SurfaceHint hint{.facet = {}, .reference = facet.reference, .entity = surface};
+    for (std::size_t n = 0; n < at.size(); ++n) {
+        Vec<D> straight;
+        for (std::size_t i = 0; i < D; ++i) straight += at[n][i] * facet.corners[i];
+        out[n] = project(hint, straight).point;
+    }
+    return true;
+}
+
+template <int D>
 double GeometryModel<D>::distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const {
     double largest = 0;
     for (const FacetSite<D>& facet : meet)

@@ -109,6 +109,11 @@ class MixedModel final : public GeometryModel<D> {
         return model(owner(facet.reference)).distances(facet, at, points, out);
     }
 
+    [[nodiscard]] bool points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
+                                   std::span<Vec<D>> out) const override {
+        return model(owner(facet.reference)).points_over(facet, at, out);
+    }
+
     [[nodiscard]] std::optional<std::array<Vec<D>, D>> normals_at(const FacetSite<D>& facet) const override {
         return model(owner(facet.reference)).normals_at(facet);
     }

@@ -14,6 +14,8 @@ export import :geometry;
 export import :seams;
 export import :makers;
 export import :boundary;
+export import :distances;
+export import :inspection;
 import :analytic_parameters;
 import :geometry_sheets;
 import :meeting;

@@ -179,6 +179,13 @@ class SurrogateModel final : public GeometryModel<D> {
         return true;
     }
 
+    [[nodiscard]] bool points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
+                                   std::span<Vec<D>> out) const override {
+        if (!is_own_facet(surrogate_, facet)) return GeometryModel<D>::points_over(facet, at, out);
+        for (std::size_t n = 0; n < at.size(); ++n) out[n] = point_at(surrogate_.facets[facet.id], at[n]);
+        return true;
+    }
+
     /// The surrogate is one surface: the nearest place that is seen from the first facet.
     [[nodiscard]] double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const override {
         return GeometryModel<D>::distance_where(meet.first(1), p);

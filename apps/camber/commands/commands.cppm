@@ -100,6 +100,16 @@ struct CheckArguments {
 };
 [[nodiscard]] int check_command(const CheckArguments& arguments);
 
+struct GeometryCommandArguments {
+    std::string input, output;  ///< output: the mesh with fields of its boundary, for viewers; empty: none
+    config::Flat flat = config::Flat::plane;
+    GeometryArguments geometry;
+    run::InspectOptions options = {};
+    int threads = 0;
+    bool json = false;
+};
+[[nodiscard]] int geometry_command(const GeometryCommandArguments& arguments);
+
 struct InfoArguments {
     std::string input;
     bool json = false;

@@ -158,6 +158,7 @@ void add(Report& report, const MeasuresReport& part) {
         report.boundary->curved_distance = part.curved_distance;
         if (report.boundary->cad) report.boundary->cad->largest_node_distance = part.node_distance;
         report.boundary->walls = part.walls;
+        report.boundary->distances = part.distances;
     }
     // What only touches, as the sides of a slit do, is in the report alone.
     if (part.walls && part.walls->crossing > 0)

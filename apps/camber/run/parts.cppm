@@ -6,6 +6,7 @@ module;
 export module camber.run:parts;
 import camber.repair;
 import camber.validity;
+import :distances_report;
 import :histogram;
 import :report;
 
@@ -69,6 +70,7 @@ struct MeasuresReport {
     std::optional<double> straight_distance, curved_distance;  ///< see BoundaryReport
     std::optional<WallsReport> walls = {};
     std::optional<double> node_distance = {};  ///< see CadReport
+    std::optional<DistancesReport> distances = {};
     std::vector<Histogram> histograms;
 };
 

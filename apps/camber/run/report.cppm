@@ -7,6 +7,7 @@ module;
 #include <vector>
 export module camber.run:report;
 import camber.core;
+import :distances_report;
 import :histogram;
 
 /// What a run tells: plain numbers, printed as a table and written as report.json.
@@ -78,6 +79,7 @@ struct BoundaryReport {
     std::optional<double> straight_distance, curved_distance;  ///< largest, to the geometry (model units)
     std::optional<WallsReport> walls = {};
     std::optional<CadReport> cad = {};
+    std::optional<DistancesReport> distances = {};  ///< both ways, by entity, where that is asked for
 };
 
 struct CurveReport {
@@ -189,5 +191,13 @@ struct Report {
 
 /// report.json: the same numbers. What each key means: docs/report.md.
 [[nodiscard]] std::string to_json(const Report& report);
+
+}  // namespace camber::run
+
+namespace camber::run {
+
+/// What both tables and both objects say of a CAD model.
+[[nodiscard]] std::string cad_rows(const CadReport& cad);
+[[nodiscard]] std::string cad_json(const CadReport& cad);
 
 }  // namespace camber::run

@@ -7,6 +7,7 @@ module;
 module camber.run;
 import camber.core;
 import :histogram;
+import :distances_report;
 import :report;
 import :unit_mesh;
 
@@ -100,6 +101,7 @@ Json json(const BoundaryReport& b) {
     if (b.straight_distance) j["largest_distance_straight"] = *b.straight_distance;
     if (b.curved_distance) j["largest_distance"] = *b.curved_distance;
     if (b.cad) j["cad"] = json(*b.cad);
+    if (b.distances) j["distances"] = Json::parse(distances_json(*b.distances));
     if (b.walls) {
         j["crossing_pairs"] = b.walls->crossing;
         j["undecided_pairs"] = b.walls->undecided;
@@ -166,6 +168,8 @@ Json json(const ReinsertReport& r) {
 }
 
 }  // namespace
+
+std::string cad_json(const CadReport& cad) { return json(cad).dump(); }
 
 std::string to_json(const Report& report) {
     Json j = report.origin ? head(*report.origin) : Json::object();

@@ -6,6 +6,7 @@ module;
 #include <fmt/format.h>
 module camber.run;
 import camber.core;
+import :distances_report;
 import :report;
 import :rows;
 
@@ -21,6 +22,20 @@ std::string table_row(std::string_view name, const std::string& value) {
     return fmt::format("  {:<34}{}\n", name, value);
 }
 std::string table_row(std::string_view name, std::size_t n) { return table_row(name, grouped(n)); }
+
+std::string cad_rows(const CadReport& c) {
+    std::string text =
+        table_row("CAD faces, edges, vertices met",
+                  fmt::format("{} of {}, {} of {}, {} of {}", grouped(c.faces_met), grouped(c.faces),
+                              grouped(c.edges_met), grouped(c.edges), grouped(c.vertices_met), grouped(c.vertices)));
+    text += table_row("doubtful facets, edges, vertices",
+                      fmt::format("{} (settled {}), {}, {}", grouped(c.doubtful_facets), grouped(c.settled_facets),
+                                  grouped(c.doubtful_edges), grouped(c.doubtful_vertices)));
+    text += table_row("vertices off the CAD model by", fmt::format("{:.4g}", c.largest_vertex_distance));
+    if (c.largest_node_distance)
+        text += table_row("nodes off the CAD model by", fmt::format("{:.4g}", *c.largest_node_distance));
+    return text;
+}
 
 namespace {
 
@@ -165,20 +180,6 @@ std::string_view name_distance(const Report& report) {
     return "largest distance to geometry";
 }
 
-std::string cad_rows(const CadReport& c) {
-    std::string text =
-        table_row("CAD faces, edges, vertices met",
-                  fmt::format("{} of {}, {} of {}, {} of {}", grouped(c.faces_met), grouped(c.faces),
-                              grouped(c.edges_met), grouped(c.edges), grouped(c.vertices_met), grouped(c.vertices)));
-    text += table_row("doubtful facets, edges, vertices",
-                      fmt::format("{} (settled {}), {}, {}", grouped(c.doubtful_facets), grouped(c.settled_facets),
-                                  grouped(c.doubtful_edges), grouped(c.doubtful_vertices)));
-    text += table_row("vertices off the CAD model by", fmt::format("{:.4g}", c.largest_vertex_distance));
-    if (c.largest_node_distance)
-        text += table_row("nodes off the CAD model by", fmt::format("{:.4g}", *c.largest_node_distance));
-    return text;
-}
-
 std::string boundary_rows(const Report& report) {
     const BoundaryReport& b = *report.boundary;
     std::string text =
@@ -188,6 +189,7 @@ std::string boundary_rows(const Report& report) {
     if (b.straight_distance && b.curved_distance)
         text +=
             table_row(name_distance(report), join_before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));
+    if (b.distances) text += table_row("geometry, both ways", b.distances->geometry) + distance_rows(*b.distances);
     if (b.walls && b.walls->first > 0)
         text += table_row("pairs of facets that cross",
                           fmt::format("{}, undecided {}", grouped(b.walls->crossing), grouped(b.walls->undecided)));

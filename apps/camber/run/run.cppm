@@ -11,6 +11,8 @@ export import :runner;
 export import :plan;
 export import :plot;
 export import :check;
+export import :distances_report;
+export import :inspect;
 import :check_parts;
 import :measures;
 import :numbering;

@@ -7,11 +7,14 @@ module;
 module camber.run;
 import camber.core;
 import camber.bezier;
+import camber.cad;
+import camber.config;
 import camber.crossing;
 import camber.curving;
 import camber.metric;
 import camber.surface;
 import camber.validity;
+import :distances_report;
 import :measures;
 import :parts;
 import :runner;
@@ -47,6 +50,32 @@ Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const Boundary<D>&
     if (!after) return fail(after.error());
     report.straight_distance = before->largest;
     report.curved_distance = after->largest;
+    return Done{};
+}
+
+/// The points of the geometry: of a CAD model its own, of others what stands over the mesh.
+template <int D>
+Outcome<GeometrySamples<D>> samples_of_geometry(const QuadraticMesh<D>& seen, const Boundary<D>& boundary,
+                                                const std::optional<CadModel>& cad, const Execution& execution) {
+    if constexpr (D == 3)
+        if (cad) return samples_of(*cad, samples_for(seen.linear.facets.size()), execution);
+    return samples_over(seen, boundary.features, boundary.geometry, execution);
+}
+
+/// Both ways and by entity, as it is in the end.
+template <int D>
+Outcome<Done> measure_both_ways(const Quadratic<D>& end, const Runner<D>& run, MeasuresReport& report,
+                                const Execution& execution) {
+    const Plan<D>* const plan = end.planned();
+    if (!plan || !plan->wanted()) return Done{};
+    const Boundary<D>& boundary = plan->wanted()->boundary;
+    const auto seen = apply_proposal(end.mesh, plan->proposal());
+    const auto samples = samples_of_geometry(seen, boundary, run.cad, execution);
+    if (!samples) return fail(samples.error());
+    const auto found =
+        distances_both_ways<D>(seen, seen.mid_nodes.view(), boundary.features, boundary.geometry, *samples, execution);
+    if (!found) return fail(found.error());
+    report.distances = distances_report(*found, maker_of(run.config.geometry), name_of(run.config.geometry));
     return Done{};
 }
 
@@ -137,6 +166,9 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
         if (!end) return Measured<D>{};
         auto measured = measure_end(*end, run.field(), run.state.straight_log_metrics, run.state.history,
                                     told_lengths(run.config.output), e);
+        if (measured && run.config.output.distances == DistanceWays::both)
+            if (auto both = measure_both_ways(*end, run, measured->report, without_progress(e)); !both)
+                return fail(both.error());
         if (!measured || !run.cad) return measured;
         if (auto nodes = measure_nodes(*end, measured->report, without_progress(e)); !nodes) return fail(nodes.error());
         return measured;

@@ -1,0 +1,314 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.surface;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace {
+
+constexpr int edge_samples = 10;
+template <int D>
+constexpr const auto& lattice = facet_lattice<10, D>;
+
+/// What one piece of a side adds: its largest, the sum by weight, and where.
+template <int D>
+struct Part {
+    double largest = 0, sum = 0, weight = 0;
+    Vec<D> from, to;
+    FacetId facet = {};
+};
+
+/// Many of them, in their order.
+template <int D>
+class Sum {
+  public:
+    void add(const Part<D>& part, std::size_t samples) {
+        if (part.largest > way_.largest || way_.samples == 0) {
+            way_.largest = part.largest;
+            way_.from = part.from;
+            way_.to = part.to;
+            way_.facet = part.facet;
+        }
+        way_.samples += samples;
+        sum_ += part.sum;
+        weight_ += part.weight;
+    }
+    [[nodiscard]] OneWay<D> way() const {
+        OneWay<D> way = way_;
+        way.mean = weight_ > 0 ? sum_ / weight_ : 0;
+        return way;
+    }
+
+  private:
+    OneWay<D> way_;
+    double sum_ = 0, weight_ = 0;
+};
+
+template <int D>
+struct Question {
+    const QuadraticMesh<D>& mesh;
+    std::span<const LagrangeNode<D>> mid_nodes;
+    const Features<D>& features;
+    const Geometry<D>& geometry;
+};
+
+/// As boundary_distance samples a facet, with the place.
+template <int D>
+Part<D> from_facet(const Question<D>& q, const GeometryEntity& entity, std::size_t f) {
+    constexpr std::size_t n = lattice<D>.size();
+    const FacetSite<D> site = facet_site(q.mesh.linear, FacetId(f));
+    const auto shape = bezier_form<D - 1, D>(q.mesh.linear.points, q.mid_nodes, q.mesh.linear.facets.vertices[f],
+                                             q.mesh.edges.of_facets[f]);
+    std::array<Vec<D>, n> points;
+    for (std::size_t i = 0; i < n; ++i) points[i] = shape.point(lattice<D>[i]);
+    std::array<double, n> found{};
+    const Plane<D> plane = plane_through(site.corners);
+    const bool has_surface = q.geometry->distances(site, lattice<D>, points, found);
+    if (!has_surface)
+        for (std::size_t i = 0; i < n; ++i) found[i] = distance(foot(plane, points[i]).point, points[i]);
+    const auto worst = static_cast<std::size_t>(std::max_element(found.begin(), found.end()) - found.begin());
+    Part<D> part;
+    part.largest = found[worst];
+    part.weight = straight_measure(site);
+    part.facet = FacetId(f);
+    for (const double d : found) part.sum += d * part.weight / n;
+    part.from = points[worst];
+    part.to = has_surface ? q.geometry->project({.reference = site.reference, .entity = entity}, points[worst]).point
+                          : foot(plane, points[worst]).point;
+    return part;
+}
+
+/// An edge at tenths between its ends, to the curve that it lies on.
+template <int D>
+Part<D> from_edge(const Question<D>& q, const OnEntities<D>& on, std::size_t e) {
+    const EdgeSite<D> site = on.site(q.mesh, q.features, e);
+    const Vec<D> control = control_point(site.ends[0], q.mid_nodes[e], site.ends[1]).point;
+    Part<D> part;
+    part.largest = -1;
+    part.weight = distance(site.ends[0], site.ends[1]);
+    part.facet = site.facets.front().id;
+    for (int k = 0; k <= edge_samples; ++k) {
+        const double t = static_cast<double>(k) / edge_samples;
+        const Vec<D> p = (1 - t) * (1 - t) * site.ends[0] + 2 * t * (1 - t) * control + t * t * site.ends[1];
+        const Vec<D> there = q.geometry->on_edge(site, p).point;
+        const double d = distance(there, p);
+        part.sum += d * part.weight / (edge_samples + 1);
+        if (d <= part.largest) continue;
+        part.largest = d;
+        part.from = p;
+        part.to = there;
+    }
+    return part;
+}
+
+/// The edges of a curve to be searched: each raised to degree 3.
+template <int D>
+struct CurvedEdges {
+    std::vector<CubicSimplex<1, D>> curves;
+    BoxTree<D> tree;
+};
+template <int D>
+CurvedEdges<D> curved_edges(const Question<D>& q, std::span<const std::uint32_t> edges) {
+    CurvedEdges<D> out;
+    std::vector<Box<D>> boxes;
+    out.curves.reserve(edges.size());
+    boxes.reserve(edges.size());
+    for (const std::uint32_t e : edges) {
+        const auto& [low, high] = q.mesh.edges.vertices[e];
+        const Vec<D>&a = q.mesh.linear.points[low], &b = q.mesh.linear.points[high];
+        const Vec<D> c = control_point(a, q.mid_nodes[e], b).point;
+        out.curves.push_back({{a, a + 2.0 / 3 * (c - a), b + 2.0 / 3 * (c - b), b}});
+        Box<D> box;
+        for (const Vec<D>& p : out.curves.back().control) box.include(p);
+        boxes.push_back(box);
+    }
+    out.tree = BoxTree<D>(boxes);
+    return out;
+}
+template <int D>
+Vec<D> closest_on(const CurvedEdges<D>& edges, const Vec<D>& p) {
+    const auto found = edges.tree.nearest(
+        p, [&](std::size_t i) { return camber::closest_on(edges.curves[i], p).distance_squared; });
+    return camber::closest_on(edges.curves[found.item], p).point;
+}
+
+/// The nearest points of the boundary to points of the geometry.
+template <int D>
+struct Feet {
+    Buffer<Vec<D>> points;
+    Buffer<FacetId> facets;
+};
+template <int D>
+Outcome<Feet<D>> feet_of(const Question<D>& q, const OnEntities<D>& on, const GeometrySamples<D>& samples,
+                         const Execution& execution) {
+    const auto boundary = curved_boundary(q.mesh, q.mid_nodes, part_of(execution, 0, 0.1));
+    if (!boundary) return fail(boundary.error());
+    const std::size_t n = samples.points.size();
+    Feet<D> feet{Buffer<Vec<D>>(n), Buffer<FacetId>(n)};
+    const auto to_facets = [&](std::size_t i) {
+        const BoundaryFoot<D> foot = closest_on(*boundary, samples.points[i], samples.near[i]);
+        feet.points[i] = foot.point;
+        feet.facets[i] = foot.facet;
+    };
+    for (const auto& [entity, begin, end] : samples.entities) {
+        const auto curve = std::find_if(on.curves.begin(), on.curves.end(), [&, &e = entity](const auto& c) {
+            return place_in_list(c.entity) == place_in_list(e);
+        });
+        const bool has_edges = entity.kind == GeometryKind::curve && curve != on.curves.end();
+        const auto edges = has_edges ? curved_edges<D>(q, curve->pieces) : CurvedEdges<D>{};
+        auto done = each(without_progress(execution), end - begin, [&, first = begin](std::size_t i) {
+            if (!has_edges) return to_facets(first + i);
+            feet.points[first + i] = closest_on(edges, samples.points[first + i]);
+            feet.facets[first + i] = samples.near[first + i];
+        });
+        if (!done) return fail(done.error());
+    }
+    return feet;
+}
+
+template <int D>
+std::vector<Reference> references_of(const QuadraticMesh<D>& mesh, const std::vector<FacetId>& facets) {
+    std::vector<Reference> references;
+    references.reserve(facets.size());
+    for (const FacetId f : facets) references.push_back(mesh.linear.facets.references[f]);
+    std::sort(references.begin(), references.end());
+    references.erase(std::unique(references.begin(), references.end()), references.end());
+    return references;
+}
+
+/// From the boundary, entity by entity; one entry for each in the list.
+template <int D>
+class Measuring {
+  public:
+    Measuring(const Question<D>& q, const OnEntities<D>& on)
+        : q_(q), on_(on), of_facets_(q.mesh.linear.facets.size()), to_facets_(q.mesh.linear.facets.size()) {
+        std::fill(to_facets_.begin(), to_facets_.end(), 0.0);
+    }
+
+    Outcome<Done> from_boundary(const Execution& execution) {
+        for (const auto& entity : on_.surfaces) {
+            auto parts = map_each(
+                without_progress(execution), entity.pieces.size(),
+                [&](std::size_t i) { return from_facet(q_, entity.entity, entity.pieces[i]); }, 64);
+            if (!parts) return fail(parts.error());
+            std::vector<FacetId> facets(entity.pieces.size());
+            for (std::size_t i = 0; i < parts->size(); ++i) {
+                of_facets_[entity.pieces[i]] = (*parts)[i].largest;
+                facets[i] = FacetId(entity.pieces[i]);
+                to_geometry_.add((*parts)[i], lattice<D>.size());
+            }
+            add(entity, *parts, lattice<D>.size(), references_of(q_.mesh, facets));
+            entities_.back().is_flat =
+                entity.entity.kind == GeometryKind::surface &&
+                q_.geometry->plane_at(facet_site(q_.mesh.linear, FacetId(entity.pieces.front()))).has_value();
+        }
+        for (const auto& entity : on_.curves) {
+            auto parts = map_each(
+                without_progress(execution), entity.pieces.size(),
+                [&](std::size_t i) { return from_edge(q_, on_, entity.pieces[i]); }, 64);
+            if (!parts) return fail(parts.error());
+            std::vector<FacetId> facets;
+            for (const std::uint32_t e : entity.pieces)
+                facets.insert(facets.end(), on_.shells[e].begin(), on_.shells[e].end());
+            add(entity, *parts, edge_samples + 1, references_of(q_.mesh, facets));
+        }
+        return Done{};
+    }
+
+    void from_geometry(const GeometrySamples<D>& samples, const Feet<D>& feet) {
+        for (const auto& [entity, begin, end] : samples.entities) {
+            Sum<D> sum;
+            for (std::size_t i = begin; i < end; ++i) {
+                const double d = distance(samples.points[i], feet.points[i]), weight = samples.weights[i];
+                const Part<D> part{d, d * weight, weight, samples.points[i], feet.points[i], feet.facets[i]};
+                sum.add(part, 1);
+                if (entity.kind == GeometryKind::curve) continue;
+                to_boundary_.add(part, 1);
+                if (part.facet.valid()) to_facets_[part.facet.index()] = std::max(to_facets_[part.facet.index()], d);
+            }
+            entry_of(entity).to_boundary = sum.way();
+        }
+    }
+
+    GeometryDistances<D> distances() {
+        std::sort(entities_.begin(), entities_.end(), [](const auto& a, const auto& b) {
+            return place_in_list(a.entity) < place_in_list(b.entity);
+        });
+        return {std::move(entities_), to_geometry_.way(), to_boundary_.way(), std::move(of_facets_),
+                std::move(to_facets_)};
+    }
+
+  private:
+    void add(const typename OnEntities<D>::Entity& entity, const Buffer<Part<D>>& parts, std::size_t samples,
+             std::vector<Reference> references) {
+        Sum<D> sum;
+        EntityDistances<D> entry{.entity = entity.entity,
+                                 .pieces = entity.pieces.size(),
+                                 .references = std::move(references),
+                                 .to_geometry = {},
+                                 .to_boundary = {}};
+        for (const Part<D>& part : parts) {
+            sum.add(part, samples);
+            entry.measure += part.weight;
+        }
+        entry.to_geometry = sum.way();
+        entities_.push_back(std::move(entry));
+    }
+
+    EntityDistances<D>& entry_of(const GeometryEntity& entity) {
+        const auto same = [&](const auto& e) { return place_in_list(e.entity) == place_in_list(entity); };
+        const auto found = std::find_if(entities_.begin(), entities_.end(), same);
+        if (found != entities_.end()) return *found;
+        entities_.push_back({.entity = entity, .references = {}, .to_geometry = {}, .to_boundary = {}});
+        return entities_.back();
+    }
+
+    const Question<D>& q_;
+    const OnEntities<D>& on_;
+    std::vector<EntityDistances<D>> entities_;
+    Sum<D> to_geometry_, to_boundary_;
+    Buffer<double> of_facets_, to_facets_;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<GeometryDistances<D>> distances_both_ways(const QuadraticMesh<D>& mesh,
+                                                  std::span<const LagrangeNode<D>> mid_nodes,
+                                                  const Features<D>& features, const Geometry<D>& geometry,
+                                                  const GeometrySamples<D>& samples, const Execution& execution) {
+    if (mid_nodes.size() != mesh.edges.size()) return fail(ErrorKind::internal, "the nodes are not of this mesh");
+    if (mesh.linear.facets.size() == 0) return GeometryDistances<D>{};
+    const Question<D> question{mesh, mid_nodes, features, geometry};
+    return guarded([&]() -> Outcome<GeometryDistances<D>> {
+        const auto on = find_on_entities(mesh, features, geometry, part_of(execution, 0, 0.2));
+        if (!on) return fail(on.error());
+        Measuring<D> measuring(question, *on);
+        if (auto done = measuring.from_boundary(part_of(execution, 0.2, 0.5)); !done) return fail(done.error());
+        const auto feet = feet_of(question, *on, samples, part_of(execution, 0.5, 1));
+        if (!feet) return fail(feet.error());
+        measuring.from_geometry(samples, *feet);
+        return measuring.distances();
+    });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                      \
+    template Outcome<GeometryDistances<D>> distances_both_ways<D>(                                                 \
+        const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Features<D>&, const Geometry<D>&,         \
+        const GeometrySamples<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

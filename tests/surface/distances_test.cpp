@@ -1,0 +1,198 @@
+// Distances both ways, by entity: nearest points against dense brute force, and surfaces that are known.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <rapidcheck.h>
+#include <vector>
+
+#include "meshes.hpp"
+#include "property.hpp"
+#include "sanitized.hpp"
+
+using namespace surface_tests;
+
+namespace {
+
+const Execution one_thread{.threads = 1};
+
+Geometry<3> spheres(double radius) {
+    return Geometry<3>(AnalyticGeometry<3>{{{Reference{1}, Sphere<3>{{}, radius}}}});
+}
+
+GeometryDistances<3> measured(const Built<3>& b, const Geometry<3>& geometry, const Execution& execution = one_thread) {
+    const auto samples = samples_over(b.mesh, b.features, geometry, execution).value();
+    return distances_both_ways<3>(b.mesh, b.nodes, b.features, geometry, samples, execution).value();
+}
+
+/// The least of p to a lattice of n-ths on all facets.
+double brute_force(const Built<3>& b, const Vec<3>& p) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t f = 0; f < b.mesh.linear.facets.size(); ++f) {
+        const auto shape = bezier_form<2, 3>(b.mesh.linear.points, b.nodes, b.mesh.linear.facets.vertices[f],
+                                             b.mesh.edges.of_facets[f]);
+        for (const auto& alpha : multi_indices<24, 2>)
+            least = std::fmin(least, distance(p, shape.point({alpha[0] / 24.0, alpha[1] / 24.0, alpha[2] / 24.0})));
+    }
+    return least;
+}
+
+}  // namespace
+
+TEST_CASE("the nearest point of a curved boundary") {
+    camber::testing::property(
+        "is on its facet, no farther than any sample, and the same from whichever facet the search begins",
+        [] {
+            const auto seed = static_cast<unsigned>(*rc::gen::inRange(1, 1000));
+            Built<3> b = build<3>(sphere(2, 1, seed).mesh());
+            Random random(seed);
+            for (auto& node : b.nodes) node.point += 0.05 * Vec<3>{{random(-1, 1), random(-1, 1), random(-1, 1)}};
+            const auto boundary = curved_boundary<3>(b.mesh, b.nodes, one_thread).value();
+            const Vec<3> p{{random(-1.5, 1.5), random(-1.5, 1.5), random(-1.5, 1.5)}};
+            const auto foot = closest_on(boundary, p);
+            RC_ASSERT(foot.facet.valid());
+            const auto shape = bezier_form<2, 3>(b.mesh.linear.points, b.nodes,
+                                                 b.mesh.linear.facets.vertices[foot.facet],
+                                                 b.mesh.edges.of_facets[foot.facet]);
+            RC_ASSERT(distance(shape.point(foot.xi), foot.point) < 1e-13);
+            RC_ASSERT(std::fabs(distance(foot.point, p) - std::sqrt(foot.distance_squared)) < 1e-13);
+            const double least = std::sqrt(foot.distance_squared), sampled = brute_force(b, p);
+            RC_ASSERT(least <= sampled * (1 + 1e-12));
+            RC_ASSERT(sampled - least < 0.02);  // the lattice's own spacing
+            const FacetId other(static_cast<std::size_t>(*rc::gen::inRange(0, static_cast<int>(b.features.patches.size()))));
+            RC_ASSERT(closest_on(boundary, p, other).distance_squared == foot.distance_squared);
+        },
+        {.count = 60});
+}
+
+TEST_CASE("a sphere and its mesh, both ways") {
+    for (const std::size_t n : {2, 4}) {
+        const double radius = 2;
+        const Built<3> b = build<3>(sphere(n, radius).mesh());
+        const Geometry<3> geometry = spheres(radius);
+        const auto found = measured(b, geometry);
+        REQUIRE(found.entities.size() == 1);
+        const auto& all = found.entities[0];
+        CHECK(all.pieces == b.mesh.linear.facets.size());
+        CHECK(all.references == std::vector<Reference>{1});
+        CHECK(!all.is_flat);
+        CHECK(all.measure <= 4 * pi * radius * radius);
+        // As boundary_distance has it.
+        const auto one_way = boundary_distance<3>(b.mesh, b.nodes, b.features, geometry, one_thread).value();
+        CHECK(found.to_geometry.largest == one_way.largest);
+        CHECK(found.to_geometry.mean == doctest::Approx(one_way.mean).epsilon(1e-12));
+        CHECK(found.to_geometry.facet == one_way.worst);
+        CHECK(all.to_geometry.largest == one_way.largest);
+        for (const auto& way : {found.to_geometry, found.to_boundary}) {
+            CHECK(std::fabs(distance(way.from, way.to) - way.largest) < 1e-13);
+            CHECK(way.mean <= way.largest);
+        }
+        CHECK(std::fabs(norm(found.to_boundary.from) - radius) < 1e-13);
+        // Of the sphere's points the distance is that of the boundary along about the same normal.
+        CHECK(found.to_boundary.largest < 1.02 * found.to_geometry.largest);
+        CHECK(found.to_boundary.largest > 0.7 * found.to_geometry.largest);
+        // Dense points of the sphere, by brute force over the boundary.
+        Random random(7);
+        for (int i = 0; i < camber::testing::less_if_sanitized(60, 10); ++i) {
+            const Vec<3> p = radius * normalised(Vec<3>{{random(-1, 1), random(-1, 1), random(-1, 1)}});
+            const double spacing = 1.5 * radius / static_cast<double>(n) / 24;
+            const double most = found.to_boundary.largest;
+            CHECK(brute_force(b, p) <= 1.05 * most + spacing * spacing / (2 * most));
+        }
+    }
+}
+
+TEST_CASE("fields of facets hold what the sums do") {
+    const Built<3> b = build<3>(sphere(3, 1).mesh());
+    const auto found = measured(b, spheres(1));
+    REQUIRE(found.of_facets.size() == b.mesh.linear.facets.size());
+    double of = 0, to = 0;
+    for (std::size_t f = 0; f < found.of_facets.size(); ++f) {
+        of = std::fmax(of, found.of_facets[f]);
+        to = std::fmax(to, found.to_facets[f]);
+    }
+    CHECK(of == found.to_geometry.largest);
+    CHECK(to == found.to_boundary.largest);
+    CHECK(found.of_facets[found.to_geometry.facet] == found.to_geometry.largest);
+    const auto again = measured(b, spheres(1), {.threads = 3});
+    for (std::size_t f = 0; f < found.of_facets.size(); ++f) {
+        CHECK(again.of_facets[f] == found.of_facets[f]);
+        CHECK(again.to_facets[f] == found.to_facets[f]);
+    }
+    CHECK(again.to_boundary.mean == found.to_boundary.mean);
+}
+
+TEST_CASE("a part of the geometry that the boundary leaves out shows in the way from the geometry alone") {
+    const Built<3> b = build<3>(sphere(4, 1).mesh());
+    // A bead on the sphere, as a feature of a model would be that is finer than the mesh.
+    GeometrySamples<3> samples;
+    samples.begin(GeometryEntity::surface(0));
+    samples.add({{0, 0, 1.25}}, 1);
+    samples.begin(GeometryEntity::surface(5));
+    samples.add({{0, 0, -1.5}}, 1);
+    const auto found = distances_both_ways<3>(b.mesh, b.nodes, b.features, spheres(1), samples, one_thread).value();
+    CHECK(found.to_geometry.largest < 0.01);
+    CHECK(found.to_boundary.largest == doctest::Approx(0.5).epsilon(0.01));
+    REQUIRE(found.entities.size() == 2);
+    CHECK(found.entities[0].to_boundary.largest == doctest::Approx(0.25).epsilon(0.02));
+    CHECK(found.entities[1].entity == GeometryEntity::surface(5));
+    CHECK(found.entities[1].pieces == 0);
+    CHECK(found.entities[1].to_geometry.samples == 0);
+    CHECK(found.entities[1].to_boundary.largest == doctest::Approx(0.5).epsilon(0.01));
+}
+
+TEST_CASE("surfaces and curves of a surrogate, each with what is its own") {
+    const Built<3> b = build<3>(half_cylinder(8, 4).mesh());
+    const Geometry<3> geometry(b.surrogate);
+    const auto found = measured(b, geometry);
+    std::size_t surfaces = 0, curves = 0, facets = 0, edges = 0;
+    for (const auto& entity : found.entities) {
+        const bool is_surface = entity.entity.kind == GeometryKind::surface;
+        (is_surface ? surfaces : curves) += 1;
+        (is_surface ? facets : edges) += entity.pieces;
+        CHECK(entity.to_geometry.samples > 0);
+        CHECK(entity.to_boundary.samples > 0);
+        CHECK(entity.to_geometry.largest < 0.01);
+        CHECK(entity.to_boundary.largest < 0.01);
+        if (entity.is_flat) CHECK(entity.to_boundary.largest < 1e-12);
+    }
+    CHECK(surfaces == b.features.patch_count);
+    CHECK(curves == b.features.curve_count);
+    CHECK(facets == b.mesh.linear.facets.size());
+    CHECK(edges == b.features.ridge_edges);
+}
+
+TEST_CASE("in 2D a circle, and what has no surface") {
+    std::vector<Vec<2>> points;
+    for (int i = 0; i < 12; ++i) points.push_back({{std::cos(2 * pi * i / 12), std::sin(2 * pi * i / 12)}});
+    const Built<2> b = build<2>(polygon(points).mesh());
+    const Geometry<2> circle(AnalyticGeometry<2>{{{Reference{1}, Sphere<2>{{}, 1}}}});
+    const auto nodes = boundary_nodes(b.mesh, b.features, circle, one_thread).value();
+    const auto samples = samples_over(b.mesh, b.features, circle, one_thread).value();
+    const auto found = distances_both_ways<2>(b.mesh, nodes, b.features, circle, samples, one_thread).value();
+    REQUIRE(found.entities.size() == 1);
+    CHECK(found.to_geometry.largest > 0);
+    CHECK(found.to_boundary.largest == doctest::Approx(found.to_geometry.largest).epsilon(0.2));
+    const Geometry<2> straight{StraightGeometry<2>{}};
+    const auto none = samples_over(b.mesh, b.features, straight, one_thread).value();
+    CHECK(none.points.empty());
+    const auto bows = distances_both_ways<2>(b.mesh, nodes, b.features, straight, none, one_thread).value();
+    REQUIRE(bows.entities.size() == 1);
+    CHECK(bows.entities[0].entity.kind == GeometryKind::none);
+    CHECK(bows.to_geometry.largest == doctest::Approx(1 - std::cos(pi / 12)).epsilon(1e-9));
+    CHECK(bows.to_boundary.samples == 0);
+}
+
+TEST_CASE("features and nodes of another mesh are refused, and no boundary is none") {
+    const Built<3> a = build<3>(sphere(2, 1).mesh()), b = build<3>(sphere(3, 1).mesh());
+    const Geometry<3> geometry = spheres(1);
+    CHECK(!samples_over(a.mesh, b.features, geometry, one_thread));
+    CHECK(!distances_both_ways<3>(a.mesh, b.nodes, a.features, geometry, {}, one_thread));
+    CHECK(!distances_both_ways<3>(a.mesh, a.nodes, b.features, geometry, {}, one_thread));
+    QuadraticMesh<3> empty;
+    const auto nothing = distances_both_ways<3>(empty, {}, {}, geometry, {}, one_thread);
+    REQUIRE(nothing);
+    CHECK(nothing->entities.empty());
+}
