@@ -258,7 +258,8 @@ void add_inspection(CLI::App& app, Verb& verb) {
         "changed.\n\n"
         "  camber geometry wing.meshb                              patches, ridges, corners, suspicious places\n"
         "  camber geometry wing.meshb --ridge-angle 30             what would be ridges from 30 degrees on?\n"
-        "  camber geometry wing-p2.meshb --cad wing.step           distances from the CAD model and back, face by face\n"
+        "  camber geometry wing-p2.meshb --cad wing.step           distances from the CAD model and back, face by "
+        "face\n"
         "  camber geometry wing-p2.meshb --cad wing.step -o d.vtu  the same as fields of the facets, for ParaView\n"
         "  camber geometry wing.meshb --json > geometry.json       all of it for scripts\n\n"
         "Ridges are edges where facets turn by more than the ridge angle, where references change, and those that the "
@@ -269,7 +270,8 @@ void add_inspection(CLI::App& app, Verb& verb) {
         "Distances go both ways. From the boundary to the geometry they say how well the mesh follows what it knows; "
         "from the geometry to the boundary, what it has left out: of a CAD model points are taken on all its faces and "
         "edges, of other geometries only where the mesh has facets. Without a geometry it is the smooth surface "
-        "through the mesh's own vertices, which says how much its facets, or its curves, differ from that, and nothing of "
+        "through the mesh's own vertices, which says how much its facets, or its curves, differ from that, and nothing "
+        "of "
         "the part that was meant. More: docs/algorithms/distances.md");
     GeometryCommandArguments& a = verb.geometry;
     using Options = camber::run::InspectOptions;

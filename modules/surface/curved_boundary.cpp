@@ -56,12 +56,11 @@ Outcome<CurvedBoundary<D>> curved_boundary(const QuadraticMesh<D>& mesh, std::sp
                                                       mesh.edges.of_facets[f]));
     });
     if (!facets) return fail(facets.error());
-    auto boxes = map_each(without_progress(execution), facets->size(),
-                          [&](std::size_t f) { return box_of<D>((*facets)[f]); });
+    auto boxes =
+        map_each(without_progress(execution), facets->size(), [&](std::size_t f) { return box_of<D>((*facets)[f]); });
     if (!boxes) return fail(boxes.error());
-    return guarded([&]() -> Outcome<CurvedBoundary<D>> {
-        return CurvedBoundary<D>{std::move(*facets), BoxTree<D>(*boxes)};
-    });
+    return guarded(
+        [&]() -> Outcome<CurvedBoundary<D>> { return CurvedBoundary<D>{std::move(*facets), BoxTree<D>(*boxes)}; });
 }
 
 template <int D>
@@ -82,9 +81,9 @@ BoundaryFoot<D> closest_on(const CurvedBoundary<D>& boundary, const Vec<D>& p, F
     return best;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                             \
-    template Outcome<CurvedBoundary<D>> curved_boundary<D>(const QuadraticMesh<D>&,                       \
-                                                           std::span<const LagrangeNode<D>>, const Execution&); \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Outcome<CurvedBoundary<D>> curved_boundary<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, \
+                                                           const Execution&);                                         \
     template BoundaryFoot<D> closest_on<D>(const CurvedBoundary<D>&, const Vec<D>&, FacetId);
 
 CAMBER_INSTANTIATE(2)

@@ -137,8 +137,8 @@ CurvedEdges<D> curved_edges(const Question<D>& q, std::span<const std::uint32_t>
 }
 template <int D>
 Vec<D> closest_on(const CurvedEdges<D>& edges, const Vec<D>& p) {
-    const auto found = edges.tree.nearest(
-        p, [&](std::size_t i) { return camber::closest_on(edges.curves[i], p).distance_squared; });
+    const auto found =
+        edges.tree.nearest(p, [&](std::size_t i) { return camber::closest_on(edges.curves[i], p).distance_squared; });
     return camber::closest_on(edges.curves[found.item], p).point;
 }
 
@@ -241,9 +241,8 @@ class Measuring {
     }
 
     GeometryDistances<D> distances() {
-        std::sort(entities_.begin(), entities_.end(), [](const auto& a, const auto& b) {
-            return place_in_list(a.entity) < place_in_list(b.entity);
-        });
+        std::sort(entities_.begin(), entities_.end(),
+                  [](const auto& a, const auto& b) { return place_in_list(a.entity) < place_in_list(b.entity); });
         return {std::move(entities_), to_geometry_.way(), to_boundary_.way(), std::move(of_facets_),
                 std::move(to_facets_)};
     }
@@ -302,9 +301,9 @@ Outcome<GeometryDistances<D>> distances_both_ways(const QuadraticMesh<D>& mesh,
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                      \
-    template Outcome<GeometryDistances<D>> distances_both_ways<D>(                                                 \
-        const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Features<D>&, const Geometry<D>&,         \
+#define CAMBER_INSTANTIATE(D)                                                                              \
+    template Outcome<GeometryDistances<D>> distances_both_ways<D>(                                         \
+        const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Features<D>&, const Geometry<D>&, \
         const GeometrySamples<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -111,12 +111,9 @@ struct GeometryDistances {
 /// the geometry: each of its points to the nearest of all curved facets; of a curve to the nearest of the edges that
 /// lie on it, where there are any. Errors: `features` or `mid_nodes` are not of this mesh (internal), stopped.
 template <int D>
-[[nodiscard]] Outcome<GeometryDistances<D>> distances_both_ways(const QuadraticMesh<D>& mesh,
-                                                                std::span<const LagrangeNode<D>> mid_nodes,
-                                                                const Features<D>& features,
-                                                                const Geometry<D>& geometry,
-                                                                const GeometrySamples<D>& samples,
-                                                                const Execution& execution);
+[[nodiscard]] Outcome<GeometryDistances<D>> distances_both_ways(
+    const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes, const Features<D>& features,
+    const Geometry<D>& geometry, const GeometrySamples<D>& samples, const Execution& execution);
 
 }  // namespace camber
 

@@ -61,9 +61,9 @@ class GeometryModel {
     /// of it is then asked once.
     [[nodiscard]] virtual bool distances(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                          std::span<const Vec<D>> points, std::span<double> out) const;
-    /// The points of the geometry that stand over places of a facet: of a surface made of pieces those of the facet's own
-    /// piece, else those next to the straight facet's. False, and nothing written, where the facet has no surface. Here:
-    /// by project.
+    /// The points of the geometry that stand over places of a facet: of a surface made of pieces those of the facet's
+    /// own piece, else those next to the straight facet's. False, and nothing written, where the facet has no surface.
+    /// Here: by project.
     [[nodiscard]] virtual bool points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                            std::span<Vec<D>> out) const;
     /// How far a point where these facets (at least one) meet is from the geometry. Here: the largest distance from

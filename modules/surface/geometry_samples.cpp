@@ -45,9 +45,8 @@ Outcome<OnEntities<D>> find_on_entities(const QuadraticMesh<D>& mesh, const Feat
     auto shells = facet_shells(mesh.edges, without_progress(execution));
     if (!shells) return fail(shells.error());
     OnEntities<D> found{{}, {}, std::move(*shells)};
-    auto of_facets = map_each(part_of(execution, 0, 0.5), mesh.linear.facets.size(), [&](std::size_t f) {
-        return geometry->surface_at(facet_site(mesh.linear, FacetId(f)));
-    });
+    auto of_facets = map_each(part_of(execution, 0, 0.5), mesh.linear.facets.size(),
+                              [&](std::size_t f) { return geometry->surface_at(facet_site(mesh.linear, FacetId(f))); });
     if (!of_facets) return fail(of_facets.error());
     found.surfaces = sorted_by_entity<D>(*of_facets, [](const GeometryEntity&) { return true; });
     if constexpr (D == 3) {
@@ -77,9 +76,8 @@ Outcome<GeometrySamples<D>> samples_over(const QuadraticMesh<D>& mesh, const Fea
             samples.weights.resize(all);
             samples.near.resize(all);
             samples.entities.back().end = all;
-            return each(part, entity.pieces.size(), [&](std::size_t i) {
-                sample(entity.pieces[i], begin + i * per_piece);
-            });
+            return each(part, entity.pieces.size(),
+                        [&](std::size_t i) { sample(entity.pieces[i], begin + i * per_piece); });
         };
         for (const auto& entity : on->surfaces) {
             if (entity.entity.kind == GeometryKind::none) continue;
@@ -111,10 +109,10 @@ Outcome<GeometrySamples<D>> samples_over(const QuadraticMesh<D>& mesh, const Fea
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                    \
-    template Outcome<OnEntities<D>> find_on_entities<D>(const QuadraticMesh<D>&, const Features<D>&,             \
-                                                        const Geometry<D>&, const Execution&);                   \
-    template Outcome<GeometrySamples<D>> samples_over<D>(const QuadraticMesh<D>&, const Features<D>&,            \
+#define CAMBER_INSTANTIATE(D)                                                                         \
+    template Outcome<OnEntities<D>> find_on_entities<D>(const QuadraticMesh<D>&, const Features<D>&,  \
+                                                        const Geometry<D>&, const Execution&);        \
+    template Outcome<GeometrySamples<D>> samples_over<D>(const QuadraticMesh<D>&, const Features<D>&, \
                                                          const Geometry<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -74,9 +74,8 @@ std::size_t elements_beside(const LinearMesh<D>& mesh, const Incidence<ElementId
     std::size_t count = 0;
     for (const ElementId e : balls[facet[0]]) {
         const auto& element = mesh.elements.vertices[e];
-        count += std::all_of(facet.begin(), facet.end(), [&](VertexId v) {
-            return std::find(element.begin(), element.end(), v) != element.end();
-        });
+        count += std::all_of(facet.begin(), facet.end(),
+                             [&](VertexId v) { return std::find(element.begin(), element.end(), v) != element.end(); });
     }
     return count;
 }
@@ -183,8 +182,7 @@ Outcome<std::vector<Hinge<D>>> find_hinges(const LinearMesh<D>& mesh, const Edge
 
 template <int D>
 double turn_at(const LinearMesh<D>& mesh, const Hinge<D>& hinge) {
-    return 180 -
-           degrees_between(into(mesh, hinge.ends, hinge.facets[0]), into(mesh, hinge.ends, hinge.facets[1]));
+    return 180 - degrees_between(into(mesh, hinge.ends, hinge.facets[0]), into(mesh, hinge.ends, hinge.facets[1]));
 }
 
 template <int D>
@@ -222,13 +220,12 @@ Outcome<BoundaryInspection<D>> inspect_boundary(const LinearMesh<D>& mesh, const
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template double turn_at<D>(const LinearMesh<D>&, const Hinge<D>&);                                               \
-    template Outcome<std::vector<Hinge<D>>> find_hinges<D>(const LinearMesh<D>&, const EdgeSet<D>&,                  \
-                                                           const Features<D>&, const Execution&);                    \
-    template Outcome<BoundaryInspection<D>> inspect_boundary<D>(const LinearMesh<D>&, const EdgeSet<D>&,             \
-                                                                const Features<D>&, const InspectionLimits&,         \
-                                                                const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                       \
+    template double turn_at<D>(const LinearMesh<D>&, const Hinge<D>&);                              \
+    template Outcome<std::vector<Hinge<D>>> find_hinges<D>(const LinearMesh<D>&, const EdgeSet<D>&, \
+                                                           const Features<D>&, const Execution&);   \
+    template Outcome<BoundaryInspection<D>> inspect_boundary<D>(                                    \
+        const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, const InspectionLimits&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

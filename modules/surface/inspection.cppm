@@ -13,7 +13,7 @@ export namespace camber {
 
 /// A smooth piece.
 struct PatchFacts {
-    std::vector<Reference> references;  ///< rising
+    std::vector<Reference> references;             ///< rising
     std::size_t facets = 0, interface_facets = 0;  ///< those with elements on both sides
     double area = 0, size = 0;  ///< of the straight facets, 2D their length; the diagonal of their box
     bool is_flat = false;       ///< in one plane, 2D on one line, to 1e-12 of the size

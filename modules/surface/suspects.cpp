@@ -27,8 +27,8 @@ void add_turns(const LinearMesh<D>& mesh, const std::vector<Hinge<D>>& hinges, c
     for (const Hinge<D>& hinge : hinges) {
         if (hinge.facets.size() != 2) continue;
         const double turn = turn_at(mesh, hinge);
-        const bool by_angle = !hinge.is_listed && mesh.facets.references[hinge.facets[0]] ==
-                                                      mesh.facets.references[hinge.facets[1]];
+        const bool by_angle =
+            !hinge.is_listed && mesh.facets.references[hinge.facets[0]] == mesh.facets.references[hinge.facets[1]];
         const auto add = [&](Suspicion what) {
             Suspect<D> suspect{what, turn, midpoint(mesh.points[hinge.ends[0]], mesh.points[hinge.ends[1]]), {}, {}};
             suspect.vertices.assign(hinge.ends.begin(), D == 3 ? hinge.ends.end() : hinge.ends.begin() + 1);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
-#include <rapidcheck.h>
 #include <vector>
+#include <rapidcheck.h>
 
 #include "meshes.hpp"
 #include "property.hpp"
@@ -24,8 +24,8 @@ struct Inspected {
     BoundaryInspection<D> found;
 
     [[nodiscard]] std::size_t count(Suspicion what) const {
-        return static_cast<std::size_t>(std::count_if(found.suspects.begin(), found.suspects.end(),
-                                                      [&](const auto& s) { return s.what == what; }));
+        return static_cast<std::size_t>(
+            std::count_if(found.suspects.begin(), found.suspects.end(), [&](const auto& s) { return s.what == what; }));
     }
 };
 
@@ -128,15 +128,19 @@ TEST_CASE("the tip of a cone") {
 }
 
 TEST_CASE("open and crowded edges, interfaces") {
-    Soup<3> three{{{{0, 0, 0}}, {{1, 0, 0}}, {{0.5, 1, 0}}, {{0.5, -1, 0.1}}, {{0.5, 0, 1}}}, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}, {}};
+    Soup<3> three{{{{0, 0, 0}}, {{1, 0, 0}}, {{0.5, 1, 0}}, {{0.5, -1, 0.1}}, {{0.5, 0, 1}}},
+                  {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}},
+                  {}};
     const auto [features, found] = inspected(three.mesh());
     CHECK(found.crowded.size() == 1);
     CHECK(found.open.size() == 6);
     CHECK(found.interface_facets == 0);
     // Two tetrahedra with a facet between them.
-    LinearMesh<3> two = Soup<3>{{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}, {{0, 0, -1}}}, {{0, 1, 2}}, {}}.mesh();
+    LinearMesh<3> two =
+        Soup<3>{{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}, {{0, 0, -1}}}, {{0, 1, 2}}, {}}.mesh();
     const auto v = [](std::size_t i) { return VertexId(i); };
-    two.elements = {Buffer<SimplexVertices<3>>{{v(0), v(1), v(2), v(3)}, {v(0), v(2), v(1), v(4)}}, Buffer<Reference>{1, 2}, {}};
+    two.elements = {
+        Buffer<SimplexVertices<3>>{{v(0), v(1), v(2), v(3)}, {v(0), v(2), v(1), v(4)}}, Buffer<Reference>{1, 2}, {}};
     const auto between = inspected(two);
     CHECK(between.found.interface_facets == 1);
     CHECK(between.found.patches[0].interface_facets == 1);

@@ -356,9 +356,10 @@ struct Output {
                 "the metric that edges followed, after its operations, at the vertices: a solution (.sol, .solb), or "
                 "on the mesh in a format that has fields (.vtu); empty: none"),
             option("plots", &S::plots, "a folder for histograms of the run as SVG files; empty: none"),
-            option("distances", &S::distances,
-                   "which distances the report has: boundary, the largest from the curved boundary to the geometry; both, "
-                   "also from the geometry to the boundary, largest and mean of each surface and curve"));
+            option(
+                "distances", &S::distances,
+                "which distances the report has: boundary, the largest from the curved boundary to the geometry; both, "
+                "also from the geometry to the boundary, largest and mean of each surface and curve"));
     }
     friend bool operator==(const Output&, const Output&) = default;
 };

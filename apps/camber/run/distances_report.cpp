@@ -34,9 +34,11 @@ OneWayReport told(const OneWay<D>& way) {
             way.facet.valid() ? way.facet.index() + 1 : 0};
 }
 
-std::string kind_of(GeometryKind kind, GeometryMaker maker) {
+/// In 2D surfaces are curves.
+std::string kind_of(GeometryKind kind, GeometryMaker maker, int dimension) {
     const bool is_surface = kind == GeometryKind::surface;
     if (!is_surface && kind != GeometryKind::curve) return "none";
+    if (dimension == 2) return "curve";
     switch (maker) {
         case GeometryMaker::cad: return is_surface ? "face" : "edge";
         case GeometryMaker::surrogate: return is_surface ? "patch" : "ridge";
@@ -107,7 +109,7 @@ DistancesReport distances_report(const GeometryDistances<D>& distances, Geometry
     report.entities.reserve(distances.entities.size());
     for (const EntityDistances<D>& of : distances.entities) {
         EntityReport entity;
-        entity.kind = kind_of(of.entity.kind, maker);
+        entity.kind = kind_of(of.entity.kind, maker, D);
         entity.number = number_of(of.entity.id);
         for (const std::int64_t side : of.entity.sides)
             if (side >= 0) entity.sides.push_back(number_of(side));

@@ -21,14 +21,14 @@ struct OneWayReport {
 };
 
 struct EntityReport {
-    std::string kind;                          ///< `face` and `edge` of a CAD model, `patch`, `ridge` …; `none`
-    std::size_t number = 0;                    ///< as its maker counts, from 1; 0: it has none
-    std::string name;                          ///< as one says it
-    std::vector<std::size_t> sides;            ///< of a curve: the numbers of the surfaces beside it
-    bool is_flat = false;                      ///< of a surface that facets lie on
-    std::vector<Reference> references;         ///< of those facets
-    std::size_t pieces = 0;                    ///< facets, of a curve edges
-    double measure = 0;                        ///< their area or length
+    std::string kind;                   ///< `face` and `edge` of a CAD model, `patch`, `ridge` …; `none`
+    std::size_t number = 0;             ///< as its maker counts, from 1; 0: it has none
+    std::string name;                   ///< as one says it
+    std::vector<std::size_t> sides;     ///< of a curve: the numbers of the surfaces beside it
+    bool is_flat = false;               ///< of a surface that facets lie on
+    std::vector<Reference> references;  ///< of those facets
+    std::size_t pieces = 0;             ///< facets, of a curve edges
+    double measure = 0;                 ///< their area or length
     OneWayReport to_geometry, to_boundary;
 };
 

@@ -72,9 +72,12 @@ class Inspector {
     }
 
     Outcome<Inspected> inspect() {
-        auto done = step("features", [&](const Execution& e) { return find(e); })
-                        .and_then([&](Done) { return step("surface", [&](const Execution& e) { return make(e); }); })
-                        .and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); }); });
+        auto done =
+            step("features", [&](const Execution& e) {
+                return find(e);
+            }).and_then([&](Done) {
+                  return step("surface", [&](const Execution& e) { return make(e); });
+              }).and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); }); });
         if (!done) return fail(done.error());
         return Inspected{std::move(report_), AnyMesh(mesh_), fields()};
     }
@@ -92,8 +95,7 @@ class Inspector {
         if (!features) return fail(features.error());
         features_ = std::move(*features);
         const InspectionLimits limits{.ridge_angle = options_.ridge_angle};
-        const auto found =
-            inspect_boundary(mesh_.linear, mesh_.edges, features_, limits, part_of(execution, 0.4, 1));
+        const auto found = inspect_boundary(mesh_.linear, mesh_.edges, features_, limits, part_of(execution, 0.4, 1));
         if (!found) return fail(found.error());
         tell(*found);
         return Done{};
@@ -174,7 +176,8 @@ class Inspector {
                 execution, mesh_.linear.facets.size(),
                 [&](std::size_t f) { return best_face(model, all, facet_site(mesh_.linear, FacetId(f)).corners); }, 64);
             if (!fits) return fail(fits.error());
-            PlacesReport doubtful{"doubtful_facet", "facets that another face of the CAD model fits nearly as well", 0, {}};
+            PlacesReport doubtful{
+                "doubtful_facet", "facets that another face of the CAD model fits nearly as well", 0, {}};
             for (std::size_t f = 0; f < fits->size(); ++f) {
                 const FacetSite<3> site = facet_site(mesh_.linear, FacetId(f));
                 const std::size_t face = static_cast<std::size_t>((*geometry_)->surface_at(site).id) + 1;
@@ -186,9 +189,8 @@ class Inspector {
                 if (doubtful.count++ >= options_.worst) continue;
                 const std::array facets{FacetId(f)};
                 const auto& v = mesh_.linear.facets.vertices[f];
-                PlaceReport told{at(v, (site.corners[0] + site.corners[1] + site.corners[2]) / 3, facets),
-                                 (*fits)[f].misfit,
-                                 {}};
+                PlaceReport told{
+                    at(v, (site.corners[0] + site.corners[1] + site.corners[2]) / 3, facets), (*fits)[f].misfit, {}};
                 told.text = fmt::format("triangle {}: on face {}, which misses it by {:.4g}, the next by {:.4g}",
                                         fmt::join(told.at.vertices, "-"), face, (*fits)[f].misfit, (*fits)[f].second);
                 doubtful.worst.push_back(std::move(told));
@@ -210,8 +212,7 @@ class Inspector {
         auto found = distances_both_ways<D>(mesh_, mesh_.mid_nodes.view(), features_, *geometry_, *points,
                                             part_of(execution, 0.2, 1));
         if (!found) return fail(found.error());
-        report_.distances =
-            distances_report(*found, maker_of(compared_.geometry), name_of(compared_.geometry));
+        report_.distances = distances_report(*found, maker_of(compared_.geometry), name_of(compared_.geometry));
         distances_ = std::move(*found);
         return Done{};
     }

@@ -18,9 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json json(const HingeReport& at) {
-    return {{"vertices", at.vertices}, {"point", at.point}, {"facets", at.facets}};
-}
+Json json(const HingeReport& at) { return {{"vertices", at.vertices}, {"point", at.point}, {"facets", at.facets}}; }
 
 Json json(const HingesReport& hinges) {
     Json j{{"count", hinges.count}, {"first", Json::array()}};
@@ -43,12 +41,9 @@ Json patches(const GeometryReport& report) {
     Json all = Json::array();
     for (std::size_t i = 0; i < report.patches.size(); ++i) {
         const auto& [facts, cad_faces] = report.patches[i];
-        Json patch{{"patch", i + 1},
-                   {"references", facts.references},
-                   {"facets", facts.facets},
-                   {"interface_facets", facts.interface_facets},
-                   {"area", facts.area},
-                   {"size", facts.size},
+        Json patch{{"patch", i + 1},         {"references", facts.references},
+                   {"facets", facts.facets}, {"interface_facets", facts.interface_facets},
+                   {"area", facts.area},     {"size", facts.size},
                    {"flat", facts.is_flat}};
         if (report.cad) patch["cad_faces"] = cad_faces;
         all.push_back(std::move(patch));

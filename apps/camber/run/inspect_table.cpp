@@ -22,7 +22,8 @@ namespace {
 std::string listed(const auto& items) {
     constexpr std::size_t shown = 6;
     std::string text;
-    for (std::size_t i = 0; i < items.size() && i < shown; ++i) text += (i > 0 ? "," : "") + fmt::format("{}", items[i]);
+    for (std::size_t i = 0; i < items.size() && i < shown; ++i)
+        text += (i > 0 ? "," : "") + fmt::format("{}", items[i]);
     return items.size() > shown ? text + ",…" : text;
 }
 
@@ -71,10 +72,11 @@ std::string more(std::size_t all, std::size_t shown) {
 std::string patch_rows(const GeometryReport& r) {
     if (r.patches.empty() || r.worst == 0) return {};
     const bool flat = r.mesh.dimension == 2;
-    std::string text = fmt::format("\n  {:<8}{:<16}{:>10}{:>13}{:>13}  {}\n", flat ? "curve" : "patch", "references",
-                                   flat ? "edges" : "triangles", flat ? "length" : "area", "size",
-                                   r.cad ? "what, CAD faces" : "what");
-    for (const std::size_t i : largest(r.patches.size(), r.worst, [&](std::size_t p) { return r.patches[p].facts.area; })) {
+    std::string text =
+        fmt::format("\n  {:<8}{:<16}{:>10}{:>13}{:>13}  {}\n", flat ? "curve" : "patch", "references",
+                    flat ? "edges" : "triangles", flat ? "length" : "area", "size", r.cad ? "what, CAD faces" : "what");
+    for (const std::size_t i :
+         largest(r.patches.size(), r.worst, [&](std::size_t p) { return r.patches[p].facts.area; })) {
         const auto& [facts, faces] = r.patches[i];
         std::string what = facts.is_flat ? (flat ? "straight" : "flat") : "curved";
         if (facts.interface_facets == facts.facets) what += ", interface";
