@@ -261,6 +261,7 @@ void add_inspection(CLI::App& app, Verb& verb) {
         "  camber geometry wing-p2.meshb --cad wing.step           distances from the CAD model and back, face by "
         "face\n"
         "  camber geometry wing-p2.meshb --cad wing.step -o d.vtu  the same as fields of the facets, for ParaView\n"
+        "  camber geometry wing.meshb --surface smooth.vtu         the smooth surface that curving would take\n"
         "  camber geometry wing.meshb --json > geometry.json       all of it for scripts\n\n"
         "Ridges are edges where facets turn by more than the ridge angle, where references change, and those that the "
         "file lists; patches are what is smooth between them; a facet in the same plane as its neighbour turns by 0 "
@@ -278,6 +279,9 @@ void add_inspection(CLI::App& app, Verb& verb) {
     geometry->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
     geometry->add_option("-o,--output", a.output,
                          "Also write the mesh with its patches and the distances of its facets for ParaView (.vtu)");
+    geometry->add_option("--surface", a.surface,
+                         "Also write the geometry over the mesh's facets for ParaView (.vtu): each facet in 36 small "
+                         "ones, with normals");
     add_geometry(geometry, a.geometry);
     add_described<double>(geometry, a.options, camber::option_of(&Options::ridge_angle));
     add_described<int>(geometry, a.options, camber::option_of(&Options::worst));

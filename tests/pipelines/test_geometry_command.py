@@ -163,6 +163,32 @@ class GeometryCommand(unittest.TestCase):
         for patch in found["patches"]:
             self.assertEqual((patches == patch["patch"] - 1).sum(), patch["facets"])
 
+    def test_the_surface_to_look_at(self):
+        self.camber("generate", "shell", "-o", "s.mesh")
+        done = self.camber("geometry", "s.mesh", "--geometry", SPHERES, "--surface", "smooth.vtu", "-o", "d.vtu")
+        self.assertIn("wrote smooth.vtu", done.stdout)
+        found = self.report("s.mesh", "--geometry", SPHERES)
+        exact = vtu.read(self.folder.path / "smooth.vtu")
+        radius = np.linalg.norm(exact.points, axis=1)
+        np.testing.assert_allclose(np.minimum(abs(radius - 1), abs(radius - 5)), 0, atol=1e-12)
+        normals = np.asarray(exact.point_data["normal"]).reshape(-1, 3)
+        np.testing.assert_allclose(abs((normals * exact.points).sum(1)) / radius, 1, atol=1e-12)
+        facets = np.asarray(exact.cell_data["facet"])
+        self.assertEqual(len(facets), 36 * found["facets"])
+        np.testing.assert_array_equal(np.bincount(facets)[1:], 36)
+        # The surrogate, which is made of the vertices alone, is near, and has the mesh's vertices.
+        self.camber("geometry", "s.mesh", "--surface", "own.vtu")
+        own = vtu.read(self.folder.path / "own.vtu")
+        radius = np.linalg.norm(own.points, axis=1)
+        self.assertLess(np.minimum(abs(radius - 1), abs(radius - 5)).max(), 0.02)
+        normals = np.asarray(own.point_data["normal"]).reshape(-1, 3)
+        self.assertGreater((abs((normals * own.points).sum(1)) / radius).min(), 0.98)  # creases at its edges
+        flat = self.write(lattice(2, 1), "flat.mesh")
+        self.camber("geometry", flat, "--surface", "flat.vtu")
+        self.assertEqual(len(vtu.read(self.folder.path / "flat.vtu").cell_data["facet"]), 6 * 4)
+        self.refused(2, "viewers", "s.mesh", "--surface", "out.mesh")
+        self.refused(2, "d.vtu", "s.mesh", "--surface", "d.vtu", "-o", "d.vtu")
+
     def test_a_cad_model_face_by_face(self):
         if not self.reads_cad():
             self.skipTest("built without OpenCASCADE")

@@ -101,7 +101,8 @@ struct CheckArguments {
 [[nodiscard]] int check_command(const CheckArguments& arguments);
 
 struct GeometryCommandArguments {
-    std::string input, output;  ///< output: the mesh with fields of its boundary, for viewers; empty: none
+    std::string input;
+    std::string output, surface;  ///< the mesh with fields of its boundary; the geometry over it; empty: none
     config::Flat flat = config::Flat::plane;
     GeometryArguments geometry;
     run::InspectOptions options = {};

@@ -25,17 +25,24 @@ namespace camber::app {
 
 namespace {
 
+Outcome<Done> check_output(const std::string& path) {
+    if (path.empty()) return Done{};
+    const auto format = format_to_write(mesh_formats(), path);
+    if (!format) return fail(format.error());
+    if (!(*format)->for_viewers)
+        return fail(ErrorKind::usage, "the mesh with its fields goes into a format for viewers", path, {},
+                    "name a .vtu file");
+    return make_folder_of(path).and_then([&](Done) { return check_writable(path); });
+}
+
 Outcome<Done> check_files(const GeometryCommandArguments& a) {
     std::vector<NamedFile> files{{a.input, "the input", Role::input}};
     if (a.geometry.cad) files.push_back({*a.geometry.cad, "--cad", Role::input});
     if (!a.output.empty()) files.push_back({a.output, "-o", Role::output});
-    if (auto distinct = check_named_files(files); !distinct || a.output.empty()) return distinct;
-    const auto format = format_to_write(mesh_formats(), a.output);
-    if (!format) return fail(format.error());
-    if (!(*format)->for_viewers)
-        return fail(ErrorKind::usage, "the mesh with its fields goes into a format for viewers", a.output, {},
-                    "name a .vtu file");
-    return make_folder_of(a.output).and_then([&](Done) { return check_writable(a.output); });
+    if (!a.surface.empty()) files.push_back({a.surface, "--surface", Role::output});
+    return check_named_files(files).and_then([&](Done) { return check_output(a.output); }).and_then([&](Done) {
+        return check_output(a.surface);
+    });
 }
 
 /// The geometry of the arguments, a CAD model read.
@@ -52,19 +59,19 @@ Outcome<run::ComparedGeometry> compared(const GeometryArguments& arguments) {
 }
 
 /// The mesh with its fields; a flat one of a format with three coordinates where it was.
-Outcome<Done> write_fields(run::Inspected found, const std::optional<Lift>& lift, const std::string& path,
+Outcome<Done> write_fields(AnyMesh mesh, MeshFields fields, const std::optional<Lift>& lift, const std::string& path,
                            const Execution& execution) {
     const auto format = format_to_write(mesh_formats(), path);
     if (!format) return fail(format.error());
     if (lift && (*format)->always_in_space) {
-        auto mesh = camber::raised(found.mesh, *lift, execution);
-        if (!mesh) return fail(mesh.error());
-        auto fields = camber::raised(found.fields, execution);
-        if (!fields) return fail(fields.error());
-        found.mesh = std::move(*mesh);
-        found.fields = std::move(*fields);
+        auto in_space = camber::raised(mesh, *lift, execution);
+        if (!in_space) return fail(in_space.error());
+        auto of_space = camber::raised(fields, execution);
+        if (!of_space) return fail(of_space.error());
+        mesh = std::move(*in_space);
+        fields = std::move(*of_space);
     }
-    return write_mesh(**format, found.mesh, found.fields, EncodeOptions{}, path, execution);
+    return write_mesh(**format, mesh, fields, EncodeOptions{}, path, execution);
 }
 
 Outcome<run::GeometryReport> inspected(const GeometryCommandArguments& arguments, Written& written) {
@@ -77,6 +84,7 @@ Outcome<run::GeometryReport> inspected(const GeometryCommandArguments& arguments
     };
     auto geometry = compared(arguments.geometry);
     if (!geometry) return fail(geometry.error());
+    if (!arguments.surface.empty()) geometry->surface = run::InspectedSurface::lattice;
     std::optional<DecodedMesh> mesh;
     auto done = around("read", [&](const Execution& execution) -> Outcome<Done> {
         auto decoded = read_mesh(arguments.input, arguments.flat, execution);
@@ -91,14 +99,18 @@ Outcome<run::GeometryReport> inspected(const GeometryCommandArguments& arguments
         progress.wipe();
         return fail(of_file(found.error(), arguments.input));
     }
-    run::GeometryReport report = found->report;
     if (!arguments.output.empty())
         done = written.add(arguments.output, around("write", [&](const Execution& execution) {
-                               return write_fields(std::move(*found), lift, arguments.output, execution);
+                               return write_fields(found->mesh, found->fields, lift, arguments.output, execution);
+                           }));
+    if (done && found->surface)
+        done = written.add(arguments.surface, around("write", [&](const Execution& execution) {
+                               return write_fields(std::move(found->surface->mesh), std::move(found->surface->fields),
+                                                   lift, arguments.surface, execution);
                            }));
     progress.wipe();
     if (!done) return fail(done.error());
-    return report;
+    return std::move(found->report);
 }
 
 }  // namespace
@@ -110,7 +122,8 @@ int geometry_command(const GeometryCommandArguments& arguments) {
     if (arguments.json) return end_with(run::inspect_json(*report, arguments.input, CAMBER_VERSION), written);
     for (const std::string& notice : report->notices) tell("note: " + notice);
     std::string text = arguments.input + "\n" + run::inspect_table(*report);
-    if (!arguments.output.empty()) text += fmt::format("wrote {}\n", arguments.output);
+    for (const std::string& path : {arguments.output, arguments.surface})
+        if (!path.empty()) text += fmt::format("wrote {}\n", path);
     return end_with(text, written);
 }
 

@@ -152,6 +152,7 @@ std::string distance_rows(const DistancesReport& report) {
 
 std::string entity_rows(const DistancesReport& report, std::size_t most) {
     std::vector<const EntityReport*> order;
+    order.reserve(report.entities.size());
     for (const EntityReport& entity : report.entities) order.push_back(&entity);
     const auto larger = [](const EntityReport* e) { return std::max(e->to_geometry.largest, e->to_boundary.largest); };
     std::stable_sort(order.begin(), order.end(),

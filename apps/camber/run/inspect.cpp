@@ -29,6 +29,7 @@ import :distances_report;
 import :inspect;
 import :report;
 import :stages;
+import :surface_mesh;
 
 namespace camber::run {
 
@@ -79,7 +80,7 @@ class Inspector {
                   return step("surface", [&](const Execution& e) { return make(e); });
               }).and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); }); });
         if (!done) return fail(done.error());
-        return Inspected{std::move(report_), AnyMesh(mesh_), fields()};
+        return Inspected{std::move(report_), AnyMesh(mesh_), fields(), std::move(surface_)};
     }
 
   private:
@@ -163,6 +164,11 @@ class Inspector {
         if (!made) return fail(made.error());
         geometry_.emplace(std::move(made->geometry));
         report_.cad = made->cad;
+        if (compared_.surface == InspectedSurface::lattice) {
+            auto shown = surface_mesh(mesh_, features_, *geometry_, without_progress(execution));
+            if (!shown) return fail(shown.error());
+            surface_ = std::move(*shown);
+        }
         return compared_.cad ? look_at_cad(part_of(execution, 0.8, 1)) : Done{};
     }
 
@@ -250,6 +256,7 @@ class Inspector {
     std::optional<Geometry<D>> geometry_;
     GeometryDistances<D> distances_;
     GeometryReport report_;
+    std::optional<SurfaceMesh> surface_;
 };
 
 /// A mesh of degree 2, its boundary listed where the file has none and it can be found.

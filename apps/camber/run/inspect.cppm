@@ -16,6 +16,7 @@ import :distances_report;
 import :pipeline;
 import :report;
 import :runner;
+import :surface_mesh;
 
 /// What the boundary of a mesh is, and how far it is from a geometry: `camber geometry`.
 export namespace camber::run {
@@ -88,10 +89,14 @@ struct GeometryReport {
     std::vector<std::string> notices;
 };
 
+/// What is made beside the report.
+enum class InspectedSurface { none, lattice };
+
 /// What the boundary is compared with.
 struct ComparedGeometry {
     config::Geometry geometry = config::Surrogate{};
     std::optional<CadModel> cad = {};  ///< of the config's geometry, when that is one
+    InspectedSurface surface = InspectedSurface::none;
 };
 
 /// The report, and the mesh with the fields that show it: `patch`, `distance_to_geometry` and `distance_to_boundary`
@@ -100,6 +105,7 @@ struct Inspected {
     GeometryReport report;
     AnyMesh mesh;
     MeshFields fields;
+    std::optional<SurfaceMesh> surface = {};  ///< where it is asked for
 };
 [[nodiscard]] Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& geometry,
                                                   const InspectOptions& options, const Around& around);

@@ -13,6 +13,7 @@ export import :plot;
 export import :check;
 export import :distances_report;
 export import :inspect;
+export import :surface_mesh;
 import :check_parts;
 import :measures;
 import :numbering;
