@@ -167,6 +167,7 @@ TEST_CASE("surfaces and curves of a surrogate, each with what is its own") {
 
 TEST_CASE("in 2D a circle, and what has no surface") {
     std::vector<Vec<2>> points;
+    points.reserve(12);
     for (int i = 0; i < 12; ++i) points.push_back({{std::cos(2 * pi * i / 12), std::sin(2 * pi * i / 12)}});
     const Built<2> b = build<2>(polygon(points).mesh());
     const Geometry<2> circle(AnalyticGeometry<2>{{{Reference{1}, Sphere<2>{{}, 1}}}});
