@@ -1,42 +1,12 @@
 module;
 #include <array>
-#include <cmath>
 #include <cstddef>
-#include <optional>
 #include <span>
 module camber.surface;
 import camber.core;
 import camber.bezier;
 
 namespace camber {
-
-namespace {
-
-/// The cosine of planes that are one, but for rounding.
-constexpr double same_plane = 1 - 1e-12;
-
-/// The plane on which all facets at the edge lie, where they lie on one.
-template <int D>
-std::optional<Plane<D>> plane_of(const Geometry<D>& geometry, const EdgeSite<D>& edge) {
-    std::optional<Plane<D>> common;
-    for (const FacetSite<D>& facet : edge.facets) {
-        const auto plane = geometry->plane_at(facet);
-        if (!plane || (common && std::abs(dot(plane->normal, common->normal)) < same_plane)) return std::nullopt;
-        common = plane;
-    }
-    return common;
-}
-
-/// p moved by the part of `shift` that lies in the plane. A coordinate in which the plane is constant stays as it is.
-template <int D>
-Vec<D> slid(const Plane<D>& plane, const Vec<D>& p, const Vec<D>& shift) {
-    Vec<D> q = p + (shift - dot(plane.normal, shift) * plane.normal);
-    for (int k = 0; k < D; ++k)
-        if (std::abs(plane.normal[k]) == 1) q[k] = p[k];
-    return q;
-}
-
-}  // namespace
 
 template <int D>
 Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& nodes,
@@ -56,8 +26,8 @@ Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh, const 
                                features.edge_kinds[e],
                                {mesh.linear.points[low], mesh.linear.points[high]},
                                facet_sites<D>(mesh.linear, (*shells)[e])};
-        const auto plane = plane_of(geometry, site);
-        return plane ? LagrangeNode<D>{slid(*plane, nodes[e].point, shifts[e])} : nodes[e];
+        const auto plane = common_plane(*geometry, site);
+        return plane ? LagrangeNode<D>{slid_within(*plane, nodes[e].point, shifts[e])} : nodes[e];
     });
 }
 

@@ -11,6 +11,7 @@ export import :surrogate;
 export import :curved_surrogate;
 export import :geometry_places;
 export import :geometry;
+export import :edge_sheet;
 export import :seams;
 export import :makers;
 export import :boundary;

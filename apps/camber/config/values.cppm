@@ -278,7 +278,7 @@ enum class BackMeshKind : std::uint8_t {
     return words_of(Word{BackMeshKind::carried, "carried"}, Word{BackMeshKind::straight, "straight"});
 }
 /// The options of `curve`, and what chooses between its aims and `shape`; the aim is set by edge_options().
-struct Curve : CurveOptions {
+struct Curve : CurveOptions, PlacementOptions {
     Objective objective = Objective::accuracy;
     BackMeshKind back_mesh = BackMeshKind::carried;
 
@@ -295,7 +295,7 @@ struct Curve : CurveOptions {
                        "where the metric is read: carried, the field goes along with walls that sag by more "
                        "than a little of its sizes, and nodes start from there; straight, at its point's place "
                        "in the straight mesh, as in the paper")),
-            CurveOptions::options());
+            PlacementOptions::options(), CurveOptions::options());
     }
     friend bool operator==(const Curve&, const Curve&) = default;
 };

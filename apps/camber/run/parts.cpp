@@ -91,6 +91,7 @@ void add(Report& report, const Notices& notices) {
 
 void add(Report& report, const MetricReport& part) { report.metric = part; }
 void add(Report& report, const BoundaryReport& part) { report.boundary = part; }
+void add(Report& report, const BoundaryNodesReport& part) { report.boundary->nodes = part; }
 void add(Report& report, const CurveReport& part) { report.curve = part; }
 void add(Report& report, const MeshReport& part) { report.mesh = part; }
 void add(Report& report, const BeforeReport& part) { report.validity_before = part.summary; }

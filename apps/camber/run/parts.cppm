@@ -77,6 +77,7 @@ struct MeasuresReport {
 void add(Report& report, const Notices& notices);
 void add(Report& report, const MetricReport& part);
 void add(Report& report, const BoundaryReport& part);
+void add(Report& report, const BoundaryNodesReport& part);
 void add(Report& report, const CurveReport& part);
 void add(Report& report, const VerdictsReport& part);
 void add(Report& report, const BeforeReport& part);

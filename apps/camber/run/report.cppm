@@ -74,12 +74,20 @@ struct CadReport {
     std::optional<double> largest_node_distance;  ///< of boundary edges, in the end (model units)
 };
 
+/// What became of nodes of boundary edges that were to go elsewhere than to the projected middle.
+struct BoundaryNodesReport {
+    std::string by;  ///< the aim's word
+    std::size_t edges = 0, placed = 0, best = 0, off = 0, far = 0, elements = 0, walked = 0, lessened = 0;
+    double mean_gain = 0, largest_gain = 0;
+};
+
 struct BoundaryReport {
     std::size_t surface_edges = 0, ridge_edges = 0, corners = 0, patches = 0;
     std::optional<double> straight_distance, curved_distance;  ///< largest, to the geometry (model units)
     std::optional<WallsReport> walls = {};
     std::optional<CadReport> cad = {};
     std::optional<DistancesReport> distances = {};  ///< both ways, by entity, where that is asked for
+    std::optional<BoundaryNodesReport> nodes = {};
 };
 
 struct CurveReport {

@@ -93,6 +93,11 @@ Json json(const CadReport& c) {
     if (c.largest_node_distance) j["largest_node_distance"] = *c.largest_node_distance;
     return j;
 }
+Json json(const BoundaryNodesReport& n) {
+    return {{"by", n.by},           {"edges", n.edges},         {"placed", n.placed},      {"best", n.best},
+            {"off", n.off},         {"far", n.far},             {"elements", n.elements},  {"walked", n.walked},
+            {"lessened", n.lessened}, {"mean_gain", n.mean_gain}, {"largest_gain", n.largest_gain}};
+}
 Json json(const BoundaryReport& b) {
     Json j{{"surface_edges", b.surface_edges},
            {"ridge_edges", b.ridge_edges},
@@ -102,6 +107,7 @@ Json json(const BoundaryReport& b) {
     if (b.curved_distance) j["largest_distance"] = *b.curved_distance;
     if (b.cad) j["cad"] = json(*b.cad);
     if (b.distances) j["distances"] = Json::parse(distances_json(*b.distances));
+    if (b.nodes) j["nodes"] = json(*b.nodes);
     if (b.walls) {
         j["crossing_pairs"] = b.walls->crossing;
         j["undecided_pairs"] = b.walls->undecided;

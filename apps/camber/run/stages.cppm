@@ -97,6 +97,7 @@ struct CurveInput {
     /// The boundary's displacement extended into the volume; empty where the field is read in the straight mesh, or
     /// nothing is displaced. Of a mesh that was read with its curves too: curved again it comes out the same.
     Column<LagrangeNode<D>> extended = {};
+    std::optional<BoundaryNodesReport> placed = {};  ///< where `base` has them elsewhere than projected
 };
 /// Boundary nodes on the geometry; of a mesh that was read with its curves only those on analytic surfaces. Volume
 /// edges start at the mesh's nodes.
@@ -115,6 +116,13 @@ template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& boundary,
                                                 CurveInput<D> input, const BackMesh<D>& field,
                                                 const CurveOptions& options, const Execution& execution);
+
+/// The same with nodes of boundary edges where the options place them, by length in the field; of a mesh that was read
+/// with its curves those alone that `curve_input` puts onto prescribed surfaces.
+template <int D>
+[[nodiscard]] Outcome<CurveInput<D>> placed_input(const Quadratic<D>& at, const Boundary<D>& boundary,
+                                                  CurveInput<D> input, const BackMesh<D>& field,
+                                                  const config::Curve& options, const Execution& execution);
 
 /// The options of a curving for one edge.
 [[nodiscard]] CurveOptions edge_options(const config::Curve& options);

@@ -48,6 +48,12 @@ template <int D>
 [[nodiscard]] Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                      std::span<const LagrangeNode<D>> curves = {});
 
+/// Nodes of boundary edges where the options want them in the field: placed_input, slid_input; told of.
+template <int D>
+[[nodiscard]] Outcome<CurveInput<D>> moved_input(Runner<D>& run, const Boundary<D>& boundary, CurveInput<D> input,
+                                                 const BackMesh<D>& field, const config::Curve& options,
+                                                 const Execution& execution);
+
 /// The field of the config's metric on the mesh itself, straight or with its curves, and what was told of it. Errors:
 /// as of make_field.
 template <int D>

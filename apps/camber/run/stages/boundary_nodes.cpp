@@ -3,16 +3,20 @@ module;
 #include <array>
 #include <cstddef>
 #include <ranges>
+#include <span>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
 module camber.run;
 import camber.core;
 import camber.bezier;
+import camber.config;
 import camber.surface;
 import camber.metric;
 import camber.curving;
 import :parts;
+import :report;
 import :stages;
 import :state;
 
@@ -45,6 +49,12 @@ Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Bou
     return input_of(mesh, boundary, std::move(*nodes), {}, part_of(execution, 0.33, 1));
 }
 
+template <int D>
+bool is_prescribed(const LinearMesh<D>& mesh, const Boundary<D>& boundary, std::span<const FacetId> facets) {
+    return std::ranges::any_of(
+        facets, [&](FacetId f) { return boundary.geometry->prescribes(mesh.facets.references[f]); });
+}
+
 /// The same of a mesh that was read with its curves: boundary nodes where they are, but for edges on prescribed
 /// surfaces.
 template <int D>
@@ -57,9 +67,7 @@ Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundar
     std::size_t kept = 0;
     for (std::size_t e = 0; e < nodes->size(); ++e) {
         if (boundary.features.edge_kinds[e] == EdgeKind::volume) continue;
-        const bool is_prescribed = std::ranges::any_of(
-            (*around)[e], [&](FacetId f) { return boundary.geometry->prescribes(mesh.linear.facets.references[f]); });
-        if (is_prescribed) continue;
+        if (is_prescribed<D>(mesh.linear, boundary, (*around)[e])) continue;
         (*nodes)[e] = mesh.mid_nodes[e];
         ++kept;
     }
@@ -100,6 +108,31 @@ Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& bou
 }
 
 template <int D>
+Outcome<CurveInput<D>> placed_input(const Quadratic<D>& at, const Boundary<D>& boundary, CurveInput<D> input,
+                                    const BackMesh<D>& field, const config::Curve& options,
+                                    const Execution& execution) {
+    if (options.boundary_nodes == BoundaryNodeAim::projection) return input;
+    Buffer<EdgeKind> kinds(input.kinds.begin(), input.kinds.end());
+    if (at.nodes == NodesOf::file) {
+        const auto around = facet_shells(at.mesh.edges, without_progress(execution));
+        if (!around) return fail(around.error());
+        for (std::size_t e = 0; e < kinds.size(); ++e)
+            if (!is_prescribed<D>(at.mesh.linear, boundary, (*around)[e])) kinds[e] = EdgeKind::fixed;
+    }
+    const auto placed = placed_nodes(at.mesh, Column<EdgeKind>(std::move(kinds)), input.base, input.shells,
+                                     boundary.features, boundary.geometry, field, edge_options(options), options, execution);
+    if (!placed) return fail(placed.error());
+    Buffer<LagrangeNode<D>> nodes(placed->size());
+    for (std::size_t e = 0; e < nodes.size(); ++e) nodes[e] = (*placed)[e].node;
+    input.base = std::move(nodes);
+    const PlacementStatistics s = placement_statistics<D>(*placed);
+    input.placed = {std::string(word_of(options.boundary_nodes)), s.edges, s.placed,   s.best,     s.off,
+                    s.far,                                        s.elements, s.walked, s.lessened, s.mean_gain,
+                    s.largest_gain};
+    return input;
+}
+
+template <int D>
 Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> input, const Execution& execution) {
     const auto stays = [&](std::size_t e) {
         if (input.kinds[e] == EdgeKind::volume) return true;
@@ -116,6 +149,8 @@ Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> inpu
 #define CAMBER_INSTANTIATE(D)                                                                                  \
     template Outcome<CurveInput<D>> curve_input<D>(const Quadratic<D>&, const Boundary<D>&, const Execution&); \
     template Outcome<CurveInput<D>> extended_input<D>(const Quadratic<D>&, CurveInput<D>, const Execution&);   \
+    template Outcome<CurveInput<D>> placed_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,    \
+                                                    const BackMesh<D>&, const config::Curve&, const Execution&); \
     template Outcome<CurveInput<D>> slid_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,      \
                                                   const BackMesh<D>&, const CurveOptions&, const Execution&);
 

@@ -141,9 +141,20 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
     auto input = begin_curving(run, *boundary, options);
     if (!input) return fail(input.error());
     const QuadraticMesh<D>& mesh = run.quadratic().mesh;
+    if (options.objective == config::Objective::shape && options.boundary_nodes == BoundaryNodeAim::length)
+        return fail(ErrorKind::usage, "curve: the objective shape has no metric in which edges could be short", {}, {},
+                    "take another objective, or boundary_nodes accuracy");
     if (options.objective == config::Objective::shape)
         return run.step_of(options, [&](const Execution& execution) {
-            const auto find = [&](const Execution& e) { return by_shape(mesh, *input, e); };
+            const Boundary<D> around = *boundary;
+            const auto find = [&](const Execution& e) -> Outcome<Found<D>> {
+                auto placed = placed_input(run.quadratic(), around, std::move(*input), BackMesh<D>{}, options,
+                                           without_progress(e));
+                if (!placed) return fail(placed.error());
+                *input = std::move(*placed);
+                if (input->placed) run.tell(*input->placed);
+                return by_shape(mesh, *input, e);
+            };
             return curve_within(run, std::move(*boundary), *input, CurvingAim::energy, find, execution);
         });
     CurveOptions edges = edge_options(options);
@@ -154,13 +165,13 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
     return run.step_of(options, [&](const Execution& execution) {
         const Boundary<D> around = *boundary;
         const auto find = [&](const Execution& e) -> Outcome<Found<D>> {
-            const double of_slides = edges.aim != CurvingAim::accuracy      ? 0
+            const double of_slides = options.boundary_nodes != BoundaryNodeAim::projection ? 0.5
+                                     : edges.aim != CurvingAim::accuracy      ? 0
                                      : edges.measured == MeasuredEdges::all ? 0.05
                                                                             : 0.26;
-            auto slid =
-                slid_input(run.quadratic(), around, std::move(*input), *run.field(), edges, part_of(e, 0, of_slides));
-            if (!slid) return fail(slid.error());
-            *input = std::move(*slid);
+            auto moved = moved_input(run, around, std::move(*input), *run.field(), options, part_of(e, 0, of_slides));
+            if (!moved) return fail(moved.error());
+            *input = std::move(*moved);
             return by_field(mesh, *input, *run.field(), edges, part_of(e, of_slides, 1));
         };
         auto done = curve_within(run, std::move(*boundary), *input, edges.aim, find, execution);
@@ -169,10 +180,27 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
     });
 }
 
+template <int D>
+Outcome<CurveInput<D>> moved_input(Runner<D>& run, const Boundary<D>& boundary, CurveInput<D> input,
+                                   const BackMesh<D>& field, const config::Curve& options,
+                                   const Execution& execution) {
+    const bool is_placed = options.boundary_nodes != BoundaryNodeAim::projection;
+    auto moved = placed_input(run.quadratic(), boundary, std::move(input), field, options,
+                              is_placed ? part_of(execution, 0, 0.8) : without_progress(execution));
+    if (!moved) return moved;
+    if (moved->placed) run.tell(*moved->placed);
+    // Nodes in planes are where their edges are shortest already.
+    if (options.boundary_nodes == BoundaryNodeAim::length) return moved;
+    return slid_input(run.quadratic(), boundary, std::move(*moved), field, edge_options(options),
+                      is_placed ? part_of(execution, 0.8, 1) : execution);
+}
+
 #define CAMBER_INSTANTIATE(D)                                                                               \
     template CurveReport curve_report<D>(const QuadraticMesh<D>&, const Curved<D>&);                        \
     template void tell_curve<D>(Runner<D>&, CurveReport, double);                                           \
     template Outcome<CurveInput<D>> begin_curving<D>(Runner<D>&, const Boundary<D>&, const config::Curve&); \
+    template Outcome<CurveInput<D>> moved_input<D>(Runner<D>&, const Boundary<D>&, CurveInput<D>,           \
+                                                   const BackMesh<D>&, const config::Curve&, const Execution&); \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Curve&);
 
 CAMBER_INSTANTIATE(2)

@@ -74,8 +74,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& given) {
     if (!input) return fail(input.error());
     return run.step_of(given, [&](const Execution& e) -> Outcome<Done> {
         Quadratic<D>& at = run.quadratic();
-        input = slid_input(at, *boundary, std::move(*input), *run.field(), edge_options(options.curve),
-                           without_progress(e));
+        input = moved_input(run, *boundary, std::move(*input), *run.field(), options.curve, without_progress(e));
         if (!input) return fail(input.error());
         run.tell(input->notices);
         auto timed = run.timed([&] { return walk_cavities(at.mesh, *input, *run.field(), options, e); });

@@ -1,0 +1,349 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.curving;
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.surface;
+
+namespace camber {
+
+namespace {
+
+constexpr double least_gain = 1e-6;          // a length that falls by less is the same
+constexpr double least_relief = 0.01;        // a distance that falls by less is
+constexpr double no_distance = 1e-10;        // of the chord
+constexpr double share_of_sagitta = 0.05;    // a distance that is always allowed
+constexpr int most_halvings = 6;
+
+/// Energy or length, as SheetSearch asks for it.
+template <int D>
+struct InMetric {
+    static constexpr double damping = 0;
+    EdgeObjective<D> objective;
+
+    [[nodiscard]] double value(const Vec<D>& node) const { return objective.value(node); }
+    [[nodiscard]] ObjectiveSample<D> evaluate(const Vec<D>& node) const { return objective.evaluate(node); }
+};
+
+/// ∫ r² dt, r = l(t) − foot. A foot's own motion is across r, so ∂r²/∂P = 2 · 4t(1−t) r, and the Gauss–Newton Hessian
+/// is Σ 2 (4t(1−t))² n nᵀ, of a curve with all that is across it for n nᵀ.
+template <int D>
+struct FromSheet {
+    static constexpr double damping = 0.01;  // a node may be free to go across without a change of the distance
+    const EdgeSheet<D>* sheet;
+    const SheetPlace<D>* near;
+    const Quadrature* rule;
+    Vec<D> p20, p02;
+
+    [[nodiscard]] double value(const Vec<D>& node) const {
+        const QuadraticEdge<D> edge{p20, {node}, p02};
+        double sum = 0;
+        for (std::size_t i = 0; i < rule->size(); ++i) {
+            const Vec<D> p = edge.point(rule->t[i]);
+            sum += rule->w[i] * norm_squared(p - sheet->foot(*near, p).point);
+        }
+        return sum;
+    }
+    [[nodiscard]] ObjectiveSample<D> evaluate(const Vec<D>& node) const {
+        const QuadraticEdge<D> edge{p20, {node}, p02};
+        const bool is_curve = sheet->kind() == EdgeSheet<D>::Kind::curve;
+        ObjectiveSample<D> sum;
+        for (std::size_t i = 0; i < rule->size(); ++i) {
+            const double t = rule->t[i], c = 4 * t * (1 - t), w = rule->w[i];
+            const Vec<D> p = edge.point(t);
+            const SurfaceFoot<D> foot = sheet->foot(*near, p);
+            const Vec<D> r = p - foot.point;
+            const Vec<D> direction = is_curve ? normalised(edge.derivative(t)) : foot.normal;
+            sum.value += w * norm_squared(r);
+            sum.gradient += 2 * w * c * r;
+            for (int k = 0; k < D; ++k)
+                for (int l = 0; l <= k; ++l) {
+                    const double square = direction[k] * direction[l];
+                    sum.hessian(k, l) += 2 * w * c * c * (is_curve ? (k == l ? 1 : 0) - square : square);
+                }
+        }
+        return sum;
+    }
+};
+
+/// The search for one edge's node.
+template <int D>
+class NodeSearch {
+  public:
+    NodeSearch(const EdgeSheet<D>& sheet, const SheetPlace<D>& start, const EdgeSite<D>& site,
+              std::span<const Vec<D>> thin, const BackMesh<D>& back, ElementId holder, const EdgeRules& rules,
+              const CurveOptions& search, const PlacementOptions& options)
+        : sheet_(sheet),
+          start_(start),
+          p20_(site.ends[0]),
+          p02_(site.ends[1]),
+          reach_{start.point, site.middle(), p02_ - p20_, search.max_tangential_shift, thin},
+          search_(sheet, reach_),
+          back_(back),
+          holder_(holder),
+          rules_(rules),
+          options_(search),
+          placing_(options) {}
+
+    /// What the aim measures, by the finer rule.
+    [[nodiscard]] double measure(const SheetPlace<D>& place) const {
+        if (placing_.boundary_nodes == BoundaryNodeAim::length)
+            return riemannian_length(back_, QuadraticEdge<D>{p20_, {place.point}, p02_}, rules_.report, holder_).length;
+        return std::sqrt(FromSheet<D>{&sheet_, &start_, &rules_.report, p20_, p02_}.value(place.point));
+    }
+
+    [[nodiscard]] PlacedNode<D> placed() const {
+        PlacedNode<D> out{{start_.point}, NodeFate::best, false, false, measure(start_), 0};
+        out.after = out.before;
+        if (!by_length() && out.before <= no_distance * norm(reach_.chord)) return out;
+        const SheetPlace<D> wanted = by_length() ? shortest() : nearest();
+        if (wanted.point == start_.point) return out;
+        const double allowed = largest_allowed();
+        const Vec<2> way = search_.coordinates(start_, wanted.point - start_.point);
+        double share = 1;
+        for (int halving = 0; halving <= most_halvings; ++halving, share *= 0.5) {
+            const auto place = halving == 0 ? std::optional(wanted) : search_.at(start_, share * way);
+            if (!place) continue;
+            const double after = measure(*place);
+            if (!(after < (1 - (by_length() ? least_gain : least_relief)) * out.before)) continue;
+            if (farthest(*place) > allowed) {
+                out.fate = NodeFate::far;
+                continue;
+            }
+            return {{place->point}, NodeFate::placed, sheet_.has_walked(start_, *place), halving > 0, out.before, after};
+        }
+        return out;
+    }
+
+    /// A part of the way: `offset` from the start, seated again.
+    [[nodiscard]] std::optional<PlacedNode<D>> seated(const Vec<D>& offset, PlacedNode<D> whole) const {
+        const auto place = search_.at(start_, search_.coordinates(start_, offset));
+        if (!place || farthest(*place) > largest_allowed()) return std::nullopt;
+        whole.after = measure(*place);
+        if (!(whole.after < whole.before)) return std::nullopt;
+        whole.node.point = place->point;
+        whole.has_walked = sheet_.has_walked(start_, *place);
+        whole.is_lessened = true;
+        return whole;
+    }
+
+  private:
+    [[nodiscard]] bool by_length() const { return placing_.boundary_nodes == BoundaryNodeAim::length; }
+
+    /// The least energy, from the better of the present node and the geodesic's first step; from there the length.
+    [[nodiscard]] SheetPlace<D> shortest() const {
+        InMetric<D> in_metric{edge_objective(back_, rules_.objective, EdgeObjectiveKind::energy, options_.field, p20_,
+                                             p02_, holder_)};
+        SheetIterate<D> at = search_.evaluated(in_metric, start_);
+        Vec<2> way = search_.coordinates(start_, geodesic_start(back_, p20_, p02_, holder_) - reach_.middle);
+        const double longest = 0.25 * norm(reach_.chord);
+        if (norm(way) > longest) way *= longest / norm(way);
+        for (int halving = 0; halving < 4 && norm(way) > 1e-6 * longest; ++halving, way *= 0.5) {
+            const auto place = search_.at(start_, way);
+            if (!place || !(in_metric.value(place->point) < at.value)) continue;
+            at = search_.evaluated(in_metric, *place);
+            break;
+        }
+        search_.descend(in_metric, options_.max_iterations, options_.tolerance, at);
+        search_.polish(in_metric, at);
+        in_metric.objective.kind = EdgeObjectiveKind::length;
+        at = search_.evaluated(in_metric, at.place);
+        search_.descend(in_metric, 5, options_.length_tolerance, at);
+        return at.place;
+    }
+
+    [[nodiscard]] SheetPlace<D> nearest() const {
+        const FromSheet<D> objective{&sheet_, &start_, &rules_.objective, p20_, p02_};
+        SheetIterate<D> at = search_.evaluated(objective, start_);
+        search_.descend(objective, 10, 1e-4, at);
+        return at.place;
+    }
+
+    /// The largest distance of the edge from the sheet, of eighths.
+    [[nodiscard]] double farthest(const SheetPlace<D>& place) const {
+        const QuadraticEdge<D> edge{p20_, {place.point}, p02_};
+        double largest = 0;
+        for (const int i : {1, 2, 3, 5, 6, 7}) {
+            const Vec<D> p = edge.point(i / 8.0);
+            largest = std::max(largest, distance(p, sheet_.foot(place, p).point));
+        }
+        return largest;
+    }
+
+    [[nodiscard]] double largest_allowed() const {
+        if (sheet_.kind() == EdgeSheet<D>::Kind::plane) return 1e-12 * norm(reach_.chord);
+        if (!by_length()) return farthest(start_);
+        const double sagitta = distance(start_.point, reach_.middle);
+        return std::max(placing_.distance_growth * farthest(start_), share_of_sagitta * sagitta);
+    }
+
+    const EdgeSheet<D>& sheet_;
+    const SheetPlace<D>& start_;
+    Vec<D> p20_, p02_;
+    Reach<D> reach_;
+    SheetSearch<D> search_;
+    const BackMesh<D>& back_;
+    ElementId holder_;
+    const EdgeRules& rules_;
+    const CurveOptions& options_;
+    const PlacementOptions& placing_;
+};
+
+/// use(placement) of an edge whose node may move; `otherwise` where there is nothing to move on.
+template <int D, class Use>
+PlacedNode<D> with_placement(const Geometry<D>& geometry, const EdgeSite<D>& site, const LagrangeNode<D>& present,
+                             std::span<const Vec<D>> thin, const BackMesh<D>& back, ElementId holder,
+                             const EdgeRules& rules, const CurveOptions& search, const PlacementOptions& options,
+                             Use&& use) {
+    PlacedNode<D> out{.node = present};
+    const EdgeSheet<D> sheet(*geometry, site);
+    using Kind = typename EdgeSheet<D>::Kind;
+    const bool is_near_anyway = sheet.kind() == Kind::plane && options.boundary_nodes == BoundaryNodeAim::accuracy;
+    if (sheet.kind() == Kind::straight || is_near_anyway) return out;
+    out.fate = NodeFate::off;
+    const auto start = sheet.place_of(present.point);
+    if (!start) return out;
+    return use(NodeSearch<D>(sheet, *start, site, thin, back, holder, rules, search, options));
+}
+
+/// Of a mesh: what an edge's search takes.
+template <int D>
+class Boundary {
+  public:
+    Boundary(const QuadraticMesh<D>& mesh, const Features<D>& features, Incidence<FacetId> facets)
+        : mesh_(mesh), kinds_(features.edge_kinds), facets_(std::move(facets)), on_ridge_(mesh.linear.points.size(), 0) {
+        if constexpr (D == 3)
+            for (std::size_t e = 0; e < kinds_.size(); ++e)
+                if (kinds_[e] == EdgeKind::ridge)
+                    for (const VertexId v : mesh.edges.vertices[e]) on_ridge_[v.index()] = 1;
+    }
+
+    [[nodiscard]] EdgeSite<D> site(std::size_t e) const {
+        const auto& [low, high] = mesh_.edges.vertices[e];
+        return {EdgeId(e),
+                kinds_[e],
+                {mesh_.linear.points[low], mesh_.linear.points[high]},
+                facet_sites<D>(mesh_.linear, facets_[e])};
+    }
+    /// Corners opposite to the edge that lie on ridges.
+    [[nodiscard]] std::vector<Vec<D>> thin(std::size_t e) const {
+        std::vector<Vec<D>> corners;
+        const auto& [low, high] = mesh_.edges.vertices[e];
+        for (const FacetId f : facets_[e])
+            for (const VertexId v : mesh_.linear.facets.vertices[f])
+                if (v != low && v != high && on_ridge_[v.index()] != 0) corners.push_back(mesh_.linear.points[v]);
+        return corners;
+    }
+
+  private:
+    const QuadraticMesh<D>& mesh_;
+    const Column<EdgeKind>& kinds_;
+    Incidence<FacetId> facets_;
+    Buffer<std::uint8_t> on_ridge_;
+};
+
+}  // namespace
+
+template <int D>
+PlacedNode<D> placed_node(const Geometry<D>& geometry, const EdgeSite<D>& site, const LagrangeNode<D>& present,
+                          std::span<const Vec<D>> thin, const BackMesh<D>& back, ElementId holder,
+                          const EdgeRules& rules, const CurveOptions& search, const PlacementOptions& options) {
+    return with_placement(geometry, site, present, thin, back, holder, rules, search, options,
+                          [](const NodeSearch<D>& placement) { return placement.placed(); });
+}
+
+template <int D>
+Outcome<Buffer<PlacedNode<D>>> placed_nodes(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                            const Column<LagrangeNode<D>>& nodes, const Incidence<ElementId>& shells,
+                                            const Features<D>& features, const Geometry<D>& geometry,
+                                            const BackMesh<D>& back, const CurveOptions& search,
+                                            const PlacementOptions& options, const Execution& execution) {
+    const std::size_t n = mesh.edges.size();
+    if (kinds.size() != n || nodes.size() != n || features.edge_kinds.size() != n)
+        return fail(ErrorKind::internal, "the kinds, the nodes or the features are not of this mesh");
+    auto around = facet_shells(mesh.edges, without_progress(execution));
+    if (!around) return fail(around.error());
+    return guarded([&]() -> Outcome<Buffer<PlacedNode<D>>> {
+        const Boundary<D> boundary(mesh, features, std::move(*around));
+        const EdgeRules rules = edge_rules(search);
+        const auto is_asked = [&](std::size_t e) {
+            return options.boundary_nodes != BoundaryNodeAim::projection && !shells[e].empty() &&
+                   (kinds[e] == EdgeKind::surface || kinds[e] == EdgeKind::ridge);
+        };
+        const auto placement_of = [&](std::size_t e, auto&& use) {
+            return with_placement<D>(geometry, boundary.site(e), nodes[e], boundary.thin(e), back,
+                                     *std::ranges::min_element(shells[e]), rules, search, options, use);
+        };
+        auto placed = map_each(
+            part_of(execution, 0, 0.8), n,
+            [&](std::size_t e) -> PlacedNode<D> {
+                if (!is_asked(e)) return {.node = nodes[e]};
+                return placement_of(e, [](const NodeSearch<D>& placement) { return placement.placed(); });
+            },
+            64);
+        if (!placed) return placed;
+        Buffer<Vec<D>> offsets(n);
+        for (std::size_t e = 0; e < n; ++e) offsets[e] = (*placed)[e].node.point - nodes[e].point;
+        auto borne = lessen_by_element<D>(mesh, nodes.view(), shells, search.least_jacobian, offsets,
+                                          part_of(execution, 0.8, 0.95));
+        if (!borne) return fail(borne.error());
+        return map_each(
+            part_of(execution, 0.95, 1), n,
+            [&](std::size_t e) -> PlacedNode<D> {
+                const PlacedNode<D>& whole = (*placed)[e];
+                if (whole.fate != NodeFate::placed || offsets[e] == whole.node.point - nodes[e].point) return whole;
+                const PlacedNode<D> none{nodes[e], NodeFate::elements, false, false, whole.before, whole.before};
+                if (offsets[e] == Vec<D>{}) return none;
+                return placement_of(e, [&](const NodeSearch<D>& placement) {
+                    return placement.seated(offsets[e], whole).value_or(none);
+                });
+            },
+            64);
+    });
+}
+
+template <int D>
+PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes) {
+    PlacementStatistics s;
+    for (const PlacedNode<D>& node : nodes) {
+        if (node.fate == NodeFate::held) continue;
+        ++s.edges;
+        s.placed += node.fate == NodeFate::placed;
+        s.best += node.fate == NodeFate::best;
+        s.off += node.fate == NodeFate::off;
+        s.far += node.fate == NodeFate::far;
+        s.elements += node.fate == NodeFate::elements;
+        s.walked += node.has_walked;
+        s.lessened += node.is_lessened;
+        const double gain = node.fate == NodeFate::placed && node.after > 0 ? node.before / node.after - 1 : 0;
+        s.mean_gain += gain;
+        s.largest_gain = std::max(s.largest_gain, gain);
+    }
+    if (s.edges > 0) s.mean_gain /= static_cast<double>(s.edges);
+    return s;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template PlacementStatistics placement_statistics<D>(std::span<const PlacedNode<D>>);                           \
+    template PlacedNode<D> placed_node<D>(const Geometry<D>&, const EdgeSite<D>&, const LagrangeNode<D>&,           \
+                                          std::span<const Vec<D>>, const BackMesh<D>&, ElementId, const EdgeRules&, \
+                                          const CurveOptions&, const PlacementOptions&);                            \
+    template Outcome<Buffer<PlacedNode<D>>> placed_nodes<D>(                                                        \
+        const QuadraticMesh<D>&, const Column<EdgeKind>&, const Column<LagrangeNode<D>>&,                           \
+        const Incidence<ElementId>&, const Features<D>&, const Geometry<D>&, const BackMesh<D>&,                    \
+        const CurveOptions&, const PlacementOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber
