@@ -18,10 +18,10 @@ namespace camber {
 
 namespace {
 
-constexpr double least_gain = 1e-6;          // a length that falls by less is the same
-constexpr double least_relief = 0.01;        // a distance that falls by less is
-constexpr double no_distance = 1e-10;        // of the chord
-constexpr double share_of_sagitta = 0.05;    // a distance that is always allowed
+constexpr double least_gain = 1e-6;        // a length that falls by less is the same
+constexpr double least_relief = 0.01;      // a distance that falls by less is
+constexpr double no_distance = 1e-10;      // of the chord
+constexpr double share_of_sagitta = 0.05;  // a distance that is always allowed
 constexpr int most_halvings = 6;
 
 /// Energy or length, as SheetSearch asks for it.
@@ -80,8 +80,8 @@ template <int D>
 class NodeSearch {
   public:
     NodeSearch(const EdgeSheet<D>& sheet, const SheetPlace<D>& start, const EdgeSite<D>& site,
-              std::span<const Vec<D>> thin, const BackMesh<D>& back, ElementId holder, const EdgeRules& rules,
-              const CurveOptions& search, const PlacementOptions& options)
+               std::span<const Vec<D>> thin, const BackMesh<D>& back, ElementId holder, const EdgeRules& rules,
+               const CurveOptions& search, const PlacementOptions& options)
         : sheet_(sheet),
           start_(start),
           p20_(site.ends[0]),
@@ -119,7 +119,8 @@ class NodeSearch {
                 out.fate = NodeFate::far;
                 continue;
             }
-            return {{place->point}, NodeFate::placed, sheet_.has_walked(start_, *place), halving > 0, out.before, after};
+            return {{place->point}, NodeFate::placed, sheet_.has_walked(start_, *place),
+                    halving > 0,    out.before,       after};
         }
         return out;
     }
@@ -141,8 +142,8 @@ class NodeSearch {
 
     /// The least energy, from the better of the present node and the geodesic's first step; from there the length.
     [[nodiscard]] SheetPlace<D> shortest() const {
-        InMetric<D> in_metric{edge_objective(back_, rules_.objective, EdgeObjectiveKind::energy, options_.field, p20_,
-                                             p02_, holder_)};
+        InMetric<D> in_metric{
+            edge_objective(back_, rules_.objective, EdgeObjectiveKind::energy, options_.field, p20_, p02_, holder_)};
         SheetIterate<D> at = search_.evaluated(in_metric, start_);
         Vec<2> way = search_.coordinates(start_, geodesic_start(back_, p20_, p02_, holder_) - reach_.middle);
         const double longest = 0.25 * norm(reach_.chord);
@@ -153,8 +154,9 @@ class NodeSearch {
             at = search_.evaluated(in_metric, *place);
             break;
         }
-        search_.descend(in_metric, options_.max_iterations, options_.tolerance, at);
-        search_.polish(in_metric, at);
+        using End = typename SheetSearch<D>::End;
+        if (search_.descend(in_metric, options_.max_iterations, options_.tolerance, at) == End::stopped)
+            search_.polish(in_metric, at);
         in_metric.objective.kind = EdgeObjectiveKind::length;
         at = search_.evaluated(in_metric, at.place);
         search_.descend(in_metric, 5, options_.length_tolerance, at);
@@ -220,7 +222,10 @@ template <int D>
 class Boundary {
   public:
     Boundary(const QuadraticMesh<D>& mesh, const Features<D>& features, Incidence<FacetId> facets)
-        : mesh_(mesh), kinds_(features.edge_kinds), facets_(std::move(facets)), on_ridge_(mesh.linear.points.size(), 0) {
+        : mesh_(mesh),
+          kinds_(features.edge_kinds),
+          facets_(std::move(facets)),
+          on_ridge_(mesh.linear.points.size(), 0) {
         if constexpr (D == 3)
             for (std::size_t e = 0; e < kinds_.size(); ++e)
                 if (kinds_[e] == EdgeKind::ridge)
@@ -332,15 +337,15 @@ PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes) {
     return s;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                       \
-    template PlacementStatistics placement_statistics<D>(std::span<const PlacedNode<D>>);                           \
-    template PlacedNode<D> placed_node<D>(const Geometry<D>&, const EdgeSite<D>&, const LagrangeNode<D>&,           \
-                                          std::span<const Vec<D>>, const BackMesh<D>&, ElementId, const EdgeRules&, \
-                                          const CurveOptions&, const PlacementOptions&);                            \
-    template Outcome<Buffer<PlacedNode<D>>> placed_nodes<D>(                                                        \
-        const QuadraticMesh<D>&, const Column<EdgeKind>&, const Column<LagrangeNode<D>>&,                           \
-        const Incidence<ElementId>&, const Features<D>&, const Geometry<D>&, const BackMesh<D>&,                    \
-        const CurveOptions&, const PlacementOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template PlacementStatistics placement_statistics<D>(std::span<const PlacedNode<D>>);                              \
+    template PlacedNode<D> placed_node<D>(const Geometry<D>&, const EdgeSite<D>&, const LagrangeNode<D>&,              \
+                                          std::span<const Vec<D>>, const BackMesh<D>&, ElementId, const EdgeRules&,    \
+                                          const CurveOptions&, const PlacementOptions&);                               \
+    template Outcome<Buffer<PlacedNode<D>>> placed_nodes<D>(                                                           \
+        const QuadraticMesh<D>&, const Column<EdgeKind>&, const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, \
+        const Features<D>&, const Geometry<D>&, const BackMesh<D>&, const CurveOptions&, const PlacementOptions&,      \
+        const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

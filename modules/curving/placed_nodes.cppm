@@ -33,11 +33,11 @@ struct PlacementOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = PlacementOptions;
         return std::tuple(
-            option("boundary_nodes", &S::boundary_nodes,
-                   "where nodes of boundary edges go: projection, the middle projected onto the geometry; length, on "
-                   "the "
-                   "geometry where the edge is shortest in the metric; accuracy, on the geometry where the edge is "
-                   "nearest to it. Where no better place is found it is the projection"),
+            option(
+                "boundary_nodes", &S::boundary_nodes,
+                "where nodes of boundary edges go: projection, the middle projected onto the geometry; length, on the "
+                "geometry where the edge is shortest in the metric; accuracy, on the geometry where the edge is "
+                "nearest to it. Where no better place is found it is the projection"),
             option("distance_growth", &S::distance_growth,
                    "length only: how far an edge of the boundary may be from the geometry, as a multiple of what it is "
                    "with the middle projected (a twentieth of its sagitta is always allowed)")
@@ -62,16 +62,16 @@ template <int D>
 struct PlacedNode {
     LagrangeNode<D> node;
     NodeFate fate = NodeFate::held;
-    bool has_walked = false;  ///< to a facet of the surrogate that is not at the edge
+    bool has_walked = false;   ///< to a facet of the surrogate that is not at the edge
     bool is_lessened = false;  ///< it went a part of its way only
     double before = 0, after = 0;
 };
 
 struct PlacementStatistics {
-    std::size_t edges = 0;                  ///< that were asked
+    std::size_t edges = 0;  ///< that were asked
     std::size_t placed = 0, best = 0;
     std::size_t off = 0, far = 0, elements = 0;
-    std::size_t walked = 0, lessened = 0;   ///< of those that were placed
+    std::size_t walked = 0, lessened = 0;    ///< of those that were placed
     double mean_gain = 0, largest_gain = 0;  ///< before/after − 1, over all that were asked
 };
 template <int D>

@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 export module camber.curving:sheet_search;
@@ -21,7 +22,7 @@ struct Reach {
     static constexpr double to_the_ridge = 0.4;  ///< of the height of a facet whose corner is on one
 
     Vec<D> origin, middle, chord;
-    double max_shift = 0;            ///< along the chord, of the chord
+    double max_shift = 0;          ///< along the chord, of the chord
     std::span<const Vec<D>> thin;  ///< corners on ridges
 
     [[nodiscard]] bool has(const Vec<D>& p) const {
@@ -76,20 +77,25 @@ class SheetSearch {
         return out;
     }
 
+    /// How a descent ended: where the model promises no more, or where no step lowered the objective (a kink), or the
+    /// steps were spent.
+    enum class End : std::uint8_t { converged, stopped };
+
     /// The least that BFGS finds from there.
     template <class Objective>
-    void descend(const Objective& objective, int most_steps, double tolerance, SheetIterate<D>& at) const {
+    End descend(const Objective& objective, int most_steps, double tolerance, SheetIterate<D>& at) const {
         Sym<2> h = inverse_of(at.hessian, Objective::damping);
         for (int step = 0; step < most_steps; ++step) {
             Vec<2> s = -(h * at.gradient);
             const double promised = -0.5 * dot(s, at.gradient);
-            if (!(promised > tolerance * std::abs(at.value))) return;
+            if (!(promised > tolerance * std::abs(at.value))) return End::converged;
             const auto next = along(objective, at, s);
-            if (!next) return;
+            if (!next) return End::stopped;
             const Vec<2> change = next->gradient - at.gradient;
             at = *next;
             update(h, s, change);
         }
+        return End::stopped;
     }
 
     /// Where kinks of the field stop a descent: along the axes of the Hessian with falling radius.

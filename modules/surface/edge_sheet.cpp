@@ -57,7 +57,8 @@ struct EdgeSheet<D>::Found {
 };
 
 template <int D>
-EdgeSheet<D>::EdgeSheet(const GeometryModel<D>& geometry, const EdgeSite<D>& edge) : geometry_(&geometry), edge_(&edge) {
+EdgeSheet<D>::EdgeSheet(const GeometryModel<D>& geometry, const EdgeSite<D>& edge)
+    : geometry_(&geometry), edge_(&edge) {
     if (edge.facets.empty()) return;
     const auto is_plane = [&](const FacetSite<D>& f) { return geometry.plane_at(f).has_value(); };
     plane_ = common_plane(geometry, edge);
@@ -175,9 +176,9 @@ bool EdgeSheet<D>::has_walked(const SheetPlace<D>& from, const SheetPlace<D>& to
     return !is_at_edge(from.facet) || !is_at_edge(to.facet);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                   \
-    template class EdgeSheet<D>;                                                                                \
-    template std::optional<Plane<D>> common_plane<D>(const GeometryModel<D>&, const EdgeSite<D>&);              \
+#define CAMBER_INSTANTIATE(D)                                                                      \
+    template class EdgeSheet<D>;                                                                   \
+    template std::optional<Plane<D>> common_plane<D>(const GeometryModel<D>&, const EdgeSite<D>&); \
     template Vec<D> slid_within<D>(const Plane<D>&, const Vec<D>&, const Vec<D>&);
 
 CAMBER_INSTANTIATE(2)

@@ -59,8 +59,8 @@ class EdgeSheet {
     struct Found;
     [[nodiscard]] Found nearest(const FacetId& facet, const Vec<D>& p) const;
     [[nodiscard]] Vec<D> direction_at(const Found& found) const;
-    [[nodiscard]] std::optional<SheetPlace<D>> framed(const Found& found,
-                                                      const std::array<Vec<D>, static_cast<std::size_t>(D - 1)>& near) const;
+    [[nodiscard]] std::optional<SheetPlace<D>> framed(
+        const Found& found, const std::array<Vec<D>, static_cast<std::size_t>(D - 1)>& near) const;
 
     const GeometryModel<D>* geometry_;
     const EdgeSite<D>* edge_;

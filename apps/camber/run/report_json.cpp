@@ -94,9 +94,17 @@ Json json(const CadReport& c) {
     return j;
 }
 Json json(const BoundaryNodesReport& n) {
-    return {{"by", n.by},           {"edges", n.edges},         {"placed", n.placed},      {"best", n.best},
-            {"off", n.off},         {"far", n.far},             {"elements", n.elements},  {"walked", n.walked},
-            {"lessened", n.lessened}, {"mean_gain", n.mean_gain}, {"largest_gain", n.largest_gain}};
+    return {{"by", n.by},
+            {"edges", n.edges},
+            {"placed", n.placed},
+            {"best", n.best},
+            {"off", n.off},
+            {"far", n.far},
+            {"elements", n.elements},
+            {"walked", n.walked},
+            {"lessened", n.lessened},
+            {"mean_gain", n.mean_gain},
+            {"largest_gain", n.largest_gain}};
 }
 Json json(const BoundaryReport& b) {
     Json j{{"surface_edges", b.surface_edges},

@@ -187,10 +187,10 @@ std::string boundary_rows(const Report& report) {
                   fmt::format("{}, {}, {}", grouped(b.surface_edges), grouped(b.ridge_edges), grouped(b.corners)));
     if (b.cad) text += cad_rows(*b.cad);
     if (b.nodes)
-        text += table_row("boundary nodes by " + b.nodes->by,
-                          fmt::format("{} of {}, fell back {}, mean gain {:.4g}", grouped(b.nodes->placed),
-                                      grouped(b.nodes->edges),
-                                      grouped(b.nodes->off + b.nodes->far + b.nodes->elements), b.nodes->mean_gain));
+        text += table_row(
+            "boundary nodes by " + b.nodes->by,
+            fmt::format("{} of {}, fell back {}, mean gain {:.4g}", grouped(b.nodes->placed), grouped(b.nodes->edges),
+                        grouped(b.nodes->off + b.nodes->far + b.nodes->elements), b.nodes->mean_gain));
     if (b.straight_distance && b.curved_distance)
         text +=
             table_row(name_distance(report), join_before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));

@@ -51,8 +51,8 @@ Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Bou
 
 template <int D>
 bool is_prescribed(const LinearMesh<D>& mesh, const Boundary<D>& boundary, std::span<const FacetId> facets) {
-    return std::ranges::any_of(
-        facets, [&](FacetId f) { return boundary.geometry->prescribes(mesh.facets.references[f]); });
+    return std::ranges::any_of(facets,
+                               [&](FacetId f) { return boundary.geometry->prescribes(mesh.facets.references[f]); });
 }
 
 /// The same of a mesh that was read with its curves: boundary nodes where they are, but for edges on prescribed
@@ -119,15 +119,24 @@ Outcome<CurveInput<D>> placed_input(const Quadratic<D>& at, const Boundary<D>& b
         for (std::size_t e = 0; e < kinds.size(); ++e)
             if (!is_prescribed<D>(at.mesh.linear, boundary, (*around)[e])) kinds[e] = EdgeKind::fixed;
     }
-    const auto placed = placed_nodes(at.mesh, Column<EdgeKind>(std::move(kinds)), input.base, input.shells,
-                                     boundary.features, boundary.geometry, field, edge_options(options), options, execution);
+    const auto placed =
+        placed_nodes(at.mesh, Column<EdgeKind>(std::move(kinds)), input.base, input.shells, boundary.features,
+                     boundary.geometry, field, edge_options(options), options, execution);
     if (!placed) return fail(placed.error());
     Buffer<LagrangeNode<D>> nodes(placed->size());
     for (std::size_t e = 0; e < nodes.size(); ++e) nodes[e] = (*placed)[e].node;
     input.base = std::move(nodes);
     const PlacementStatistics s = placement_statistics<D>(*placed);
-    input.placed = {std::string(word_of(options.boundary_nodes)), s.edges, s.placed,   s.best,     s.off,
-                    s.far,                                        s.elements, s.walked, s.lessened, s.mean_gain,
+    input.placed = {std::string(word_of(options.boundary_nodes)),
+                    s.edges,
+                    s.placed,
+                    s.best,
+                    s.off,
+                    s.far,
+                    s.elements,
+                    s.walked,
+                    s.lessened,
+                    s.mean_gain,
                     s.largest_gain};
     return input;
 }
@@ -146,12 +155,12 @@ Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> inpu
     return input;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                  \
-    template Outcome<CurveInput<D>> curve_input<D>(const Quadratic<D>&, const Boundary<D>&, const Execution&); \
-    template Outcome<CurveInput<D>> extended_input<D>(const Quadratic<D>&, CurveInput<D>, const Execution&);   \
-    template Outcome<CurveInput<D>> placed_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,    \
+#define CAMBER_INSTANTIATE(D)                                                                                    \
+    template Outcome<CurveInput<D>> curve_input<D>(const Quadratic<D>&, const Boundary<D>&, const Execution&);   \
+    template Outcome<CurveInput<D>> extended_input<D>(const Quadratic<D>&, CurveInput<D>, const Execution&);     \
+    template Outcome<CurveInput<D>> placed_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,      \
                                                     const BackMesh<D>&, const config::Curve&, const Execution&); \
-    template Outcome<CurveInput<D>> slid_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,      \
+    template Outcome<CurveInput<D>> slid_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,        \
                                                   const BackMesh<D>&, const CurveOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

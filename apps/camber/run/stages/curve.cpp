@@ -166,9 +166,9 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
         const Boundary<D> around = *boundary;
         const auto find = [&](const Execution& e) -> Outcome<Found<D>> {
             const double of_slides = options.boundary_nodes != BoundaryNodeAim::projection ? 0.5
-                                     : edges.aim != CurvingAim::accuracy      ? 0
-                                     : edges.measured == MeasuredEdges::all ? 0.05
-                                                                            : 0.26;
+                                     : edges.aim != CurvingAim::accuracy                   ? 0
+                                     : edges.measured == MeasuredEdges::all                ? 0.05
+                                                                                           : 0.26;
             auto moved = moved_input(run, around, std::move(*input), *run.field(), options, part_of(e, 0, of_slides));
             if (!moved) return fail(moved.error());
             *input = std::move(*moved);
@@ -182,8 +182,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
 
 template <int D>
 Outcome<CurveInput<D>> moved_input(Runner<D>& run, const Boundary<D>& boundary, CurveInput<D> input,
-                                   const BackMesh<D>& field, const config::Curve& options,
-                                   const Execution& execution) {
+                                   const BackMesh<D>& field, const config::Curve& options, const Execution& execution) {
     const bool is_placed = options.boundary_nodes != BoundaryNodeAim::projection;
     auto moved = placed_input(run.quadratic(), boundary, std::move(input), field, options,
                               is_placed ? part_of(execution, 0, 0.8) : without_progress(execution));
@@ -195,12 +194,12 @@ Outcome<CurveInput<D>> moved_input(Runner<D>& run, const Boundary<D>& boundary, 
                       is_placed ? part_of(execution, 0.8, 1) : execution);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                               \
-    template CurveReport curve_report<D>(const QuadraticMesh<D>&, const Curved<D>&);                        \
-    template void tell_curve<D>(Runner<D>&, CurveReport, double);                                           \
-    template Outcome<CurveInput<D>> begin_curving<D>(Runner<D>&, const Boundary<D>&, const config::Curve&); \
-    template Outcome<CurveInput<D>> moved_input<D>(Runner<D>&, const Boundary<D>&, CurveInput<D>,           \
-                                                   const BackMesh<D>&, const config::Curve&, const Execution&); \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template CurveReport curve_report<D>(const QuadraticMesh<D>&, const Curved<D>&);                                  \
+    template void tell_curve<D>(Runner<D>&, CurveReport, double);                                                     \
+    template Outcome<CurveInput<D>> begin_curving<D>(Runner<D>&, const Boundary<D>&, const config::Curve&);           \
+    template Outcome<CurveInput<D>> moved_input<D>(Runner<D>&, const Boundary<D>&, CurveInput<D>, const BackMesh<D>&, \
+                                                   const config::Curve&, const Execution&);                           \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Curve&);
 
 CAMBER_INSTANTIATE(2)
