@@ -21,7 +21,7 @@ namespace {
 constexpr double least_gain = 1e-6;        // a length that falls by less is the same
 constexpr double least_relief = 0.01;      // a distance that falls by less is
 constexpr double no_distance = 1e-10;      // of the chord
-constexpr double share_of_sagitta = 0.05;  // a distance that is always allowed
+constexpr double distance_growth = 2;  // by length: of the distance with the projected middle, is allowed
 constexpr int most_halvings = 6;
 
 /// Energy or length, as SheetSearch asks for it.
@@ -35,10 +35,11 @@ struct InMetric {
 };
 
 /// ∫ r² dt, r = l(t) − foot. A foot's own motion is across r, so ∂r²/∂P = 2 · 4t(1−t) r, and the Gauss–Newton Hessian
-/// is Σ 2 (4t(1−t))² n nᵀ, of a curve with all that is across it for n nᵀ.
+/// is Σ 2 (4t(1−t))² n nᵀ; of a curve with all that is across it for n nᵀ. The node goes along its edge alone: to the
+/// sides the distance of the edge hardly changes, and that of the facets beside it grows.
 template <int D>
 struct FromSheet {
-    static constexpr double damping = 0.01;  // a node may be free to go across without a change of the distance
+    static constexpr double damping = 0.01;
     const EdgeSheet<D>* sheet;
     const SheetPlace<D>* near;
     const Quadrature* rule;
@@ -56,6 +57,7 @@ struct FromSheet {
     [[nodiscard]] ObjectiveSample<D> evaluate(const Vec<D>& node) const {
         const QuadraticEdge<D> edge{p20, {node}, p02};
         const bool is_curve = sheet->kind() == EdgeSheet<D>::Kind::curve;
+        const Vec<D>& along = near->tangents[0];
         ObjectiveSample<D> sum;
         for (std::size_t i = 0; i < rule->size(); ++i) {
             const double t = rule->t[i], c = 4 * t * (1 - t), w = rule->w[i];
@@ -71,6 +73,7 @@ struct FromSheet {
                     sum.hessian(k, l) += 2 * w * c * c * (is_curve ? (k == l ? 1 : 0) - square : square);
                 }
         }
+        sum.gradient = dot(sum.gradient, along) * along;
         return sum;
     }
 };
@@ -185,7 +188,7 @@ class NodeSearch {
         if (sheet_.kind() == EdgeSheet<D>::Kind::plane) return 1e-12 * norm(reach_.chord);
         if (!by_length()) return farthest(start_);
         const double sagitta = distance(start_.point, reach_.middle);
-        return std::max(placing_.distance_growth * farthest(start_), share_of_sagitta * sagitta);
+        return std::max(distance_growth * farthest(start_), placing_.distance_share * sagitta);
     }
 
     const EdgeSheet<D>& sheet_;

@@ -26,9 +26,9 @@ enum class BoundaryNodeAim : std::uint8_t {
 
 struct PlacementOptions {
     BoundaryNodeAim boundary_nodes = BoundaryNodeAim::projection;
-    /// By length: the edge's largest distance from the geometry may grow to this many times that of the projected
-    /// middle, or to a twentieth of its sagitta, whatever is more.
-    double distance_growth = 2;
+    /// By length: the edge's largest distance from the geometry may grow to this share of its sagitta (or to twice that
+    /// with the projected middle, whatever is more).
+    double distance_share = 0.02;
 
     [[nodiscard]] static constexpr auto options() {
         using S = PlacementOptions;
@@ -38,10 +38,11 @@ struct PlacementOptions {
                 "where nodes of boundary edges go: projection, the middle projected onto the geometry; length, on the "
                 "geometry where the edge is shortest in the metric; accuracy, on the geometry where the edge is "
                 "nearest to it. Where no better place is found it is the projection"),
-            option("distance_growth", &S::distance_growth,
-                   "length only: how far an edge of the boundary may be from the geometry, as a multiple of what it is "
-                   "with the middle projected (a twentieth of its sagitta is always allowed)")
-                .at_least(1));
+            option("distance_share", &S::distance_share,
+                   "boundary_nodes length only: how far from the geometry edges may be for it, as a share of how far "
+                   "they are straight; twice what they are with the middle projected is always allowed")
+                .at_least(0)
+                .at_most(1));
     }
     friend bool operator==(const PlacementOptions&, const PlacementOptions&) = default;
 };

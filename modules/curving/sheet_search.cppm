@@ -19,7 +19,7 @@ namespace camber {
 template <int D>
 struct Reach {
     static constexpr double most = 0.3;          ///< of the chord
-    static constexpr double to_the_ridge = 0.4;  ///< of the height of a facet whose corner is on one
+    static constexpr double to_the_ridge = 0.4;  ///< of the way to the corner that is on one, across the edge
 
     Vec<D> origin, middle, chord;
     double max_shift = 0;          ///< along the chord, of the chord
@@ -31,7 +31,7 @@ struct Reach {
         if (!(norm_squared(offset) <= most * most * squared)) return false;
         if (!(std::abs(dot(p - middle, chord)) <= max_shift * squared)) return false;
         return std::ranges::all_of(thin, [&](const Vec<D>& corner) {
-            const Vec<D> to = corner - middle;
+            const Vec<D> to = corner - origin;
             const Vec<D> height = to - dot(to, chord) / squared * chord;
             return dot(offset, height) <= to_the_ridge * norm_squared(height);
         });
