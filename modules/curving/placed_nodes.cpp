@@ -322,6 +322,7 @@ Outcome<Buffer<PlacedNode<D>>> placed_nodes(const QuadraticMesh<D>& mesh, const 
 template <int D>
 PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes) {
     PlacementStatistics s;
+    double before = 0, after = 0;
     for (const PlacedNode<D>& node : nodes) {
         if (node.fate == NodeFate::held) continue;
         ++s.edges;
@@ -333,10 +334,11 @@ PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes) {
         s.walked += node.has_walked;
         s.lessened += node.is_lessened;
         const double gain = node.fate == NodeFate::placed && node.after > 0 ? node.before / node.after - 1 : 0;
-        s.mean_gain += gain;
+        before += node.before;
+        after += node.after;
         s.largest_gain = std::max(s.largest_gain, gain);
     }
-    if (s.edges > 0) s.mean_gain /= static_cast<double>(s.edges);
+    if (after > 0) s.mean_gain = before / after - 1;
     return s;
 }
 

@@ -115,6 +115,34 @@ class Geometry(unittest.TestCase):
         self.assertEqual(named, 1 + max(range(len(points)), key=lambda v: abs(
             np.linalg.norm(points[v] - [40, 0, 0]) - 5) if v + 1 in on_sphere else -1))
 
+    def test_boundary_nodes_by_length_and_accuracy(self):
+        """On the surfaces, alike for any threads, told of, and required ones where they were."""
+        both = {"analytic": [sphere(5), sphere(1, [INNER])]}
+        for shape in SHAPES:
+            for by in ("length", "accuracy"):
+                with self.subTest(shape=shape, by=by):
+                    self.config(shape, both, mesh="placed.meshb", report="placed.json")
+                    written = []
+                    for threads in ("1", "3"):
+                        self.camber("run", "run.json", "--threads", threads, "--set", f"stages/curve/boundary_nodes={by}")
+                        written.append((self.folder.path / "placed.meshb").read_bytes())
+                    self.assertEqual(*written)
+                    self.assertLess(self.off_sphere("placed.meshb", OUTER, 5), 1e-12)
+                    self.assertLess(self.off_sphere("placed.meshb", INNER, 1), 1e-12)
+                    told = report_of(self.folder.path / "placed.json")["boundary"]["nodes"]
+                    self.assertEqual(told["by"], by)
+                    self.assertEqual(told["edges"], sum(told[k] for k in ("placed", "best", "off", "far", "elements")))
+                    self.assertGreater(told["placed"], 0)
+                    self.assertGreater(told["mean_gain"], 0)
+                    self.assertEqual(told["off"], 0)
+
+    def test_no_length_without_a_metric(self):
+        self.config("shell", "surrogate")
+        done = self.folder.camber("run", "run.json", "--set", "stages/curve/boundary_nodes=length",
+                                  "--set", "stages/curve/objective=shape")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("no metric", done.stderr)
+
 
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], *sys.argv[2:]])

@@ -107,38 +107,54 @@ Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& bou
     return input;
 }
 
+namespace {
+
+/// Edges of a mesh that was read with its curves stay, but for those on prescribed surfaces.
+template <int D>
+Outcome<Column<EdgeKind>> may_move(const Quadratic<D>& at, const Boundary<D>& boundary, const Column<EdgeKind>& kinds,
+                                   const Execution& execution) {
+    if (at.nodes != NodesOf::file) return kinds;
+    const auto around = facet_shells(at.mesh.edges, without_progress(execution));
+    if (!around) return fail(around.error());
+    Buffer<EdgeKind> held(kinds.begin(), kinds.end());
+    for (std::size_t e = 0; e < held.size(); ++e)
+        if (!is_prescribed<D>(at.mesh.linear, boundary, (*around)[e])) held[e] = EdgeKind::fixed;
+    return Column<EdgeKind>(std::move(held));
+}
+
+BoundaryNodesReport nodes_report(BoundaryNodeAim aim, const PlacementStatistics& s) {
+    return {std::string(word_of(aim)),
+            s.edges,
+            s.placed,
+            s.best,
+            s.off,
+            s.far,
+            s.elements,
+            s.walked,
+            s.lessened,
+            s.mean_gain,
+            s.largest_gain};
+}
+
+}  // namespace
+
 template <int D>
 Outcome<CurveInput<D>> placed_input(const Quadratic<D>& at, const Boundary<D>& boundary, CurveInput<D> input,
                                     const BackMesh<D>& field, const config::Curve& options,
                                     const Execution& execution) {
     if (options.boundary_nodes == BoundaryNodeAim::projection) return input;
-    Buffer<EdgeKind> kinds(input.kinds.begin(), input.kinds.end());
-    if (at.nodes == NodesOf::file) {
-        const auto around = facet_shells(at.mesh.edges, without_progress(execution));
-        if (!around) return fail(around.error());
-        for (std::size_t e = 0; e < kinds.size(); ++e)
-            if (!is_prescribed<D>(at.mesh.linear, boundary, (*around)[e])) kinds[e] = EdgeKind::fixed;
-    }
-    const auto placed =
-        placed_nodes(at.mesh, Column<EdgeKind>(std::move(kinds)), input.base, input.shells, boundary.features,
-                     boundary.geometry, field, edge_options(options), options, execution);
-    if (!placed) return fail(placed.error());
-    Buffer<LagrangeNode<D>> nodes(placed->size());
-    for (std::size_t e = 0; e < nodes.size(); ++e) nodes[e] = (*placed)[e].node;
-    input.base = std::move(nodes);
-    const PlacementStatistics s = placement_statistics<D>(*placed);
-    input.placed = {std::string(word_of(options.boundary_nodes)),
-                    s.edges,
-                    s.placed,
-                    s.best,
-                    s.off,
-                    s.far,
-                    s.elements,
-                    s.walked,
-                    s.lessened,
-                    s.mean_gain,
-                    s.largest_gain};
-    return input;
+    return guarded([&]() -> Outcome<CurveInput<D>> {
+        auto kinds = may_move(at, boundary, input.kinds, execution);
+        if (!kinds) return fail(kinds.error());
+        const auto placed = placed_nodes(at.mesh, *kinds, input.base, input.shells, boundary.features,
+                                         boundary.geometry, field, edge_options(options), options, execution);
+        if (!placed) return fail(placed.error());
+        Buffer<LagrangeNode<D>> nodes(placed->size());
+        for (std::size_t e = 0; e < nodes.size(); ++e) nodes[e] = (*placed)[e].node;
+        input.base = std::move(nodes);
+        input.placed = nodes_report(options.boundary_nodes, placement_statistics<D>(*placed));
+        return std::move(input);
+    });
 }
 
 template <int D>
