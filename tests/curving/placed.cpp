@@ -269,7 +269,8 @@ TEST_CASE("on a thin patch nodes do not go to its ridges") {
                              field_of<3>(6, [=](const Vec<3>& p) { return isotropic<3>(slope * p[2]); }),
                              edge_at(a, b, at(m, 0.02), at(m, -0.02))};
         const std::array<Vec<3>, 2> thin{at(m, 0.02), at(m, -0.02)};
-        const auto free = asked.placed(by_length_at_any_distance), held = asked.placed(by_length_at_any_distance, {}, thin);
+        const auto free = asked.placed(by_length_at_any_distance),
+                   held = asked.placed(by_length_at_any_distance, {}, thin);
         CHECK(std::abs(free.node.point[2]) > 0.008);
         CHECK(std::abs(held.node.point[2]) < 0.0081);
         CHECK(held.after <= held.before);
@@ -284,7 +285,8 @@ TEST_CASE("a node on a ridge stays on both surfaces") {
         const double wide = dice.uniform(0.1, 0.6), rise = dice.uniform(-3, 3);
         const auto at = [&](double angle) { return Vec<3>{{r * std::cos(angle), r * std::sin(angle), z}}; };
         const Vec<3> p = at(from), q = at(from + wide), inside{{0, 0, z}}, pole{{0, 0, z < 0 ? 1.0 : -1.0}};
-        const EdgeSite<3> site{{}, EdgeKind::ridge, {p, q}, {{{}, 1, {p, q, normalised(p + q + pole)}}, {{}, 2, {q, p, inside}}}};
+        const EdgeSite<3> site{
+            {}, EdgeKind::ridge, {p, q}, {{{}, 1, {p, q, normalised(p + q + pole)}}, {{}, 2, {q, p, inside}}}};
         const Asked<3> asked{
             Geometry<3>(AnalyticGeometry<3>{{{1, Sphere<3>{{}, 1}}, {2, Plane<3>{{{0, 0, z}}, {{0, 0, 1}}}}}}),
             field_of<3>(6, [&](const Vec<3>& x) { return isotropic<3>(rise * x[0]); }), site};

@@ -132,8 +132,10 @@ class Geometry(unittest.TestCase):
                     told = report_of(self.folder.path / "placed.json")["boundary"]["nodes"]
                     self.assertEqual(told["by"], by)
                     self.assertEqual(told["edges"], sum(told[k] for k in ("placed", "best", "off", "far", "elements")))
-                    self.assertGreater(told["placed"], 0)
-                    self.assertGreater(told["mean_gain"], 0)
+                    # Of a circle the projected middle is the nearest already.
+                    if by == "length":
+                        self.assertGreater(told["placed"], 0)
+                        self.assertGreater(told["mean_gain"], 0)
                     self.assertEqual(told["off"], 0)
 
     def test_no_length_without_a_metric(self):
