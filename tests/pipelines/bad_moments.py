@@ -84,8 +84,8 @@ def with_ever_more_memory(folder, threads="1"):
         if done.returncode == 0 and last:
             os.remove(folder.path / "out.mesh")
             return last
-        if "shared librar" in done.stderr or done.returncode < 0 and not done.stderr:
-            continue    # not even the program itself fits
+        if re.search("shared librar|libgomp: ", done.stderr) or done.returncode < 0 and not done.stderr:
+            continue    # not even the program itself fits, or what its libraries begin with
         if done.returncode != 4 or len(done.stderr.splitlines()) != 1 or folder.files() != ["run.json"]:
             return done
         if "not enough memory" in done.stderr:

@@ -35,7 +35,7 @@ namespace {
 struct Surface {
     Handle(Geom_Surface) geometry;
     GeomAdaptor_Surface kind;
-    std::unique_ptr<BRepTopAdaptor_FClass2d> domain;  ///< none: the rectangle of the parameters
+    std::unique_ptr<BRepTopAdaptor_FClass2d> domain;                     ///< none: the rectangle of the parameters
     std::unique_ptr<std::mutex> asked = std::make_unique<std::mutex>();  ///< one thread at a time may ask for it
 };
 
