@@ -31,8 +31,9 @@ TEST_CASE("unknown keys are refused with their path and the nearest known key") 
     CHECK(error_with(R"("outptu": {})") == "config.json: /outptu: unknown key (did you mean \"output\"?)");
     CHECK(error_with(R"("stages": [{"relaxx": {}}])") ==
           "config.json: /stages/0/relaxx: unknown key (did you mean \"relax\"?)");
-    CHECK(error_with(R"("output": {"qqqqqqqqq": 1})") ==
-          "config.json: /output/qqqqqqqqq: unknown key (known: mesh, report, vtu, vtu_cells, metric, plots, distances)");
+    CHECK(
+        error_with(R"("output": {"qqqqqqqqq": 1})") ==
+        "config.json: /output/qqqqqqqqq: unknown key (known: mesh, report, vtu, vtu_cells, metric, plots, distances)");
     CHECK(error_with(R"("metric": "naturl")") ==
           "config.json: /metric: unknown word \"naturl\" (did you mean \"natural\"?)");
     CHECK(error_with(R"("output": {"$schema": "only at the top"})")

@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -40,18 +41,37 @@ std::vector<double> of_measured(std::span<const double> values, const Column<dou
     return kept;
 }
 
-class Counter {
+/// Series that are to be counted: each is a loop of its own, so that all of them go side by side.
+class Counting {
   public:
-    void count(Quantity quantity, std::string name, std::span<const double> values) {
-        if (histograms_.empty() || histograms_.back().quantity != quantity)
-            histograms_.push_back({quantity, limits_of(quantity), {}});
-        Histogram& h = histograms_.back();
-        h.series.push_back(counted(std::move(name), h.limits, values));
+    void add(Quantity quantity, std::string name, std::function<std::vector<double>()> values) {
+        jobs_.push_back({quantity, std::move(name), std::move(values)});
     }
-    [[nodiscard]] std::vector<Histogram> take() && { return std::move(histograms_); }
+    [[nodiscard]] Outcome<std::vector<Histogram>> run(const Execution& execution) const {
+        auto series = map_each(
+            execution, jobs_.size(),
+            [&](std::size_t i) {
+                const auto& [quantity, name, values] = jobs_[i];
+                return counted(name, limits_of(quantity), values());
+            },
+            1);
+        if (!series) return fail(series.error());
+        std::vector<Histogram> histograms;
+        for (std::size_t i = 0; i < jobs_.size(); ++i) {
+            if (histograms.empty() || histograms.back().quantity != jobs_[i].quantity)
+                histograms.push_back({jobs_[i].quantity, limits_of(jobs_[i].quantity), {}});
+            histograms.back().series.push_back(std::move((*series)[i]));
+        }
+        return histograms;
+    }
 
   private:
-    std::vector<Histogram> histograms_;
+    struct Job {
+        Quantity quantity;
+        std::string name;
+        std::function<std::vector<double>()> values;
+    };
+    std::vector<Job> jobs_;
 };
 
 template <int D>
@@ -107,25 +127,29 @@ EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
 
 namespace {
 
+/// What is counted is referred to until it is.
 template <int D>
-void count_edges(Counter& counter, const QuadraticMesh<D>& mesh, const Curved<D>& curved, const Proposal<D>& in_the_end,
-                 const EdgeLengths& lengths) {
-    const auto& [proposal, straight, before, statistics] = curved;
-    const auto& [chords, after] = lengths;
-    const auto count_measured = [&](Quantity quantity, const char* name, std::span<const double> values) {
-        counter.count(quantity, name, of_measured(values, straight));
+void count_edges(Counting& counting, const QuadraticMesh<D>& mesh, const Curved<D>& curved,
+                 const Proposal<D>& in_the_end, const EdgeLengths& lengths) {
+    const auto gains = [&counting, &curved](const char* name, const Column<double>& chords, const Column<double>& now) {
+        counting.add(Quantity::length_gain, name,
+                     [&] { return of_measured(length_gains(chords, now), curved.straight_lengths); });
     };
-    const auto count_all = [&](Quantity quantity, const char* name, const Proposal<D>& seen) {
-        const auto values = curvatures<D>(apply_proposal(mesh, seen), seen.mid_nodes.view());
-        counter.count(quantity, name, of_volume(values, in_the_end.kinds));
+    const auto known = [&counting, &curved](const char* name, const Column<double>& values) {
+        counting.add(Quantity::length, name, [&] { return of_measured(values.view(), curved.straight_lengths); });
     };
-    count_measured(Quantity::length_gain, "before", length_gains(straight, before));
-    count_measured(Quantity::length_gain, "after", length_gains(chords, after));
-    count_measured(Quantity::length, "straight", straight.view());
-    count_measured(Quantity::length, "before", before.view());
-    count_measured(Quantity::length, "after", after.view());
-    count_all(Quantity::curvature, "before", proposal);
-    count_all(Quantity::curvature, "after", in_the_end);
+    const auto bent = [&counting, &mesh, &in_the_end](const char* name, const Proposal<D>& seen) {
+        counting.add(Quantity::curvature, name, [&] {
+            return of_volume(curvatures<D>(apply_proposal(mesh, seen), seen.mid_nodes.view()), in_the_end.kinds);
+        });
+    };
+    gains("before", curved.straight_lengths, curved.lengths);
+    gains("after", lengths.straight, lengths.curved);
+    known("straight", curved.straight_lengths);
+    known("before", curved.lengths);
+    known("after", lengths.curved);
+    bent("before", curved.proposal);
+    bent("after", in_the_end);
 }
 
 /// The verdicts before any correction; null when nothing was judged.
@@ -139,26 +163,27 @@ const Validation<D>* first_of(const History<D>& history) {
 }  // namespace
 
 template <int D>
-std::vector<Histogram> run_histograms(const Quadratic<D>& end, const std::optional<EdgeLengths>& lengths,
-                                      const History<D>& history) {
-    Counter counter;
+Outcome<std::vector<Histogram>> run_histograms(const Quadratic<D>& end, const std::optional<EdgeLengths>& lengths,
+                                               const History<D>& history, const Execution& execution) {
+    Counting counting;
     const Plan<D>* const plan = end.planned();
     if (plan && plan->wanted() && lengths)
-        count_edges(counter, end.mesh, plan->wanted()->curved, plan->proposal(), *lengths);
+        count_edges(counting, end.mesh, plan->wanted()->curved, plan->proposal(), *lengths);
     if (const Validation<D>* validation = end.validation()) {
         const Validation<D>* const first = first_of(history);
-        if (plan && first) counter.count(Quantity::scaled_jacobian, "before", jacobians(*first));
-        counter.count(Quantity::scaled_jacobian, plan ? "after" : "count", jacobians(*validation));
+        if (plan && first) counting.add(Quantity::scaled_jacobian, "before", [first] { return jacobians(*first); });
+        counting.add(Quantity::scaled_jacobian, plan ? "after" : "count",
+                     [validation] { return jacobians(*validation); });
     }
-    return std::move(counter).take();
+    return counting.run(execution);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                 \
-    template std::vector<double> curvatures<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>);    \
-    template EdgeReport edge_report<D>(const QuadraticMesh<D>&, const Proposal<D>&, const Column<double>&,    \
-                                       const Column<double>&);                                                \
-    template std::vector<Histogram> run_histograms<D>(const Quadratic<D>&, const std::optional<EdgeLengths>&, \
-                                                      const History<D>&);
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template std::vector<double> curvatures<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>);             \
+    template EdgeReport edge_report<D>(const QuadraticMesh<D>&, const Proposal<D>&, const Column<double>&,             \
+                                       const Column<double>&);                                                         \
+    template Outcome<std::vector<Histogram>> run_histograms<D>(const Quadratic<D>&, const std::optional<EdgeLengths>&, \
+                                                               const History<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -32,9 +32,10 @@ template <int D>
 /// Of a run's end: gains, lengths and curvatures of the volume edges (where there are `lengths`, after correction),
 /// scaled Jacobians of the elements, "before" (as `curve` left them) and "after" (in the end); lengths also
 /// "straight". Without `curve` the Jacobians alone, as "count". Only what is known: no entry for a quantity that was
-/// not measured.
+/// not measured. Errors: memory, stopped.
 template <int D>
-[[nodiscard]] std::vector<Histogram> run_histograms(const Quadratic<D>& end, const std::optional<EdgeLengths>& lengths,
-                                                    const History<D>& history);
+[[nodiscard]] Outcome<std::vector<Histogram>> run_histograms(const Quadratic<D>& end,
+                                                             const std::optional<EdgeLengths>& lengths,
+                                                             const History<D>& history, const Execution& execution);
 
 }  // namespace camber::run

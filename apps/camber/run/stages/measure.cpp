@@ -152,7 +152,9 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
             }
         }
     }
-    measured.report.histograms = run_histograms(end, measured.lengths, history);
+    auto histograms = run_histograms(end, measured.lengths, history, without_progress(execution));
+    if (!histograms) return fail(histograms.error());
+    measured.report.histograms = std::move(*histograms);
     return measured;
 }
 
