@@ -1,6 +1,12 @@
 module;
 #include <cstddef>
 #include <cstdint>
+
+// With CAMBER_BASELINE_INSTRUCTIONS a build has the baseline's kernels alone: sanitizers take minutes for each copy of a
+// large one.
+#if defined(__x86_64__) && !defined(CAMBER_BASELINE_INSTRUCTIONS)
+#define CAMBER_WIDER_INSTRUCTIONS
+#endif
 export module camber.core:pack;
 
 /// Kernels over packs: eight numbers that go through the same operations, in whatever registers the processor has. A
@@ -100,9 +106,9 @@ enum class Instructions : std::uint8_t {
 };
 inline constexpr int instruction_sets = 3;
 
-/// Whether this processor has them.
+/// Whether this processor has them, and this build kernels for them.
 [[nodiscard]] inline bool has(Instructions set) {
-#if defined(__x86_64__)
+#ifdef CAMBER_WIDER_INSTRUCTIONS
     switch (set) {
         case Instructions::avx512: return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
         case Instructions::avx2: return __builtin_cpu_supports("avx2") != 0;
@@ -119,7 +125,7 @@ inline constexpr int instruction_sets = 3;
     return widest;
 }
 
-#if defined(__x86_64__)
+#ifdef CAMBER_WIDER_INSTRUCTIONS
 template <class Kernel>
 [[gnu::target("avx512f,avx512dq")]] void with_avx512(const Kernel& kernel) {
     kernel();
@@ -132,8 +138,8 @@ template <class Kernel>
 
 /// kernel(), compiled for that set; kernel: `[&]() __attribute__((always_inline)) { … }`. The processor must have it.
 template <class Kernel>
-void with_instructions(Instructions set, const Kernel& kernel) {
-#if defined(__x86_64__)
+void with_instructions([[maybe_unused]] Instructions set, const Kernel& kernel) {
+#ifdef CAMBER_WIDER_INSTRUCTIONS
     if (set == Instructions::avx512) return with_avx512(kernel);
     if (set == Instructions::avx2) return with_avx2(kernel);
 #endif

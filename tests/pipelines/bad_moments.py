@@ -14,6 +14,8 @@ import time
 
 from program import CAMBER
 
+LOADER_FAILED = 127  # what ld.so ends with, in words that depend on what it lacked
+
 
 def box_config(cells):
     """A generated box of 6 cells³ tetrahedra."""
@@ -84,7 +86,7 @@ def with_ever_more_memory(folder, threads="1"):
         if done.returncode == 0 and last:
             os.remove(folder.path / "out.mesh")
             return last
-        if re.search("shared librar|libgomp: ", done.stderr) or done.returncode < 0 and not done.stderr:
+        if done.returncode == LOADER_FAILED or "libgomp: " in done.stderr or done.returncode < 0 and not done.stderr:
             continue    # not even the program itself fits, or what its libraries begin with
         if done.returncode != 4 or len(done.stderr.splitlines()) != 1 or folder.files() != ["run.json"]:
             return done
