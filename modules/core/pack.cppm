@@ -2,8 +2,8 @@ module;
 #include <cstddef>
 #include <cstdint>
 
-// With CAMBER_BASELINE_INSTRUCTIONS a build has the baseline's kernels alone: sanitizers take minutes for each copy of a
-// large one.
+// With CAMBER_BASELINE_INSTRUCTIONS a build has the baseline's kernels alone: sanitizers take minutes for each copy of
+// a large one.
 #if defined(__x86_64__) && !defined(CAMBER_BASELINE_INSTRUCTIONS)
 #define CAMBER_WIDER_INSTRUCTIONS
 #endif
