@@ -4,6 +4,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <numbers>
 #include <numeric>
 #include <span>
@@ -34,16 +35,11 @@ class DisjointSets {
     std::vector<std::uint32_t> parent_;
 };
 
-/// Numbers the sets of the chosen members from 0 in the order of their lowest members; the rest get no_feature.
-template <class Chosen>
-std::pair<Buffer<std::uint32_t>, std::size_t> numbered(DisjointSets& sets, std::size_t n, Chosen&& chosen) {
+/// Numbers the sets from 0 in the order of their lowest members.
+std::pair<Buffer<std::uint32_t>, std::size_t> numbered(DisjointSets& sets, std::size_t n) {
     Buffer<std::uint32_t> numbers(n);
     std::size_t count = 0;
     for (std::uint32_t i = 0; i < n; ++i) {
-        if (!chosen(i)) {
-            numbers[i] = no_feature;
-            continue;
-        }
         const std::uint32_t root = sets.find(i);
         numbers[i] = root == i ? static_cast<std::uint32_t>(count++) : numbers[root];
     }
@@ -85,6 +81,20 @@ Vec<3> away_from_edge(const LinearMesh<3>& mesh, FacetId f, const std::array<Ver
     return {};
 }
 
+/// The edges that facets have, rising: all that is not found edge by edge looks at these alone.
+Outcome<std::vector<EdgeId>> edges_of_facets(const Incidence<FacetId>& shells, std::size_t edges,
+                                             const Execution& execution) {
+    return reduce_each(
+        execution, edges, std::vector<EdgeId>{},
+        [&](std::vector<EdgeId>& found, std::size_t e) {
+            if (!shells[e].empty()) found.push_back(EdgeId(e));
+        },
+        [](std::vector<EdgeId> found, const std::vector<EdgeId>& more) {
+            found.insert(found.end(), more.begin(), more.end());
+            return found;
+        });
+}
+
 /// How sharply the boundary turns at an edge.
 enum class Break : std::uint8_t { none, smooth, mild, sharp };
 
@@ -124,22 +134,23 @@ bool is_coarse(const EdgeSet<3>& edges, const Buffer<Break>& breaks, FacetId f) 
 }
 
 /// A mild edge that no other ridge meets at either end is no curve: it is a fold between thin triangles.
-void drop_lone_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Buffer<Break>& breaks,
-                     Buffer<EdgeKind>& kinds) {
+void drop_lone_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, std::span<const EdgeId> of_facets,
+                     const Buffer<Break>& breaks, Buffer<EdgeKind>& kinds) {
     std::vector<std::uint8_t> ridges(mesh.points.size(), 0);
-    for (std::size_t e = 0; e < edges.size(); ++e)
-        if (kinds[e] == EdgeKind::ridge)
+    for (const EdgeId e : of_facets)
+        if (kinds[e.index()] == EdgeKind::ridge)
             for (const VertexId v : edges.vertices[e]) ridges[v.index()] = ridges[v.index()] == 0 ? 1 : 2;
-    for (std::size_t e = 0; e < edges.size(); ++e) {
+    for (const EdgeId e : of_facets) {
         const auto& [a, b] = edges.vertices[e];
-        if (kinds[e] == EdgeKind::ridge && breaks[e] == Break::mild && ridges[a.index()] == 1 && ridges[b.index()] == 1)
-            kinds[e] = EdgeKind::surface;
+        if (kinds[e.index()] == EdgeKind::ridge && breaks[e.index()] == Break::mild && ridges[a.index()] == 1 &&
+            ridges[b.index()] == 1)
+            kinds[e.index()] = EdgeKind::surface;
     }
 }
 
 Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
-                                          const Incidence<FacetId>& shells, const TurnLimits& limits,
-                                          const Execution& execution) {
+                                          const Incidence<FacetId>& shells, std::span<const EdgeId> of_facets,
+                                          const TurnLimits& limits, const Execution& execution) {
     auto breaks = map_each(part_of(execution, 0, 0.8), edges.size(),
                            [&](std::size_t e) { return break_at(mesh, edges.vertices[e], shells[e], limits); });
     if (!breaks) return fail(breaks.error());
@@ -154,13 +165,13 @@ Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<3>& mesh, const EdgeS
         const bool coarse = is_coarse(edges, *breaks, shells[e][0]) || is_coarse(edges, *breaks, shells[e][1]);
         return coarse ? EdgeKind::surface : EdgeKind::ridge;
     });
-    if (kinds) drop_lone_edges(mesh, edges, *breaks, *kinds);
+    if (kinds) drop_lone_edges(mesh, edges, of_facets, *breaks, *kinds);
     return kinds;
 }
 
 Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<2>&, const EdgeSet<2>& edges,
-                                          const Incidence<FacetId>& shells, const TurnLimits&,
-                                          const Execution& execution) {
+                                          const Incidence<FacetId>& shells, std::span<const EdgeId>,
+                                          const TurnLimits&, const Execution& execution) {
     return map_each(execution, edges.size(),
                     [&](std::size_t e) { return shells[e].empty() ? EdgeKind::volume : EdgeKind::surface; });
 }
@@ -171,33 +182,31 @@ constexpr EdgeKind curve_kind = D == 3 ? EdgeKind::ridge : EdgeKind::surface;
 
 VertexId other_end(const std::array<VertexId, 2>& edge, VertexId v) { return edge[0] == v ? edge[1] : edge[0]; }
 
-/// Curve edges around each vertex: how many, and the first two.
+/// Curve edges around each vertex: how many, and the places of the first two in a list of them.
 struct CurveEdges {
     std::uint32_t count = 0;
-    std::array<EdgeId, 2> edges;
+    std::array<std::uint32_t, 2> places;
 };
 
 template <int D>
 std::vector<CurveEdges> curve_edges_of_vertices(std::size_t vertices, const EdgeSet<D>& edges,
-                                                const Buffer<EdgeKind>& kinds) {
+                                                std::span<const EdgeId> on_curves) {
     std::vector<CurveEdges> around(vertices);
-    for (std::size_t e = 0; e < edges.size(); ++e) {
-        if (kinds[e] != curve_kind<D>) continue;
-        for (const VertexId v : edges.vertices[e]) {
+    for (std::uint32_t place = 0; place < on_curves.size(); ++place)
+        for (const VertexId v : edges.vertices[on_curves[place]]) {
             auto& at = around[v.index()];
-            if (at.count < 2) at.edges[at.count] = EdgeId(e);
+            if (at.count < 2) at.places[at.count] = place;
             ++at.count;
         }
-    }
     return around;
 }
 
-/// Whether the facets of the vertex's two curve edges are of different references (2D).
-bool references_differ(const LinearMesh<2>& mesh, const Incidence<FacetId>& shells, const CurveEdges& around) {
+/// Whether the facets of these two edges are of different references (2D).
+bool references_differ(const LinearMesh<2>& mesh, const Incidence<FacetId>& shells, const std::array<EdgeId, 2>& pair) {
     const auto reference = [&](EdgeId e) { return mesh.facets.references[shells[e][0]]; };
-    return reference(around.edges[0]) != reference(around.edges[1]);
+    return reference(pair[0]) != reference(pair[1]);
 }
-bool references_differ(const LinearMesh<3>&, const Incidence<FacetId>&, const CurveEdges&) { return false; }
+bool references_differ(const LinearMesh<3>&, const Incidence<FacetId>&, const std::array<EdgeId, 2>&) { return false; }
 
 template <int D>
 std::vector<std::uint8_t> listed_corners(const LinearMesh<D>& mesh) {
@@ -210,65 +219,72 @@ std::vector<std::uint8_t> listed_corners(const LinearMesh<D>& mesh) {
 }
 
 template <int D>
-Buffer<VertexKind> find_vertex_kinds(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                     const Incidence<FacetId>& shells, const std::vector<CurveEdges>& around,
-                                     double cosine) {
-    Buffer<VertexKind> kinds(mesh.points.size());
-    std::fill(kinds.begin(), kinds.end(), VertexKind::volume);
+Outcome<Buffer<VertexKind>> find_vertex_kinds(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                              const Incidence<FacetId>& shells, std::span<const EdgeId> on_curves,
+                                              const std::vector<CurveEdges>& around, double cosine,
+                                              const Execution& execution) {
+    std::vector<std::uint8_t> on_facets(mesh.points.size(), 0);
     for (const auto& facet : mesh.facets.vertices)
-        for (const VertexId v : facet) kinds[v.index()] = VertexKind::surface;
+        for (const VertexId v : facet) on_facets[v.index()] = 1;
     const auto listed = listed_corners(mesh);
-    for (std::size_t v = 0; v < kinds.size(); ++v) {
+    return map_each(execution, mesh.points.size(), [&](std::size_t v) {
+        if (!on_facets[v]) return VertexKind::volume;
         const auto& at = around[v];
-        if (at.count == 0) {
-            if (listed[v] && kinds[v] == VertexKind::surface) kinds[v] = VertexKind::corner;
-            continue;
-        }
+        if (at.count == 0) return listed[v] ? VertexKind::corner : VertexKind::surface;
+        if (listed[v] || at.count != 2) return VertexKind::corner;
+        const std::array<EdgeId, 2> pair{on_curves[at.places[0]], on_curves[at.places[1]]};
         const auto from_vertex = [&](EdgeId e) {
             return mesh.points[other_end(edges.vertices[e], VertexId(v))] - mesh.points[v];
         };
-        const bool corner = listed[v] || at.count != 2 || references_differ(mesh, shells, at) ||
-                            turns(from_vertex(at.edges[0]), -from_vertex(at.edges[1]), cosine);
-        if (corner)
-            kinds[v] = VertexKind::corner;
-        else if (D == 3)
-            kinds[v] = VertexKind::ridge;
-    }
-    return kinds;
+        if (references_differ(mesh, shells, pair) || turns(from_vertex(pair[0]), -from_vertex(pair[1]), cosine))
+            return VertexKind::corner;
+        return D == 3 ? VertexKind::ridge : VertexKind::surface;
+    });
 }
 
-template <int D>
-DisjointSets chains(const std::vector<CurveEdges>& around, const Buffer<VertexKind>& kinds, std::size_t edges) {
-    DisjointSets sets(edges);
+/// Curve edges in chains between corners, by their places.
+DisjointSets chains(const std::vector<CurveEdges>& around, const Buffer<VertexKind>& kinds, std::size_t on_curves) {
+    DisjointSets sets(on_curves);
     for (std::size_t v = 0; v < around.size(); ++v)
         if (around[v].count == 2 && kinds[v] != VertexKind::corner)
-            sets.merge(around[v].edges[0].value, around[v].edges[1].value);
+            sets.merge(around[v].places[0], around[v].places[1]);
     return sets;
 }
 
-std::pair<Buffer<std::uint32_t>, std::size_t> find_patches(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+/// Of each edge: the number of its curve, or no_feature.
+Outcome<Buffer<std::uint32_t>> of_all_edges(std::span<const std::uint32_t> numbers, std::span<const EdgeId> on_curves,
+                                            std::size_t edges, const Execution& execution) {
+    auto curves = map_each(execution, edges, [](std::size_t) { return no_feature; });
+    for (std::size_t place = 0; curves && place < on_curves.size(); ++place)
+        (*curves)[on_curves[place].index()] = numbers[place];
+    return curves;
+}
+
+std::pair<Buffer<std::uint32_t>, std::size_t> find_patches(const LinearMesh<3>& mesh, const EdgeSet<3>&,
                                                            const Incidence<FacetId>& shells,
+                                                           std::span<const EdgeId> of_facets,
                                                            const Buffer<EdgeKind>& kinds,
                                                            const Buffer<std::uint32_t>&) {
     DisjointSets sets(mesh.facets.size());
-    for (std::size_t e = 0; e < edges.size(); ++e)
-        if (kinds[e] == EdgeKind::surface) sets.merge(shells[e][0].value, shells[e][1].value);
-    return numbered(sets, mesh.facets.size(), [](std::uint32_t) { return true; });
+    for (const EdgeId e : of_facets)
+        if (kinds[e.index()] == EdgeKind::surface) sets.merge(shells[e][0].value, shells[e][1].value);
+    return numbered(sets, mesh.facets.size());
 }
 
 /// In 2D a facet's patch is the curve of its edge, numbered anew in the order of the facets.
 std::pair<Buffer<std::uint32_t>, std::size_t> find_patches(const LinearMesh<2>& mesh, const EdgeSet<2>& edges,
-                                                           const Incidence<FacetId>& shells, const Buffer<EdgeKind>&,
+                                                           const Incidence<FacetId>& shells,
+                                                           std::span<const EdgeId> of_facets, const Buffer<EdgeKind>&,
                                                            const Buffer<std::uint32_t>& curves) {
     DisjointSets sets(mesh.facets.size());
     std::vector<std::uint32_t> first(edges.size(), no_feature);  // of each curve: its first facet
-    for (std::size_t e = 0; e < edges.size(); ++e)
+    for (const EdgeId e : of_facets)
         for (const FacetId f : shells[e]) {
-            auto& lead = first[curves[e]];
+            auto& lead = first[curves[e.index()]];
             if (lead == no_feature) lead = f.value;
             sets.merge(lead, f.value);
         }
-    return numbered(sets, mesh.facets.size(), [](std::uint32_t) { return true; });
+    return numbered(sets, mesh.facets.size());
 }
 
 template <int D>
@@ -282,35 +298,45 @@ template <int D>
 Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const FeatureOptions<D>& options,
                                    const Execution& execution) {
     if (!belongs(mesh, edges)) return fail(ErrorKind::internal, "the edge set is not of this mesh");
-    const auto shells = facet_shells(edges, part_of(execution, 0, 0.6));
+    const auto shells = facet_shells(edges, part_of(execution, 0, 0.5));
     if (!shells) return fail(shells.error());
+    const auto of_facets = edges_of_facets(*shells, edges.size(), part_of(execution, 0.5, 0.6));
+    if (!of_facets) return fail(of_facets.error());
     constexpr double sharp_share = 1.5;
     const double ridge_cosine = cosine_of(options.ridge_angle_degrees);
     const TurnLimits limits{ridge_cosine, cosine_of(std::fmin(180, sharp_share * options.ridge_angle_degrees))};
-    auto edge_kinds = find_edge_kinds(mesh, edges, *shells, limits, part_of(execution, 0.6, 0.8));
+    auto edge_kinds = find_edge_kinds(mesh, edges, *shells, *of_facets, limits, part_of(execution, 0.6, 0.8));
     if (!edge_kinds) return fail(edge_kinds.error());
+    const auto of_kind = [&](EdgeKind kind) { return [&, kind](EdgeId e) { return (*edge_kinds)[e.index()] == kind; }; };
+    const auto count_of = [&](EdgeKind kind) {
+        return static_cast<std::size_t>(std::count_if(of_facets->begin(), of_facets->end(), of_kind(kind)));
+    };
 
-    const auto around = curve_edges_of_vertices(mesh.points.size(), edges, *edge_kinds);
-    auto vertex_kinds = find_vertex_kinds(mesh, edges, *shells, around,
-                                          D == 2 ? ridge_cosine : cosine_of(options.corner_angle_degrees));
-    auto sets = chains<D>(around, vertex_kinds, edges.size());
-    auto [curves, curve_count] =
-        numbered(sets, edges.size(), [&](std::uint32_t e) { return (*edge_kinds)[e] == curve_kind<D>; });
-    auto [patches, patch_count] = find_patches(mesh, edges, *shells, *edge_kinds, curves);
+    std::vector<EdgeId> on_curves;
+    on_curves.reserve(count_of(curve_kind<D>));
+    std::copy_if(of_facets->begin(), of_facets->end(), std::back_inserter(on_curves), of_kind(curve_kind<D>));
+    const auto around = curve_edges_of_vertices(mesh.points.size(), edges, on_curves);
+    auto vertex_kinds = find_vertex_kinds(mesh, edges, *shells, on_curves, around,
+                                          D == 2 ? ridge_cosine : cosine_of(options.corner_angle_degrees),
+                                          part_of(execution, 0.8, 0.9));
+    if (!vertex_kinds) return fail(vertex_kinds.error());
+    auto sets = chains(around, *vertex_kinds, on_curves.size());
+    const auto [numbers, curve_count] = numbered(sets, on_curves.size());
+    auto curves = of_all_edges(numbers, on_curves, edges.size(), part_of(execution, 0.9, 1));
+    if (!curves) return fail(curves.error());
+    auto [patches, patch_count] = find_patches(mesh, edges, *shells, *of_facets, *edge_kinds, *curves);
 
     Features<D> features;
-    features.surface_edges =
-        static_cast<std::size_t>(std::count(edge_kinds->begin(), edge_kinds->end(), EdgeKind::surface));
-    features.ridge_edges =
-        static_cast<std::size_t>(std::count(edge_kinds->begin(), edge_kinds->end(), EdgeKind::ridge));
+    features.surface_edges = count_of(EdgeKind::surface);
+    features.ridge_edges = count_of(EdgeKind::ridge);
     features.corners =
-        static_cast<std::size_t>(std::count(vertex_kinds.begin(), vertex_kinds.end(), VertexKind::corner));
+        static_cast<std::size_t>(std::count(vertex_kinds->begin(), vertex_kinds->end(), VertexKind::corner));
     features.patch_count = patch_count;
     features.curve_count = curve_count;
     features.edge_kinds = std::move(*edge_kinds);
-    features.vertex_kinds = std::move(vertex_kinds);
+    features.vertex_kinds = std::move(*vertex_kinds);
     features.patches = std::move(patches);
-    features.curves = std::move(curves);
+    features.curves = std::move(*curves);
     return features;
 }
 
