@@ -170,8 +170,8 @@ Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<3>& mesh, const EdgeS
 }
 
 Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<2>&, const EdgeSet<2>& edges,
-                                          const Incidence<FacetId>& shells, std::span<const EdgeId>,
-                                          const TurnLimits&, const Execution& execution) {
+                                          const Incidence<FacetId>& shells, std::span<const EdgeId>, const TurnLimits&,
+                                          const Execution& execution) {
     return map_each(execution, edges.size(),
                     [&](std::size_t e) { return shells[e].empty() ? EdgeKind::volume : EdgeKind::surface; });
 }
@@ -307,7 +307,9 @@ Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     const TurnLimits limits{ridge_cosine, cosine_of(std::fmin(180, sharp_share * options.ridge_angle_degrees))};
     auto edge_kinds = find_edge_kinds(mesh, edges, *shells, *of_facets, limits, part_of(execution, 0.6, 0.8));
     if (!edge_kinds) return fail(edge_kinds.error());
-    const auto of_kind = [&](EdgeKind kind) { return [&, kind](EdgeId e) { return (*edge_kinds)[e.index()] == kind; }; };
+    const auto of_kind = [&](EdgeKind kind) {
+        return [&, kind](EdgeId e) { return (*edge_kinds)[e.index()] == kind; };
+    };
     const auto count_of = [&](EdgeKind kind) {
         return static_cast<std::size_t>(std::count_if(of_facets->begin(), of_facets->end(), of_kind(kind)));
     };
