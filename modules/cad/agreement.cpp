@@ -4,7 +4,10 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <optional>
+#include <span>
 #include <string>
+#include <utility>
 
 #include "occ/kernel.hpp"
 module camber.cad;
@@ -15,10 +18,13 @@ namespace camber {
 
 namespace {
 
-Box<3> boundary_of(const LinearMesh<3>& mesh) {
+/// The box of those facets of which `is_part(f)`.
+template <class IsPart>
+Box<3> box_of(const LinearMesh<3>& mesh, IsPart&& is_part) {
     Box<3> box;
-    for (const auto& facet : mesh.facets.vertices)
-        for (const VertexId v : facet) box.include(mesh.points[v]);
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f)
+        if (is_part(f))
+            for (const VertexId v : mesh.facets.vertices[f]) box.include(mesh.points[v]);
     return box;
 }
 
@@ -40,21 +46,66 @@ std::string text(const Box<3>& box) {
     return out.data();
 }
 
-/// What would bring the model to the mesh, as far as it is a matter of units.
-std::string remedy(const Box<3>& mesh, const Box<3>& model, const CadParts& parts) {
+/// The unit of the mesh in which it would agree with the model.
+std::optional<std::string> fitting_unit(const Box<3>& mesh, const Box<3>& model, const CadParts& parts) {
     const double here = parts.kernel->millimetres;  // of the unit in which the model is
     for (const auto& [unit, word] : words(CadUnit{})) {
         if (unit == CadUnit::file || millimetres_of(unit) == here) continue;
-        if (agree(mesh, model, here / millimetres_of(unit)))
-            return "the mesh is in " + std::string(word) + ": give that as the unit of the CAD model";
+        if (agree(mesh, model, here / millimetres_of(unit))) return std::string(word);
     }
+    return std::nullopt;
+}
+
+/// What would bring the model to the mesh, as far as it is a matter of units.
+std::string remedy(const Box<3>& mesh, const Box<3>& model, const CadParts& parts) {
+    if (const auto unit = fitting_unit(mesh, model, parts))
+        return "the mesh is in " + *unit + ": give that as the unit of the CAD model";
     return "give the CAD model of this mesh, in the mesh's place; if the file's unit is not the mesh's, say the mesh's";
 }
 
+constexpr const char* part = "the part of the mesh's boundary that is to lie on the CAD model";
+
 }  // namespace
 
+Outcome<Done> check_inclusion(const LinearMesh<3>& mesh, const CadModel& model, std::span<const Reference> elsewhere) {
+    const Box<3> of_part = box_of(mesh, [&](std::size_t f) {
+        return !std::binary_search(elsewhere.begin(), elsewhere.end(), mesh.facets.references[f]);
+    });
+    const Box<3> of_model = model.bounds();
+    const double most = near_enough * of_part.diagonal();
+    bool is_within = is_finite(of_part.low) && is_finite(of_part.high);
+    for (std::size_t k = 0; k < 3; ++k)
+        is_within = is_within && of_part.low[k] >= of_model.low[k] - most && of_part.high[k] <= of_model.high[k] + most;
+    if (is_within) return Done{};
+    return fail(ErrorKind::input,
+                std::string(part) + " reaches from " + text(of_part) + ", the model from " + text(of_model), {}, {},
+                remedy(of_part, of_model, model.parts()));
+}
+
+Outcome<Done> check_part(const LinearMesh<3>& mesh, const CadModel& model, const CadAssociation& association) {
+    const Box<3> of_part = box_of(mesh, [&](std::size_t f) { return association.faces[f] != no_face; });
+    Box<3> met;
+    for (const auto& [reference, faces] : association.of_references)
+        for (const std::size_t face : faces) met.include(model.parts().faces[face].bounds);
+    const auto unit = agree(of_part, met, 1) ? std::nullopt : fitting_unit(of_part, met, model.parts());
+    if (unit)
+        return fail(ErrorKind::input,
+                    std::string(part) + " reaches from " + text(of_part) + ", the faces that it met from " + text(met),
+                    {}, {}, remedy(of_part, met, model.parts()));
+    constexpr double most = 0.1;
+    const auto& [strays, all] = std::pair(association.stray_vertices, association.vertices);
+    if (static_cast<double>(strays) <= most * static_cast<double>(all)) return Done{};
+    std::array<char, 32> digits{};
+    std::snprintf(digits.data(), digits.size(), "%.3g", association.largest_vertex_distance);
+    return fail(ErrorKind::input,
+                std::to_string(strays) + " of the " + std::to_string(all) + " vertices of " + part +
+                    " are farther from it than a tenth of their edges, the farthest by " + digits.data(),
+                {}, Entity{"vertex", association.farthest_vertex.index() + 1},
+                "give the CAD model of these references, in the mesh's place and unit, or name others");
+}
+
 Outcome<Done> check_agreement(const LinearMesh<3>& mesh, const CadModel& model) {
-    const Box<3> of_mesh = boundary_of(mesh), of_model = model.bounds();
+    const Box<3> of_mesh = box_of(mesh, [](std::size_t) { return true; }), of_model = model.bounds();
     if (mesh.facets.size() == 0) return fail(ErrorKind::input, "the mesh has no boundary to put onto the CAD model");
     if (agree(of_mesh, of_model, 1)) return Done{};
     return fail(ErrorKind::input,

@@ -22,10 +22,7 @@ namespace camber {
 namespace {
 
 /// Two faces fit a facet nearly as well: neither its distance nor its normal says which.
-bool is_doubtful(const CadFit& fit) { return fit.second <= doubt * fit.misfit; }
-
-/// A place farther away than this share of the facets' size is none.
-constexpr double near_enough = 0.1;
+bool is_doubtful(const CadFit& fit) { return fit.face != no_face && fit.second <= doubt * fit.misfit; }
 
 std::array<Vec<3>, 3> corners_of(const LinearMesh<3>& mesh, std::size_t f) {
     return facet_site(mesh, FacetId(f)).corners;
@@ -42,7 +39,7 @@ std::map<Class, std::size_t> faces_of_classes(const LinearMesh<3>& mesh, std::sp
     constexpr double nearly_all = 0.9;
     std::map<Class, std::map<std::size_t, std::size_t>> counts;
     for (std::size_t f = 0; f < fits.size(); ++f)
-        if (!is_doubtful(fits[f])) ++counts[class_of(mesh, f)][fits[f].face];
+        if (fits[f].face != no_face && !is_doubtful(fits[f])) ++counts[class_of(mesh, f)][fits[f].face];
     std::map<Class, std::size_t> out;
     for (const auto& [key, faces] : counts) {
         std::size_t all = 0;
@@ -60,6 +57,7 @@ Buffer<std::uint32_t> chosen(const LinearMesh<3>& mesh, const CadModel& model, s
     Buffer<std::uint32_t> faces(fits.size());
     for (std::size_t f = 0; f < fits.size(); ++f) {
         faces[f] = static_cast<std::uint32_t>(fits[f].face);
+        out.coincident_facets += fits[f].has_twin ? 1 : 0;
         if (!is_doubtful(fits[f])) continue;
         ++out.doubtful_facets;
         const auto known = of_classes.find(class_of(mesh, f));
@@ -74,7 +72,8 @@ Buffer<std::uint32_t> chosen(const LinearMesh<3>& mesh, const CadModel& model, s
 
 void list_references(const LinearMesh<3>& mesh, CadAssociation& out) {
     std::map<Reference, std::vector<std::size_t>> faces;
-    for (std::size_t f = 0; f < out.faces.size(); ++f) faces[mesh.facets.references[f]].push_back(out.faces[f]);
+    for (std::size_t f = 0; f < out.faces.size(); ++f)
+        if (out.faces[f] != no_face) faces[mesh.facets.references[f]].push_back(out.faces[f]);
     for (auto& [reference, list] : faces) {
         std::sort(list.begin(), list.end());
         list.erase(std::unique(list.begin(), list.end()), list.end());
@@ -82,11 +81,12 @@ void list_references(const LinearMesh<3>& mesh, CadAssociation& out) {
     }
 }
 
-/// The faces of facets, each once.
+/// The faces of facets, each once; those elsewhere have none.
 std::vector<std::size_t> faces_of(const CadAssociation& association, std::span<const FacetId> facets) {
     std::vector<std::size_t> faces;
     faces.reserve(facets.size());
-    for (const FacetId f : facets) faces.push_back(association.faces[f]);
+    for (const FacetId f : facets)
+        if (association.faces[f] != no_face) faces.push_back(association.faces[f]);
     std::sort(faces.begin(), faces.end());
     faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
     return faces;
@@ -97,7 +97,7 @@ struct Met {
     std::int64_t entity = -1;  ///< of the kind that as many faces make
     std::uint32_t faces = 0;
     double distance = 0;
-    bool is_doubtful = false;
+    bool is_doubtful = false, is_stray = false;
 };
 
 Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p, double size) {
@@ -113,16 +113,31 @@ Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, con
         const auto vertex = vertex_between(model, faces, p);
         const double away = vertex ? distance(model.vertex(*vertex), p) : size;
         out.is_doubtful = away > near_enough * size;
-        if (out.is_doubtful) return out;
+        if (out.is_doubtful) {
+            // More than two faces may meet at an edge, too.
+            const auto edge = edge_between(model, faces, std::span(&p, 1));
+            out.is_doubtful = !edge || closest_on_edge(model, *edge, p).distance > at_one_place(model.parts());
+            return out;
+        }
         out.entity = static_cast<std::int64_t>(*vertex);
         out.distance = away;
     }
     return out;
 }
 
+/// On the edge at which the one face ends, where facets beside lie elsewhere.
+Met met_by_rim(const CadModel& model, std::span<const std::size_t> face, const std::array<Vec<3>, 2>& ends) {
+    const auto edge = edge_between(model, face, ends);
+    if (!edge) return {};
+    const double away =
+        std::max(closest_on_edge(model, *edge, ends[0]).distance, closest_on_edge(model, *edge, ends[1]).distance);
+    if (away > near_enough * distance(ends[0], ends[1])) return {};
+    return {static_cast<std::int64_t>(*edge), 1, away, false};
+}
+
 Met met_by_edge(const CadModel& model, std::span<const std::size_t> faces, const std::array<Vec<3>, 2>& ends) {
     const auto edge = edge_between(model, faces, ends);
-    if (!edge) return {-1, static_cast<std::uint32_t>(faces.size()), 0, true};
+    if (!edge) return {.faces = static_cast<std::uint32_t>(faces.size()), .is_doubtful = true};
     const double away =
         std::max(closest_on_edge(model, *edge, ends[0]).distance, closest_on_edge(model, *edge, ends[1]).distance);
     return {static_cast<std::int64_t>(*edge), static_cast<std::uint32_t>(faces.size()), away,
@@ -141,8 +156,13 @@ Outcome<Done> meet_vertices(const LinearMesh<3>& mesh, const CadModel& model, co
     const auto met = map_each(execution, mesh.points.size(), [&](std::size_t v) -> Met {
         const auto facets = (*around)[v];
         if (facets.empty()) return {};
+        const auto faces = faces_of(out, facets);
+        if (faces.empty()) return {};
         const auto corners = corners_of(mesh, facets.front().index());
-        return met_by_vertex(model, faces_of(out, facets), mesh.points[v], distance(corners[0], corners[1]));
+        const double size = distance(corners[0], corners[1]);
+        Met met = met_by_vertex(model, faces, mesh.points[v], size);
+        met.is_stray = met.distance > near_enough * size;
+        return met;
     });
     if (!met) return fail(met.error());
     std::vector<std::int64_t> corners;
@@ -152,6 +172,8 @@ Outcome<Done> meet_vertices(const LinearMesh<3>& mesh, const CadModel& model, co
             out.largest_vertex_distance = m.distance;
             out.farthest_vertex = VertexId(v);
         }
+        out.vertices += m.faces > 0 ? 1 : 0;
+        out.stray_vertices += m.is_stray ? 1 : 0;
         out.doubtful_vertices += m.is_doubtful ? 1 : 0;
         if (m.faces <= 2 || m.entity < 0) continue;
         corners.push_back(m.entity);
@@ -166,18 +188,22 @@ Outcome<Done> meet_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, con
     const auto shells = facet_shells(edges, without_progress(execution));
     if (!shells) return fail(shells.error());
     const auto met = map_each(execution, edges.size(), [&](std::size_t e) -> Met {
-        const auto faces = faces_of(out, (*shells)[e]);
-        if (faces.size() < 2) return {};
-        return met_by_edge(model, faces, {mesh.points[edges.vertices[e][0]], mesh.points[edges.vertices[e][1]]});
+        const auto facets = (*shells)[e];
+        const auto faces = faces_of(out, facets);
+        const std::array ends{mesh.points[edges.vertices[e][0]], mesh.points[edges.vertices[e][1]]};
+        if (faces.size() >= 2) return met_by_edge(model, faces, ends);
+        const auto is_elsewhere = [&](FacetId f) { return out.faces[f] == no_face; };
+        const bool is_rim = faces.size() == 1 && std::any_of(facets.begin(), facets.end(), is_elsewhere);
+        return is_rim ? met_by_rim(model, faces, ends) : Met{};
     });
     if (!met) return fail(met.error());
     std::vector<std::int64_t> curves;
     for (std::size_t e = 0; e < met->size(); ++e) {
         const Met& m = (*met)[e];
         out.doubtful_edges += m.is_doubtful ? 1 : 0;
-        if (m.faces < 2 || m.entity < 0) continue;
+        if (m.entity < 0) continue;
         curves.push_back(m.entity);
-        if (!m.is_doubtful) out.ridges.push_back(EdgeId(e));
+        if (m.faces >= 2 && !m.is_doubtful) out.ridges.push_back(EdgeId(e));
     }
     out.edges_met = count_distinct(std::move(curves));
     return Done{};
@@ -187,19 +213,39 @@ Outcome<Done> meet_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, con
 
 Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const CadModel& model,
                                   const Execution& execution) {
-    if (auto agreed = check_agreement(mesh, model); !agreed) return fail(agreed.error());
+    return associate(mesh, edges, model, {}, execution);
+}
+
+Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const CadModel& model,
+                                  std::span<const Reference> elsewhere, const Execution& execution) {
+    const auto is_on_model = [&](std::size_t f) {
+        return !std::binary_search(elsewhere.begin(), elsewhere.end(), mesh.facets.references[f]);
+    };
+    const bool is_whole = elsewhere.empty();
+    if (auto agreed = is_whole ? check_agreement(mesh, model) : check_inclusion(mesh, model, elsewhere); !agreed)
+        return fail(agreed.error());
     return guarded([&]() -> Outcome<CadAssociation> {
         std::vector<std::size_t> all(model.faces());
         std::iota(all.begin(), all.end(), std::size_t{0});
         const auto fits = map_each(
             part_of(execution, 0, 0.7), mesh.facets.size(),
-            [&](std::size_t f) { return best_face(model, all, corners_of(mesh, f)); }, 16);
+            [&](std::size_t f) {
+                return is_on_model(f) ? best_face(model, all, corners_of(mesh, f)) : CadFit{.face = no_face};
+            },
+            16);
         if (!fits) return fail(fits.error());
         CadAssociation out;
         out.faces = chosen(mesh, model, *fits, out);
         list_references(mesh, out);
-        out.faces_met = count_distinct({out.faces.begin(), out.faces.end()});
+        out.facets = static_cast<std::size_t>(
+            std::count_if(out.faces.begin(), out.faces.end(), [](std::uint32_t face) { return face != no_face; }));
+        std::vector<std::int64_t> met_faces;
+        for (const auto& [reference, faces] : out.of_references)
+            met_faces.insert(met_faces.end(), faces.begin(), faces.end());
+        out.faces_met = count_distinct(std::move(met_faces));
         if (auto met = meet_vertices(mesh, model, part_of(execution, 0.7, 0.9), out); !met) return fail(met.error());
+        if (auto agreed = is_whole ? Outcome<Done>(Done{}) : check_part(mesh, model, out); !agreed)
+            return fail(agreed.error());
         if (auto met = meet_edges(mesh, edges, model, part_of(execution, 0.9, 1), out); !met) return fail(met.error());
         return out;
     });

@@ -13,11 +13,16 @@ import :model;
 
 export namespace camber {
 
+/// Of a facet that is not on the model.
+inline constexpr std::uint32_t no_face = 0xffffffffU;
+
 /// Which face of a CAD model each facet of a mesh stands for.
 struct CadAssociation {
-    Column<std::uint32_t> faces;  ///< one a facet
+    Column<std::uint32_t> faces;  ///< one a facet; no_face: that lies elsewhere
     /// The faces that facets of each reference lie on, both rising.
     std::vector<std::pair<Reference, std::vector<std::size_t>>> of_references;
+
+    std::size_t facets = 0;  ///< on the model
 
     /// Edges of the mesh between facets of two faces, on the model's edge there, and vertices on vertices of the model
     /// where three faces or more meet; both rising. Some are smooth: the mesh alone does not tell them.
@@ -25,10 +30,13 @@ struct CadAssociation {
     std::vector<VertexId> corners;
 
     std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;  ///< entities that the mesh has something on
-    std::size_t doubtful_facets = 0;                             ///< another face fits them nearly as well
+    std::size_t coincident_facets = 0;   ///< another face is at the same place, where solids touch: the first is taken
+    std::size_t doubtful_facets = 0;     ///< another face fits them nearly as well
     std::size_t settled_facets = 0;      ///< of those: by what the sure ones of their reference lie on
     std::size_t doubtful_edges = 0;      ///< between facets of two faces that have no edge in common
     std::size_t doubtful_vertices = 0;   ///< where three faces or more meet, and the model has no vertex near
+    std::size_t vertices = 0;            ///< of facets on the model
+    std::size_t stray_vertices = 0;      ///< of those: farther from it than a tenth of a facet's edge
     double largest_vertex_distance = 0;  ///< of a vertex of the boundary from its face, edge or vertex
     VertexId farthest_vertex = {};
 };
@@ -39,21 +47,31 @@ struct CadAssociation {
 [[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                                 const CadModel& model, const Execution& execution);
 
+/// The same of a model of a part of the boundary: facets of the references `elsewhere` (rising) lie on something else.
+/// The model may have more than the mesh, too. Errors (input) then: the part is not within the model's box; its box is
+/// that of the faces that it met but for the unit; more than a tenth of its vertices are farther from the model than a
+/// tenth of their facets' edges.
+[[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+                                                const CadModel& model, std::span<const Reference> elsewhere,
+                                                const Execution& execution);
+
 /// Errors (input): the boundary of the mesh and the model are not of one size and place.
 [[nodiscard]] Outcome<Done> check_agreement(const LinearMesh<3>& mesh, const CadModel& model);
 
 /// How well a face of a model fits a facet, in model units.
 struct CadFit {
     std::size_t face = 0;
-    double misfit = 0;  ///< 0: its vertices and its middle lie there, with its normal
-    double second = 0;  ///< that of the next best face where it is at most twice as large; else more than that
+    double misfit = 0;      ///< 0: its vertices and its middle lie there, with its normal
+    double second = 0;      ///< that of the next best face where it is at most twice as large; else more than that
+    bool has_twin = false;  ///< another face has the same points there; it does not count as the next best
 };
-/// The best of some faces (at least one); the lowest of equally good ones.
+/// The best of some faces (at least one); the lowest of those that are at one place, and of equally good ones.
 [[nodiscard]] CadFit best_face(const CadModel& model, std::span<const std::size_t> faces,
                                const std::array<Vec<3>, 3>& corners);
 
 /// The curve of the model where these faces (rising, at least two) meet that is nearest to these points, else the one
-/// face's boundary curve that is. Nothing where they have no edge in common.
+/// face's boundary curve that is. Where they have no edge in common, since solids that touch have edges of their own,
+/// one of any of them through the points; nothing where there is none.
 [[nodiscard]] std::optional<std::size_t> edge_between(const CadModel& model, std::span<const std::size_t> faces,
                                                       std::span<const Vec<3>> points);
 /// The vertex of the model nearest to p among those of the edges of these faces; nothing where they have none.

@@ -6,3 +6,4 @@ export import :closest;
 export import :association;
 export import :geometry;
 export import :samples;
+export import :vertex_moves;

@@ -36,8 +36,13 @@ std::optional<Vec<3>> common_corner(std::span<const FacetSite<3>> facets) {
 
 class CadGeometryModel final : public GeometryModel<3> {
   public:
-    explicit CadGeometryModel(CadGeometry cad) : cad_(std::move(cad)), all_(cad_.model.faces()) {
-        std::iota(all_.begin(), all_.end(), std::size_t{0});
+    explicit CadGeometryModel(CadGeometry cad) : cad_(std::move(cad)) {
+        if (is_whole()) {
+            all_.resize(cad_.model.faces());
+            std::iota(all_.begin(), all_.end(), std::size_t{0});
+        } else {
+            all_ = faces_met();
+        }
     }
 
     [[nodiscard]] SurfacePoint<3> project(const SurfaceHint& hint, const Vec<3>& p) const override {
@@ -77,9 +82,9 @@ class CadGeometryModel final : public GeometryModel<3> {
         const auto faces = faces_of(edge.facets);
         if (faces.empty()) return {};
         const std::array points{edge.ends[0], edge.ends[1]};
-        // A single facet is at the rim of an open model.
-        if (faces.size() == 1 && edge.facets.size() > 1) return surface(faces[0]);
-        return curve_of(faces, points);
+        if (faces.size() > 1) return curve_of(faces, points);
+        // A single facet is at the rim of an open model, or of the part of the boundary that is on it.
+        return edge.facets.size() > 1 ? surface(faces[0]) : rim_of(faces, points);
     }
 
     [[nodiscard]] GeometryEntity entity_at_vertex(std::span<const FacetSite<3>> around) const override {
@@ -123,6 +128,29 @@ class CadGeometryModel final : public GeometryModel<3> {
         return largest;
     }
 
+    [[nodiscard]] EntityName called(const GeometryEntity& entity) const override {
+        EntityName name = GeometryModel<3>::called(entity);
+        if (entity.kind == GeometryKind::surface) name.kind = "face";
+        if (entity.kind == GeometryKind::curve) name.kind = "edge";
+        return name;
+    }
+
+    /// Of a part of the boundary those of faces that it met, and of their edges.
+    [[nodiscard]] Outcome<GeometrySamples<3>> own_samples(std::size_t wanted,
+                                                          const Execution& execution) const override {
+        auto whole = samples_of(cad_.model, wanted, execution);
+        if (!whole || is_whole()) return whole;
+        return guarded([&]() -> Outcome<GeometrySamples<3>> {
+            GeometrySamples<3> part;
+            for (const auto& [entity, begin, end] : whole->entities) {
+                if (!is_met(entity)) continue;
+                part.begin(entity);
+                for (std::size_t i = begin; i < end; ++i) part.add(whole->points[i], whole->weights[i]);
+            }
+            return part;
+        });
+    }
+
     [[nodiscard]] bool prescribes(Reference reference) const override { return !faces_of(reference).empty(); }
     [[nodiscard]] bool prescribes_any() const override { return true; }
 
@@ -132,6 +160,33 @@ class CadGeometryModel final : public GeometryModel<3> {
     }
     [[nodiscard]] static bool is_number(const GeometryEntity& entity, GeometryKind kind, std::size_t count) {
         return entity.kind == kind && entity.id >= 0 && index(entity.id) < count;
+    }
+
+    /// Whether all of the mesh's boundary is on the model.
+    [[nodiscard]] bool is_whole() const { return cad_.association.facets == cad_.mesh.facets.size(); }
+    [[nodiscard]] std::vector<std::size_t> faces_met() const {
+        std::vector<std::size_t> met;
+        for (const auto& [reference, faces] : cad_.association.of_references)
+            met.insert(met.end(), faces.begin(), faces.end());
+        std::sort(met.begin(), met.end());
+        met.erase(std::unique(met.begin(), met.end()), met.end());
+        return met;
+    }
+    [[nodiscard]] bool is_met(const GeometryEntity& entity) const {
+        const auto is_face_met = [&](std::size_t face) { return std::binary_search(all_.begin(), all_.end(), face); };
+        if (entity.kind == GeometryKind::surface) return is_face_met(index(entity.id));
+        const auto& faces = cad_.model.parts().kernel->edges[index(entity.id)].faces;
+        return std::any_of(faces.begin(), faces.end(), is_face_met);
+    }
+
+    /// The edge at which a face ends, where that is near; else the face.
+    [[nodiscard]] GeometryEntity rim_of(const std::vector<std::size_t>& faces, const std::array<Vec<3>, 2>& ends) const {
+        const GeometryEntity rim = curve_of(faces, ends);
+        if (rim.kind != GeometryKind::curve) return rim;
+        for (const Vec<3>& p : ends)
+            if (closest_on_edge(cad_.model, index(rim.id), p).distance > near_enough * distance(ends[0], ends[1]))
+                return surface(faces[0]);
+        return rim;
     }
 
     /// The edge between faces; where they have none in common, the first face.
@@ -162,7 +217,7 @@ class CadGeometryModel final : public GeometryModel<3> {
     }
 
     [[nodiscard]] std::size_t face_of(const FacetSite<3>& facet) const {
-        if (is_own(facet)) return cad_.association.faces[facet.id];
+        if (is_own(facet) && cad_.association.faces[facet.id] != no_face) return cad_.association.faces[facet.id];
         const auto candidates = faces_of(facet.reference);
         if (candidates.size() == 1) return candidates.front();
         return best_face(cad_.model, candidates.empty() ? std::span<const std::size_t>(all_) : candidates,

@@ -2,6 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +10,7 @@ module;
 #include "occ/kernel.hpp"
 module camber.cad:parts;
 import camber.core;
+import :association;
 import :model;
 
 namespace camber {
@@ -45,6 +47,18 @@ struct CadParts {
 
 /// A face fits nearly as well as the best one if its misfit is at most so many times that of the best.
 inline constexpr double doubt = 2;
+
+/// A place farther away than this share of the facets' size is none.
+inline constexpr double near_enough = 0.1;
+
+/// Points at most so far apart are one: so well do edges and faces of a model fit each other.
+[[nodiscard]] inline double at_one_place(const CadParts& parts) { return 1e-6 * parts.size; }
+
+/// Of a part of the boundary, see associate: before faces are known, and after.
+[[nodiscard]] Outcome<Done> check_inclusion(const LinearMesh<3>& mesh, const CadModel& model,
+                                            std::span<const Reference> elsewhere);
+[[nodiscard]] Outcome<Done> check_part(const LinearMesh<3>& mesh, const CadModel& model,
+                                       const CadAssociation& association);
 
 /// Distances that rounding alone makes.
 [[nodiscard]] inline double rounding(const CadParts& parts, const Vec<3>& p) { return 1e-15 * (parts.size + norm(p)); }

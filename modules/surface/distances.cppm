@@ -47,29 +47,6 @@ struct BoundaryFoot {
 template <int D>
 [[nodiscard]] BoundaryFoot<D> closest_on(const CurvedBoundary<D>& boundary, const Vec<D>& p, FacetId near = {});
 
-/// Points of a geometry by its entities: those of one are in a row. Weights are areas (of curves lengths) that the
-/// points stand for; `near`: a facet of the mesh that is not far, or none.
-template <int D>
-struct GeometrySamples {
-    struct Entity {
-        GeometryEntity entity;
-        std::size_t begin = 0, end = 0;
-    };
-    std::vector<Entity> entities;
-    Buffer<Vec<D>> points;
-    Buffer<double> weights;
-    Buffer<FacetId> near;
-
-    /// A point of the entity that was begun last.
-    void add(const Vec<D>& point, double weight, FacetId facet = {}) {
-        points.push_back(point);
-        weights.push_back(weight);
-        near.push_back(facet);
-        entities.back().end = points.size();
-    }
-    void begin(const GeometryEntity& entity) { entities.push_back({entity, points.size(), points.size()}); }
-};
-
 /// What of a geometry stands over the facets of a mesh, and over its edges where two surfaces meet: the points at a
 /// lattice of each facet, and of each edge, that GeometryModel::points_over and on_edge have there. For makers whose
 /// surfaces have no end (a plane, a cylinder), or end where the mesh does (a surrogate): parts of a geometry that no

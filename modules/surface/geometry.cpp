@@ -71,7 +71,8 @@ template <int D>
 SurfacePoint<D> GeometryModel<D>::on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const {
     const auto has_surface = [&](const FacetSite<D>& f) { return has_surface_at(f); };
     if (std::none_of(edge.facets.begin(), edge.facets.end(), has_surface)) return {.point = p, .normal = {}};
-    const SurfaceFoot<D> foot = foot_on_edge(*this, has_surface, *this, edge, p, [&] { return p; });
+    const SurfaceFoot<D> foot = foot_on_edge(*this, has_surface, *this, edge, p, [&] { return p; },
+                                             [] { return std::optional<Vec<D>>(); });
     return point_on_edge(*this, edge, foot, p);
 }
 
@@ -120,6 +121,19 @@ std::optional<std::array<Vec<D>, D>> GeometryModel<D>::normals_at(const FacetSit
     for (std::size_t i = 0; i < D; ++i)
         normals[i] = project({.facet = {}, .reference = facet.reference, .entity = surface}, facet.corners[i]).normal;
     return normals;
+}
+
+template <int D>
+EntityName GeometryModel<D>::called(const GeometryEntity& entity) const {
+    const std::size_t number = entity.id < 0 ? 0 : static_cast<std::size_t>(entity.id) + 1;
+    if (entity.kind == GeometryKind::surface) return {D == 2 ? "curve" : "surface", number};
+    if (entity.kind == GeometryKind::curve) return {"curve", number};
+    return {};
+}
+
+template <int D>
+Outcome<GeometrySamples<D>> GeometryModel<D>::own_samples(std::size_t, const Execution&) const {
+    return GeometrySamples<D>{};
 }
 
 template <int D>

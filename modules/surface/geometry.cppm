@@ -72,6 +72,12 @@ class GeometryModel {
     /// The unit normals of a facet's surface at the facet's vertices; nothing where it has none. Here: by project.
     [[nodiscard]] virtual std::optional<std::array<Vec<D>, D>> normals_at(const FacetSite<D>& facet) const;
 
+    /// What its maker calls an entity. Here: a surface or a curve, by its number.
+    [[nodiscard]] virtual EntityName called(const GeometryEntity& entity) const;
+    /// Points of what the geometry has whether a mesh has something there or not, about `wanted` of them on surfaces.
+    /// Here: none, a maker whose surfaces have no end, or end where the mesh does (see samples_over). Errors: stopped.
+    [[nodiscard]] virtual Outcome<GeometrySamples<D>> own_samples(std::size_t wanted, const Execution& execution) const;
+
     /// Whether the surface of this reference is prescribed from outside of the mesh (an analytic surface, a CAD model),
     /// so that curves which the mesh brings give way to it. Not so what is made from the mesh itself. Here: no.
     [[nodiscard]] virtual bool prescribes(Reference reference) const;

@@ -4,6 +4,7 @@ module;
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 export module camber.surface:geometry_places;
 import camber.core;
@@ -15,7 +16,7 @@ enum class GeometryKind : std::uint8_t { none, corner, curve, surface };
 
 /// A piece of a geometry. Numbers are the maker's own: a Surrogate's surfaces and curves are its patches and ridge
 /// curves, an AnalyticGeometry's surfaces the rows of its table (the first of equal ones), a MixedGeometry doubles
-/// them.
+/// them (GeometryModel::called tells the maker's own).
 struct GeometryEntity {
     static constexpr std::int64_t unnumbered = -1;
 
@@ -85,6 +86,36 @@ struct EntityPoint {
     Vec<D> point;
     std::array<Vec<D>, 2> tangents{};
     Vec<D> normal;
+};
+
+/// What a maker calls an entity, and by which number, from 1; 0: it has none.
+struct EntityName {
+    std::string_view kind = "none";
+    std::size_t number = 0;
+    friend constexpr bool operator==(const EntityName&, const EntityName&) = default;
+};
+
+/// Points of a geometry by its entities: those of one are in a row. Weights are areas (of curves lengths) that the
+/// points stand for; `near`: a facet of the mesh that is not far, or none.
+template <int D>
+struct GeometrySamples {
+    struct Entity {
+        GeometryEntity entity;
+        std::size_t begin = 0, end = 0;
+    };
+    std::vector<Entity> entities;
+    Buffer<Vec<D>> points;
+    Buffer<double> weights;
+    Buffer<FacetId> near;
+
+    /// A point of the entity that was begun last.
+    void add(const Vec<D>& point, double weight, FacetId facet = {}) {
+        points.push_back(point);
+        weights.push_back(weight);
+        near.push_back(facet);
+        entities.back().end = points.size();
+    }
+    void begin(const GeometryEntity& entity) { entities.push_back({entity, points.size(), points.size()}); }
 };
 
 /// A facet of a mesh, as a geometry is asked for it. `id` may be invalid: of no mesh yet.

@@ -68,30 +68,36 @@ template <int D, class Owns>
 }
 
 /// The point near p of the one surface around an edge, or of the curve where the first two meet; a normal only of the
-/// one surface. There is a surface among them.
-[[nodiscard]] inline SurfaceFoot<3> foot_where_they_meet(const std::vector<Sheet<3>>& sheets, const Vec<3>& p) {
+/// one surface. There is a surface among them. `touching()`: where two that touch rather than cross have their curve,
+/// if that is known; else it is wherever the edge is, on the first of them.
+template <class Touching>
+[[nodiscard]] SurfaceFoot<3> foot_where_they_meet(const std::vector<Sheet<3>>& sheets, const Vec<3>& p,
+                                                  Touching&& touching) {
     const Sheet<3>& a = sheets[0];
     if (sheets.size() == 1) return a.foot(p);
     const Sheet<3>& b = sheets[1];
     if (a.plane && b.plane) return {p, {}};
     const auto met = nearest_where_they_meet([&](const Vec<3>& x) { return a.foot(x); },
                                              [&](const Vec<3>& x) { return b.foot(x); }, p);
-    // Surfaces that touch rather than cross: the curve is wherever the edge is, on the first of them.
-    return {met ? b.held(a.held(*met)) : a.foot(p).point, {}};
+    if (met) return {b.held(a.held(*met)), {}};
+    const std::optional<Vec<3>> known = touching();
+    return {known ? *known : a.foot(p).point, {}};
 }
 
 /// The same in 2D, where an edge is a facet and lies on its surface.
-[[nodiscard]] inline SurfaceFoot<2> foot_where_they_meet(const std::vector<Sheet<2>>& sheets, const Vec<2>& p) {
+template <class Touching>
+[[nodiscard]] SurfaceFoot<2> foot_where_they_meet(const std::vector<Sheet<2>>& sheets, const Vec<2>& p, Touching&&) {
     return sheets[0].foot(p);
 }
 
 /// The point near p of an edge some facets of which `first` owns. `rest_at()`: what `rest` takes for that point, which
-/// beside a curved surface knows the ridge along the edge, and `first` where it is across.
-template <int D, class Owns, class RestAt>
+/// beside a curved surface knows the ridge along the edge, and `first` where it is across. `touching()`: as above.
+template <int D, class Owns, class RestAt, class Touching>
 [[nodiscard]] SurfaceFoot<D> foot_on_edge(const GeometryModel<D>& first, Owns&& owns, const GeometryModel<D>& rest,
-                                          const EdgeSite<D>& edge, const Vec<D>& p, RestAt&& rest_at) {
+                                          const EdgeSite<D>& edge, const Vec<D>& p, RestAt&& rest_at,
+                                          Touching&& touching) {
     const Sheets<D> around = sheets_around(first, owns, rest, edge);
-    return foot_where_they_meet(around.distinct, around.all ? p : rest_at());
+    return foot_where_they_meet(around.distinct, around.all ? p : rest_at(), touching);
 }
 
 /// What stands at an edge, by its foot there: on a surface with the place in that.

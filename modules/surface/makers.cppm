@@ -32,8 +32,11 @@ template <int D>
 [[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(AnalyticGeometry<D> analytic);
 
 /// Two geometries mixed by reference: facets of `references` lie on `first`, which has surfaces for them, all others on
-/// `rest`. Where a surface of `first` meets one that `rest` prescribes or a plane of it, edges lie on the curve of
-/// both; where it meets another, which is known by its nodes alone, on `first`, next to where `rest` has the edge.
+/// `rest`, which may be a mixture too. Where a surface of `first` meets one that `rest` prescribes, edges lie on the
+/// curve of both; where these touch rather than cross, on the rim of one of them, if that has one there and tells its
+/// number (a CAD model's face ends at an edge). Where it meets what is not prescribed, on its own rim, if it has one;
+/// else, beside a plane, on the curve of both, and beside another, which is known by its nodes alone, on `first`, next
+/// to where `rest` has the edge.
 template <int D>
 struct MixedGeometry {
     std::vector<Reference> references;

@@ -56,7 +56,8 @@ class MixedModel final : public GeometryModel<D> {
         }
         if (hint.reference) return of_reference(hint, p);
         const SurfacePoint<D> near = parts_.rest->project(hint, p);
-        if (near.reference && owner(*near.reference) == Part::first)
+        if (!near.reference) return nearest_of_all(named(Part::rest, near), p);
+        if (owner(*near.reference) == Part::first)
             return of_reference({.facet = hint.facet, .reference = near.reference}, p);
         return named(Part::rest, near);
     }
@@ -80,10 +81,18 @@ class MixedModel final : public GeometryModel<D> {
     }
 
     [[nodiscard]] GeometryEntity entity_at_edge(const EdgeSite<D>& edge) const override {
-        const auto [some, all] = owned_by_first(edge);
-        if (some != all) return GeometryModel<D>::entity_at_edge(edge);
-        const Part part = all ? Part::first : Part::rest;
-        return entity_in(part, model(part).entity_at_edge(edge));
+        if (const auto part = only_part(edge.facets)) return entity_in(*part, model(*part).entity_at_edge(edge));
+        GeometryEntity entity = GeometryModel<D>::entity_at_edge(edge);
+        if (entity.kind != GeometryKind::curve || meets_prescribed(edge)) return entity;
+        if (const auto rim = rim_of(Part::first, edge, edge.middle()))
+            entity.id = number_in(Part::first, rim->entity.id);
+        return entity;
+    }
+
+    [[nodiscard]] GeometryEntity entity_at_vertex(std::span<const FacetSite<D>> around) const override {
+        const auto part = only_part(around);
+        return part ? entity_in(*part, model(*part).entity_at_vertex(around))
+                    : GeometryModel<D>::entity_at_vertex(around);
     }
 
     [[nodiscard]] std::optional<Plane<D>> plane_at(const FacetSite<D>& facet) const override {
@@ -91,17 +100,21 @@ class MixedModel final : public GeometryModel<D> {
     }
 
     [[nodiscard]] SurfacePoint<D> on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const override {
-        if (!owned_by_first(edge).some) return named(Part::rest, parts_.rest->on_edge(edge, p));
-        const SurfaceFoot<D> foot = foot_on_edge(*parts_.first, owns(), *parts_.rest, edge, p,
-                                                 [&] { return parts_.rest->on_edge(edge, p).point; });
+        if (const auto part = only_part(edge.facets)) return named(*part, model(*part).on_edge(edge, p));
+        if (!meets_prescribed(edge))
+            if (auto rim = rim_of(Part::first, edge, p)) {
+                rim->entity = entity_at_edge(edge);
+                return *rim;
+            }
+        const SurfaceFoot<D> foot = foot_between(edge, p, [&] { return parts_.rest->on_edge(edge, p).point; });
         return point_on_edge<D>(*this, edge, foot, p);
     }
 
     [[nodiscard]] Vec<D> middle_of(const EdgeSite<D>& edge) const override {
-        if (!owned_by_first(edge).some) return parts_.rest->middle_of(edge);
-        return foot_on_edge(*parts_.first, owns(), *parts_.rest, edge, edge.middle(),
-                            [&] { return parts_.rest->middle_of(edge); })
-            .point;
+        if (const auto part = only_part(edge.facets)) return model(*part).middle_of(edge);
+        if (!meets_prescribed(edge))
+            if (const auto rim = rim_of(Part::first, edge, edge.middle())) return rim->point;
+        return foot_between(edge, edge.middle(), [&] { return parts_.rest->middle_of(edge); }).point;
     }
 
     [[nodiscard]] bool distances(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
@@ -114,8 +127,36 @@ class MixedModel final : public GeometryModel<D> {
         return model(owner(facet.reference)).points_over(facet, at, out);
     }
 
+    [[nodiscard]] double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const override {
+        double largest = 0;
+        for (const Part part : {Part::first, Part::rest})
+            if (const auto own = facets_of(part, meet); !own.empty())
+                largest = std::max(largest, model(part).distance_where(own, p));
+        return largest;
+    }
+
     [[nodiscard]] std::optional<std::array<Vec<D>, D>> normals_at(const FacetSite<D>& facet) const override {
         return model(owner(facet.reference)).normals_at(facet);
+    }
+
+    [[nodiscard]] EntityName called(const GeometryEntity& entity) const override {
+        if (entity.kind == GeometryKind::none || entity.id == GeometryEntity::unnumbered)
+            return GeometryModel<D>::called(entity);
+        return model(part_of(entity)).called(own_entity(entity));
+    }
+
+    [[nodiscard]] Outcome<GeometrySamples<D>> own_samples(std::size_t wanted,
+                                                          const Execution& execution) const override {
+        GeometrySamples<D> all;
+        for (const Part part : {Part::first, Part::rest}) {
+            const auto own = model(part).own_samples(wanted, execution);
+            if (!own) return fail(own.error());
+            for (const auto& [entity, begin, end] : own->entities) {
+                all.begin(entity_in(part, entity));
+                for (std::size_t i = begin; i < end; ++i) all.add(own->points[i], own->weights[i], own->near[i]);
+            }
+        }
+        return all;
     }
 
     [[nodiscard]] bool prescribes(Reference reference) const override {
@@ -137,13 +178,55 @@ class MixedModel final : public GeometryModel<D> {
         return [this](const FacetSite<D>& facet) { return owner(facet.reference) == Part::first; };
     }
 
-    struct Owned {
-        bool some = false, all = false;
-    };
-    [[nodiscard]] Owned owned_by_first(const EdgeSite<D>& edge) const {
-        const auto& facets = edge.facets;
-        const bool some = std::any_of(facets.begin(), facets.end(), owns());
-        return {some, some && std::all_of(facets.begin(), facets.end(), owns())};
+    /// The part that all facets are of; of none the rest.
+    [[nodiscard]] std::optional<Part> only_part(std::span<const FacetSite<D>> facets) const {
+        if (std::none_of(facets.begin(), facets.end(), owns())) return Part::rest;
+        return std::all_of(facets.begin(), facets.end(), owns()) ? std::optional(Part::first) : std::nullopt;
+    }
+    [[nodiscard]] std::vector<FacetSite<D>> facets_of(Part part, std::span<const FacetSite<D>> facets) const {
+        std::vector<FacetSite<D>> own;
+        own.reserve(facets.size());
+        for (const FacetSite<D>& facet : facets)
+            if (owner(facet.reference) == part) own.push_back(facet);
+        return own;
+    }
+    /// Whether there are facets around an edge whose surfaces the rest prescribes.
+    [[nodiscard]] bool meets_prescribed(const EdgeSite<D>& edge) const {
+        return std::any_of(edge.facets.begin(), edge.facets.end(), [&](const FacetSite<D>& facet) {
+            return owner(facet.reference) == Part::rest && parts_.rest->prescribes(facet.reference);
+        });
+    }
+
+    /// The point near p where the surfaces that a part prescribes end at an edge, where it knows a curve there.
+    [[nodiscard]] std::optional<SurfacePoint<D>> rim_of(Part part, const EdgeSite<D>& edge, const Vec<D>& p) const {
+        EdgeSite<D> own = edge;
+        own.facets = facets_of(part, edge.facets);
+        const auto prescribed = [&](const FacetSite<D>& facet) { return model(part).prescribes(facet.reference); };
+        if (own.facets.empty() || !std::all_of(own.facets.begin(), own.facets.end(), prescribed)) return std::nullopt;
+        SurfacePoint<D> found = model(part).on_edge(own, p);
+        const bool is_known =
+            found.entity.kind == GeometryKind::curve && found.entity.id != GeometryEntity::unnumbered;
+        return is_known ? std::optional(std::move(found)) : std::nullopt;
+    }
+    /// The point near p of an edge between both parts.
+    template <class RestAt>
+    [[nodiscard]] SurfaceFoot<D> foot_between(const EdgeSite<D>& edge, const Vec<D>& p, RestAt&& rest_at) const {
+        const auto on_a_rim = [&]() -> std::optional<Vec<D>> {
+            for (const Part part : {Part::first, Part::rest})
+                if (const auto rim = rim_of(part, edge, p)) return rim->point;
+            return std::nullopt;
+        };
+        return foot_on_edge(*parts_.first, owns(), *parts_.rest, edge, p, rest_at, on_a_rim);
+    }
+
+    /// Of no known surface: the nearest of all.
+    [[nodiscard]] SurfacePoint<D> nearest_of_all(SurfacePoint<D> nearest, const Vec<D>& p) const {
+        for (const Reference reference : parts_.references) {
+            const SurfacePoint<D> here = of_reference({.facet = {}, .reference = reference}, p);
+            if (here.entity.kind == GeometryKind::none) continue;
+            if (nearest.entity.kind == GeometryKind::none || here.distance < nearest.distance) nearest = here;
+        }
+        return nearest;
     }
 
     [[nodiscard]] SurfacePoint<D> of_reference(const SurfaceHint& hint, const Vec<D>& p) const {

@@ -202,6 +202,13 @@ class SurrogateModel final : public GeometryModel<D> {
         return normals;
     }
 
+    [[nodiscard]] EntityName called(const GeometryEntity& entity) const override {
+        EntityName name = GeometryModel<D>::called(entity);
+        if (D == 3 && entity.kind == GeometryKind::surface) name.kind = "patch";
+        if (D == 3 && entity.kind == GeometryKind::curve) name.kind = "ridge";
+        return name;
+    }
+
   private:
     [[nodiscard]] GeometryEntity patch_of(FacetId f) const { return GeometryEntity::surface(surrogate_.patches[f]); }
 

@@ -44,15 +44,26 @@ Outcome<Done> set_metric(const std::optional<std::string>& metric, config::Pipel
 
 Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline& pipeline) {
     const auto& [geometry, cad, unit] = arguments;
-    if (cad && geometry) return fail(ErrorKind::usage, "is a geometry too", "--geometry", {}, "give it or --cad");
     if (unit && !cad)
         return fail(ErrorKind::usage, "is the unit of a CAD model, and there is none", "--cad-unit", {},
                     "give --cad too");
-    if (cad) pipeline.geometry = config::Cad{{*cad}, unit.value_or(config::Cad{}.unit)};
+    config::Cad model;
+    if (cad) model = {.file = {*cad}, .unit = unit.value_or(config::Cad{}.unit)};
+    if (cad) pipeline.geometry = model;
     if (!geometry) return Done{};
     auto read = config::read_geometry(*geometry, "--geometry");
     if (!read) return fail(read.error());
-    pipeline.geometry = std::move(*read);
+    if (!cad) {
+        pipeline.geometry = std::move(*read);
+        return Done{};
+    }
+    // Surfaces by reference go beside the model; any other geometry is one of all the boundary.
+    auto* const beside = std::get_if<config::Analytic>(&*read);
+    if (!beside)
+        return fail(ErrorKind::usage, "is a geometry too", "--geometry", {},
+                    "give it or --cad; beside a model \"analytic\" surfaces alone");
+    model.analytic = std::move(beside->surfaces);
+    pipeline.geometry = std::move(model);
     return Done{};
 }
 

@@ -135,7 +135,7 @@ const Description<Cad>& Described<Cad>::get() {
     static const Description<Cad> description{
         "cad",
         "A CAD model (3D), read by OpenCASCADE: facets of the boundary lie on its faces, ridges on its edges, by where "
-        "they are.",
+        "they are; all of them, or those of some references.",
         listed<Cad>(),
         {}};
     return description;
@@ -147,7 +147,7 @@ const Choice<Geometry>& Described<Geometry>::get() {
         key<Surrogate>("surrogate", "a smooth surface through the mesh's boundary"),
         key<Straight>("straight", "the flat facets themselves"),
         key<Analytic>("analytic", "spheres, planes, cylinders, tori by reference, the surrogate on all others"),
-        key<Cad>("cad", "the faces and edges of a CAD model"));
+        key<Cad>("cad", "the faces and edges of a CAD model, by reference beside the others"));
     return choice;
 }
 

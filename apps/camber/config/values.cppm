@@ -233,11 +233,22 @@ struct Analytic {
 struct Cad {
     FilePath file;
     CadUnit unit = CadOptions{}.unit;
+    std::vector<Reference> references = {};  ///< empty: all that are not among the analytic ones
+    std::vector<AnalyticSurface> analytic = {};
+    CadVertices vertices = CadVertices::keep;
 
     [[nodiscard]] static constexpr auto options() {
         using S = Cad;
-        return std::tuple(option("file", &S::file, "the model: .step, .stp, .iges, .igs or .brep").required(),
-                          option_of(&CadOptions::unit).as(&S::unit));
+        return std::tuple(
+            option("file", &S::file, "the model: .step, .stp, .iges, .igs or .brep").required(),
+            option_of(&CadOptions::unit).as(&S::unit),
+            option("references", &S::references,
+                   "references of the boundary facets that lie on the model; the rest takes the surrogate. Empty: all "
+                   "but those of \"analytic\"")
+                .count(0, 100000),
+            option("analytic", &S::analytic, "surfaces by their equations beside it, as in \"analytic\""),
+            option("vertices", &S::vertices,
+                   "vertices that are off the model: keep, where they are; move, onto it, as far as elements allow"));
     }
     friend bool operator==(const Cad&, const Cad&) = default;
 };

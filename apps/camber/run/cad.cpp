@@ -2,11 +2,13 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <span>
 #include <utility>
 #include <vector>
 module camber.run;
 import camber.core;
 import camber.cad;
+import camber.config;
 import camber.surface;
 import :report;
 import :stages;
@@ -23,6 +25,8 @@ CadReport cad_report(const CadModel& model, const CadAssociation& a) {
             .faces_met = a.faces_met,
             .edges_met = a.edges_met,
             .vertices_met = a.vertices_met,
+            .facets = a.facets,
+            .coincident_facets = a.coincident_facets,
             .doubtful_facets = a.doubtful_facets,
             .settled_facets = a.settled_facets,
             .doubtful_edges = a.doubtful_edges,
@@ -35,12 +39,12 @@ CadReport cad_report(const CadModel& model, const CadAssociation& a) {
 
 template <int D>
 Outcome<MadeGeometry<D>> make_cad_geometry(const CadModel& model, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                           const Execution& execution) {
+                                           std::span<const Reference> elsewhere, const Execution& execution) {
     if constexpr (D == 2) {
         return fail(ErrorKind::usage, "a CAD model is in space, the mesh in 2D", "/geometry/cad", {},
                     "curve a mesh of the volume, or take another geometry");
     } else {
-        auto association = associate(mesh, edges, model, execution);
+        auto association = associate(mesh, edges, model, elsewhere, execution);
         if (!association) return fail(association.error());
         const CadReport report = cad_report(model, *association);
         auto ridges = association->ridges;
@@ -52,11 +56,13 @@ Outcome<MadeGeometry<D>> make_cad_geometry(const CadModel& model, const LinearMe
 
 template <int D>
 Outcome<double> largest_node_distance(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                      const Execution& execution) {
+                                      const config::Cad& cad, const Execution& execution) {
     const auto shells = facet_shells(mesh.edges, without_progress(execution));
     if (!shells) return fail(shells.error());
     const auto add = [&](double& largest, std::size_t e) {
         if (boundary.features.edge_kinds[e] == EdgeKind::volume) return;
+        const auto is_on_model = [&](FacetId f) { return lies_on_model(cad, mesh.linear.facets.references[f]); };
+        if (std::ranges::none_of((*shells)[e], is_on_model)) return;
         const auto& [low, high] = mesh.edges.vertices[e];
         const EdgeSite<D> site{EdgeId(e),
                                boundary.features.edge_kinds[e],
@@ -70,8 +76,9 @@ Outcome<double> largest_node_distance(const QuadraticMesh<D>& mesh, const Bounda
 
 #define CAMBER_INSTANTIATE(D)                                                                                        \
     template Outcome<MadeGeometry<D>> make_cad_geometry<D>(const CadModel&, const LinearMesh<D>&, const EdgeSet<D>&, \
-                                                           const Execution&);                                        \
-    template Outcome<double> largest_node_distance<D>(const QuadraticMesh<D>&, const Boundary<D>&, const Execution&);
+                                                           std::span<const Reference>, const Execution&);            \
+    template Outcome<double> largest_node_distance<D>(const QuadraticMesh<D>&, const Boundary<D>&, const config::Cad&, \
+                                                      const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -3,6 +3,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -34,24 +35,38 @@ OneWayReport told(const OneWay<D>& way) {
             way.facet.valid() ? way.facet.index() + 1 : 0};
 }
 
-/// In 2D surfaces are curves.
-std::string kind_of(GeometryKind kind, GeometryMaker maker, int dimension) {
-    const bool is_surface = kind == GeometryKind::surface;
-    if (!is_surface && kind != GeometryKind::curve) return "none";
-    if (dimension == 2) return "curve";
-    switch (maker) {
-        case GeometryMaker::cad: return is_surface ? "face" : "edge";
-        case GeometryMaker::surrogate: return is_surface ? "patch" : "ridge";
-        default: return is_surface ? "surface" : "curve";
-    }
-}
-
-std::size_t number_of(std::int64_t id) { return id < 0 ? 0 : static_cast<std::size_t>(id) + 1; }
-
 std::string name_of(const EntityReport& entity) {
     if (entity.kind == "none") return "facets without a surface";
     if (entity.number > 0) return fmt::format("{} {}", entity.kind, entity.number);
+    if (!entity.beside.empty()) return fmt::format("{} between {}", entity.kind, fmt::join(entity.beside, " and "));
     return fmt::format("{} between {}", entity.kind, fmt::join(entity.sides, " and "));
+}
+
+/// The surfaces beside a curve.
+template <int D>
+void tell_sides(const Geometry<D>& geometry, const GeometryEntity& entity, EntityReport& report) {
+    std::vector<std::string_view> kinds;
+    for (const std::int64_t side : entity.sides) {
+        if (side < 0) continue;
+        const EntityName name = geometry->called(GeometryEntity::surface(side));
+        report.sides.push_back(name.number);
+        report.beside.push_back(fmt::format("{} {}", name.kind, name.number));
+        kinds.push_back(name.kind);
+    }
+    if (kinds.size() < 2 || kinds[0] == kinds[1]) report.beside.clear();
+}
+
+/// "CAD model wing.step", with what else the entities are of.
+std::string name_of(const config::Geometry& geometry, const std::vector<EntityReport>& entities) {
+    if (std::holds_alternative<config::Straight>(geometry)) return "straight facets";
+    if (std::holds_alternative<config::Analytic>(geometry)) return "analytic surfaces";
+    const auto* const cad = std::get_if<config::Cad>(&geometry);
+    if (!cad) return "surrogate of the mesh's own vertices";
+    const auto has = [&](std::string_view kind) {
+        return std::ranges::any_of(entities, [&](const EntityReport& e) { return e.kind == kind; });
+    };
+    return "CAD model " + cad->file.path + (has("surface") ? ", analytic surfaces" : "") +
+           (has("patch") ? ", surrogate" : "");
 }
 
 Json json(const OneWayReport& way) {
@@ -82,37 +97,17 @@ std::string cell(const OneWayReport& way) {
 
 }  // namespace
 
-GeometryMaker maker_of(const config::Geometry& geometry) {
-    if (std::holds_alternative<config::Straight>(geometry)) return GeometryMaker::straight;
-    if (std::holds_alternative<config::Analytic>(geometry)) return GeometryMaker::analytic;
-    if (std::holds_alternative<config::Cad>(geometry)) return GeometryMaker::cad;
-    return GeometryMaker::surrogate;
-}
-
-std::string name_of(const config::Geometry& geometry) {
-    if (const auto* cad = std::get_if<config::Cad>(&geometry)) return "CAD model " + cad->file.path;
-    switch (maker_of(geometry)) {
-        case GeometryMaker::straight: return "straight facets";
-        case GeometryMaker::analytic: return "analytic surfaces";
-        default: return "surrogate of the mesh's own vertices";
-    }
-}
-
-std::size_t samples_for(std::size_t facets) {
-    constexpr std::size_t a_facet = 16, least = 4096, most = 4000000;
-    return std::clamp(a_facet * facets, least, most);
-}
-
 template <int D>
-DistancesReport distances_report(const GeometryDistances<D>& distances, GeometryMaker maker, std::string geometry) {
-    DistancesReport report{std::move(geometry), told(distances.to_geometry), told(distances.to_boundary), {}};
+DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
+                                 const config::Geometry& config) {
+    DistancesReport report{{}, told(distances.to_geometry), told(distances.to_boundary), {}};
     report.entities.reserve(distances.entities.size());
     for (const EntityDistances<D>& of : distances.entities) {
         EntityReport entity;
-        entity.kind = kind_of(of.entity.kind, maker, D);
-        entity.number = number_of(of.entity.id);
-        for (const std::int64_t side : of.entity.sides)
-            if (side >= 0) entity.sides.push_back(number_of(side));
+        const EntityName name = geometry->called(of.entity);
+        entity.kind = name.kind;
+        entity.number = name.number;
+        tell_sides(geometry, of.entity, entity);
         entity.name = name_of(entity);
         entity.is_flat = of.is_flat;
         entity.references = of.references;
@@ -122,6 +117,7 @@ DistancesReport distances_report(const GeometryDistances<D>& distances, Geometry
         entity.to_boundary = told(of.to_boundary);
         report.entities.push_back(std::move(entity));
     }
+    report.geometry = name_of(config, report.entities);
     return report;
 }
 
@@ -131,6 +127,7 @@ std::string distances_json(const DistancesReport& report) {
     for (const EntityReport& e : report.entities) {
         Json entity{{"kind", e.kind}, {"number", e.number}};
         if (!e.sides.empty()) entity["sides"] = e.sides;
+        if (!e.beside.empty()) entity["beside"] = e.beside;
         entity["flat"] = e.is_flat;
         entity["references"] = e.references;
         entity["pieces"] = e.pieces;
@@ -167,7 +164,7 @@ std::string entity_rows(const DistancesReport& report, std::size_t most) {
     return text;
 }
 
-template DistancesReport distances_report<2>(const GeometryDistances<2>&, GeometryMaker, std::string);
-template DistancesReport distances_report<3>(const GeometryDistances<3>&, GeometryMaker, std::string);
+template DistancesReport distances_report<2>(const GeometryDistances<2>&, const Geometry<2>&, const config::Geometry&);
+template DistancesReport distances_report<3>(const GeometryDistances<3>&, const Geometry<3>&, const config::Geometry&);
 
 }  // namespace camber::run

@@ -25,6 +25,7 @@ struct EntityReport {
     std::size_t number = 0;             ///< as its maker counts, from 1; 0: it has none
     std::string name;                   ///< as one says it
     std::vector<std::size_t> sides;     ///< of a curve: the numbers of the surfaces beside it
+    std::vector<std::string> beside;    ///< of a curve between surfaces of two makers: as one says these
     bool is_flat = false;               ///< of a surface that facets lie on
     std::vector<Reference> references;  ///< of those facets
     std::size_t pieces = 0;             ///< facets, of a curve edges
@@ -33,24 +34,21 @@ struct EntityReport {
 };
 
 struct DistancesReport {
-    std::string geometry;  ///< as one says it: "CAD model wing.step"
+    std::string geometry;  ///< as one says it: "CAD model wing.step, analytic surfaces, surrogate"
     OneWayReport to_geometry, to_boundary;
     std::vector<EntityReport> entities;
 };
 
-/// Who made the geometry: by whom its entities are called.
-enum class GeometryMaker { surrogate, straight, analytic, cad };
-
+/// Entities are called as the geometry calls them, and it by the config.
 template <int D>
-[[nodiscard]] DistancesReport distances_report(const GeometryDistances<D>& distances, GeometryMaker maker,
-                                               std::string geometry);
+[[nodiscard]] DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
+                                               const config::Geometry& config);
 
-[[nodiscard]] GeometryMaker maker_of(const config::Geometry& geometry);
-/// "CAD model wing.step", "surrogate of the mesh's own vertices" …
-[[nodiscard]] std::string name_of(const config::Geometry& geometry);
-
-/// How many points of a CAD model are enough for a boundary of so many facets.
-[[nodiscard]] std::size_t samples_for(std::size_t facets);
+/// The points of a geometry: of a CAD model its own, enough for a boundary of so many facets; of all else what stands
+/// over the mesh. Errors: of samples_over.
+template <int D>
+[[nodiscard]] Outcome<GeometrySamples<D>> samples_of_geometry(const QuadraticMesh<D>& mesh, const Features<D>& features,
+                                                              const Geometry<D>& geometry, const Execution& execution);
 
 /// One object.
 [[nodiscard]] std::string distances_json(const DistancesReport& report);

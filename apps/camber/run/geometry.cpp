@@ -89,8 +89,6 @@ AnalyticGeometry<D> joined(std::span<const AnalyticGeometry<D>> entries) {
     return all;
 }
 
-std::string path_of(std::size_t entry) { return "/geometry/analytic/" + std::to_string(entry); }
-
 /// The entry that makes a geometry unfit: the one that is refused so alone, else the one with which the first ones are.
 template <int D>
 std::size_t unfit_entry(const LinearMesh<D>& mesh, std::span<const AnalyticGeometry<D>> entries, const Error& error,
@@ -103,12 +101,16 @@ std::size_t unfit_entry(const LinearMesh<D>& mesh, std::span<const AnalyticGeome
     return i;
 }
 
+}  // namespace
+
 template <int D>
-Outcome<AnalyticGeometry<D>> make_analytic(const config::Analytic& analytic, const LinearMesh<D>& mesh,
+Outcome<AnalyticGeometry<D>> make_analytic(const std::vector<config::AnalyticSurface>& surfaces,
+                                           const std::string& where, const LinearMesh<D>& mesh,
                                            const Execution& execution) {
+    const auto path_of = [&](std::size_t entry) { return where + "/" + std::to_string(entry); };
     std::vector<AnalyticGeometry<D>> entries;
-    for (std::size_t i = 0; i < analytic.surfaces.size(); ++i) {
-        auto made = make_entry<D>(analytic.surfaces[i]);
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        auto made = make_entry<D>(surfaces[i]);
         if (!made) {
             Error error = made.error();
             error.where = path_of(i);
@@ -125,8 +127,6 @@ Outcome<AnalyticGeometry<D>> make_analytic(const config::Analytic& analytic, con
     return joined(all);
 }
 
-}  // namespace
-
 template <int D>
 Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const std::optional<CadModel>& cad,
                                        const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
@@ -139,12 +139,12 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const s
     };
     const auto made = [](Geometry<D> g) { return MadeGeometry<D>{std::move(g)}; };
     if (std::holds_alternative<config::Straight>(geometry)) return made(Geometry<D>(StraightGeometry<D>{}));
-    if (std::holds_alternative<config::Cad>(geometry)) {
+    if (const auto* of_model = std::get_if<config::Cad>(&geometry)) {
         if (!cad) return fail(ErrorKind::internal, "the CAD model was not read");
-        return make_cad_geometry(*cad, mesh, edges, execution);
+        return make_cad_mixture<D>(*of_model, *cad, mesh, edges, make_surrogate, execution);
     }
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
-        auto surfaces = make_analytic<D>(*analytic, mesh, without_progress(execution));
+        auto surfaces = make_analytic<D>(analytic->surfaces, "/geometry/analytic", mesh, without_progress(execution));
         if (!surfaces) return fail(surfaces.error());
         return with_surrogate<D>(std::move(*surfaces), mesh, make_surrogate).map(made);
     }
@@ -154,6 +154,9 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const s
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<AnalyticGeometry<D>> make_analytic<D>(const std::vector<config::AnalyticSurface>&,             \
+                                                           const std::string&, const LinearMesh<D>&,                \
+                                                           const Execution&);                                       \
     template Outcome<MadeGeometry<D>> make_geometry<D>(const config::Geometry&, const std::optional<CadModel>&,     \
                                                        const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \
                                                        std::span<const LagrangeNode<D>>, const Execution&);

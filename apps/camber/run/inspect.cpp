@@ -178,15 +178,24 @@ class Inspector {
             const CadModel& model = *compared_.cad;
             std::vector<std::size_t> all(model.faces());
             std::iota(all.begin(), all.end(), std::size_t{0});
+            const auto& cad = std::get<config::Cad>(compared_.geometry);
+            const auto is_on_model = [&](std::size_t f) {
+                return lies_on_model(cad, mesh_.linear.facets.references[f]);
+            };
             const auto fits = map_each(
                 execution, mesh_.linear.facets.size(),
-                [&](std::size_t f) { return best_face(model, all, facet_site(mesh_.linear, FacetId(f)).corners); }, 64);
+                [&](std::size_t f) {
+                    return is_on_model(f) ? best_face(model, all, facet_site(mesh_.linear, FacetId(f)).corners)
+                                          : CadFit{};
+                },
+                64);
             if (!fits) return fail(fits.error());
             PlacesReport doubtful{
                 "doubtful_facet", "facets that another face of the CAD model fits nearly as well", 0, {}};
             for (std::size_t f = 0; f < fits->size(); ++f) {
+                if (!is_on_model(f)) continue;
                 const FacetSite<3> site = facet_site(mesh_.linear, FacetId(f));
-                const std::size_t face = static_cast<std::size_t>((*geometry_)->surface_at(site).id) + 1;
+                const std::size_t face = (*geometry_)->called((*geometry_)->surface_at(site)).number;
                 auto& faces = report_.patches[features_.patches[f]].cad_faces;
                 const auto place = std::lower_bound(faces.begin(), faces.end(), face);
                 if (place == faces.end() || *place != face) faces.insert(place, face);
@@ -206,19 +215,13 @@ class Inspector {
         return Done{};
     }
 
-    Outcome<GeometrySamples<D>> samples(const Execution& execution) {
-        if constexpr (D == 3)
-            if (compared_.cad) return samples_of(*compared_.cad, samples_for(mesh_.linear.facets.size()), execution);
-        return samples_over(mesh_, features_, *geometry_, execution);
-    }
-
     Outcome<Done> measure(const Execution& execution) {
-        const auto points = samples(part_of(execution, 0, 0.2));
+        const auto points = samples_of_geometry(mesh_, features_, *geometry_, part_of(execution, 0, 0.2));
         if (!points) return fail(points.error());
         auto found = distances_both_ways<D>(mesh_, mesh_.mid_nodes.view(), features_, *geometry_, *points,
                                             part_of(execution, 0.2, 1));
         if (!found) return fail(found.error());
-        report_.distances = distances_report(*found, maker_of(compared_.geometry), name_of(compared_.geometry));
+        report_.distances = distances_report(*found, *geometry_, compared_.geometry);
         distances_ = std::move(*found);
         return Done{};
     }

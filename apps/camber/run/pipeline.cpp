@@ -109,6 +109,7 @@ Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const con
                         std::optional<CadModel> cad, const Around& around) {
     Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, std::move(cad), around);
     run.tell(notices);
+    if (auto done = move_vertices(run); !done) return fail(done.error());
     for (std::size_t i = 0; i < pipeline.stages.size(); ++i) {
         auto done = std::visit([&](const auto& stage) { return settle_and_apply(run, stage); }, pipeline.stages[i]);
         if (!done) return fail(at(done.error(), "/stages/" + std::to_string(i)));

@@ -85,12 +85,21 @@ Json json(const CadReport& c) {
            {"faces_met", c.faces_met},
            {"edges_met", c.edges_met},
            {"vertices_met", c.vertices_met},
+           {"facets", c.facets},
+           {"analytic_facets", c.analytic_facets},
+           {"surrogate_facets", c.surrogate_facets},
+           {"coincident_facets", c.coincident_facets},
            {"doubtful_facets", c.doubtful_facets},
            {"settled_facets", c.settled_facets},
            {"doubtful_edges", c.doubtful_edges},
            {"doubtful_vertices", c.doubtful_vertices},
            {"largest_vertex_distance", c.largest_vertex_distance}};
     if (c.largest_node_distance) j["largest_node_distance"] = *c.largest_node_distance;
+    if (c.moves) {
+        j["moved_vertices"] = c.moves->moved;
+        j["held_vertices"] = c.moves->held;
+        j["largest_vertex_move"] = c.moves->largest;
+    }
     return j;
 }
 Json json(const BoundaryNodesReport& n) {

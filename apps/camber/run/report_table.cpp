@@ -28,9 +28,18 @@ std::string cad_rows(const CadReport& c) {
         table_row("CAD faces, edges, vertices met",
                   fmt::format("{} of {}, {} of {}, {} of {}", grouped(c.faces_met), grouped(c.faces),
                               grouped(c.edges_met), grouped(c.edges), grouped(c.vertices_met), grouped(c.vertices)));
+    if (c.analytic_facets + c.surrogate_facets > 0)
+        text += table_row("facets by CAD, analytic, surrogate",
+                          fmt::format("{}, {}, {}", grouped(c.facets), grouped(c.analytic_facets),
+                                      grouped(c.surrogate_facets)));
+    if (c.coincident_facets > 0) text += table_row("facets on coincident CAD faces", c.coincident_facets);
     text += table_row("doubtful facets, edges, vertices",
                       fmt::format("{} (settled {}), {}, {}", grouped(c.doubtful_facets), grouped(c.settled_facets),
                                   grouped(c.doubtful_edges), grouped(c.doubtful_vertices)));
+    if (c.moves)
+        text += table_row("vertices moved onto the CAD model",
+                          fmt::format("{} (held back {}), by up to {:.4g}", grouped(c.moves->moved),
+                                      grouped(c.moves->held), c.moves->largest));
     text += table_row("vertices off the CAD model by", fmt::format("{:.4g}", c.largest_vertex_distance));
     if (c.largest_node_distance)
         text += table_row("nodes off the CAD model by", fmt::format("{:.4g}", *c.largest_node_distance));
@@ -175,6 +184,8 @@ std::string_view name_distance(const Report& report) {
     const std::string_view geometry = report.origin ? report.origin->geometry : std::string_view();
     if (geometry == "surrogate") return "largest distance to surrogate";
     if (geometry == "straight") return "largest distance to facets";
+    const auto& cad = report.boundary->cad;
+    if (cad && cad->analytic_facets + cad->surrogate_facets > 0) return "largest distance to geometry";
     if (geometry == "cad") return "largest distance to CAD model";
     if (geometry == "analytic") return "largest distance to surfaces";
     return "largest distance to geometry";

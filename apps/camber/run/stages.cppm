@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -148,15 +149,41 @@ template <int D>
                                                      const EdgeSet<D>& edges, const Features<D>& features,
                                                      std::span<const LagrangeNode<D>> curves,
                                                      const Execution& execution);
-/// The CAD model alone. Errors: in 2D (usage).
+/// The analytic surfaces of a config. Errors (usage) with the JSON path, `where` and the item's number.
+template <int D>
+[[nodiscard]] Outcome<AnalyticGeometry<D>> make_analytic(const std::vector<config::AnalyticSurface>& surfaces,
+                                                         const std::string& where, const LinearMesh<D>& mesh,
+                                                         const Execution& execution);
+/// The CAD model alone, of the facets that are not of the references `elsewhere` (rising). Errors: in 2D (usage).
 template <int D>
 [[nodiscard]] Outcome<MadeGeometry<D>> make_cad_geometry(const CadModel& model, const LinearMesh<D>& mesh,
-                                                         const EdgeSet<D>& edges, const Execution& execution);
+                                                         const EdgeSet<D>& edges, std::span<const Reference> elsewhere,
+                                                         const Execution& execution);
 
-/// The largest distance of the nodes of boundary edges from what the edges lie on.
+/// Whether facets of a reference lie on the model.
+[[nodiscard]] bool lies_on_model(const config::Cad& cad, Reference reference);
+/// Vertices that are off the model brought onto it, and beside the analytic surfaces onto the curve of both. Errors: as of make_cad_mixture.
+template <int D>
+struct MovedVertices {
+    Column<Vec<D>> points;
+    CadMovesReport report;
+};
+template <int D>
+[[nodiscard]] Outcome<MovedVertices<D>> moved_vertices(const config::Cad& config, const CadModel& model,
+                                                       const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                       const Execution& execution);
+/// The CAD model with what lies beside it: analytic surfaces, and the surrogate of all else, which is made only where
+/// there is something. Errors (usage): references that are named twice or that no facet has.
+template <int D>
+[[nodiscard]] Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadModel& model,
+                                                        const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                        const std::function<Outcome<Surrogate<D>>()>& surrogate,
+                                                        const Execution& execution);
+
+/// The largest distance of the nodes of edges on the model from what they lie on.
 template <int D>
 [[nodiscard]] Outcome<double> largest_node_distance(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                                    const Execution& execution);
+                                                    const config::Cad& cad, const Execution& execution);
 
 /// Log-metrics at the vertices, and what the report says of where they are from.
 template <int D>

@@ -142,6 +142,7 @@ struct State {
     /// Where that is carried: the metric of the straight mesh at its vertices.
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
     std::optional<Inherited<D>> inherited;
+    std::optional<CadMovesReport> cad_moves;  ///< of vertices, before the first stage
     History<D> history;
     JacobianBound bound = {};   ///< what the last stage asked for that did
     CurveOptions curving = {};  ///< of the last stage that curved: passes have new edges find their nodes alike

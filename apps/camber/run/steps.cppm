@@ -42,6 +42,10 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Remesh& options);
 
+/// Vertices of the boundary brought onto the CAD model, where the config wants that; before the first stage.
+template <int D>
+[[nodiscard]] Outcome<Done> move_vertices(Runner<D>& run);
+
 /// The boundary as the config describes it, before a stage that curves or changes topology; `curves`: see
 /// make_geometry. Errors (usage): a geometry that is not the mesh's.
 template <int D>

@@ -53,15 +53,6 @@ Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const Boundary<D>&
     return Done{};
 }
 
-/// The points of the geometry: of a CAD model its own, of others what stands over the mesh.
-template <int D>
-Outcome<GeometrySamples<D>> samples_of_geometry(const QuadraticMesh<D>& seen, const Boundary<D>& boundary,
-                                                const std::optional<CadModel>& cad, const Execution& execution) {
-    if constexpr (D == 3)
-        if (cad) return samples_of(*cad, samples_for(seen.linear.facets.size()), execution);
-    return samples_over(seen, boundary.features, boundary.geometry, execution);
-}
-
 /// Both ways and by entity, as it is in the end.
 template <int D>
 Outcome<Done> measure_both_ways(const Quadratic<D>& end, const Runner<D>& run, MeasuresReport& report,
@@ -70,12 +61,12 @@ Outcome<Done> measure_both_ways(const Quadratic<D>& end, const Runner<D>& run, M
     if (!plan || !plan->wanted()) return Done{};
     const Boundary<D>& boundary = plan->wanted()->boundary;
     const auto seen = apply_proposal(end.mesh, plan->proposal());
-    const auto samples = samples_of_geometry(seen, boundary, run.cad, execution);
+    const auto samples = samples_of_geometry(seen, boundary.features, boundary.geometry, execution);
     if (!samples) return fail(samples.error());
     const auto found =
         distances_both_ways<D>(seen, seen.mid_nodes.view(), boundary.features, boundary.geometry, *samples, execution);
     if (!found) return fail(found.error());
-    report.distances = distances_report(*found, maker_of(run.config.geometry), name_of(run.config.geometry));
+    report.distances = distances_report(*found, boundary.geometry, run.config.geometry);
     return Done{};
 }
 
@@ -109,11 +100,13 @@ using StraightMetric = std::optional<Column<LogMetric<D>>>;
 
 /// How far nodes of the boundary are from the CAD model that they were put onto.
 template <int D>
-Outcome<Done> measure_nodes(const Quadratic<D>& end, MeasuresReport& report, const Execution& execution) {
+Outcome<Done> measure_nodes(const Quadratic<D>& end, const config::Geometry& geometry, MeasuresReport& report,
+                            const Execution& execution) {
     const Plan<D>* const plan = end.planned();
     if (!plan || !plan->boundary()) return Done{};
     const auto farthest =
-        largest_node_distance(apply_proposal(end.mesh, plan->proposal()), *plan->boundary(), execution);
+        largest_node_distance(apply_proposal(end.mesh, plan->proposal()), *plan->boundary(),
+                              std::get<config::Cad>(geometry), execution);
     if (!farthest) return fail(farthest.error());
     report.node_distance = *farthest;
     return Done{};
@@ -172,7 +165,7 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
             if (auto both = measure_both_ways(*end, run, measured->report, without_progress(e)); !both)
                 return fail(both.error());
         if (!measured || !run.cad) return measured;
-        if (auto nodes = measure_nodes(*end, measured->report, without_progress(e)); !nodes) return fail(nodes.error());
+        if (auto nodes = measure_nodes(*end, run.config.geometry, measured->report, without_progress(e)); !nodes) return fail(nodes.error());
         return measured;
     });
     if (!made) return fail(made.error());

@@ -83,6 +83,7 @@ Outcome<Described<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edg
     features = with_those_of_model(std::move(*features), mesh, edges, *made,
                                    inherited ? listed_breaks<D> : by_angle<D>(options), without_progress(execution));
     if (!features) return fail(features.error());
+    if (made->cad) made->cad->moves = run.state.cad_moves;
     const BoundaryReport report{features->surface_edges,
                                 features->ridge_edges,
                                 features->corners,
