@@ -180,7 +180,8 @@ class CadGeometryModel final : public GeometryModel<3> {
     }
 
     /// The edge at which a face ends, where that is near; else the face.
-    [[nodiscard]] GeometryEntity rim_of(const std::vector<std::size_t>& faces, const std::array<Vec<3>, 2>& ends) const {
+    [[nodiscard]] GeometryEntity rim_of(const std::vector<std::size_t>& faces,
+                                        const std::array<Vec<3>, 2>& ends) const {
         const GeometryEntity rim = curve_of(faces, ends);
         if (rim.kind != GeometryKind::curve) return rim;
         for (const Vec<3>& p : ends)

@@ -32,8 +32,8 @@ class Homes {
         if (faces.empty()) return std::nullopt;
         const auto corners = facet_site(mesh_, facets.front()).corners;
         const double near = near_enough * distance(corners[0], corners[1]);
-        const bool ends_here = std::any_of(facets.begin(), facets.end(),
-                                           [&](FacetId f) { return association_.faces[f] == no_face; });
+        const bool ends_here =
+            std::any_of(facets.begin(), facets.end(), [&](FacetId f) { return association_.faces[f] == no_face; });
         if (faces.size() > 2) return at_vertex(faces, p, near);
         if (faces.size() == 2) {
             const auto end = ends_here ? at_vertex(faces, p, near) : std::nullopt;

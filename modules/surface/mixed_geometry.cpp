@@ -204,8 +204,7 @@ class MixedModel final : public GeometryModel<D> {
         const auto prescribed = [&](const FacetSite<D>& facet) { return model(part).prescribes(facet.reference); };
         if (own.facets.empty() || !std::all_of(own.facets.begin(), own.facets.end(), prescribed)) return std::nullopt;
         SurfacePoint<D> found = model(part).on_edge(own, p);
-        const bool is_known =
-            found.entity.kind == GeometryKind::curve && found.entity.id != GeometryEntity::unnumbered;
+        const bool is_known = found.entity.kind == GeometryKind::curve && found.entity.id != GeometryEntity::unnumbered;
         return is_known ? std::optional(std::move(found)) : std::nullopt;
     }
     /// The point near p of an edge between both parts.

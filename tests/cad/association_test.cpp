@@ -1,17 +1,21 @@
 // Meshes and the models that they sample.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "read.hpp"
 
 import camber.core;
 import camber.bezier;
 import camber.shapes;
+import camber.surface;
 import camber.cad;
 
 using namespace camber;
@@ -107,4 +111,145 @@ TEST_CASE("edges between two faces and vertices of three are told, smooth or not
     CHECK(!a.ridges.empty());
     for (const EdgeId e : a.ridges)
         for (const VertexId v : edges.vertices[e]) CHECK(sides_of(v) >= 2);
+}
+
+namespace {
+
+/// Two unit cubes side by side along x, with the facets between them.
+LinearMesh<3> two_cubes() {
+    BoxOptions<3> options;
+    options.high = {{2, 1, 1}};
+    options.cells = {4, 2, 2};
+    options.jitter = 0;
+    LinearMesh<3> mesh = value(generate(options));
+    std::map<std::array<VertexId, 3>, int> middle;
+    for (const auto& element : mesh.elements.vertices)
+        for (std::size_t out = 0; out < 4; ++out) {
+            std::array<VertexId, 3> face{};
+            for (std::size_t i = 0, k = 0; i < 4; ++i)
+                if (i != out) face[k++] = element[i];
+            std::sort(face.begin(), face.end());
+            if (std::all_of(face.begin(), face.end(), [&](VertexId v) { return mesh.points[v][0] == 1; }))
+                ++middle[face];
+        }
+    auto facets = take(std::move(mesh.facets.vertices));
+    auto references = take(std::move(mesh.facets.references));
+    for (const auto& [face, count] : middle) {
+        facets.push_back({face[0], face[1], face[2]});
+        references.push_back(9);
+    }
+    mesh.facets.vertices = std::move(facets);
+    mesh.facets.references = std::move(references);
+    return mesh;
+}
+
+/// With vertices moved by this share of their coordinates, turned by their number.
+LinearMesh<3> shaken(LinearMesh<3> mesh, double by) {
+    auto points = take(std::move(mesh.points));
+    for (std::size_t v = 0; v < points.size(); ++v)
+        for (int k = 0; k < 3; ++k) points[v][k] += by * std::sin(static_cast<double>(3 * v) + k);
+    mesh.points = std::move(points);
+    return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("solids that touch, each with its own face: the first is taken, without doubt") {
+    const CadModel model = model_of(Kind::two_boxes, {1, 1, 1});
+    REQUIRE(model.faces() == 12);
+    const LinearMesh<3> mesh = two_cubes();
+    const CadAssociation a = associated(mesh, model);
+    CHECK(a.coincident_facets == 8);
+    CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+    CHECK(a.largest_vertex_distance <= 1e-14);
+    const auto& last = a.of_references.back();
+    CHECK(last.first == 9);
+    CHECK(last.second.size() == 1);  // all on one of the two
+}
+
+TEST_CASE("of a part of the boundary: what lies elsewhere is on no face, and makes no ridge") {
+    const CadModel model = model_of(Kind::box, {1, 2, 3});
+    const LinearMesh<3> mesh = box_mesh();
+    const auto edges = value(unique_edges(mesh, {}));
+    const std::vector<Reference> elsewhere{2, 5};
+    const CadAssociation whole = associated(mesh, model);
+    const CadAssociation a = value(associate(mesh, edges, model, elsewhere, {}));
+    std::size_t on_model = 0;
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
+        const Reference reference = mesh.facets.references[f];
+        const bool is_elsewhere = reference == 2 || reference == 5;
+        CHECK(a.faces[f] == (is_elsewhere ? no_face : whole.faces[f]));
+        on_model += is_elsewhere ? 0 : 1;
+    }
+    CHECK(a.facets == on_model);
+    CHECK(a.faces_met == 4);
+    CHECK(a.ridges.size() < whole.ridges.size());
+    CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+}
+
+TEST_CASE("a part of another size or place is refused, with figures") {
+    const LinearMesh<3> mesh = box_mesh();
+    const auto edges = value(unique_edges(mesh, {}));
+    const std::vector<Reference> elsewhere{2, 5};
+    for (const double unit : {1e-3, 0.1, 10.0, 1e3}) {
+        const auto wrong = associate(mesh, edges, model_of(Kind::box, {unit, 2 * unit, 3 * unit}), elsewhere, {});
+        REQUIRE(!wrong);
+        CHECK(wrong.error().kind == ErrorKind::input);
+        CHECK(wrong.error().what.find("(1, 2, 3)") != std::string::npos);
+    }
+    // Within the model's box, and on none of its faces.
+    LinearMesh<3> inside = mesh;
+    auto points = take(std::move(inside.points));
+    for (Vec<3>& p : points) p += Vec<3>{{5, 5, 5}};
+    inside.points = std::move(points);
+    const auto far = associate(inside, edges, model_of(Kind::box, {20, 20, 20}), elsewhere, {});
+    REQUIRE(!far);
+    CHECK(far.error().what.find("the farthest by") != std::string::npos);
+}
+
+TEST_CASE("vertices are brought onto faces, edges and vertices of the model; required ones stay") {
+    const CadModel model = model_of(Kind::box, {1, 2, 3});
+    LinearMesh<3> mesh = shaken(box_mesh(), 3e-3);
+    mesh.required_vertices = Buffer<VertexId>{VertexId(0)};
+    const auto edges = value(unique_edges(mesh, {}));
+    const auto moved_by = [&](int threads) {
+        const Execution execution{.threads = threads};
+        const CadAssociation a = value(associate(mesh, edges, model, execution));
+        return value(vertices_onto(model, a, mesh, Geometry<3>(CadGeometry{model, a, mesh}), execution));
+    };
+    const VerticesOnModel moved = moved_by(1);
+    CHECK(moved.moved > 20);
+    CHECK(moved.held == 0);
+    CHECK(moved.largest <= 6e-3);
+    CHECK(moved.points[VertexId(0)] == mesh.points[VertexId(0)]);
+    CHECK(moved_by(2).points == moved.points);
+    LinearMesh<3> on = mesh;
+    on.points = moved.points;
+    const CadAssociation after = associated(on, model);
+    CHECK(after.farthest_vertex == VertexId(0));
+    on.required_vertices = {};
+    const auto again = value(vertices_onto(model, after, on, Geometry<3>(CadGeometry{model, after, on}), {}));
+    CHECK(again.moved == 1);  // the one that had to stay
+    on.points = again.points;
+    CHECK(associated(on, model).largest_vertex_distance <= 1e-12);
+}
+
+TEST_CASE("a vertex whose way would flatten an element is held back") {
+    const CadModel model = model_of(Kind::box, {1, 1, 1});
+    // A vertex of a side 0.04 off it, above one that is 0.002 below the side.
+    BoxOptions<3> options;
+    options.cells = {2, 2, 2};
+    options.jitter = 0;
+    LinearMesh<3> mesh = value(generate(options));
+    auto points = take(std::move(mesh.points));
+    for (Vec<3>& p : points) {
+        if (p == Vec<3>{{0.5, 0.5, 0.5}}) p[2] = 0.998;
+        if (p == Vec<3>{{0.5, 0.5, 1}}) p[2] = 1.04;
+    }
+    mesh.points = std::move(points);
+    const CadAssociation a = associated(mesh, model);
+    const auto moved = value(vertices_onto(model, a, mesh, Geometry<3>(CadGeometry{model, a, mesh}), {}));
+    CHECK(moved.moved == 1);
+    CHECK(moved.held == 1);
+    CHECK(moved.largest < 0.04);
 }

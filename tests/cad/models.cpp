@@ -23,6 +23,7 @@
 #include <TopoDS_Compound.hxx>
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Shape.hxx>
+#include <gp_Pnt.hxx>
 #include <unistd.h>
 
 #include <atomic>
@@ -49,6 +50,15 @@ TopoDS_Shape empty() {
     return compound;
 }
 
+TopoDS_Shape two_boxes(double a, double b, double c) {
+    TopoDS_Compound compound;
+    BRep_Builder builder;
+    builder.MakeCompound(compound);
+    builder.Add(compound, BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), gp_Pnt(a, b, c)).Shape());
+    builder.Add(compound, BRepPrimAPI_MakeBox(gp_Pnt(a, 0, 0), gp_Pnt(2 * a, b, c)).Shape());
+    return compound;
+}
+
 TopoDS_Shape shape_of(Kind kind, const std::array<double, 3>& s) {
     constexpr double half = 3.141592653589793;
     switch (kind) {
@@ -63,6 +73,7 @@ TopoDS_Shape shape_of(Kind kind, const std::array<double, 3>& s) {
         case Kind::filleted_box: return rounded(BRepPrimAPI_MakeBox(s[0], s[0], s[0]).Shape(), s[1]);
         case Kind::nurbs_torus: return as_splines(BRepPrimAPI_MakeTorus(s[0], s[1]).Shape());
         case Kind::nurbs_ball: return as_splines(BRepPrimAPI_MakeSphere(s[0]).Shape());
+        case Kind::two_boxes: return two_boxes(s[0], s[1], s[2]);
         case Kind::nothing: return empty();
     }
     return {};

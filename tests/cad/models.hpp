@@ -18,7 +18,8 @@ enum class Kind {
     filleted_box,  // edges of a box of size a rounded by b
     nurbs_torus,   // torus, as rational splines
     nurbs_ball,
-    nothing,  // a shape without faces
+    two_boxes,  // of sizes a, b, c side by side along x, each with its own face where they touch
+    nothing,    // a shape without faces
 };
 
 /// A file that is removed with the value.

@@ -3,14 +3,20 @@
 import json
 import math
 import pathlib
+import random
 import subprocess
 import sys
 import tempfile
 import unittest
 
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import plate
+
 PROGRAM = sys.argv.pop(1)
 HERE = pathlib.Path(__file__).parent
 MODEL = HERE / "shell.brep"  # as OpenCASCADE writes it
+PLATE = HERE / "plate.brep"  # [-1, 1]² × [0, 0.5] with a hole of radius 0.5 along z: see plate.py
+HOLE = plate.HOLE
 CAPSULE = HERE / "capsule.brep"  # a cylinder of radius 1 up to z = 2, a ball on it; its mesh has one reference
 
 
@@ -132,6 +138,109 @@ class Program(unittest.TestCase):
         for facet in facets:  # each is on one side
             heights = [points[v - 1][2] - 2 for v in facet if v not in on]
             self.assertTrue(all(z > 0 for z in heights) or all(z < 0 for z in heights))
+
+    def plate(self, off=0.0):
+        """The plate's mesh; vertices of the boundary off it by this in each coordinate, at most."""
+        points, tetrahedra, triangles = plate.plate()
+        numbers, boundary = random.Random(1), {v for t in triangles for v in t[:3]}
+        points = [tuple(c + (numbers.uniform(-off, off) if v in boundary else 0) for c in p) for v, p in enumerate(points)]
+        path = self.path / f"plate-{off}.mesh"
+        path.write_text(plate.text(points, tetrahedra, triangles))
+        return path
+
+    def curve_plate(self, *arguments, mesh=None, out="plate-p2.mesh"):
+        report = self.path / "plate.json"
+        done = camber("curve", mesh or self.plate(), "-o", self.path / out, "--report", report, "--threads", "1",
+                      *arguments)
+        return done, json.loads(report.read_text()) if done.returncode == 0 else None
+
+    def nodes_of(self, path, reference):
+        """The nodes of facets of a reference."""
+        words = path.read_text().split()
+        at = words.index("Vertices") + 2
+        point = lambda v: tuple(map(float, words[at + 4 * (v - 1):at + 4 * v - 1]))
+        first = words.index("TrianglesP2") + 2
+        rows = [words[first + 7 * i:first + 7 * i + 7] for i in range(int(words[first - 1]))]
+        return [point(int(v)) for row in rows if row[6] == str(reference) for v in row[:6]]
+
+    def assert_on_plate(self, path):
+        for x, y, z in self.nodes_of(path, 7):
+            self.assertLess(abs(math.hypot(x, y) - 0.5), 1e-14)
+        for reference, axis, value in ((1, 0, -1), (2, 0, 1), (3, 1, -1), (4, 1, 1), (5, 2, 0), (6, 2, 0.5)):
+            for p in self.nodes_of(path, reference):
+                self.assertLess(abs(p[axis] - value), 1e-14)
+
+    def test_a_hole_that_is_analytic_in_a_model(self):
+        done, report = self.curve_plate("--cad", PLATE, "--geometry", json.dumps({"analytic": [HOLE]}), "--set",
+                                        "output/distances=both")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assert_on_plate(self.path / "plate-p2.mesh")
+        cad = report["boundary"]["cad"]
+        self.assertEqual([cad[k] for k in ("facets", "analytic_facets", "surrogate_facets", "faces_met")],
+                         [192, 64, 0, 6])
+        self.assertIn("largest distance to geometry", done.stdout)
+        entities = report["boundary"]["distances"]["entities"]
+        self.assertEqual(sum(e["kind"] == "face" for e in entities), 6)
+        self.assertEqual([e["number"] for e in entities if e["kind"] == "surface"], [1])
+        rims = [e["beside"] for e in entities if "beside" in e]
+        self.assertEqual(len(rims), 2)
+        for surface, face in rims:
+            self.assertEqual((surface, face[:5]), ("surface 1", "face "))
+        self.assertIn(f"CAD model {PLATE}, analytic surfaces", done.stdout)
+        # The model of the whole makes the same mesh, but for rounding.
+        self.curve_plate("--cad", PLATE, out="whole.mesh")
+        for reference in range(1, 8):
+            for p, q in zip(self.nodes_of(self.path / "plate-p2.mesh", reference),
+                            self.nodes_of(self.path / "whole.mesh", reference)):
+                self.assertLess(math.dist(p, q), 1e-14)
+
+    def test_references_on_the_model_and_the_surrogate_beside(self):
+        geometry = {"cad": {"file": str(PLATE), "references": [7, 5], "analytic": [
+            {"references": [6], "plane": {"point": [0, 0, 0.5], "normal": [0, 0, 1]}}]}}
+        done, report = self.curve_plate("--geometry", json.dumps(geometry), "--set", "output/distances=both")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assert_on_plate(self.path / "plate-p2.mesh")
+        cad = report["boundary"]["cad"]
+        self.assertEqual([cad[k] for k in ("facets", "analytic_facets", "surrogate_facets", "faces_met")],
+                         [128, 64, 64, 2])
+        self.assertIn(f"CAD model {PLATE}, analytic surfaces, surrogate", done.stdout)
+        self.assertEqual({e["kind"] for e in report["boundary"]["distances"]["entities"]} - {"curve", "edge", "ridge"},
+                         {"face", "surface", "patch"})
+
+    def test_vertices_are_moved_onto_the_model(self):
+        mesh = self.plate(off=2e-3)
+        for beside in ([], [HOLE]):
+            geometry = {"file": str(PLATE), "vertices": "move", "analytic": beside}
+            done, report = self.curve_plate("--geometry", json.dumps({"cad": geometry}), mesh=mesh)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            cad = report["boundary"]["cad"]
+            self.assertGreater(cad["moved_vertices"], 100)
+            self.assertEqual(cad["held_vertices"], 0)
+            self.assertLess(cad["largest_vertex_move"], 4e-3)
+            self.assertLess(cad["largest_vertex_distance"], 1e-12)
+            self.assertEqual(report["validity"]["invalid"], 0)
+        done, report = self.curve_plate("--cad", PLATE, mesh=mesh)
+        self.assertNotIn("moved_vertices", report["boundary"]["cad"])
+        self.assertGreater(report["boundary"]["cad"]["largest_vertex_distance"], 1e-3)
+        # Of a mesh of degree 2, too.
+        out = self.path / "repaired-plate.mesh"
+        done = camber("repair", self.path / "plate-p2.mesh", "-o", out, "--geometry",
+                      json.dumps({"cad": {"file": str(PLATE), "vertices": "move"}}))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assert_on_plate(out)
+
+    def test_references_that_are_none(self):
+        def refused(cad, says, code=2):
+            done, _ = self.curve_plate("--geometry", json.dumps({"cad": {"file": str(PLATE)} | cad}))
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertIn(says, done.stderr)
+        refused({"references": [7, 7]}, "/geometry/cad/references/1: reference 7 is named twice")
+        refused({"references": [7, 9]}, "no boundary triangle of the mesh has reference 9")
+        refused({"references": [7], "analytic": [HOLE]}, "reference 7 has an analytic surface, too")
+        refused({"analytic": [HOLE, HOLE]}, "/geometry/cad/analytic/1")
+        refused({"analytic": [HOLE | {"references": list(range(1, 8))}]}, "/geometry/cad/analytic/0")
+        refused({"references": [5, 7], "unit": "m"}, "give that as the unit", 3)
+        refused({"references": [5, 7], "unit": "um"}, "give that as the unit", 3)
 
     def refused(self, code, *arguments):
         done, _ = self.curve(*arguments)

@@ -274,6 +274,12 @@ CASES = [
     Case("CAD models", "in another unit than the mesh", "refused", 3, "give that as the unit", with_cad_shell,
          ("curve", "shell.mesh", "-o", "out.mesh", "--cad", "shell.brep", "--cad-unit", "m"), needs=bad_moments.no_cad),
     Case("CAD models", "a unit without a model", "refused", 2, "--cad-unit", plain(block), CURVE + ("--cad-unit", "mm")),
+    Case("CAD models", "a reference named twice", "refused", 2, "is named twice", with_cad_shell,
+         ("curve", "shell.mesh", "-o", "out.mesh", "--geometry",
+          '{"cad": {"file": "shell.brep", "references": [1, 1]}}'), needs=bad_moments.no_cad),
+    Case("CAD models", "a reference that no facet has", "refused", 2, "no boundary triangle", with_cad_shell,
+         ("curve", "shell.mesh", "-o", "out.mesh", "--geometry",
+          '{"cad": {"file": "shell.brep", "references": [99]}}'), needs=bad_moments.no_cad),
     Case("CAD models", "a model and another geometry", "refused", 2, "--geometry", plain(block),
          CURVE + ("--cad", "m.step", "--geometry", "straight")),
 

@@ -16,6 +16,9 @@ from made_meshes import Mesh, lattice, scattered_square
 from sample_meshes import ascii_file, cube, elevate, solution_file
 import numpy as np
 
+sys.path.insert(0, str(ROOT / "tests" / "cad"))
+import plate  # noqa: E402
+
 CAD_MODEL = ROOT / "tests" / "cad" / "shell.brep"
 PAGE = ROOT / "docs" / "report.md"
 CODE = re.compile(r"`([^`]+)`")
@@ -92,6 +95,11 @@ class Report(unittest.TestCase):
         if self.reads_cad():
             self.run_camber("generate", "shell", "-o", "shell.mesh")
             self.run_camber("curve", "shell.mesh", "-o", "out.meshb", "--report", "r.json", "--cad", CAD_MODEL)
+            yield report_of(self.folder.path / "r.json")
+            (self.folder.path / "plate.mesh").write_text(plate.text(*plate.plate()))
+            cad = {"file": str(CAD_MODEL.parent / "plate.brep"), "vertices": "move", "analytic": [plate.HOLE]}
+            self.run_camber("curve", "plate.mesh", "-o", "out.meshb", "--report", "r.json", "--geometry",
+                            json.dumps({"cad": cad}), "--set", "output/distances=both")
             yield report_of(self.folder.path / "r.json")
         broken = elevate(block())
         centre_out(broken)

@@ -55,8 +55,8 @@ Outcome<MadeGeometry<D>> make_cad_geometry(const CadModel& model, const LinearMe
 }
 
 template <int D>
-Outcome<double> largest_node_distance(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                      const config::Cad& cad, const Execution& execution) {
+Outcome<double> largest_node_distance(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary, const config::Cad& cad,
+                                      const Execution& execution) {
     const auto shells = facet_shells(mesh.edges, without_progress(execution));
     if (!shells) return fail(shells.error());
     const auto add = [&](double& largest, std::size_t e) {
@@ -74,9 +74,9 @@ Outcome<double> largest_node_distance(const QuadraticMesh<D>& mesh, const Bounda
     return reduce_each(execution, mesh.edges.size(), 0.0, add, [](double a, double b) { return std::max(a, b); });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template Outcome<MadeGeometry<D>> make_cad_geometry<D>(const CadModel&, const LinearMesh<D>&, const EdgeSet<D>&, \
-                                                           std::span<const Reference>, const Execution&);            \
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<MadeGeometry<D>> make_cad_geometry<D>(const CadModel&, const LinearMesh<D>&, const EdgeSet<D>&,   \
+                                                           std::span<const Reference>, const Execution&);              \
     template Outcome<double> largest_node_distance<D>(const QuadraticMesh<D>&, const Boundary<D>&, const config::Cad&, \
                                                       const Execution&);
 

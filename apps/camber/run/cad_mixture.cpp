@@ -151,14 +151,12 @@ Outcome<MovedVertices<D>> moved_vertices(const config::Cad& config, const CadMod
     }
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                            \
-    template Outcome<MovedVertices<D>> moved_vertices<D>(const config::Cad&, const CadModel&,            \
-                                                         const LinearMesh<D>&, const EdgeSet<D>&,        \
-                                                         const Execution&);                              \
-    template Outcome<MadeGeometry<D>> make_cad_mixture<D>(const config::Cad&, const CadModel&,           \
-                                                          const LinearMesh<D>&, const EdgeSet<D>&,       \
-                                                          const std::function<Outcome<Surrogate<D>>()>&, \
-                                                          const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<MovedVertices<D>> moved_vertices<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&, \
+                                                         const EdgeSet<D>&, const Execution&);                      \
+    template Outcome<MadeGeometry<D>> make_cad_mixture<D>(                                                          \
+        const config::Cad&, const CadModel&, const LinearMesh<D>&, const EdgeSet<D>&,                               \
+        const std::function<Outcome<Surrogate<D>>()>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

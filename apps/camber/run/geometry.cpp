@@ -154,9 +154,8 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const s
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \
-    template Outcome<AnalyticGeometry<D>> make_analytic<D>(const std::vector<config::AnalyticSurface>&,             \
-                                                           const std::string&, const LinearMesh<D>&,                \
-                                                           const Execution&);                                       \
+    template Outcome<AnalyticGeometry<D>> make_analytic<D>(                                                         \
+        const std::vector<config::AnalyticSurface>&, const std::string&, const LinearMesh<D>&, const Execution&);   \
     template Outcome<MadeGeometry<D>> make_geometry<D>(const config::Geometry&, const std::optional<CadModel>&,     \
                                                        const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \
                                                        std::span<const LagrangeNode<D>>, const Execution&);

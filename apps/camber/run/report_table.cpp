@@ -29,9 +29,9 @@ std::string cad_rows(const CadReport& c) {
                   fmt::format("{} of {}, {} of {}, {} of {}", grouped(c.faces_met), grouped(c.faces),
                               grouped(c.edges_met), grouped(c.edges), grouped(c.vertices_met), grouped(c.vertices)));
     if (c.analytic_facets + c.surrogate_facets > 0)
-        text += table_row("facets by CAD, analytic, surrogate",
-                          fmt::format("{}, {}, {}", grouped(c.facets), grouped(c.analytic_facets),
-                                      grouped(c.surrogate_facets)));
+        text += table_row(
+            "facets: CAD, analytic, surrogate",
+            fmt::format("{}, {}, {}", grouped(c.facets), grouped(c.analytic_facets), grouped(c.surrogate_facets)));
     if (c.coincident_facets > 0) text += table_row("facets on coincident CAD faces", c.coincident_facets);
     text += table_row("doubtful facets, edges, vertices",
                       fmt::format("{} (settled {}), {}, {}", grouped(c.doubtful_facets), grouped(c.settled_facets),

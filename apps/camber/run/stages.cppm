@@ -162,7 +162,8 @@ template <int D>
 
 /// Whether facets of a reference lie on the model.
 [[nodiscard]] bool lies_on_model(const config::Cad& cad, Reference reference);
-/// Vertices that are off the model brought onto it, and beside the analytic surfaces onto the curve of both. Errors: as of make_cad_mixture.
+/// Vertices that are off the model brought onto it, and beside the analytic surfaces onto the curve of both. Errors: as
+/// of make_cad_mixture.
 template <int D>
 struct MovedVertices {
     Column<Vec<D>> points;

@@ -104,9 +104,8 @@ Outcome<Done> measure_nodes(const Quadratic<D>& end, const config::Geometry& geo
                             const Execution& execution) {
     const Plan<D>* const plan = end.planned();
     if (!plan || !plan->boundary()) return Done{};
-    const auto farthest =
-        largest_node_distance(apply_proposal(end.mesh, plan->proposal()), *plan->boundary(),
-                              std::get<config::Cad>(geometry), execution);
+    const auto farthest = largest_node_distance(apply_proposal(end.mesh, plan->proposal()), *plan->boundary(),
+                                                std::get<config::Cad>(geometry), execution);
     if (!farthest) return fail(farthest.error());
     report.node_distance = *farthest;
     return Done{};
@@ -165,7 +164,8 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
             if (auto both = measure_both_ways(*end, run, measured->report, without_progress(e)); !both)
                 return fail(both.error());
         if (!measured || !run.cad) return measured;
-        if (auto nodes = measure_nodes(*end, run.config.geometry, measured->report, without_progress(e)); !nodes) return fail(nodes.error());
+        if (auto nodes = measure_nodes(*end, run.config.geometry, measured->report, without_progress(e)); !nodes)
+            return fail(nodes.error());
         return measured;
     });
     if (!made) return fail(made.error());
