@@ -123,7 +123,8 @@ void add_geometry(CLI::App* verb, GeometryArguments& a) {
                      "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}'")
         ->default_str("surrogate");
     verb->add_option("--cad", a.cad,
-                     "The CAD model that the boundary is put onto (" + std::string(camber::cad_endings) + ")");
+                     "The CAD model that the boundary is put onto (" + std::string(camber::cad_endings) +
+                         "); --geometry may have analytic surfaces beside it, by reference");
     add_words(verb, "--cad-unit", a.cad_unit,
               "The unit of the mesh's coordinates, to which the CAD model is converted. Default: file, coordinates are "
               "as the model's file has them");
