@@ -15,6 +15,7 @@ module;
 module camber.cad;
 import camber.core;
 import camber.surface;
+import :in_plane;
 import :parts;
 
 namespace camber {
@@ -24,18 +25,21 @@ namespace {
 /// Two faces fit a facet nearly as well: neither its distance nor its normal says which.
 bool is_doubtful(const CadFit& fit) { return fit.face != no_face && fit.second <= doubt * fit.misfit; }
 
-std::array<Vec<3>, 3> corners_of(const LinearMesh<3>& mesh, std::size_t f) {
+template <int D>
+std::array<Vec<D>, D> corners_of(const LinearMesh<D>& mesh, std::size_t f) {
     return facet_site(mesh, FacetId(f)).corners;
 }
 
 /// What says that facets belong together: their reference, and the entity of the mesher's model if they have one.
 using Class = std::pair<Reference, Reference>;
-Class class_of(const LinearMesh<3>& mesh, std::size_t f) {
+template <int D>
+Class class_of(const LinearMesh<D>& mesh, std::size_t f) {
     return {mesh.facets.references[f], mesh.facets.entities.empty() ? 0 : mesh.facets.entities[f]};
 }
 
 /// The face on which nearly all sure facets of a class lie.
-std::map<Class, std::size_t> faces_of_classes(const LinearMesh<3>& mesh, std::span<const CadFit> fits) {
+template <int D>
+std::map<Class, std::size_t> faces_of_classes(const LinearMesh<D>& mesh, std::span<const CadFit> fits) {
     constexpr double nearly_all = 0.9;
     std::map<Class, std::map<std::size_t, std::size_t>> counts;
     for (std::size_t f = 0; f < fits.size(); ++f)
@@ -51,7 +55,8 @@ std::map<Class, std::size_t> faces_of_classes(const LinearMesh<3>& mesh, std::sp
 }
 
 /// The faces of facets, doubts settled.
-Buffer<std::uint32_t> chosen(const LinearMesh<3>& mesh, const CadModel& model, std::span<const CadFit> fits,
+template <int D>
+Buffer<std::uint32_t> chosen(const LinearMesh<D>& mesh, const CadModel& model, std::span<const CadFit> fits,
                              CadAssociation& out) {
     const auto of_classes = faces_of_classes(mesh, fits);
     Buffer<std::uint32_t> faces(fits.size());
@@ -63,14 +68,15 @@ Buffer<std::uint32_t> chosen(const LinearMesh<3>& mesh, const CadModel& model, s
         const auto known = of_classes.find(class_of(mesh, f));
         if (known == of_classes.end()) continue;
         const std::array<std::size_t, 1> that{known->second};
-        if (best_face(model, that, corners_of(mesh, f)).misfit > doubt * fits[f].misfit) continue;
+        if (best_fit<D>(model, that, corners_of<D>(mesh, f)).misfit > doubt * fits[f].misfit) continue;
         faces[f] = static_cast<std::uint32_t>(known->second);
         ++out.settled_facets;
     }
     return faces;
 }
 
-void list_references(const LinearMesh<3>& mesh, CadAssociation& out) {
+template <int D>
+void list_references(const LinearMesh<D>& mesh, CadAssociation& out) {
     std::map<Reference, std::vector<std::size_t>> faces;
     for (std::size_t f = 0; f < out.faces.size(); ++f)
         if (out.faces[f] != no_face) faces[mesh.facets.references[f]].push_back(out.faces[f]);
@@ -97,11 +103,11 @@ struct Met {
     std::int64_t entity = -1;  ///< of the kind that as many faces make
     std::uint32_t faces = 0;
     double distance = 0;
-    bool is_doubtful = false, is_stray = false;
+    bool is_doubtful = false, is_corner = false, is_stray = false;
 };
 
 Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p, double size) {
-    Met out{-1, static_cast<std::uint32_t>(faces.size()), 0, false};
+    Met out{.faces = static_cast<std::uint32_t>(faces.size())};
     for (const std::size_t face : faces)
         out.distance = std::max(out.distance, closest_on_face(model, face, p).distance);
     if (faces.size() == 2) {
@@ -121,7 +127,23 @@ Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, con
         }
         out.entity = static_cast<std::int64_t>(*vertex);
         out.distance = away;
+        out.is_corner = true;
     }
+    return out;
+}
+
+/// In 2D, where faces are curves.
+Met met_by_vertex(const CadModel& model, std::span<const std::size_t> curves, const Vec<2>& p, double size) {
+    Met out{.faces = static_cast<std::uint32_t>(curves.size())};
+    for (const std::size_t curve : curves)
+        out.distance = std::max(out.distance, closest_on_curve(model, curve, p).distance);
+    const auto vertex = end_between(model, curves, p);
+    const double away = vertex ? distance(vertex_in_plane(model, *vertex), p) : size;
+    out.is_corner = away <= near_enough * size;
+    out.is_doubtful = !out.is_corner && curves.size() > 1;
+    if (!out.is_corner) return out;
+    out.entity = static_cast<std::int64_t>(*vertex);
+    out.distance = away;
     return out;
 }
 
@@ -132,7 +154,7 @@ Met met_by_rim(const CadModel& model, std::span<const std::size_t> face, const s
     const double away =
         std::max(closest_on_edge(model, *edge, ends[0]).distance, closest_on_edge(model, *edge, ends[1]).distance);
     if (away > near_enough * distance(ends[0], ends[1])) return {};
-    return {static_cast<std::int64_t>(*edge), 1, away, false};
+    return {.entity = static_cast<std::int64_t>(*edge), .faces = 1, .distance = away};
 }
 
 Met met_by_edge(const CadModel& model, std::span<const std::size_t> faces, const std::array<Vec<3>, 2>& ends) {
@@ -140,8 +162,10 @@ Met met_by_edge(const CadModel& model, std::span<const std::size_t> faces, const
     if (!edge) return {.faces = static_cast<std::uint32_t>(faces.size()), .is_doubtful = true};
     const double away =
         std::max(closest_on_edge(model, *edge, ends[0]).distance, closest_on_edge(model, *edge, ends[1]).distance);
-    return {static_cast<std::int64_t>(*edge), static_cast<std::uint32_t>(faces.size()), away,
-            away > near_enough * distance(ends[0], ends[1])};
+    return {.entity = static_cast<std::int64_t>(*edge),
+            .faces = static_cast<std::uint32_t>(faces.size()),
+            .distance = away,
+            .is_doubtful = away > near_enough * distance(ends[0], ends[1])};
 }
 
 std::size_t count_distinct(std::vector<std::int64_t> entities) {
@@ -149,7 +173,8 @@ std::size_t count_distinct(std::vector<std::int64_t> entities) {
     return static_cast<std::size_t>(std::unique(entities.begin(), entities.end()) - entities.begin());
 }
 
-Outcome<Done> meet_vertices(const LinearMesh<3>& mesh, const CadModel& model, const Execution& execution,
+template <int D>
+Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, const Execution& execution,
                             CadAssociation& out) {
     const auto around = facet_balls(mesh, without_progress(execution));
     if (!around) return fail(around.error());
@@ -158,7 +183,7 @@ Outcome<Done> meet_vertices(const LinearMesh<3>& mesh, const CadModel& model, co
         if (facets.empty()) return {};
         const auto faces = faces_of(out, facets);
         if (faces.empty()) return {};
-        const auto corners = corners_of(mesh, facets.front().index());
+        const auto corners = corners_of<D>(mesh, facets.front().index());
         const double size = distance(corners[0], corners[1]);
         Met met = met_by_vertex(model, faces, mesh.points[v], size);
         met.is_stray = met.distance > near_enough * size;
@@ -175,7 +200,7 @@ Outcome<Done> meet_vertices(const LinearMesh<3>& mesh, const CadModel& model, co
         out.vertices += m.faces > 0 ? 1 : 0;
         out.stray_vertices += m.is_stray ? 1 : 0;
         out.doubtful_vertices += m.is_doubtful ? 1 : 0;
-        if (m.faces <= 2 || m.entity < 0) continue;
+        if (!m.is_corner) continue;
         corners.push_back(m.entity);
         out.corners.push_back(VertexId(v));
     }
@@ -209,15 +234,36 @@ Outcome<Done> meet_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, con
     return Done{};
 }
 
+/// In 2D faces are curves, of which the faces that they bound and the vertices of meet_vertices tell the rest.
+void count_met(const CadModel& model, CadAssociation& out) {
+    std::vector<std::int64_t> faces;
+    for (const auto& [reference, curves] : out.of_references)
+        for (const std::size_t curve : curves)
+            for (const std::size_t face : model.parts().kernel->edges[curve].faces)
+                faces.push_back(static_cast<std::int64_t>(face));
+    out.edges_met = out.faces_met;
+    out.faces_met = count_distinct(std::move(faces));
+}
+
+template <int D>
+Outcome<Done> check_kind(const CadModel& model) {
+    if constexpr (D == 2) return check_flatness(model);
+    if (model.faces() > 0) return Done{};
+    return fail(ErrorKind::input, "the model has no faces", {}, {}, "export its solids or its shells");
+}
+
 }  // namespace
 
-Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const CadModel& model,
+template <int D>
+Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const CadModel& model,
                                   const Execution& execution) {
     return associate(mesh, edges, model, {}, execution);
 }
 
-Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const CadModel& model,
+template <int D>
+Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const CadModel& model,
                                   std::span<const Reference> elsewhere, const Execution& execution) {
+    if (auto fits = check_kind<D>(model); !fits) return fail(fits.error());
     const auto is_on_model = [&](std::size_t f) {
         return !std::binary_search(elsewhere.begin(), elsewhere.end(), mesh.facets.references[f]);
     };
@@ -225,17 +271,16 @@ Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& e
     if (auto agreed = is_whole ? check_agreement(mesh, model) : check_inclusion(mesh, model, elsewhere); !agreed)
         return fail(agreed.error());
     return guarded([&]() -> Outcome<CadAssociation> {
-        std::vector<std::size_t> all(model.faces());
-        std::iota(all.begin(), all.end(), std::size_t{0});
+        const std::vector<std::size_t> all = candidates<D>(model);
         const auto fits = map_each(
             part_of(execution, 0, 0.7), mesh.facets.size(),
             [&](std::size_t f) {
-                return is_on_model(f) ? best_face(model, all, corners_of(mesh, f)) : CadFit{.face = no_face};
+                return is_on_model(f) ? best_fit<D>(model, all, corners_of<D>(mesh, f)) : CadFit{.face = no_face};
             },
             16);
         if (!fits) return fail(fits.error());
         CadAssociation out;
-        out.faces = chosen(mesh, model, *fits, out);
+        out.faces = chosen<D>(mesh, model, *fits, out);
         list_references(mesh, out);
         out.facets = static_cast<std::size_t>(
             std::count_if(out.faces.begin(), out.faces.end(), [](std::uint32_t face) { return face != no_face; }));
@@ -246,9 +291,23 @@ Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& e
         if (auto met = meet_vertices(mesh, model, part_of(execution, 0.7, 0.9), out); !met) return fail(met.error());
         if (auto agreed = is_whole ? Outcome<Done>(Done{}) : check_part(mesh, model, out); !agreed)
             return fail(agreed.error());
-        if (auto met = meet_edges(mesh, edges, model, part_of(execution, 0.9, 1), out); !met) return fail(met.error());
+        if constexpr (D == 2) {
+            count_met(model, out);
+        } else if (auto met = meet_edges(mesh, edges, model, part_of(execution, 0.9, 1), out); !met) {
+            return fail(met.error());
+        }
         return out;
     });
 }
+
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<CadAssociation> associate<D>(const LinearMesh<D>&, const EdgeSet<D>&, const CadModel&,            \
+                                                  const Execution&);                                                   \
+    template Outcome<CadAssociation> associate<D>(const LinearMesh<D>&, const EdgeSet<D>&, const CadModel&,            \
+                                                  std::span<const Reference>, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -16,7 +16,8 @@ export namespace camber {
 /// Of a facet that is not on the model.
 inline constexpr std::uint32_t no_face = 0xffffffffU;
 
-/// Which face of a CAD model each facet of a mesh stands for.
+/// Which face of a CAD model each facet of a mesh stands for. In 2D the model's edges take the part of faces, and its
+/// vertices are where two of them meet.
 struct CadAssociation {
     Column<std::uint32_t> faces;  ///< one a facet; no_face: that lies elsewhere
     /// The faces that facets of each reference lie on, both rising.
@@ -43,20 +44,24 @@ struct CadAssociation {
 
 /// The face of each facet: that to which its vertices and its middle are nearest and its normal is nearest, of those in
 /// doubt the one that the sure facets of the same reference and entity lie on, where that is one. Errors (input): the
-/// mesh's boundary and the model are not of one size and place, with the unit in which they would be.
-[[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+/// mesh's boundary and the model are not of one size and place, with the unit in which they would be; the model has no
+/// faces, in 2D it is not in a plane z = constant.
+template <int D>
+[[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                 const CadModel& model, const Execution& execution);
 
 /// The same of a model of a part of the boundary: facets of the references `elsewhere` (rising) lie on something else.
 /// The model may have more than the mesh, too. Errors (input) then: the part is not within the model's box; its box is
 /// that of the faces that it met but for the unit; more than a tenth of its vertices are farther from the model than a
 /// tenth of their facets' edges.
-[[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+template <int D>
+[[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                 const CadModel& model, std::span<const Reference> elsewhere,
                                                 const Execution& execution);
 
-/// Errors (input): the boundary of the mesh and the model are not of one size and place.
-[[nodiscard]] Outcome<Done> check_agreement(const LinearMesh<3>& mesh, const CadModel& model);
+/// Errors (input): the boundary of the mesh and the model (in 2D its edges) are not of one size and place.
+template <int D>
+[[nodiscard]] Outcome<Done> check_agreement(const LinearMesh<D>& mesh, const CadModel& model);
 
 /// How well a face of a model fits a facet, in model units.
 struct CadFit {

@@ -4,6 +4,7 @@ export module camber.cad;
 export import :model;
 export import :closest;
 export import :association;
+export import :in_plane;
 export import :geometry;
 export import :samples;
 export import :vertex_moves;

@@ -36,12 +36,12 @@ std::optional<Vec<3>> common_corner(std::span<const FacetSite<3>> facets) {
 
 class CadGeometryModel final : public GeometryModel<3> {
   public:
-    explicit CadGeometryModel(CadGeometry cad) : cad_(std::move(cad)) {
-        if (is_whole()) {
+    explicit CadGeometryModel(CadGeometry<3> cad) : cad_(std::move(cad)) {
+        if (cad_.is_whole()) {
             all_.resize(cad_.model.faces());
             std::iota(all_.begin(), all_.end(), std::size_t{0});
         } else {
-            all_ = faces_met();
+            all_ = cad_.met();
         }
     }
 
@@ -138,17 +138,9 @@ class CadGeometryModel final : public GeometryModel<3> {
     /// Of a part of the boundary those of faces that it met, and of their edges.
     [[nodiscard]] Outcome<GeometrySamples<3>> own_samples(std::size_t wanted,
                                                           const Execution& execution) const override {
-        auto whole = samples_of(cad_.model, wanted, execution);
-        if (!whole || is_whole()) return whole;
-        return guarded([&]() -> Outcome<GeometrySamples<3>> {
-            GeometrySamples<3> part;
-            for (const auto& [entity, begin, end] : whole->entities) {
-                if (!is_met(entity)) continue;
-                part.begin(entity);
-                for (std::size_t i = begin; i < end; ++i) part.add(whole->points[i], whole->weights[i]);
-            }
-            return part;
-        });
+        auto whole = samples_of<3>(cad_.model, wanted, execution);
+        if (!whole || cad_.is_whole()) return whole;
+        return part_of_samples(*whole, [&](const GeometryEntity& entity) { return is_met(entity); });
     }
 
     [[nodiscard]] bool prescribes(Reference reference) const override { return !faces_of(reference).empty(); }
@@ -162,16 +154,6 @@ class CadGeometryModel final : public GeometryModel<3> {
         return entity.kind == kind && entity.id >= 0 && index(entity.id) < count;
     }
 
-    /// Whether all of the mesh's boundary is on the model.
-    [[nodiscard]] bool is_whole() const { return cad_.association.facets == cad_.mesh.facets.size(); }
-    [[nodiscard]] std::vector<std::size_t> faces_met() const {
-        std::vector<std::size_t> met;
-        for (const auto& [reference, faces] : cad_.association.of_references)
-            met.insert(met.end(), faces.begin(), faces.end());
-        std::sort(met.begin(), met.end());
-        met.erase(std::unique(met.begin(), met.end()), met.end());
-        return met;
-    }
     [[nodiscard]] bool is_met(const GeometryEntity& entity) const {
         const auto is_face_met = [&](std::size_t face) { return std::binary_search(all_.begin(), all_.end(), face); };
         if (entity.kind == GeometryKind::surface) return is_face_met(index(entity.id));
@@ -201,24 +183,11 @@ class CadGeometryModel final : public GeometryModel<3> {
     }
 
     [[nodiscard]] std::span<const std::size_t> faces_of(Reference reference) const {
-        const auto& all = cad_.association.of_references;
-        const auto row = std::lower_bound(all.begin(), all.end(), reference,
-                                          [](const auto& entry, Reference r) { return entry.first < r; });
-        if (row == all.end() || row->first != reference) return {};
-        return row->second;
-    }
-
-    /// Whether it is the facet of that number of the mesh that was associated.
-    [[nodiscard]] bool is_own(const FacetSite<3>& facet) const {
-        const LinearMesh<3>& mesh = cad_.mesh;
-        if (!facet.id.valid() || facet.id.index() >= mesh.facets.size()) return false;
-        for (std::size_t i = 0; i < 3; ++i)
-            if (mesh.points[mesh.facets.vertices[facet.id][i]] != facet.corners[i]) return false;
-        return true;
+        return cad_.of_reference(reference);
     }
 
     [[nodiscard]] std::size_t face_of(const FacetSite<3>& facet) const {
-        if (is_own(facet) && cad_.association.faces[facet.id] != no_face) return cad_.association.faces[facet.id];
+        if (cad_.has(facet)) return cad_.association.faces[facet.id];
         const auto candidates = faces_of(facet.reference);
         if (candidates.size() == 1) return candidates.front();
         return best_face(cad_.model, candidates.empty() ? std::span<const std::size_t>(all_) : candidates,
@@ -244,13 +213,13 @@ class CadGeometryModel final : public GeometryModel<3> {
         return faces;
     }
 
-    CadGeometry cad_;
+    CadGeometry<3> cad_;
     std::vector<std::size_t> all_;
 };
 
 }  // namespace
 
-std::shared_ptr<const GeometryModel<3>> model_of(CadGeometry cad) {
+std::shared_ptr<const GeometryModel<3>> model_of(CadGeometry<3> cad) {
     return std::make_shared<const CadGeometryModel>(std::move(cad));
 }
 

@@ -51,12 +51,14 @@ Outcome<CadModel> read_cad(const std::string& path, const CadOptions& options) {
     return guarded([&]() -> Outcome<CadModel> {
         auto kernel = open_kernel(path, *format, millimetres_of(options.unit));
         if (!kernel) return fail(kernel.error());
-        if ((*kernel)->faces.empty())
-            return fail(ErrorKind::input, "the model has no faces", path, {}, "export its solids or its shells");
+        if ((*kernel)->edges.empty() && (*kernel)->faces.empty())
+            return fail(ErrorKind::input, "the model has no faces and no edges", path, {},
+                        "export its solids or its shells; of a flat model its curves");
         auto parts = std::make_shared<CadParts>();
         parts->kernel = std::move(*kernel);
         for (std::size_t e = 0; e < parts->kernel->edges.size(); ++e)
             parts->edges.push_back(cells_of_edge(*parts->kernel, e));
+        for (const Cells& edge : parts->edges) parts->of_edges.include(edge.bounds);
         for (std::size_t f = 0; f < parts->kernel->faces.size(); ++f) {
             Cells cells = cells_of_face(*parts->kernel, f);
             if (parts->kernel->faces[f].is_plane) {
@@ -70,6 +72,7 @@ Outcome<CadModel> read_cad(const std::string& path, const CadOptions& options) {
             parts->bounds.include(cells.bounds);
             parts->faces.push_back(std::move(cells));
         }
+        if (parts->faces.empty()) parts->bounds = parts->of_edges;
         parts->size = parts->bounds.diagonal();
         if (!(parts->size > 0) || !is_finite(parts->bounds.low) || !is_finite(parts->bounds.high))
             return fail(ErrorKind::input, "the model has no size", path);

@@ -76,7 +76,7 @@ inline constexpr std::string_view cad_endings = ".step, .stp, .iges, .igs or .br
 /// The model of a file: STEP, IGES or BREP, by its ending. (The reader takes a path, not bytes: so does the library
 /// that it stands on.) Faces of an IGES file are sewn together at edges that coincide within 1e-5 of the size. A file
 /// that says no unit counts as one in millimetres. Errors: of another ending (usage); OpenCASCADE is not there
-/// (unsupported); broken, or without a face (input).
+/// (unsupported); broken, or without a face and without an edge (input).
 [[nodiscard]] Outcome<CadModel> read_cad(const std::string& path, const CadOptions& options);
 
 }  // namespace camber

@@ -32,7 +32,8 @@ struct Cells {
 struct CadParts {
     std::unique_ptr<const occ::Kernel> kernel;
     std::vector<Cells> faces, edges;
-    Box<3> bounds;
+    Box<3> bounds;  ///< of the faces; of the edges where there is none
+    Box<3> of_edges;
     double size = 0;  ///< the diagonal of the bounds
 };
 
@@ -55,9 +56,11 @@ inline constexpr double near_enough = 0.1;
 [[nodiscard]] inline double at_one_place(const CadParts& parts) { return 1e-6 * parts.size; }
 
 /// Of a part of the boundary, see associate: before faces are known, and after.
-[[nodiscard]] Outcome<Done> check_inclusion(const LinearMesh<3>& mesh, const CadModel& model,
+template <int D>
+[[nodiscard]] Outcome<Done> check_inclusion(const LinearMesh<D>& mesh, const CadModel& model,
                                             std::span<const Reference> elsewhere);
-[[nodiscard]] Outcome<Done> check_part(const LinearMesh<3>& mesh, const CadModel& model,
+template <int D>
+[[nodiscard]] Outcome<Done> check_part(const LinearMesh<D>& mesh, const CadModel& model,
                                        const CadAssociation& association);
 
 /// Distances that rounding alone makes.

@@ -11,6 +11,7 @@ module;
 module camber.cad;
 import camber.core;
 import camber.surface;
+import :in_plane;
 import :parts;
 
 namespace camber {
@@ -121,7 +122,30 @@ GeometryEntity curve(const occ::EdgeFacts& facts, std::size_t edge) {
 
 }  // namespace
 
-Outcome<GeometrySamples<3>> samples_of(const CadModel& model, std::size_t wanted, const Execution& execution) {
+template <>
+Outcome<GeometrySamples<2>> samples_of<2>(const CadModel& model, std::size_t wanted, const Execution& execution) {
+    constexpr double coarse = 0;  // some points a curve, which tell its length
+    return guarded([&]() -> Outcome<GeometrySamples<2>> {
+        const std::vector<std::size_t> curves = curves_of(model);
+        double length = 0;
+        for (const std::size_t e : curves) length += area_of(of_edge(model, e, coarse));
+        const double step = length / static_cast<double>(std::max<std::size_t>(wanted, 1));
+        const auto found = map_each(
+            without_progress(execution), curves.size(), [&](std::size_t i) { return of_edge(model, curves[i], step); },
+            1);
+        if (!found) return fail(found.error());
+        GeometrySamples<2> samples;
+        for (std::size_t i = 0; i < curves.size(); ++i) {
+            samples.begin(GeometryEntity::surface(static_cast<std::int64_t>(curves[i])));
+            const auto& [points, weights] = (*found)[i];
+            for (std::size_t k = 0; k < points.size(); ++k) samples.add(in_plane(points[k]), weights[k]);
+        }
+        return samples;
+    });
+}
+
+template <>
+Outcome<GeometrySamples<3>> samples_of<3>(const CadModel& model, std::size_t wanted, const Execution& execution) {
     constexpr std::size_t coarse = 16, closer_on_edges = 2;
     const occ::Kernel& kernel = *model.parts().kernel;
     return guarded([&]() -> Outcome<GeometrySamples<3>> {

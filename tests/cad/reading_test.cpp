@@ -79,5 +79,5 @@ TEST_CASE("what is no model is told") {
     }
     const File empty(".brep");
     write_model(Kind::nothing, {}, empty);
-    CHECK(error_of(empty.path()).what == "the model has no faces");
+    CHECK(error_of(empty.path()).what == "the model has no faces and no edges");
 }

@@ -40,18 +40,13 @@ CadReport cad_report(const CadModel& model, const CadAssociation& a) {
 template <int D>
 Outcome<MadeGeometry<D>> make_cad_geometry(const CadModel& model, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                            std::span<const Reference> elsewhere, const Execution& execution) {
-    if constexpr (D == 2) {
-        return fail(ErrorKind::usage, "a CAD model is in space, the mesh in 2D", "/geometry/cad", {},
-                    "curve a mesh of the volume, or take another geometry");
-    } else {
-        auto association = associate(mesh, edges, model, elsewhere, execution);
-        if (!association) return fail(association.error());
-        const CadReport report = cad_report(model, *association);
-        auto ridges = association->ridges;
-        auto corners = association->corners;
-        return MadeGeometry<3>{Geometry<3>(CadGeometry{model, std::move(*association), mesh}), report,
-                               std::move(ridges), std::move(corners)};
-    }
+    auto association = associate(mesh, edges, model, elsewhere, execution);
+    if (!association) return fail(association.error());
+    const CadReport report = cad_report(model, *association);
+    auto ridges = association->ridges;
+    auto corners = association->corners;
+    return MadeGeometry<D>{Geometry<D>(CadGeometry<D>{model, std::move(*association), mesh}), report, std::move(ridges),
+                           std::move(corners)};
 }
 
 template <int D>

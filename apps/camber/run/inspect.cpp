@@ -172,46 +172,45 @@ class Inspector {
         return compared_.cad ? look_at_cad(part_of(execution, 0.8, 1)) : Done{};
     }
 
-    /// Which faces of the model patches are on, and facets that another face fits nearly as well.
+    /// Which faces (in 2D edges) of the model patches are on, and facets that another one fits nearly as well.
     Outcome<Done> look_at_cad(const Execution& execution) {
-        if constexpr (D == 3) {
-            const CadModel& model = *compared_.cad;
-            std::vector<std::size_t> all(model.faces());
-            std::iota(all.begin(), all.end(), std::size_t{0});
-            const auto& cad = std::get<config::Cad>(compared_.geometry);
-            const auto is_on_model = [&](std::size_t f) {
-                return lies_on_model(cad, mesh_.linear.facets.references[f]);
-            };
-            const auto fits = map_each(
-                execution, mesh_.linear.facets.size(),
-                [&](std::size_t f) {
-                    return is_on_model(f) ? best_face(model, all, facet_site(mesh_.linear, FacetId(f)).corners)
-                                          : CadFit{};
-                },
-                64);
-            if (!fits) return fail(fits.error());
-            PlacesReport doubtful{
-                "doubtful_facet", "facets that another face of the CAD model fits nearly as well", 0, {}};
-            for (std::size_t f = 0; f < fits->size(); ++f) {
-                if (!is_on_model(f)) continue;
-                const FacetSite<3> site = facet_site(mesh_.linear, FacetId(f));
-                const std::size_t face = (*geometry_)->called((*geometry_)->surface_at(site)).number;
-                auto& faces = report_.patches[features_.patches[f]].cad_faces;
-                const auto place = std::lower_bound(faces.begin(), faces.end(), face);
-                if (place == faces.end() || *place != face) faces.insert(place, face);
-                constexpr double nearly = 2;
-                if ((*fits)[f].second > nearly * (*fits)[f].misfit) continue;
-                if (doubtful.count++ >= options_.worst) continue;
-                const std::array facets{FacetId(f)};
-                const auto& v = mesh_.linear.facets.vertices[f];
-                PlaceReport told{
-                    at(v, (site.corners[0] + site.corners[1] + site.corners[2]) / 3, facets), (*fits)[f].misfit, {}};
-                told.text = fmt::format("triangle {}: on face {}, which misses it by {:.4g}, the next by {:.4g}",
-                                        fmt::join(told.at.vertices, "-"), face, (*fits)[f].misfit, (*fits)[f].second);
-                doubtful.worst.push_back(std::move(told));
-            }
-            report_.suspicious.push_back(std::move(doubtful));
+        constexpr std::string_view entity = D == 2 ? "edge" : "face", facet = D == 2 ? "edge" : "triangle";
+        const CadModel& model = *compared_.cad;
+        const std::vector<std::size_t> all = candidates<D>(model);
+        const auto& cad = std::get<config::Cad>(compared_.geometry);
+        const auto is_on_model = [&](std::size_t f) { return lies_on_model(cad, mesh_.linear.facets.references[f]); };
+        const auto fits = map_each(
+            execution, mesh_.linear.facets.size(),
+            [&](std::size_t f) {
+                return is_on_model(f) ? best_fit<D>(model, all, facet_site(mesh_.linear, FacetId(f)).corners)
+                                      : CadFit{};
+            },
+            64);
+        if (!fits) return fail(fits.error());
+        PlacesReport doubtful{"doubtful_facet",
+                              fmt::format("facets that another {} of the CAD model fits nearly as well", entity),
+                              0,
+                              {}};
+        for (std::size_t f = 0; f < fits->size(); ++f) {
+            if (!is_on_model(f)) continue;
+            const FacetSite<D> site = facet_site(mesh_.linear, FacetId(f));
+            const std::size_t face = (*geometry_)->called((*geometry_)->surface_at(site)).number;
+            auto& faces = report_.patches[features_.patches[f]].cad_faces;
+            const auto place = std::lower_bound(faces.begin(), faces.end(), face);
+            if (place == faces.end() || *place != face) faces.insert(place, face);
+            constexpr double nearly = 2;
+            if ((*fits)[f].second > nearly * (*fits)[f].misfit) continue;
+            if (doubtful.count++ >= options_.worst) continue;
+            const std::array facets{FacetId(f)};
+            Vec<D> middle;
+            for (const Vec<D>& corner : site.corners) middle += corner;
+            PlaceReport told{at(mesh_.linear.facets.vertices[f], middle / D, facets), (*fits)[f].misfit, {}};
+            told.text =
+                fmt::format("{} {}: on {} {}, which misses it by {:.4g}, the next by {:.4g}", facet,
+                            fmt::join(told.at.vertices, "-"), entity, face, (*fits)[f].misfit, (*fits)[f].second);
+            doubtful.worst.push_back(std::move(told));
         }
+        report_.suspicious.push_back(std::move(doubtful));
         return Done{};
     }
 

@@ -65,7 +65,7 @@ struct HingesReport {
 
 struct PatchReport {
     PatchFacts facts;
-    std::vector<std::size_t> cad_faces;  ///< that its facets lie on, from 1
+    std::vector<std::size_t> cad_faces;  ///< that its facets lie on, in 2D edges, from 1
 };
 
 struct CornerReport {

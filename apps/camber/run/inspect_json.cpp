@@ -45,7 +45,7 @@ Json patches(const GeometryReport& report) {
                    {"facets", facts.facets}, {"interface_facets", facts.interface_facets},
                    {"area", facts.area},     {"size", facts.size},
                    {"flat", facts.is_flat}};
-        if (report.cad) patch["cad_faces"] = cad_faces;
+        if (report.cad) patch[report.mesh.dimension == 2 ? "cad_edges" : "cad_faces"] = cad_faces;
         all.push_back(std::move(patch));
     }
     return all;

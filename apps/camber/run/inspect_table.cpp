@@ -72,9 +72,11 @@ std::string more(std::size_t all, std::size_t shown) {
 std::string patch_rows(const GeometryReport& r) {
     if (r.patches.empty() || r.worst == 0) return {};
     const bool flat = r.mesh.dimension == 2;
-    std::string text =
-        fmt::format("\n  {:<8}{:<16}{:>10}{:>13}{:>13}  {}\n", flat ? "curve" : "patch", "references",
-                    flat ? "edges" : "triangles", flat ? "length" : "area", "size", r.cad ? "what, CAD faces" : "what");
+    std::string text = fmt::format("\n  {:<8}{:<16}{:>10}{:>13}{:>13}  {}\n", flat ? "curve" : "patch", "references",
+                                   flat ? "edges" : "triangles", flat ? "length" : "area", "size",
+                                   !r.cad ? "what"
+                                   : flat ? "what, CAD edges"
+                                          : "what, CAD faces");
     for (const std::size_t i :
          largest(r.patches.size(), r.worst, [&](std::size_t p) { return r.patches[p].facts.area; })) {
         const auto& [facts, faces] = r.patches[i];

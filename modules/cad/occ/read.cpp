@@ -27,6 +27,7 @@
 #include <STEPControl_Reader.hxx>
 #include <Standard_Failure.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
+#include <TopExp_Explorer.hxx>
 
 namespace camber::occ {
 
@@ -92,7 +93,8 @@ Read read_step(const char* path) {
 
 /// Faces of an IGES file know nothing of each other: edges that coincide are made one.
 TopoDS_Shape sewn(const TopoDS_Shape& shape) {
-    constexpr double within = 1e-5;  // of the size
+    constexpr double within = 1e-5;                                 // of the size
+    if (!TopExp_Explorer(shape, TopAbs_FACE).More()) return shape;  // curves alone
     Bnd_Box box;
     BRepBndLib::Add(shape, box);
     BRepBuilderAPI_Sewing sewing(within * std::sqrt(box.SquareExtent()));
