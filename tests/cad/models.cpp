@@ -3,6 +3,9 @@
 #include "occ/read.hpp"
 
 #include <BRepAlgoAPI_Cut.hxx>
+#include <BRepBuilderAPI_MakeEdge.hxx>
+#include <BRepBuilderAPI_MakeFace.hxx>
+#include <BRepBuilderAPI_MakeWire.hxx>
 #include <BRepBuilderAPI_NurbsConvert.hxx>
 #include <BRepFilletAPI_MakeFillet.hxx>
 #include <BRepPrimAPI_MakeBox.hxx>
@@ -12,21 +15,32 @@
 #include <BRepPrimAPI_MakeTorus.hxx>
 #include <BRepTools.hxx>
 #include <BRep_Builder.hxx>
+#include <GeomAPI_Interpolate.hxx>
+#include <Geom_BSplineCurve.hxx>
 #include <IGESControl_Writer.hxx>
 #include <Interface_Static.hxx>
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
 #include <STEPControl_Controller.hxx>
 #include <STEPControl_Writer.hxx>
+#include <TColgp_HArray1OfPnt.hxx>
+#include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Compound.hxx>
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Shape.hxx>
+#include <TopoDS_Wire.hxx>
+#include <gp_Ax2.hxx>
+#include <gp_Circ.hxx>
+#include <gp_Dir.hxx>
+#include <gp_Elips.hxx>
 #include <gp_Pnt.hxx>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
+#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -43,6 +57,49 @@ TopoDS_Shape rounded(const TopoDS_Shape& box, double radius) {
 }
 
 TopoDS_Shape as_splines(const TopoDS_Shape& shape) { return BRepBuilderAPI_NurbsConvert(shape).Shape(); }
+
+TopoDS_Edge circle(double radius, double z) {
+    return BRepBuilderAPI_MakeEdge(gp_Circ(gp_Ax2(gp_Pnt(0, 0, z), gp_Dir(0, 0, 1)), radius)).Edge();
+}
+
+TopoDS_Shape circles(const std::array<double, 3>& s) {
+    TopoDS_Compound compound;
+    BRep_Builder().MakeCompound(compound);
+    for (const double radius : {s[0], s[1]}) BRep_Builder().Add(compound, circle(radius, s[2]));
+    return compound;
+}
+
+TopoDS_Shape annulus(const std::array<double, 3>& s) {
+    BRepBuilderAPI_MakeFace face(BRepBuilderAPI_MakeWire(circle(s[1], s[2])).Wire(), Standard_True);
+    face.Add(TopoDS::Wire(BRepBuilderAPI_MakeWire(circle(s[0], s[2])).Wire().Reversed()));
+    return face.Shape();
+}
+
+TopoDS_Shape within(const TopoDS_Wire& wire) { return BRepBuilderAPI_MakeFace(wire, Standard_True).Shape(); }
+
+TopoDS_Shape ellipse(double a, double b) {
+    const gp_Elips curve(gp_Ax2(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), a, b);
+    return within(BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve).Edge()).Wire());
+}
+
+TopoDS_Shape spline(double radius) {
+    constexpr int points = 9;
+    const Handle(TColgp_HArray1OfPnt) through = new TColgp_HArray1OfPnt(1, points);
+    for (int i = 0; i < points; ++i) {
+        const double angle = 2 * 3.141592653589793 * i / points, r = radius * (1 + 0.1 * std::cos(2 * angle));
+        through->SetValue(i + 1, gp_Pnt(r * std::cos(angle), r * std::sin(angle), 0));
+    }
+    GeomAPI_Interpolate curve(through, Standard_True, 1e-9);
+    curve.Perform();
+    return within(BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve.Curve()).Edge()).Wire());
+}
+
+TopoDS_Shape half_disc(double radius) {
+    const gp_Circ curve(gp_Ax2(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), radius);
+    const TopoDS_Edge arc = BRepBuilderAPI_MakeEdge(curve, 0, 3.141592653589793).Edge();
+    const TopoDS_Edge line = BRepBuilderAPI_MakeEdge(TopExp::LastVertex(arc), TopExp::FirstVertex(arc)).Edge();
+    return within(BRepBuilderAPI_MakeWire(arc, line).Wire());
+}
 
 TopoDS_Shape empty() {
     TopoDS_Compound compound;
@@ -74,6 +131,11 @@ TopoDS_Shape shape_of(Kind kind, const std::array<double, 3>& s) {
         case Kind::nurbs_torus: return as_splines(BRepPrimAPI_MakeTorus(s[0], s[1]).Shape());
         case Kind::nurbs_ball: return as_splines(BRepPrimAPI_MakeSphere(s[0]).Shape());
         case Kind::two_boxes: return two_boxes(s[0], s[1], s[2]);
+        case Kind::annulus: return annulus(s);
+        case Kind::circles: return circles(s);
+        case Kind::ellipse: return ellipse(s[0], s[1]);
+        case Kind::spline: return spline(s[0]);
+        case Kind::half_disc: return half_disc(s[0]);
         case Kind::nothing: return empty();
     }
     return {};

@@ -257,12 +257,12 @@ class Program(unittest.TestCase):
         broken.write_bytes(MODEL.read_bytes()[:700])
         self.assertIn("broken", self.refused(3, "--cad", broken))
 
-    def test_a_model_is_in_space(self):
+    def test_a_mesh_in_2d_wants_a_plane_model(self):
         flat = self.path / "flat.mesh"
         self.assertEqual(camber("generate", "annulus", "-o", flat).returncode, 0)
         done = camber("curve", flat, "-o", self.path / "flat-p2.mesh", "--cad", MODEL)
-        self.assertEqual(done.returncode, 2, done.stderr)
-        self.assertIn("in space", done.stderr)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn("in one plane z = constant", done.stderr)
 
 
 if __name__ == "__main__":

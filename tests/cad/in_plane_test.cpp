@@ -1,0 +1,169 @@
+// Plane models as the geometry of 2D meshes: feet, what lies on which curve, nodes, and models that do not fit.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "read.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.shapes;
+import camber.surface;
+import camber.cad;
+
+using namespace camber;
+using namespace cad_tests;
+
+namespace {
+
+constexpr double pi = 3.141592653589793;
+
+template <class T>
+T value(Outcome<T> outcome) {
+    if (!outcome) FAIL(describe(outcome.error()));
+    return std::move(*outcome);
+}
+
+/// A fan of triangles about the origin; its rim through these points.
+LinearMesh<2> fan(const std::vector<Vec<2>>& rim) {
+    const auto v = [&](std::size_t i) { return VertexId(1 + i % rim.size()); };
+    Buffer<Vec<2>> points{Vec<2>{{0, 0.1}}};
+    Buffer<SimplexVertices<2>> elements;
+    Buffer<SimplexVertices<1>> facets;
+    for (std::size_t i = 0; i < rim.size(); ++i) {
+        points.push_back(rim[i]);
+        elements.push_back({VertexId(0), v(i), v(i + 1)});
+        facets.push_back({v(i), v(i + 1)});
+    }
+    LinearMesh<2> mesh;
+    mesh.point_references = Buffer<Reference>(points.size(), 0);
+    mesh.points = std::move(points);
+    mesh.elements = {elements, Buffer<Reference>(elements.size(), 1), {}};
+    mesh.facets = {facets, Buffer<Reference>(facets.size(), 1), {}};
+    return mesh;
+}
+
+/// n places along the one edge of a model.
+std::vector<Vec<2>> along_edge(const CadModel& model, std::size_t n) {
+    const auto samples = value(samples_of<2>(model, n, {}));
+    std::vector<Vec<2>> rim;
+    rim.reserve(n);
+    const std::size_t all = samples.points.size();
+    for (std::size_t i = 0; i < n; ++i) rim.push_back(samples.points[i * all / n]);
+    return rim;
+}
+
+CadAssociation associated(const LinearMesh<2>& mesh, const CadModel& model, int threads = 1) {
+    const Execution execution{.threads = threads};
+    return value(associate(mesh, value(unique_edges(mesh, execution)), model, execution));
+}
+
+double largest_distance(const LinearMesh<2>& straight, const CadModel& model) {
+    const auto mesh = value(elevate(straight, {}));
+    const Geometry<2> geometry(
+        CadGeometry<2>{model, value(associate(mesh.linear, mesh.edges, model, {})), mesh.linear});
+    const auto features = value(find_features(mesh.linear, mesh.edges, FeatureOptions<2>{}, {}));
+    const auto nodes = value(boundary_nodes(mesh, features, geometry, {}));
+    for (std::size_t f = 0; f < straight.facets.size(); ++f) {
+        const EdgeId e = mesh.edges.of_facets[f][0];
+        const GeometryEntity on = geometry->surface_at(facet_site(mesh.linear, FacetId(f)));
+        CHECK(project(geometry, {.facet = {}, .reference = {}, .entity = on}, nodes[e.index()].point).distance <=
+              1e-13);
+    }
+    return value(boundary_distance<2>(mesh, nodes, features, geometry, {})).largest;
+}
+
+}  // namespace
+
+TEST_CASE("feet on plane curves: on the curve, perpendicular, with its place, and idempotent") {
+    for (const Kind kind : {Kind::annulus, Kind::ellipse, Kind::spline, Kind::half_disc})
+        for (const char* const ending : {".brep", ".step"}) {
+            const bool is_ellipse = kind == Kind::ellipse;
+            const CadModel model = model_of(kind, {is_ellipse ? 2.0 : 1.0, is_ellipse ? 1.0 : 2.0, 0}, ending);
+            for (std::size_t e = 0; e < model.edges(); ++e)
+                for (int i = 0; i < 40; ++i) {
+                    const Vec<2> p{{1.7 * std::cos(0.7 * i), 1.4 * std::sin(1.1 * i)}};
+                    const CadCurveFoot foot = closest_on_curve(model, e, p);
+                    const CadCurveFoot again = closest_on_curve(model, e, foot.point);
+                    CHECK(again.point == foot.point);
+                    CHECK(again.distance == 0);
+                    CHECK(distance(point_on_curve(model, e, foot.t).point, foot.point) <= 1e-14);
+                    CHECK(std::abs(norm(foot.normal) - 1) <= 1e-15);
+                    if (kind != Kind::half_disc)
+                        CHECK(std::abs(cross(p - foot.point, foot.normal)) <= 1e-12);
+                }
+        }
+    const CadModel model = model_of(Kind::annulus, {1, 5, 3});
+    for (std::size_t e = 0; e < 2; ++e) {
+        const CadCurveFoot foot = closest_on_curve(model, e, {{2, 2}});
+        const double radius = norm(foot.point);
+        CHECK(std::fmin(std::abs(radius - 1), std::abs(radius - 5)) <= 1e-15 * 5);
+    }
+}
+
+TEST_CASE("curves are found from faces and from curves alone, for any number of threads") {
+    const LinearMesh<2> mesh = value(generate(ShellOptions<2>{}));
+    for (const Kind kind : {Kind::annulus, Kind::circles})
+        for (const char* const ending : {".brep", ".step", ".iges"}) {
+            CAPTURE(ending);
+            const CadModel model = model_of(kind, {1, 5, 0.25}, ending);
+            CHECK(model.faces() == (kind == Kind::annulus ? 1 : 0));
+            const CadAssociation a = associated(mesh, model);
+            CHECK(a.faces_met == model.faces());
+            CHECK(a.edges_met == 2);
+            CHECK(a.vertices_met == 0);
+            CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+            CHECK(a.largest_vertex_distance <= 1e-13);
+            CHECK(a.corners.empty());
+            CHECK(associated(mesh, model, 2).faces == a.faces);
+        }
+}
+
+TEST_CASE("vertices of the model where two curves meet are corners") {
+    const CadModel model = model_of(Kind::half_disc, {1, 0, 0}, ".step");
+    std::vector<Vec<2>> rim;
+    for (int i = 0; i <= 12; ++i) rim.push_back({{std::cos(pi * i / 12), i % 12 == 0 ? 0 : std::sin(pi * i / 12)}});
+    for (int i = 1; i < 6; ++i) rim.push_back({{-1 + i / 3.0, 0}});
+    const LinearMesh<2> mesh = fan(rim);
+    const CadAssociation a = associated(mesh, model);
+    CHECK(a.edges_met == 2);
+    CHECK(a.vertices_met == 2);
+    CHECK(a.corners.size() == 2);
+    CHECK(a.doubtful_facets + a.doubtful_vertices == 0);
+    CHECK(largest_distance(mesh, model) <= std::pow(pi / 12, 3) / 8);
+}
+
+TEST_CASE("curved edges come near the curve by the third order at least") {
+    for (const Kind kind : {Kind::ellipse, Kind::spline}) {
+        const CadModel model = model_of(kind, {1, 0.7, 0});
+        const double coarse = largest_distance(fan(along_edge(model, 32)), model);
+        const double fine = largest_distance(fan(along_edge(model, 64)), model);
+        CHECK(coarse > 0);
+        // Edges across a spline's knots, where its third derivative jumps, are worse or better as they fall.
+        CHECK(fine < coarse / (kind == Kind::ellipse ? 6.5 : 4));
+    }
+}
+
+TEST_CASE("models in space, of another size or place are refused") {
+    const LinearMesh<2> mesh = value(generate(ShellOptions<2>{}));
+    const auto edges = value(unique_edges(mesh, {}));
+    const auto error = [&](Kind kind, const std::array<double, 3>& sizes) {
+        const auto refused = associate(mesh, edges, model_of(kind, sizes, ".step"), {});
+        REQUIRE(!refused);
+        CHECK(refused.error().kind == ErrorKind::input);
+        return describe(refused.error());
+    };
+    CHECK(error(Kind::cylinder, {1, 3, 0}).find("from z = 0 to 3") != std::string::npos);
+    CHECK(error(Kind::annulus, {1000, 5000, 7}).find("in m:") != std::string::npos);
+    CHECK(error(Kind::annulus, {1, 3, 0}).find("(-3, -3)") != std::string::npos);
+    // And curves alone are no boundary of a volume.
+    const auto solid = value(generate(ShellOptions<3>{}));
+    const auto no_faces = associate(solid, value(unique_edges(solid, {})), model_of(Kind::circles, {1, 5, 0}), {});
+    REQUIRE(!no_faces);
+    CHECK(no_faces.error().what == "the model has no faces");
+}
