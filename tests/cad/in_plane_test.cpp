@@ -94,8 +94,7 @@ TEST_CASE("feet on plane curves: on the curve, perpendicular, with its place, an
                     CHECK(again.distance == 0);
                     CHECK(distance(point_on_curve(model, e, foot.t).point, foot.point) <= 1e-14);
                     CHECK(std::abs(norm(foot.normal) - 1) <= 1e-15);
-                    if (kind != Kind::half_disc)
-                        CHECK(std::abs(cross(p - foot.point, foot.normal)) <= 1e-12);
+                    if (kind != Kind::half_disc) CHECK(std::abs(cross(p - foot.point, foot.normal)) <= 1e-12);
                 }
         }
     const CadModel model = model_of(Kind::annulus, {1, 5, 3});
