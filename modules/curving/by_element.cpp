@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 module camber.curving;
@@ -18,21 +19,37 @@ namespace {
 /// More than any stack has layers; what is left is for repair.
 constexpr int most_rounds = 1000;
 
-template <int D>
+/// Elements, or the triangles of a surface alone (K = 2 in space).
+template <int D, int K>
 class Elements {
   public:
+    using Form = std::conditional_t<D == K, NodalSimplex<D>, SurfaceTriangle>;
+
     Elements(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base, std::span<const Vec<D>> offsets)
         : mesh_(mesh), base_(base), offsets_(offsets) {}
 
     /// The element with a share of the present offsets.
-    [[nodiscard]] NodalSimplex<D> at(std::size_t e, double share) const {
-        const auto& vertices = mesh_.linear.elements.vertices[e];
-        const auto& edges = mesh_.edges.of_elements[e];
-        NodalSimplex<D> element;
-        for (int i = 0; i <= D; ++i) element.nodes[i] = mesh_.linear.points[vertices[i]];
-        for (int k = 0; k < edges_per_simplex<D>; ++k)
-            element.nodes[D + 1 + k] = base_[edges[k].index()].point + share * offsets_[edges[k].index()];
+    [[nodiscard]] Form at(std::size_t e, double share) const {
+        const auto& vertices = simplices().vertices[e];
+        const auto& edges = edges_of(e);
+        Form element;
+        for (int i = 0; i <= K; ++i) element.nodes[i] = mesh_.linear.points[vertices[i]];
+        for (int k = 0; k < edges_per_simplex<K>; ++k)
+            element.nodes[K + 1 + k] = base_[edges[k].index()].point + share * offsets_[edges[k].index()];
         return element;
+    }
+
+    [[nodiscard]] const Simplices<K>& simplices() const {
+        if constexpr (D == K)
+            return mesh_.linear.elements;
+        else
+            return mesh_.linear.facets;
+    }
+    [[nodiscard]] const std::array<EdgeId, edges_per_simplex<K>>& edges_of(std::size_t e) const {
+        if constexpr (D == K)
+            return mesh_.edges.of_elements[e];
+        else
+            return mesh_.edges.of_facets[e];
     }
 
     /// Whether all of the present offsets keep the element above `least`, `jacobian` being of that.
@@ -56,8 +73,7 @@ class Elements {
 
   private:
     [[nodiscard]] bool stays(std::size_t e) const {
-        return std::ranges::all_of(mesh_.edges.of_elements[e],
-                                   [&](EdgeId edge) { return offsets_[edge.index()] == Vec<D>{}; });
+        return std::ranges::all_of(edges_of(e), [&](EdgeId edge) { return offsets_[edge.index()] == Vec<D>{}; });
     }
     /// The smallest coefficient of det J over det of the straight element, a lower bound of the scaled Jacobian; as
     /// good as any where the straight element has none.
@@ -72,44 +88,49 @@ class Elements {
     std::span<const Vec<D>> offsets_;
 };
 
-/// Of the elements looked at.
+/// visit(i, jacobian) of the elements looked at, with all of their offsets.
 template <int D>
-Outcome<Buffer<double>> shares_of(const Elements<D>& elements, std::span<const ElementId> looked_at, double least,
+void each_looked_at(const Elements<D, D>& elements, std::span<const ElementId> looked_at, std::size_t begin,
+                    std::size_t end, const auto& visit) {
+    each_low_jacobian<D>(begin, end, [&](std::size_t i) { return elements.at(looked_at[i].index(), 1); }, visit);
+}
+void each_looked_at(const Elements<3, 2>& triangles, std::span<const ElementId> looked_at, std::size_t begin,
+                    std::size_t end, const auto& visit) {
+    for (std::size_t i = begin; i < end; ++i)
+        visit(i, low_jacobian(bounded_jacobian(triangles.at(looked_at[i].index(), 1))));
+}
+
+/// Of the elements looked at.
+template <int D, int K>
+Outcome<Buffer<double>> shares_of(const Elements<D, K>& elements, std::span<const ElementId> looked_at, double least,
                                   const Execution& execution) {
     return guarded([&]() -> Outcome<Buffer<double>> {
         Buffer<double> shares(looked_at.size());
-        return each_chunk(execution, looked_at.size(),
-                          [&](std::size_t begin, std::size_t end) {
-                              each_low_jacobian<D>(
-                                  begin, end, [&](std::size_t i) { return elements.at(looked_at[i].index(), 1); },
-                                  [&](std::size_t i, const LowJacobian& jacobian) {
-                                      shares[i] = Elements<D>::bears(jacobian, least)
-                                                      ? 1
-                                                      : elements.share(looked_at[i].index(), least);
-                                  });
-                          })
+        return each_chunk(
+                   execution, looked_at.size(),
+                   [&](std::size_t begin, std::size_t end) {
+                       each_looked_at(elements, looked_at, begin, end, [&](std::size_t i, const LowJacobian& jacobian) {
+                           shares[i] =
+                               Elements<D, K>::bears(jacobian, least) ? 1 : elements.share(looked_at[i].index(), least);
+                       });
+                   })
             .map([&](Done) { return std::move(shares); });
     });
 }
 
-}  // namespace
-
-template <int D>
-Outcome<Done> lessen_by_element(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base,
-                                const Incidence<ElementId>& shells, double least, std::span<Vec<D>> offsets,
-                                const Execution& execution) {
-    const Elements<D> elements(mesh, base, offsets);
-    std::vector<ElementId> looked_at(mesh.linear.elements.size());
+template <int D, int K>
+Outcome<Done> lessen(const Elements<D, K>& elements, const Incidence<ElementId>& shells, double least,
+                     std::span<Vec<D>> offsets, const Execution& execution) {
+    std::vector<ElementId> looked_at(elements.simplices().size());
     for (std::size_t e = 0; e < looked_at.size(); ++e) looked_at[e] = ElementId(e);
     for (int round = 0; round < most_rounds && !looked_at.empty(); ++round) {
         // After the first round few are left.
-        const auto shares =
-            shares_of<D>(elements, looked_at, least, round == 0 ? execution : without_progress(execution));
+        const auto shares = shares_of(elements, looked_at, least, round == 0 ? execution : without_progress(execution));
         if (!shares) return fail(shares.error());
         SparseMap<EdgeId, double> asked;
         for (std::size_t i = 0; i < looked_at.size(); ++i) {
             if ((*shares)[i] == 1) continue;
-            for (const EdgeId edge : mesh.edges.of_elements[looked_at[i]]) {
+            for (const EdgeId edge : elements.edges_of(looked_at[i].index())) {
                 const double* before = asked.find(edge);
                 asked.at(edge) = std::min(before ? *before : 1.0, (*shares)[i]);
             }
@@ -125,6 +146,18 @@ Outcome<Done> lessen_by_element(const QuadraticMesh<D>& mesh, std::span<const La
         looked_at.erase(std::ranges::unique(looked_at).begin(), looked_at.end());
     }
     return Done{};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> lessen_by_element(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base,
+                                const Incidence<ElementId>& shells, double least, std::span<Vec<D>> offsets,
+                                const Execution& execution) {
+    if constexpr (D == 3)
+        if (is_surface_alone(mesh.linear))
+            return lessen(Elements<3, 2>(mesh, base, offsets), shells, least, offsets, execution);
+    return lessen(Elements<D, D>(mesh, base, offsets), shells, least, offsets, execution);
 }
 
 template Outcome<Done> lessen_by_element<2>(const QuadraticMesh<2>&, std::span<const LagrangeNode<2>>,

@@ -7,6 +7,7 @@ module;
 #include <string>
 #include <utility>
 module camber.metric;
+import :surface_back;
 import camber.core;
 
 namespace camber {
@@ -170,6 +171,11 @@ Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, Column<LogMetri
 template <int D>
 Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                     Column<LogMetric<D>> log_metrics, const Execution& execution) {
+    if constexpr (D == 3)
+        if (has_triangles_alone(mesh))
+            return make_surface_back(mesh, std::move(log_metrics), execution).map([](SurfaceBack surface) {
+                return BackMesh<D>(std::move(surface));
+            });
     auto back = make_straight_back(mesh, balls, std::move(log_metrics), part_of(execution, 0, 0.6));
     if (!back) return fail(back.error());
     auto gradients = mean_gradients(*back, balls, part_of(execution, 0.6, 1));

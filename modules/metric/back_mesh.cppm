@@ -145,7 +145,8 @@ enum class KeptGradients : std::uint8_t {
 
 /// The discrete field of the paper (§1.2): log-metrics at the vertices of a straight mesh, linear in each element,
 /// constant along the normal beyond the boundary. The recovered gradient interpolates volume-weighted means over the
-/// balls of the vertices. Errors: a column whose size is not that of the vertices; an element without neighbours' order
+/// balls of the vertices. Of a surface alone it lives on the triangles, and is constant along their normals; element
+/// ids are their numbers. Errors: a column whose size is not that of the vertices; an element without neighbours' order
 /// (see `neighbours`); stopped.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,

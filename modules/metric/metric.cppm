@@ -12,6 +12,7 @@ export import :quadrature;
 import :element_frame;
 export import :back_mesh;
 import :straight_back;
+import :surface_back;
 import :curved_back;
 export import :nodal_field;
 import :curved_simplex;

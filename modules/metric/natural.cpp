@@ -10,6 +10,7 @@ module;
 module camber.metric;
 import :ball_sums;
 import :packs;
+import :surface_back;
 import camber.core;
 
 namespace camber {
@@ -201,6 +202,8 @@ Outcome<NaturalLogMetrics<D>> curved_natural_log_metrics(const QuadraticMesh<D>&
 template <int D>
 Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   const Execution& execution) {
+    if constexpr (D == 3)
+        if (has_triangles_alone(mesh)) return natural_surface_log_metrics(mesh, execution);
     auto mean =
         means<D, 1>(mesh, balls, execution, [&](std::size_t begin, std::size_t end, std::span<Parts<D, 1>> parts) {
             std::vector<Corners<D>> simplices;

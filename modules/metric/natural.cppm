@@ -36,6 +36,7 @@ template <int D>
 
 /// The natural metric of a mesh at its vertices: the log-Euclidean mean over the ball, weighted by the volume of the
 /// elements; elements of zero volume have none, and no say. Vertices without other elements get the identity metric.
+/// Of a surface alone that of the triangles in their planes, and their geometric mean along the normals.
 /// Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh,

@@ -11,6 +11,7 @@ module;
 #include <utility>
 module camber.metric;
 import :packs;
+import :surface_back;
 import camber.core;
 
 namespace camber {
@@ -209,9 +210,38 @@ Outcome<Column<LogMetric<D>>> intersection(const Column<LogMetric<D>>& a, const 
     return as_column<D>(map_each(execution, a.size(), [&](std::size_t v) { return intersection(a[v], b[v]); }));
 }
 
+namespace {
+
+/// ½ log det of M on the triangle's plane.
+double log_density(const LogMetric<3>& log_metric, const TriangleFrame& frame) {
+    const Sym<3> m = exp(log_metric).m;
+    const auto& [s, t] = frame.tangents;
+    const double st = dot(s, m * t);
+    return std::log(dot(s, m * s) * dot(t, m * t) - st * st) / 2;
+}
+
+/// Of a surface alone: the same formula in each triangle, of the metric on its plane.
+Outcome<double> surface_complexity(const LinearMesh<3>& mesh, const Column<LogMetric<3>>& field,
+                                   const Execution& execution) {
+    return reduce_each(
+        execution, mesh.facets.size(), 0.0,
+        [&](double& sum, std::size_t f) {
+            const TriangleFrame frame = triangle_frame(triangle_corners(mesh, f));
+            if (!(frame.area > 0)) return;
+            std::array<double, 3> density{};
+            for (int i = 0; i < 3; ++i) density[i] = log_density(field[mesh.facets.vertices[f][i]], frame);
+            sum += 2 * frame.area * exp_divided<3>(density);
+        },
+        [](double x, double y) { return x + y; });
+}
+
+}  // namespace
+
 template <int D>
 Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field, const Execution& execution) {
     if (field.size() != mesh.points.size()) return fail(ErrorKind::usage, "the metric is of another mesh");
+    if constexpr (D == 3)
+        if (has_triangles_alone(mesh)) return surface_complexity(mesh, field, execution);
     const std::size_t n = mesh.elements.size();
     constexpr std::size_t grain = 512;
     return reduce_each(
@@ -251,7 +281,8 @@ Outcome<Column<LogMetric<D>>> scale_to_complexity(const LinearMesh<D>& mesh, con
     if (!(*now > 0) || !std::isfinite(*now))
         return fail(ErrorKind::usage, "the metric's complexity is " + std::to_string(*now) + ": it cannot be scaled",
                     {}, {}, "bound its sizes first");
-    const Sym<D> shift = 2.0 / D * std::log(target / *now) * Sym<D>::identity();
+    const int dimension = has_triangles_alone(mesh) ? 2 : D;
+    const Sym<D> shift = 2.0 / dimension * std::log(target / *now) * Sym<D>::identity();
     return as_column<D>(map_each(part_of(execution, 0.9, 1), field.size(),
                                  [&](std::size_t v) { return LogMetric<D>{field[v].l + shift}; }));
 }

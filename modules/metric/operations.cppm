@@ -36,7 +36,8 @@ template <int D>
 /// C = ∫ sqrt(det M) of the log-Euclidean field that is linear in each element. There sqrt(det M) is the exponential of
 /// a linear function f = ½ tr log M, whose integral is exact by Hermite and Genocchi: D! |K| exp[f_0, …, f_D], a
 /// divided difference over the vertices' values; so no quadrature is needed. A mesh whose elements are unit for M has
-/// about 6√2 C tetrahedra (4/√3 C triangles). Errors (usage): a column that is not of this mesh; stopped.
+/// about 6√2 C tetrahedra (4/√3 C triangles). Of a surface alone that of the triangles, with M on their planes. Errors
+/// (usage): a column that is not of this mesh; stopped.
 template <int D>
 [[nodiscard]] Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field,
                                          const Execution& execution);

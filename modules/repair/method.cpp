@@ -9,6 +9,7 @@ import :guide;
 import :least_invalid;
 import :local_extension;
 import :moved_mesh;
+import :surface_alone;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -35,6 +36,9 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
 template <int D>
 Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide, const RepairOptions& options,
                             const Execution& execution) {
+    if constexpr (D == 3)
+        if (is_surface_alone(wanted.mesh().linear))
+            return repair_surface(wanted, guide, options, {guide.surface == SurfaceMoves::off_geometry}, execution);
     if (!needs_models(options.method)) return relax(wanted, options, execution);
     if (auto fits = check_limits(options); !fits) return fail(fits.error());
     if (wanted.validation().bound != options.min_scaled_jacobian.value) {
@@ -55,6 +59,7 @@ Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const
         return repair(judged, guide, wish, execution);
     };
     auto kept = least_invalid(wanted, to(wanted, options), options, execution, to);
+    if (is_surface_alone(wanted.mesh().linear)) return kept;  // chords were tried
     if (!kept || kept->judged.validation().all_valid() || !has_cavities(options.method)) return kept;
     // The surface is left for no wish.
     RepairOptions demanded = options;

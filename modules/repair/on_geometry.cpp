@@ -57,19 +57,43 @@ Vec<D> tangent_at(const Geometry<D>& geometry, const SurfacePoint<D>& foot, cons
 
 }  // namespace
 
+namespace {
+
+template <int D>
+GeometryFoot<D> foot_on(const Geometry<D>& geometry, const EdgeSite<D>& site, const Vec<D>& p) {
+    const SurfacePoint<D> foot = geometry->on_edge(site, p);
+    if (norm(foot.normal) > 0) return {foot.point, outer<D>(foot.normal)};
+    return {foot.point, Sym<D>::identity() - outer<D>(tangent_at(geometry, foot, site))};
+}
+
+/// Feet of the edges that are chosen: is_chosen(sites, edge).
+template <int D>
+Outcome<FootOnGeometry<D>> feet_of(const Geometry<D>& geometry, const Column<EdgeKind>& boundary_kinds,
+                                   const QuadraticMesh<D>& mesh, const Execution& execution, const auto& is_chosen) {
+    auto facets = facet_shells(mesh.edges, execution);
+    if (!facets) return fail(facets.error());
+    return FootOnGeometry<D>([geometry, is_chosen, sites = Sites<D>{mesh, boundary_kinds, std::move(*facets)}](
+                                 EdgeId edge, const Vec<D>& p) {
+        if (!is_chosen(sites, edge)) return GeometryFoot<D>{p, Sym<D>::identity()};
+        return foot_on(geometry, sites[edge], p);
+    });
+}
+
+}  // namespace
+
 template <int D>
 Outcome<FootOnGeometry<D>> feet_on(const Geometry<D>& geometry, const Column<EdgeKind>& boundary_kinds,
                                    const QuadraticMesh<D>& mesh, const Execution& execution) {
-    auto facets = facet_shells(mesh.edges, execution);
-    if (!facets) return fail(facets.error());
-    return FootOnGeometry<D>(
-        [geometry, sites = Sites<D>{mesh, boundary_kinds, std::move(*facets)}](EdgeId edge, const Vec<D>& p) {
-            if (!sites.is_prescribed(edge, geometry)) return GeometryFoot<D>{p, Sym<D>::identity()};
-            const EdgeSite<D> site = sites[edge];
-            const SurfacePoint<D> foot = geometry->on_edge(site, p);
-            if (norm(foot.normal) > 0) return GeometryFoot<D>{foot.point, outer<D>(foot.normal)};
-            return GeometryFoot<D>{foot.point, Sym<D>::identity() - outer<D>(tangent_at(geometry, foot, site))};
-        });
+    return feet_of(geometry, boundary_kinds, mesh, execution,
+                   [geometry](const Sites<D>& sites, EdgeId edge) { return sites.is_prescribed(edge, geometry); });
+}
+
+template <int D>
+Outcome<FootOnGeometry<D>> feet_on_any(const Geometry<D>& geometry, const Column<EdgeKind>& boundary_kinds,
+                                       const QuadraticMesh<D>& mesh, const Execution& execution) {
+    return feet_of(geometry, boundary_kinds, mesh, execution, [](const Sites<D>& sites, EdgeId edge) {
+        return sites.kinds[edge] == EdgeKind::surface || sites.kinds[edge] == EdgeKind::ridge;
+    });
 }
 
 template <int D>
@@ -89,10 +113,12 @@ Outcome<Column<LagrangeNode<D>>> own_nodes_on(const Geometry<D>& geometry, const
     return Column<LagrangeNode<D>>(std::move(*nodes));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                   \
-    template Outcome<FootOnGeometry<D>> feet_on<D>(const Geometry<D>&, const Column<EdgeKind>&, \
-                                                   const QuadraticMesh<D>&, const Execution&);  \
-    template Outcome<Column<LagrangeNode<D>>> own_nodes_on<D>(                                  \
+#define CAMBER_INSTANTIATE(D)                                                                       \
+    template Outcome<FootOnGeometry<D>> feet_on<D>(const Geometry<D>&, const Column<EdgeKind>&,     \
+                                                   const QuadraticMesh<D>&, const Execution&);      \
+    template Outcome<FootOnGeometry<D>> feet_on_any<D>(const Geometry<D>&, const Column<EdgeKind>&, \
+                                                       const QuadraticMesh<D>&, const Execution&);  \
+    template Outcome<Column<LagrangeNode<D>>> own_nodes_on<D>(                                      \
         const Geometry<D>&, const Column<EdgeKind>&, const QuadraticMesh<D>&, RequiredBoundary, const Execution&);
 
 CAMBER_INSTANTIATE(2)

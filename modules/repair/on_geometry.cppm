@@ -13,6 +13,12 @@ template <int D>
 [[nodiscard]] Outcome<FootOnGeometry<D>> feet_on(const Geometry<D>& geometry, const Column<EdgeKind>& boundary_kinds,
                                                  const QuadraticMesh<D>& mesh, const Execution& execution);
 
+/// The same for all boundary edges, whoever made the geometry of their facets.
+template <int D>
+[[nodiscard]] Outcome<FootOnGeometry<D>> feet_on_any(const Geometry<D>& geometry,
+                                                     const Column<EdgeKind>& boundary_kinds,
+                                                     const QuadraticMesh<D>& mesh, const Execution& execution);
+
 /// The mesh's own nodes, those of such edges brought onto the geometry, but for required ones. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LagrangeNode<D>>> own_nodes_on(const Geometry<D>& geometry,

@@ -10,6 +10,7 @@ module;
 
 #include <fmt/format.h>
 module camber.repair;
+import :surface_alone;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -154,6 +155,8 @@ bool is_given_up(const Repaired<D>& repaired, std::size_t e) {
 
 template <int D>
 std::vector<RemainingElement> remaining(const Repaired<D>& repaired) {
+    if constexpr (D == 3)
+        if (is_surface_alone(repaired.judged.mesh().linear)) return remaining_triangles(repaired);
     const Proposal<D>& proposal = repaired.judged.proposal();
     const Validation<D>& validation = repaired.judged.validation();
     const QuadraticMesh<D> mesh = apply_proposal(repaired.judged.mesh(), proposal);
@@ -173,6 +176,7 @@ std::vector<RemainingElement> remaining(const Repaired<D>& repaired) {
 
 template <int D>
 std::vector<RemainingElement> remaining_but_for_shape(const Repaired<D>& repaired) {
+    if (is_surface_alone(repaired.judged.mesh().linear)) return remaining(repaired);
     const QuadraticMesh<D>& mesh = repaired.judged.mesh();
     const auto required = required_vertices(mesh.linear);
     const auto& verdicts = repaired.judged.validation().verdicts;

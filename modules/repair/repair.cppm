@@ -18,5 +18,6 @@ import :local_extension;
 import :rounds;
 import :slides;
 import :state;
+import :surface_alone;
 import :trial;
 import :vertex_moves;

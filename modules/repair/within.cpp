@@ -8,6 +8,7 @@ module camber.repair;
 import :guide;
 import :least_invalid;
 import :slides;
+import :surface_alone;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -110,6 +111,12 @@ Outcome<Repaired<D>> repair_to_bound(Within<D>& within) {
 template <int D>
 Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                    const RepairOptions& options, const Execution& execution) {
+    if constexpr (D == 3)
+        if (is_surface_alone(wanted.mesh().linear)) {
+            const double most = options.boundary_tolerance;
+            if (guide.onto || most > 0) return repair_surface(wanted, guide, options, {most > 0, most}, execution);
+            return Repaired<D>{wanted};
+        }
     const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& wish) -> Outcome<Repaired<D>> {
         const auto start = validate(judged.mesh(), judged.proposal(), wish.min_scaled_jacobian, execution);
         if (!start) return fail(start.error());

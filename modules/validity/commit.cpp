@@ -3,6 +3,7 @@ module;
 #include <string>
 module camber.validity;
 import camber.core;
+import :surface_triangle;
 
 namespace camber {
 
@@ -26,7 +27,9 @@ Outcome<Committed<D>> commit(const JudgedProposal<D>& judged) {
         return fail(ErrorKind::input,
                     "is not certified valid, one of " + std::to_string(validation.not_positive.size()) +
                         " of which det J > 0 is not certain",
-                    {}, Entity{simplex_name<D>, validation.not_positive.front().first.index() + 1},
+                    {},
+                    Entity{is_surface_alone(judged.mesh().linear) ? simplex_name<2> : simplex_name<D>,
+                           validation.not_positive.front().first.index() + 1},
                     "put a relax stage before commit");
     return commit_uncertified(judged);
 }

@@ -17,6 +17,7 @@ import :coefficients;
 import :jacobian;
 import :motion;
 import :subdivide;
+import :surface_triangle;
 import :tensor;
 import :verdict;
 
@@ -330,6 +331,49 @@ Certificate<3> decide_tetrahedron(const Tensor<3, 0, Integer>& whole) {
     return certificate;
 }
 
+/// Nodes times one power of two: the axes of a triangle in space are summed over.
+std::array<std::array<Integer, 3>, quadratic_nodes<2>> integers_of(const SurfaceTriangle& t) {
+    int lowest = 2000;
+    for (const Vec<3>& p : t.nodes)
+        for (const double x : p.c)
+            if (x != 0) lowest = std::min(lowest, dyadic(x).exponent);
+    std::array<std::array<Integer, 3>, quadratic_nodes<2>> out;
+    for (int i = 0; i < quadratic_nodes<2>; ++i)
+        for (int c = 0; c < 3; ++c) {
+            const Dyadic x = dyadic(t.nodes[i][c]);
+            if (x.mantissa != 0) out[i][c] = Integer(x.mantissa) << (x.exponent - lowest);
+        }
+    return out;
+}
+
+/// N · N_straight and bound · |N_straight|² in one unit, as `tensor_of`.
+Tensor<2, 0, Integer> tensor_of(const SurfaceTriangle& triangle, double bound) {
+    const auto n = integers_of(triangle);
+    SurfaceColumns<Integer> d;  // doubled
+    std::array<std::array<Integer, 3>, 2> edges;
+    for (int a = 1; a <= 2; ++a)
+        for (int c = 0; c < 3; ++c) {
+            edges[a - 1][c] = n[a][c] - n[0][c];
+            for (int i = 0; i <= 2; ++i)
+                d[a - 1][i][c] = 4 * (n[node_between<2>[i][a]][c] - n[node_between<2>[i][0]][c]) - edges[a - 1][c];
+        }
+    const auto normal = product(edges[0], edges[1]);
+    const auto along = [&](const std::array<Integer, 3>& v) {
+        return Integer(v[0] * normal[0] + v[1] * normal[1] + v[2] * normal[2]);
+    };
+    constexpr int unit = 2;
+    const Dyadic asked = bound > 0 ? dyadic(bound) : Dyadic{};
+    const auto sums = normal_sums<Integer>(d);
+    Tensor<2, 0, Integer> t;
+    for (int p = 0; p < jacobian_coefficients<2>; ++p) {
+        t.values[0][p] = along(sums[p]) * (unit / static_cast<int>(multinomial<2>(jacobian_indices<2>[p])));
+        t.values[0][p] <<= std::max(0, -asked.exponent);
+    }
+    t.straight[0] = along(normal) * (Integer(asked.mantissa) * unit);
+    t.straight[0] <<= std::max(0, asked.exponent);
+    return t;
+}
+
 /// The condition cannot be put in numbers for such a bound.
 bool usable(double bound) { return std::isfinite(bound); }
 
@@ -363,6 +407,17 @@ Certificate<D> certify_exactly(const NodalSimplex<D>& element, double bound) {
 template <int D>
 Certificate<D> certify_exactly(const QuadraticSimplex<D, D>& element, double bound) {
     return decide_exactly<D>(element.control, Form::control_points, bound);
+}
+
+Certificate<2> certify_exactly(const SurfaceTriangle& triangle, double bound) {
+    if (!std::all_of(triangle.nodes.begin(), triangle.nodes.end(), [](const Vec<3>& p) { return is_finite(p); }))
+        return {Verdict::invalid, Level::filter, {}};
+    if (!usable(bound)) return {Verdict::undecided, Level::filter, {}};
+    try {
+        return decide_triangle(tensor_of(triangle, bound));
+    } catch (const std::bad_alloc&) {
+        return {Verdict::undecided, Level::exact, {}};
+    }
 }
 
 template <int D>

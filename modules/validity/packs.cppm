@@ -31,6 +31,15 @@ struct LowJacobian {
     [[nodiscard]] bool is_finite() const { return std::isfinite(error + straight + sum_of_absolute); }
 };
 
+[[nodiscard]] inline LowJacobian low_jacobian(const BoundedJacobian<2>& jacobian) {
+    LowJacobian low{jacobian.coefficients[0], jacobian.straight, jacobian.error, 0};
+    for (const double c : jacobian.coefficients) {
+        low.lowest = c < low.lowest ? c : low.lowest;
+        low.sum_of_absolute += std::abs(c);
+    }
+    return low;
+}
+
 /// Of each lane, from the numbers that bounded_jacobian gives, to the last bit, with any instructions.
 template <int D>
 [[nodiscard]] std::array<LowJacobian, pack_size> low_jacobians(const NodalPack<D>& elements,

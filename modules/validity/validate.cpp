@@ -10,6 +10,7 @@ module;
 module camber.validity;
 import camber.core;
 import camber.bezier;
+import :surface_triangle;
 
 namespace camber {
 
@@ -46,6 +47,40 @@ struct Smallest {
     friend Smallest operator+(const Smallest& a, const Smallest& b) { return b.value < a.value ? b : a; }
 };
 
+/// What of a mesh is judged: its elements …
+template <int D>
+struct Elements {
+    static constexpr int dimension = D;
+    const QuadraticMesh<D>& mesh;
+
+    [[nodiscard]] auto operator()(ElementId e) const { return nodal_element(mesh, mesh.mid_nodes.view(), e); }
+};
+template <int D>
+void each_low(const Elements<D>& elements, std::size_t begin, std::size_t end, const auto& id, const auto& visit) {
+    each_low_jacobian<D>(begin, end, [&](std::size_t i) { return elements(id(i)); }, visit);
+}
+
+/// … or, of a surface alone, its triangles.
+struct Triangles {
+    static constexpr int dimension = 3;
+    const QuadraticMesh<3>& mesh;
+
+    [[nodiscard]] SurfaceTriangle operator()(ElementId e) const {
+        return surface_triangle(mesh, mesh.mid_nodes.view(), e.index());
+    }
+};
+void each_low(const Triangles& triangles, std::size_t begin, std::size_t end, const auto& id, const auto& visit) {
+    for (std::size_t i = begin; i < end; ++i) visit(i, low_jacobian(bounded_jacobian(triangles(id(i)))));
+}
+
+/// visit(what) with what is judged of the mesh.
+template <int D>
+auto of_judged(const QuadraticMesh<D>& mesh, const auto& visit) {
+    if constexpr (D == 3)
+        if (is_surface_alone(mesh.linear)) return visit(Triangles{mesh});
+    return visit(Elements<D>{mesh});
+}
+
 /// What a pass over elements writes.
 struct Marks {
     Buffer<Verdict> verdicts;
@@ -54,22 +89,22 @@ struct Marks {
 
 /// The coefficients decide most elements; the others are looked at closely. True if the straight element is flat or
 /// inverted.
-template <int D>
-bool mark(const QuadraticMesh<D>& mesh, const LowJacobian& jacobian, double bound, ElementId e, Marks& marks) {
+template <class Items>
+bool mark(const Items& items, const LowJacobian& jacobian, double bound, ElementId e, Marks& marks) {
     if (is_clear(jacobian, bound)) {
         marks.verdicts[e.index()] = Verdict::valid;
         marks.lows[e.index()] = rounded_down(smallest_scaled_coefficient(jacobian));
         return jacobian.straight < 0;
     }
-    const ElementValidity validity = check_element(nodal_element(mesh, mesh.mid_nodes.view(), e), bound);
+    const ElementValidity validity = check_element(items(e), bound);
     marks.verdicts[e.index()] = validity.verdict;
     marks.lows[e.index()] = rounded_down(validity.min_scaled_jacobian);
     return validity.straight_inverted;
 }
 
 /// Marks the elements id(0) … id(n − 1), in packs. How many of them have a flat or inverted straight element.
-template <int D, class Ids>
-Outcome<std::size_t> mark_all(const QuadraticMesh<D>& mesh, std::size_t n, const Ids& id, double bound, Marks& marks,
+template <class Items, class Ids>
+Outcome<std::size_t> mark_all(const Items& items, std::size_t n, const Ids& id, double bound, Marks& marks,
                               const Execution& execution) {
     constexpr std::size_t grain = 4096;
     return guarded([&]() -> Outcome<std::size_t> {
@@ -77,11 +112,9 @@ Outcome<std::size_t> mark_all(const QuadraticMesh<D>& mesh, std::size_t n, const
         auto done = each_chunk(
             execution, n,
             [&](std::size_t begin, std::size_t end) {
-                each_low_jacobian<D>(
-                    begin, end, [&](std::size_t i) { return nodal_element(mesh, mesh.mid_nodes.view(), id(i)); },
-                    [&](std::size_t i, const LowJacobian& jacobian) {
-                        inverted[begin / grain] += mark(mesh, jacobian, bound, id(i), marks) ? 1 : 0;
-                    });
+                each_low(items, begin, end, id, [&](std::size_t i, const LowJacobian& jacobian) {
+                    inverted[begin / grain] += mark(items, jacobian, bound, id(i), marks) ? 1 : 0;
+                });
             },
             grain);
         if (!done) return fail(std::move(done.error()));
@@ -90,22 +123,21 @@ Outcome<std::size_t> mark_all(const QuadraticMesh<D>& mesh, std::size_t n, const
 }
 
 /// Whether det J > 0, of an element that this pass has marked.
-template <int D>
-Verdict positivity(const QuadraticMesh<D>& mesh, double bound, const Marks& marks, std::size_t e) {
+template <class Items>
+Verdict positivity(const Items& items, double bound, const Marks& marks, std::size_t e) {
     if (bound == 0 || (marks.verdicts[e] == Verdict::valid && bound > 0)) return marks.verdicts[e];
     if (std::isfinite(marks.lows[e]) && marks.lows[e] > 0) return Verdict::valid;
-    return decide(nodal_element(mesh, mesh.mid_nodes.view(), ElementId(e)), 0);
+    return decide(items(ElementId(e)), 0);
 }
 
-template <int D>
-Outcome<Counts> count_verdicts(const QuadraticMesh<D>& mesh, double bound, const Marks& marks,
-                               const Execution& execution) {
+template <class Items>
+Outcome<Counts> count_verdicts(const Items& items, double bound, const Marks& marks, const Execution& execution) {
     return reduce_each(
         execution, marks.verdicts.size(), Counts{},
         [&](Counts& sum, std::size_t e) {
             sum.invalid += marks.verdicts[e] == Verdict::invalid;
             sum.undecided += marks.verdicts[e] == Verdict::undecided;
-            if (const Verdict v = positivity(mesh, bound, marks, e); v != Verdict::valid)
+            if (const Verdict v = positivity(items, bound, marks, e); v != Verdict::valid)
                 sum.not_positive.emplace_back(ElementId(e), v);
         },
         [](const Counts& a, const Counts& b) { return a + b; });
@@ -113,11 +145,12 @@ Outcome<Counts> count_verdicts(const QuadraticMesh<D>& mesh, double bound, const
 
 /// Makes the smallest value of the mesh a close one: once the element with the lowest bound is refined, only elements
 /// whose bound is below its value can be lower still.
-template <int D>
-Outcome<Validation<D>> finish_validation(const QuadraticMesh<D>& mesh, double bound, Marks marks,
-                                         std::size_t straight_inverted, const Execution& execution) {
+template <class Items>
+Outcome<Validation<Items::dimension>> finish_validation(const Items& items, double bound, Marks marks,
+                                                        std::size_t straight_inverted, const Execution& execution) {
+    constexpr int D = Items::dimension;
     const Execution quiet = without_progress(execution);
-    const auto counts = count_verdicts(mesh, bound, marks, quiet);
+    const auto counts = count_verdicts(items, bound, marks, quiet);
     if (!counts) return fail(counts.error());
     const auto scan = [&] {
         return reduce_each(
@@ -125,9 +158,7 @@ Outcome<Validation<D>> finish_validation(const QuadraticMesh<D>& mesh, double bo
             [&](Smallest& smallest, std::size_t e) { smallest.add(marks.lows[e], e); },
             [](const Smallest& a, const Smallest& b) { return a + b; });
     };
-    const auto refined = [&](std::size_t e) {
-        return check_element(nodal_element(mesh, mesh.mid_nodes.view(), ElementId(e)), bound).min_scaled_jacobian;
-    };
+    const auto refined = [&](std::size_t e) { return check_element(items(ElementId(e)), bound).min_scaled_jacobian; };
     auto lowest = scan();
     if (!lowest) return fail(lowest.error());
     if (lowest->element.valid()) {
@@ -159,12 +190,14 @@ Outcome<Validation<D>> finish_validation(const QuadraticMesh<D>& mesh, double bo
 template <int D>
 Outcome<Validation<D>> validate(const QuadraticMesh<D>& mesh, double bound, const Execution& execution) {
     return guarded([&]() -> Outcome<Validation<D>> {
-        const std::size_t n = mesh.linear.elements.size();
-        Marks marks{Buffer<Verdict>(n), Buffer<float>(n)};
-        const auto straight_inverted =
-            mark_all(mesh, n, [](std::size_t e) { return ElementId(e); }, bound, marks, part_of(execution, 0, 0.88));
-        if (!straight_inverted) return fail(straight_inverted.error());
-        return finish_validation(mesh, bound, std::move(marks), *straight_inverted, execution);
+        return of_judged(mesh, [&](const auto& items) -> Outcome<Validation<D>> {
+            const std::size_t n = judged_count(mesh.linear);
+            Marks marks{Buffer<Verdict>(n), Buffer<float>(n)};
+            const auto straight_inverted = mark_all(
+                items, n, [](std::size_t e) { return ElementId(e); }, bound, marks, part_of(execution, 0, 0.88));
+            if (!straight_inverted) return fail(straight_inverted.error());
+            return finish_validation(items, bound, std::move(marks), *straight_inverted, execution);
+        });
     });
 }
 
@@ -187,10 +220,12 @@ Outcome<JudgedProposal<D>> JudgedProposal<D>::judge_again(Proposal<D> proposal, 
         const QuadraticMesh<D> mesh = apply_proposal(mesh_, proposal);
         const double bound = validation_.bound;
         Marks marks{take(validation_.verdicts), take(validation_.min_scaled_jacobian)};
-        auto judged =
-            mark_all(mesh, touched.size(), [&](std::size_t i) { return touched[i]; }, bound, marks, execution);
-        if (!judged) return fail(judged.error());
-        auto validation = finish_validation(mesh, bound, std::move(marks), validation_.straight_inverted, execution);
+        auto validation = of_judged(mesh, [&](const auto& items) -> Outcome<Validation<D>> {
+            auto judged =
+                mark_all(items, touched.size(), [&](std::size_t i) { return touched[i]; }, bound, marks, execution);
+            if (!judged) return fail(judged.error());
+            return finish_validation(items, bound, std::move(marks), validation_.straight_inverted, execution);
+        });
         if (!validation) return fail(validation.error());
         return JudgedProposal(mesh_, std::move(proposal), std::move(*validation));
     });

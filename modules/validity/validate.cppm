@@ -39,7 +39,7 @@ template <class S>
         .below(1);
 }
 
-/// Verdicts of a whole mesh.
+/// Verdicts of a whole mesh; of a surface alone (`is_surface_alone`) all that is said of elements is of its triangles.
 template <int D>
 struct Validation {
     double bound = 0;          ///< what the verdicts were asked for

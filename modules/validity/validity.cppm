@@ -10,6 +10,7 @@ export import :verdict;
 export import :certificate;
 export import :motion;
 export import :packs;
+export import :surface_triangle;
 export import :signed_volume;
 export import :validate;
 export import :commit;

@@ -7,6 +7,7 @@ module;
 module camber.validity;
 import camber.core;
 import camber.bezier;
+import :surface_triangle;
 
 namespace camber {
 
@@ -266,8 +267,8 @@ ElementValidity check_element(const BoundedJacobian<D>& jacobian, double bound) 
 
 namespace {
 
-template <int D>
-bool all_finite(const std::array<Vec<D>, quadratic_nodes<D>>& points) {
+template <int D, int K = D>
+bool all_finite(const std::array<Vec<D>, quadratic_nodes<K>>& points) {
     for (const Vec<D>& p : points)
         if (!is_finite(p)) return false;
     return true;
@@ -310,6 +311,15 @@ ElementValidity check_element(const QuadraticSimplex<D, D>& element, double boun
 template <int D>
 ElementValidity check_element(const NodalSimplex<D>& element, double bound) {
     return check<D>(element, all_finite<D>(element.nodes), bound);
+}
+
+Verdict decide(const SurfaceTriangle& triangle, double bound) {
+    const Verdict first = decide_by_coefficients(bounded_jacobian(triangle), bound);
+    return first != Verdict::undecided ? first : certify(triangle, bound).verdict;
+}
+
+ElementValidity check_element(const SurfaceTriangle& triangle, double bound) {
+    return check<2>(triangle, all_finite<3, 2>(triangle.nodes), bound);
 }
 
 #define CAMBER_INSTANTIATE(D)                                                             \

@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -50,11 +51,34 @@ std::vector<std::size_t> numbers_of(std::size_t elements, Chosen&& chosen) {
 }
 
 /// As `check_element` has it.
-template <int D>
-bool straight_inverted(const NodalSimplex<D>& element) {
-    const BoundedJacobian<D> plain = bounded_jacobian(element);
-    const BoundedJacobian<D> jacobian = blurred(plain) ? sharp_jacobian(element) : plain;
+bool straight_inverted(const auto& element) {
+    const auto plain = bounded_jacobian(element);
+    const auto jacobian = blurred(plain) ? sharp_jacobian(element) : plain;
     return !(jacobian.straight > jacobian.error);
+}
+
+/// The straight elements, or triangles of a surface alone: mean ratio; volume or area.
+template <int D>
+double quality_of(const LinearMesh<D>& mesh, std::size_t e) {
+    if constexpr (D == 3)
+        if (is_surface_alone(mesh)) {
+            const auto p = triangle_corners(mesh, e);
+            const double l1 = distance(p[0], p[1]), l2 = distance(p[1], p[2]), l3 = distance(p[2], p[0]);
+            const double unit = std::max({l1, l2, l3});
+            if (!(unit > 0) || !std::isfinite(unit)) return 0;
+            const double twice = norm(cross((p[1] - p[0]) / unit, (p[2] - p[0]) / unit));
+            return 2 * std::sqrt(3.0) * twice / ((l1 * l1 + l2 * l2 + l3 * l3) / (unit * unit));
+        }
+    return mean_ratio<D>(corners_of(mesh, e));
+}
+template <int D>
+double measure_of(const LinearMesh<D>& mesh, std::size_t e) {
+    if constexpr (D == 3)
+        if (is_surface_alone(mesh)) {
+            const auto p = triangle_corners(mesh, e);
+            return norm(cross(p[1] - p[0], p[2] - p[0])) / 2;
+        }
+    return signed_measure<D>(corners_of(mesh, e));
 }
 
 /// One check in D dimensions, step by step.
@@ -102,7 +126,8 @@ class Checker {
         report_.elements_by_reference = by_reference(linear_.elements.references);
         report_.facets_by_reference = by_reference(linear_.facets.references);
         report_.feature_edges_by_reference = by_reference(linear_.edges.references);
-        report_.elements.references = linear_.elements.references;
+        report_.elements.references =
+            is_surface_alone(linear_) ? linear_.facets.references : linear_.elements.references;
     }
 
     Outcome<Done> examine_mesh(const Execution& execution) {
@@ -145,9 +170,13 @@ class Checker {
     }
 
     Outcome<Done> measure(const Execution& execution) {
-        const std::size_t n = linear_.elements.size();
+        const std::size_t n = judged_count(linear_);
         ElementColumns& columns = report_.elements;
         auto inverted = map_each(part_of(execution, 0, degree_ == 2 ? 1 : 0.5), n, [&](std::size_t e) {
+            if constexpr (D == 3)
+                if (is_surface_alone(linear_))
+                    return static_cast<std::uint8_t>(
+                        straight_inverted(surface_triangle(*mesh_, mesh_->mid_nodes.view(), e)));
             const auto element = nodal_element<D>(*mesh_, mesh_->mid_nodes.view(), ElementId(e));
             return static_cast<std::uint8_t>(straight_inverted(element));
         });
@@ -159,12 +188,11 @@ class Checker {
             columns.min_scaled_jacobian = validation_.min_scaled_jacobian;
             add_histogram<float>(Quantity::scaled_jacobian, columns.min_scaled_jacobian.view());
         } else {
-            auto quality = map_each(part_of(execution, 0.5, 0.7), n, [&](std::size_t e) {
-                return static_cast<float>(mean_ratio<D>(corners_of(linear_, e)));
-            });
+            auto quality = map_each(part_of(execution, 0.5, 0.7), n,
+                                    [&](std::size_t e) { return static_cast<float>(quality_of(linear_, e)); });
             if (!quality) return fail(quality.error());
-            auto volume = map_each(part_of(execution, 0.7, 0.8), n,
-                                   [&](std::size_t e) { return signed_measure<D>(corners_of(linear_, e)); });
+            auto volume =
+                map_each(part_of(execution, 0.7, 0.8), n, [&](std::size_t e) { return measure_of(linear_, e); });
             if (!volume) return fail(volume.error());
             columns.quality = std::move(*quality);
             columns.volume = std::move(*volume);

@@ -97,12 +97,13 @@ std::string check_json_head(const CheckReport& report, std::string_view name, st
     const ValidityReport& v = report.validity;
     j["all_good"] = report.all_good();
     j["bound"] = v.bound;
-    j["valid"] = report.mesh.elements - v.invalid - v.undecided;
+    j["valid"] = report.mesh.judged() - v.invalid - v.undecided;
     j["invalid"] = v.invalid;
     j["undecided"] = v.undecided;
     j["straight_inverted"] = v.straight_inverted;
     // Of no element there is no such number.
-    j["min_scaled_jacobian"] = report.mesh.elements > 0 ? Json(v.smallest) : Json(nullptr);
+    j["min_scaled_jacobian"] =
+        report.mesh.judged() > 0 && (v.worst > 0 || !report.mesh.is_surface_alone()) ? Json(v.smallest) : Json(nullptr);
     j["worst_element"] = v.worst;
     Json worst = Json::array();
     for (const ElementReport& element : report.worst) worst.push_back(json(element, report.mesh.degree));

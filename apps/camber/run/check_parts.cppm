@@ -54,4 +54,10 @@ template <int D>
     return corners;
 }
 
+/// Of a triangle of a surface alone.
+[[nodiscard]] inline std::array<Vec<3>, 3> triangle_corners(const LinearMesh<3>& mesh, std::size_t t) {
+    const auto& v = mesh.facets.vertices[t];
+    return {mesh.points[v[0]], mesh.points[v[1]], mesh.points[v[2]]};
+}
+
 }  // namespace camber::run

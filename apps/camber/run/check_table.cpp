@@ -49,30 +49,37 @@ std::string count_rows(std::string_view name, std::size_t count, const std::vect
 
 std::string mesh_rows(const CheckReport& report) {
     const MeshReport& m = report.mesh;
-    std::string text = table_row("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
-                       table_row("vertices", m.vertices) + table_row("nodes", m.nodes) +
-                       count_rows(elements_of(m), m.elements, report.elements_by_reference) +
-                       count_rows(fmt::format("boundary {}", facets_of(m)), m.facets, report.facets_by_reference);
+    std::string text =
+        table_row("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
+        table_row("vertices", m.vertices) + table_row("nodes", m.nodes) +
+        (m.is_surface_alone()
+             ? count_rows("triangles, a surface alone", m.facets, report.facets_by_reference)
+             : count_rows(elements_of(m), m.elements, report.elements_by_reference) +
+                   count_rows(fmt::format("boundary {}", facets_of(m)), m.facets, report.facets_by_reference));
     if (m.feature_edges > 0) text += count_rows("feature edges", m.feature_edges, report.feature_edges_by_reference);
     return text;
 }
 
 std::string validity_rows(const CheckReport& report) {
     const ValidityReport& v = report.validity;
-    const std::size_t elements = report.mesh.elements;
-    if (elements == 0)
-        return table_row("valid elements", report.mesh.facets > 0 ? "none to judge: a surface alone" : "none to judge");
-    std::string text = table_row("valid elements", elements - v.invalid - v.undecided) +
-                       table_row("invalid elements", v.invalid) + table_row("undecided elements", v.undecided) +
-                       table_row("inverted or flat when straight", v.straight_inverted);
+    const std::size_t elements = report.mesh.judged();
+    if (elements == 0) return table_row("valid elements", "none to judge");
+    const bool is_alone = report.mesh.is_surface_alone();
+    const std::string_view judged = is_alone ? "triangles" : "elements";
+    std::string text =
+        table_row(fmt::format("valid {}", judged), elements - v.invalid - v.undecided) +
+        table_row(fmt::format("invalid {}", judged), v.invalid) +
+        table_row(fmt::format("undecided {}", judged), v.undecided) +
+        table_row(is_alone ? "flat when straight" : "inverted or flat when straight", v.straight_inverted);
     if (report.mesh.degree == 2) {
-        text += table_row("smallest scaled Jacobian",
-                          v.worst > 0 ? fmt::format("{:.4g} (1: as straight), of element {}", v.smallest, v.worst)
-                                      : "none: all flat");
+        text += table_row("smallest scaled Jacobian", v.worst > 0
+                                                          ? fmt::format("{:.4g} (1: as straight), of {} {}", v.smallest,
+                                                                        is_alone ? "triangle" : "element", v.worst)
+                                                          : "none: all flat");
     } else if (!report.worst.empty()) {
-        text +=
-            table_row("smallest quality", fmt::format("{:.4g}, of element {} (det J says nothing of a straight mesh)",
-                                                      report.worst[0].quality, report.worst[0].number));
+        text += table_row("smallest quality", fmt::format("{:.4g}, of {} {} (det J says nothing of a straight mesh)",
+                                                          report.worst[0].quality, is_alone ? "triangle" : "element",
+                                                          report.worst[0].number));
     }
     return text;
 }
@@ -144,13 +151,22 @@ std::string break_lines(std::string text, std::size_t indent) {
 constexpr std::string_view scaled_jacobian_words =
     "\n  (scaled J, the scaled Jacobian: det J as a share of the straight element's, at its lowest)";
 
+constexpr std::string_view scaled_normal_words =
+    "\n  (scaled J, the scaled Jacobian: det J in the plane of the straight triangle, as a share of that one's, at its "
+    "lowest)";
+
 std::string worst_rows(const CheckReport& report) {
     if (report.worst.empty()) return {};
     const bool curved = report.mesh.degree == 2;
-    std::string text = fmt::format(
-        "\n  The worst {} of {} {}{}\n  {:>10}{:>11}  {:<10}{:>12}  {}\n", report.worst.size(),
-        grouped(report.mesh.elements), elements_of(report.mesh), curved ? scaled_jacobian_words : "", "element",
-        "reference", "verdict", curved ? "scaled J" : "quality", curved ? "lowest at: barycentric; point" : "reason");
+    const bool is_alone = report.mesh.is_surface_alone();
+    std::string text =
+        fmt::format("\n  The worst {} of {} {}{}\n  {:>10}{:>11}  {:<10}{:>12}  {}\n", report.worst.size(),
+                    grouped(report.mesh.judged()), is_alone ? "triangles" : elements_of(report.mesh),
+                    !curved    ? ""
+                    : is_alone ? scaled_normal_words
+                               : scaled_jacobian_words,
+                    is_alone ? "triangle" : "element", "reference", "verdict", curved ? "scaled J" : "quality",
+                    curved ? "lowest at: barycentric; point" : "reason");
     for (const ElementReport& e : report.worst) {
         const double value = curved ? e.min_scaled_jacobian : e.quality;
         text += fmt::format("  {:>10}{:>11}  {:<10}{:>12.4g}  ", e.number, e.reference, word(e.verdict), value);

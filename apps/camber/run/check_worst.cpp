@@ -4,7 +4,9 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numeric>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -38,14 +40,27 @@ std::vector<std::uint32_t> find_lowest(const Column<Verdict>& verdicts, const Bu
     return order;
 }
 
+/// visit(its form, its Bézier form) of an element, or of a triangle of a surface alone.
 template <int D>
-NodalSimplex<D> element_at(const Judged<D>& judged, std::size_t e) {
-    return nodal_element<D>(judged.mesh, judged.mesh.mid_nodes.view(), ElementId(e));
+auto with_element(const Judged<D>& judged, std::size_t e, const auto& visit) {
+    if constexpr (D == 3)
+        if (is_surface_alone(judged.mesh.linear))
+            return visit(surface_triangle(judged.mesh, judged.mesh.mid_nodes.view(), e),
+                         facet_of(judged.mesh, FacetId(e)));
+    return visit(nodal_element<D>(judged.mesh, judged.mesh.mid_nodes.view(), ElementId(e)),
+                 element_of(judged.mesh, ElementId(e)));
+}
+
+template <int D>
+std::span<const VertexId> vertices_of(const LinearMesh<D>& mesh, std::size_t e) {
+    if (is_surface_alone(mesh)) return mesh.facets.vertices[e];
+    return mesh.elements.vertices[e];
 }
 
 template <int D>
 ElementValidity check_closely(const Judged<D>& judged, std::size_t e) {
-    return check_element(element_at(judged, e), judged.validation.bound);
+    return with_element(
+        judged, e, [&](const auto& element, const auto&) { return check_element(element, judged.validation.bound); });
 }
 
 /// The stored bounds may lie far below the values: first the values of the n lowest bounds are found, then those of all
@@ -138,37 +153,45 @@ std::string give_reason(const ElementReport& element, const Facts& facts) {
     return value > 0 ? share + fmt::format(", below the bound {:g}", facts.bound) : share;
 }
 
-template <int D>
-void describe_curved(const Judged<D>& judged, ElementReport& element, std::size_t e) {
-    const NodalSimplex<D> nodes = element_at(judged, e);
-    const double bound = judged.validation.bound;
-    const BoundedJacobian<D> plain = bounded_jacobian(nodes);
-    const BoundedJacobian<D> jacobian = blurred(plain) ? sharp_jacobian(nodes) : plain;
-    element.min_scaled_jacobian = check_closely(judged, e).min_scaled_jacobian;
-    const LowestPoint<D> low = find_low_point(jacobian, element.verdict, bound);
+template <int K, int D>
+void describe_curved(const BoundedJacobian<K>& jacobian, const QuadraticSimplex<K, D>& curved, double bound,
+                     ElementReport& element) {
+    const LowestPoint<K> low = find_low_point(jacobian, element.verdict, bound);
     const bool flat = !(std::abs(jacobian.straight) > 2 * jacobian.error);
-    const Vec<D> point = element_of(judged.mesh, ElementId(e)).point(low.at);
+    const Vec<D> point = curved.point(low.at);
     element.witness = Witness{{low.at.begin(), low.at.end()},
                               {point.c.begin(), point.c.end()},
                               flat ? low.jacobian : low.jacobian / std::abs(jacobian.straight)};
     const double highest = *std::max_element(jacobian.coefficients.begin(), jacobian.coefficients.end());
     element.reason =
-        give_reason(element, {flat, highest < -jacobian.error, bound, name_place<D>(low.at, element.vertices)});
+        give_reason(element, {flat, highest < -jacobian.error, bound, name_place<K>(low.at, element.vertices)});
+}
+
+template <int D>
+void describe_curved(const Judged<D>& judged, ElementReport& element, std::size_t e) {
+    element.min_scaled_jacobian = check_closely(judged, e).min_scaled_jacobian;
+    with_element(judged, e, [&](const auto& nodes, const auto& curved) {
+        const auto plain = bounded_jacobian(nodes);
+        describe_curved(blurred(plain) ? sharp_jacobian(nodes) : plain, curved, judged.validation.bound, element);
+    });
 }
 
 template <int D>
 void describe_straight(const Judged<D>& judged, ElementReport& element, std::size_t e) {
     element.quality = judged.columns.quality[e];
     element.volume = judged.columns.volume[e];
-    const char* measure = D == 2 ? "area" : "volume";
+    const bool is_alone = is_surface_alone(judged.mesh.linear);
+    const char* measure = D == 2 || is_alone ? "area" : "volume";
     if (element.verdict == Verdict::valid) {
-        const auto corners = corners_of(judged.mesh.linear, e);
-        double shortest = distance(corners[0], corners[1]), longest = shortest;
-        for (const auto& [a, b] : local_edges<D>) {
-            const double length = distance(corners[static_cast<std::size_t>(a)], corners[static_cast<std::size_t>(b)]);
-            shortest = std::min(shortest, length);
-            longest = std::max(longest, length);
-        }
+        const std::span<const VertexId> vertices = vertices_of(judged.mesh.linear, e);
+        double shortest = std::numeric_limits<double>::infinity(), longest = 0;
+        for (const VertexId a : vertices)
+            for (const VertexId b : vertices) {
+                if (!(a < b)) continue;
+                const double length = distance(judged.mesh.linear.points[a], judged.mesh.linear.points[b]);
+                shortest = std::min(shortest, length);
+                longest = std::max(longest, length);
+            }
         element.reason = fmt::format("edges from {:.4g} to {:.4g}", shortest, longest);
     } else if (element.volume < 0 && element.verdict == Verdict::invalid) {
         element.reason = fmt::format("inverted: its {} is negative", measure);
@@ -185,9 +208,9 @@ ElementReport describe_element(const Judged<D>& judged, std::size_t e) {
     element.verdict = judged.columns.verdicts[e];
     element.straight_inverted = judged.columns.straight_inverted[e] == 1;
     element.vertices.reserve(D + 1);
-    for (const VertexId v : judged.mesh.linear.elements.vertices[e])
-        element.vertices.push_back(judged.numbers(v.index()));
+    for (const VertexId v : vertices_of(judged.mesh.linear, e)) element.vertices.push_back(judged.numbers(v.index()));
     judged.degree == 2 ? describe_curved(judged, element, e) : describe_straight(judged, element, e);
+    if (is_surface_alone(judged.mesh.linear)) return element;
     if (const std::string wall = describe_wall(judged, ElementId(e)); !wall.empty()) element.reason += "; " + wall;
     return element;
 }

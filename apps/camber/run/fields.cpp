@@ -144,7 +144,7 @@ Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* fiel
     fields = std::move(fields).with(edge_field_with_means(mesh, "curvature", curvatures<D>(mesh, mesh.mid_nodes.view()),
                                                           [](std::size_t) { return true; }));
     if (plan) fields = std::move(fields).with(edge_changes(mesh, plan->proposal()));
-    if (plan && lengths)
+    if (plan && lengths && !is_surface_alone(mesh.linear))
         fields = std::move(fields).with(
             edge_field_with_means(mesh, "length_gain", length_gains(lengths->straight, lengths->curved),
                                   [&](std::size_t e) { return plan->proposal().kinds[e] == EdgeKind::volume; }));

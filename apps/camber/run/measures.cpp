@@ -103,14 +103,25 @@ MeasuredEdges told_lengths(const config::Output& output) {
 }
 
 template <int D>
+std::size_t bent_edges(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal) {
+    std::size_t n = 0;
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        n += proposal.mid_nodes[e].point != midpoint(proposal.points[a], proposal.points[b]);
+    }
+    return n;
+}
+
+template <int D>
 EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Column<double>& straight,
                        const Column<double>& lengths) {
     const auto gains = length_gains(straight, lengths);
     const auto curved = curvatures<D>(mesh, proposal.mid_nodes.view());
+    const bool is_alone = is_surface_alone(mesh.linear);
     EdgeReport r;
     std::size_t n = 0;
     for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
-        if (proposal.kinds[e] != EdgeKind::volume) continue;
+        if (proposal.kinds[e] != EdgeKind::volume && !is_alone) continue;
         r.mean_curvature += curved[e];
         r.largest_curvature = std::max(r.largest_curvature, curved[e]);
         ++n;
@@ -126,6 +137,23 @@ EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
 }
 
 namespace {
+
+/// Of a surface alone: all edges, which gain no length, since they follow the surface.
+template <int D>
+void count_surface_edges(Counting& counting, const QuadraticMesh<D>& mesh, const Curved<D>& curved,
+                         const Proposal<D>& in_the_end, const EdgeLengths& lengths) {
+    const auto known = [&counting, &lengths](const char* name, const Column<double>& values) {
+        counting.add(Quantity::length, name, [&] { return of_measured(values.view(), lengths.straight); });
+    };
+    const auto bent = [&counting, &mesh](const char* name, const Proposal<D>& seen) {
+        counting.add(Quantity::curvature, name,
+                     [&] { return curvatures<D>(apply_proposal(mesh, seen), seen.mid_nodes.view()); });
+    };
+    known("straight", lengths.straight);
+    known("after", lengths.curved);
+    bent("before", curved.proposal);
+    bent("after", in_the_end);
+}
 
 /// What is counted is referred to until it is.
 template <int D>
@@ -167,7 +195,9 @@ Outcome<std::vector<Histogram>> run_histograms(const Quadratic<D>& end, const st
                                                const History<D>& history, const Execution& execution) {
     Counting counting;
     const Plan<D>* const plan = end.planned();
-    if (plan && plan->wanted() && lengths)
+    if (plan && plan->wanted() && lengths && is_surface_alone(end.mesh.linear))
+        count_surface_edges(counting, end.mesh, plan->wanted()->curved, plan->proposal(), *lengths);
+    else if (plan && plan->wanted() && lengths)
         count_edges(counting, end.mesh, plan->wanted()->curved, plan->proposal(), *lengths);
     if (const Validation<D>* validation = end.validation()) {
         const Validation<D>* const first = first_of(history);
@@ -180,6 +210,7 @@ Outcome<std::vector<Histogram>> run_histograms(const Quadratic<D>& end, const st
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
     template std::vector<double> curvatures<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>);             \
+    template std::size_t bent_edges<D>(const QuadraticMesh<D>&, const Proposal<D>&);                                   \
     template EdgeReport edge_report<D>(const QuadraticMesh<D>&, const Proposal<D>&, const Column<double>&,             \
                                        const Column<double>&);                                                         \
     template Outcome<std::vector<Histogram>> run_histograms<D>(const Quadratic<D>&, const std::optional<EdgeLengths>&, \

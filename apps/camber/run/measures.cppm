@@ -24,6 +24,10 @@ template <int D>
 /// Of which edges lengths are told: of all where the output shows them.
 [[nodiscard]] MeasuredEdges told_lengths(const config::Output& output);
 
+/// Edges whose node is not in the middle of their chord.
+template <int D>
+[[nodiscard]] std::size_t bent_edges(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal);
+
 /// Gains of the volume edges that have lengths, and curvatures of all.
 template <int D>
 [[nodiscard]] EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,

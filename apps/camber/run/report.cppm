@@ -43,6 +43,10 @@ struct ReorderedReport {
 struct MeshReport {
     int dimension = 3, degree = 1;
     std::size_t vertices = 0, nodes = 0, elements = 0, facets = 0, feature_edges = 0;
+
+    /// Then what is said of elements is said of its triangles.
+    [[nodiscard]] bool is_surface_alone() const { return dimension == 3 && elements == 0 && facets > 0; }
+    [[nodiscard]] std::size_t judged() const { return is_surface_alone() ? facets : elements; }
 };
 
 struct GradationReport {

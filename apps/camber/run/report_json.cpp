@@ -41,8 +41,10 @@ Json head(const OriginReport& o) {
 }
 
 Json json(const MeshReport& m) {
-    return {{"dimension", m.dimension}, {"degree", m.degree}, {"vertices", m.vertices},          {"nodes", m.nodes},
-            {"elements", m.elements},   {"facets", m.facets}, {"feature_edges", m.feature_edges}};
+    Json j{{"dimension", m.dimension}, {"degree", m.degree}, {"vertices", m.vertices},          {"nodes", m.nodes},
+           {"elements", m.elements},   {"facets", m.facets}, {"feature_edges", m.feature_edges}};
+    if (m.is_surface_alone()) j["surface_alone"] = true;
+    return j;
 }
 Json json(const MetricReport& m) {
     Json j{{"source", m.source},
@@ -136,6 +138,15 @@ Json json(const EdgeReport& e) {
             {"mean_curvature", e.mean_curvature}, {"largest_curvature", e.largest_curvature},
             {"measured_edges", e.measured},       {"longer_edges", e.longer}};
 }
+Json surface_json(const EdgeReport& e) {
+    return {{"mean_curvature", e.mean_curvature}, {"largest_curvature", e.largest_curvature}};
+}
+/// Of a surface alone: nothing of volume edges, which it has none of, nor of the lengths that they gain.
+Json surface_json(const CurveReport& c) {
+    Json j{{"edges", c.edges}, {"curved_edges", c.curved_edges}, {"before_correction", surface_json(c.before)}};
+    if (c.after) j["after_correction"] = surface_json(*c.after);
+    return j;
+}
 Json json(const CurveReport& c) {
     Json j{{"edges", c.edges},
            {"volume_edges", c.volume_edges},
@@ -202,7 +213,7 @@ std::string to_json(const Report& report) {
     if (report.remesh) j["remesh"] = json(*report.remesh);
     if (report.boundary) j["boundary"] = json(*report.boundary);
     if (report.boundary && report.origin) j["boundary"]["geometry"] = report.origin->geometry;
-    if (report.curve) j["curve"] = json(*report.curve);
+    if (report.curve) j["curve"] = report.mesh.is_surface_alone() ? surface_json(*report.curve) : json(*report.curve);
     if (report.validity_before) j["validity_before_correction"] = json(*report.validity_before);
     if (report.relax) j["relax"] = json(*report.relax);
     if (report.kept_boundary) j["kept_boundary"] = json(*report.kept_boundary);

@@ -60,9 +60,12 @@ std::string name_metric(const std::string& source) { return source == "natural" 
 std::string mesh_rows(const Report& report) {
     const MeshReport& m = report.mesh;
     std::string text = table_row("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
-                       table_row("vertices", m.vertices) +
-                       table_row(m.dimension == 2 ? "triangles" : "tetrahedra", m.elements) +
-                       table_row(m.dimension == 2 ? "boundary edges" : "boundary triangles", m.facets);
+                       table_row("vertices", m.vertices);
+    if (m.is_surface_alone())
+        text += table_row("triangles, a surface alone", m.facets);
+    else
+        text += table_row(m.dimension == 2 ? "triangles" : "tetrahedra", m.elements) +
+                table_row(m.dimension == 2 ? "boundary edges" : "boundary triangles", m.facets);
     if (report.reordered)
         text += table_row("order of vertices and elements",
                           fmt::format("scattered ({:.2g}): another while working", report.reordered->scatter));
@@ -107,6 +110,17 @@ std::string longer_edges(const EdgeReport& edges, std::size_t volume_edges) {
     return fmt::format("{} of {} measured", grouped(edges.longer), grouped(edges.measured));
 }
 
+/// Of a surface alone: there is nothing inside of which edges could be short.
+std::string surface_curve_rows(const CurveReport& c) {
+    const EdgeReport* after = c.after ? &*c.after : nullptr;
+    const auto pick = [&](double EdgeReport::* field) { return after == nullptr ? nullptr : &(after->*field); };
+    return table_row("edges (curved)", fmt::format("{} ({})", grouped(c.edges), grouped(c.curved_edges))) +
+           table_row("mean curvature",
+                     join_before_after(c.before.mean_curvature, pick(&EdgeReport::mean_curvature), "{:.4f}")) +
+           table_row("largest curvature",
+                     join_before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}"));
+}
+
 std::string curve_rows(const CurveReport& c) {
     const EdgeReport* after = c.after ? &*c.after : nullptr;
     const auto pick = [&](double EdgeReport::* field) { return after == nullptr ? nullptr : &(after->*field); };
@@ -139,17 +153,21 @@ std::string validity_rows(const Report& report) {
     const auto counts = [&](std::size_t was, std::size_t is) {
         return changed && was != is ? grouped(was) + " -> " + grouped(is) : grouped(is);
     };
-    text +=
-        table_row("invalid elements", counts(before.invalid, v.invalid)) +
-        table_row("undecided elements", counts(before.undecided, v.undecided)) +
-        table_row(fmt::format("elements below {:g}{}", v.bound, v.is_asked ? "" : " (a wish)"),
-                  counts(before.below_bound, v.below_bound)) +
-        table_row("smallest scaled Jacobian",
-                  join_before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}") + " (1: as straight)");
+    const std::string_view judged = report.mesh.is_surface_alone() ? "triangles" : "elements";
+    text += table_row(fmt::format("invalid {}", judged), counts(before.invalid, v.invalid)) +
+            table_row(fmt::format("undecided {}", judged), counts(before.undecided, v.undecided)) +
+            table_row(fmt::format("{} below {:g}{}", judged, v.bound, v.is_asked ? "" : " (a wish)"),
+                      counts(before.below_bound, v.below_bound)) +
+            table_row("smallest scaled Jacobian",
+                      v.worst == 0 && report.mesh.is_surface_alone()
+                          ? std::string("none: all flat")
+                          : join_before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}") +
+                                " (1: as straight)");
     if (v.straight_inverted > 0) text += table_row("inverted or flat when straight", v.straight_inverted);
     if (const auto& r = report.relax)
-        text += table_row("corrected elements", r->corrected_elements) +
-                table_row("relaxed volume edges", r->relaxed_volume_edges) +
+        text += table_row(fmt::format("corrected {}", judged), r->corrected_elements) +
+                (report.mesh.is_surface_alone() ? std::string()
+                                                : table_row("relaxed volume edges", r->relaxed_volume_edges)) +
                 table_row("relaxed surface edges", r->relaxed_surface_edges) +
                 (r->slid_surface_edges > 0 ? table_row("surface edges slid on geometry", r->slid_surface_edges)
                                            : std::string()) +
@@ -172,7 +190,8 @@ std::string remaining_rows(const Report& report) {
     std::string text;
     constexpr std::size_t shown = 10;
     for (std::size_t i = 0; i < report.remaining.size() && i < shown; ++i)
-        text += fmt::format("  ! {} {}: {}\n", report.mesh.dimension == 2 ? "triangle" : "tetrahedron",
+        text += fmt::format("  ! {} {}: {}\n",
+                            report.mesh.dimension == 2 || report.mesh.is_surface_alone() ? "triangle" : "tetrahedron",
                             report.remaining[i].element, report.remaining[i].reason);
     if (report.remaining.size() > shown)
         text += fmt::format("  ! and {} more, all of them in the report\n", report.remaining.size() - shown);
@@ -231,7 +250,8 @@ std::string table(const Report& report) {
     std::string text = mesh_rows(report);
     if (report.remesh) text += remesh_rows(*report.remesh);
     if (report.boundary) text += boundary_rows(report);
-    if (report.curve) text += curve_rows(*report.curve);
+    if (report.curve)
+        text += report.mesh.is_surface_alone() ? surface_curve_rows(*report.curve) : curve_rows(*report.curve);
     text += validity_rows(report);
     if (report.kept_boundary) text += kept_boundary_rows(report);
     text += remaining_rows(report);

@@ -15,6 +15,7 @@ import camber.config;
 import camber.surface;
 import camber.metric;
 import camber.curving;
+import camber.validity;
 import :parts;
 import :report;
 import :stages;
@@ -31,10 +32,24 @@ Outcome<Buffer<LagrangeNode<D>>> on_geometry(const QuadraticMesh<D>& mesh, const
     return boundary_nodes(keeps ? mesh : without_required(mesh), boundary.features, boundary.geometry, execution);
 }
 
+/// What holds each edge: elements, or the triangles of a surface alone.
+template <int D>
+Outcome<Incidence<ElementId>> holders(const QuadraticMesh<D>& mesh, const Execution& execution) {
+    if (!is_surface_alone(mesh.linear)) return shells(mesh.edges, execution);
+    auto triangles = facet_shells(mesh.edges, execution);
+    if (!triangles) return fail(triangles.error());
+    return guarded([&]() -> Outcome<Incidence<ElementId>> {
+        Buffer<ElementId> items;
+        items.reserve(triangles->items.size());
+        for (const FacetId f : triangles->items) items.emplace_back(f.index());
+        return Incidence<ElementId>{triangles->offsets, std::move(items)};
+    });
+}
+
 template <int D>
 Outcome<CurveInput<D>> input_of(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                 Buffer<LagrangeNode<D>> nodes, Notices notices, const Execution& execution) {
-    auto around = shells(mesh.edges, execution);
+    auto around = holders(mesh, execution);
     if (!around) return fail(around.error());
     return CurveInput<D>{held_kinds(mesh, boundary.features.edge_kinds, boundary.required),
                          Column<LagrangeNode<D>>(std::move(nodes)), std::move(*around), std::move(notices)};

@@ -61,7 +61,7 @@ CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) 
     const CurveStatistics& s = curved.statistics;
     return {mesh.edges.size(),
             s.volume_edges,
-            s.curved_edges,
+            is_surface_alone(mesh.linear) ? bent_edges(mesh, curved.proposal) : s.curved_edges,
             s.polished,
             s.exhausted,
             s.shortened,
@@ -126,8 +126,10 @@ Outcome<Done> curve_within(Runner<D>& run, Boundary<D> boundary, CurveInput<D>& 
 template <int D>
 Outcome<CurveInput<D>> begin_curving(Runner<D>& run, const Boundary<D>& boundary, const config::Curve& options) {
     return run.step("extension", [&](const Execution& e) -> Outcome<CurveInput<D>> {
-        const bool carried =
-            options.back_mesh == config::BackMeshKind::carried && options.objective != config::Objective::shape;
+        // The field of a surface alone is constant along its normals: there is nothing to carry.
+        const bool carried = options.back_mesh == config::BackMeshKind::carried &&
+                             options.objective != config::Objective::shape &&
+                             !is_surface_alone(run.quadratic().mesh.linear);
         auto input = curve_input(run.quadratic(), boundary, carried ? part_of(e, 0, 0.18) : e);
         if (!input || !carried) return input;
         return extended_input(run.quadratic(), std::move(*input), part_of(e, 0.18, 1));

@@ -88,6 +88,15 @@ struct Shares {
     double distances = 0, lengths = 0, all = 0;
 };
 
+/// Of all edges of a surface alone, as they are in the end.
+template <int D>
+Outcome<EdgeLengths> surface_lengths(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Wanted<D>& wanted,
+                                     const BackMesh<D>& field, MeasuredEdges which, const Execution& execution) {
+    Proposal<D> all = proposal;
+    all.kinds = Buffer<EdgeKind>(proposal.kinds.size(), EdgeKind::volume);
+    return edge_lengths(mesh.edges, all, wanted.shells, field, which, execution);
+}
+
 /// Lengths after correction, against the chords as they are then, for the fields; the rest for the report.
 template <int D>
 struct Measured {
@@ -128,7 +137,13 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
         auto walls = measure_walls(seen, without_progress(execution));
         if (!walls) return fail(walls.error());
         measured.report.walls = *walls;
-        if (field) {
+        if (field && is_surface_alone(end.mesh.linear)) {
+            auto lengths = surface_lengths(end.mesh, proposal, *wanted, *field, which,
+                                           part_of(execution, of.distances, of.lengths));
+            if (!lengths) return fail(lengths.error());
+            measured.report.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
+            measured.lengths = std::move(*lengths);
+        } else if (field) {
             auto lengths = updated_lengths(end.mesh.edges, wanted->curved, proposal, wanted->shells, *field, which,
                                            part_of(execution, of.distances, of.lengths));
             if (!lengths) return fail(lengths.error());

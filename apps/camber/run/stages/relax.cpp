@@ -33,6 +33,7 @@ template <int D>
 Outcome<RepairGuide<D>> guide_of(const Plan<D>& plan, const JudgedProposal<D>& judged, const BackMesh<D>* field,
                                  RepairMethod method, const Execution& execution) {
     if (!needs_models(method) || judged.validation().all_valid()) return RepairGuide<D>{};
+    if (is_surface_alone(judged.mesh().linear)) return RepairGuide<D>{};  // goes by the geometry
     if (const Wanted<D>* wanted = plan.wanted()) {
         const Column<LagrangeNode<D>> nodes = wanted->curved.proposal.mid_nodes;
         return RepairGuide<D>{wanted->shells, [nodes](EdgeId e) { return nodes[e]; },
@@ -51,8 +52,11 @@ Outcome<RepairGuide<D>> guide_on_geometry(const Plan<D>& plan, const JudgedPropo
                                           const BackMesh<D>* field, RepairMethod method, const Execution& execution) {
     auto guide = guide_of(plan, judged, field, method, execution);
     const Boundary<D>* const boundary = plan.boundary();
-    if (!guide || !boundary || !boundary->geometry->prescribes_any() || judged.validation().all_valid()) return guide;
-    auto feet = feet_on(boundary->geometry, boundary->features.edge_kinds, judged.mesh(), without_progress(execution));
+    if (!guide || !boundary || judged.validation().all_valid()) return guide;
+    const bool is_alone = is_surface_alone(judged.mesh().linear);
+    if (!is_alone && !boundary->geometry->prescribes_any()) return guide;
+    const auto feet_of = is_alone ? feet_on_any<D> : feet_on<D>;
+    auto feet = feet_of(boundary->geometry, boundary->features.edge_kinds, judged.mesh(), without_progress(execution));
     if (!feet) return fail(feet.error());
     guide->onto = std::move(*feet);
     return guide;
