@@ -119,10 +119,10 @@ Outcome<Done> check_part(const LinearMesh<D>& mesh, const CadModel& model, const
         for (const std::size_t face : faces) met.include(box_of_face<D>(model.parts(), face));
     const auto unit = agree(of_part, met, 1) ? std::nullopt : fitting_unit(of_part, met, model.parts());
     if (unit)
-        return fail(ErrorKind::input,
-                    std::string(part) + " reaches from " + text(of_part) + ", what it met of the model from " +
-                        text(met),
-                    {}, {}, remedy(of_part, met, model.parts()));
+        return fail(
+            ErrorKind::input,
+            std::string(part) + " reaches from " + text(of_part) + ", what it met of the model from " + text(met), {},
+            {}, remedy(of_part, met, model.parts()));
     constexpr double most = 0.1;
     const auto& [strays, all] = std::pair(association.stray_vertices, association.vertices);
     if (static_cast<double>(strays) <= most * static_cast<double>(all)) return Done{};
@@ -146,9 +146,9 @@ Outcome<Done> check_agreement(const LinearMesh<D>& mesh, const CadModel& model) 
                 remedy(of_mesh, of_model, model.parts()));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<Done> check_agreement<D>(const LinearMesh<D>&, const CadModel&);                                  \
-    template Outcome<Done> check_inclusion<D>(const LinearMesh<D>&, const CadModel&, std::span<const Reference>);      \
+#define CAMBER_INSTANTIATE(D)                                                                                     \
+    template Outcome<Done> check_agreement<D>(const LinearMesh<D>&, const CadModel&);                             \
+    template Outcome<Done> check_inclusion<D>(const LinearMesh<D>&, const CadModel&, std::span<const Reference>); \
     template Outcome<Done> check_part<D>(const LinearMesh<D>&, const CadModel&, const CadAssociation&);
 
 CAMBER_INSTANTIATE(2)

@@ -300,10 +300,10 @@ Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& e
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<CadAssociation> associate<D>(const LinearMesh<D>&, const EdgeSet<D>&, const CadModel&,            \
-                                                  const Execution&);                                                   \
-    template Outcome<CadAssociation> associate<D>(const LinearMesh<D>&, const EdgeSet<D>&, const CadModel&,            \
+#define CAMBER_INSTANTIATE(D)                                                                               \
+    template Outcome<CadAssociation> associate<D>(const LinearMesh<D>&, const EdgeSet<D>&, const CadModel&, \
+                                                  const Execution&);                                        \
+    template Outcome<CadAssociation> associate<D>(const LinearMesh<D>&, const EdgeSet<D>&, const CadModel&, \
                                                   std::span<const Reference>, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -27,8 +27,8 @@ struct CadGeometry {
     [[nodiscard]] bool is_whole() const { return association.facets == mesh.facets.size(); }
     /// Whether a facet is the one of its number of that mesh, and on the model.
     [[nodiscard]] bool has(const FacetSite<D>& facet) const {
-        return facet.id.valid() && facet.id.index() < mesh.facets.size() &&
-               association.faces[facet.id] != no_face && facet_site(mesh, facet.id).corners == facet.corners;
+        return facet.id.valid() && facet.id.index() < mesh.facets.size() && association.faces[facet.id] != no_face &&
+               facet_site(mesh, facet.id).corners == facet.corners;
     }
     /// The faces (in 2D edges) that facets of a reference lie on; none of an unknown one.
     [[nodiscard]] std::span<const std::size_t> of_reference(Reference reference) const {

@@ -23,7 +23,8 @@ namespace {
 /// The model's edges as the curves of a 2D mesh, which take the part of surfaces there.
 class CurvesModel final : public GeometryModel<2> {
   public:
-    explicit CurvesModel(CadGeometry<2> cad) : cad_(std::move(cad)), all_(cad_.is_whole() ? curves_of(cad_.model) : cad_.met()) {}
+    explicit CurvesModel(CadGeometry<2> cad)
+        : cad_(std::move(cad)), all_(cad_.is_whole() ? curves_of(cad_.model) : cad_.met()) {}
 
     [[nodiscard]] SurfacePoint<2> project(const SurfaceHint& hint, const Vec<2>& p) const override {
         const auto curve = curve_of(hint, p);

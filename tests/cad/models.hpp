@@ -19,12 +19,12 @@ enum class Kind {
     nurbs_torus,   // torus, as rational splines
     nurbs_ball,
     two_boxes,  // of sizes a, b, c side by side along x, each with its own face where they touch
-    annulus,       // a plane face between circles of radii a (inner) and b about the origin, at z = c
-    circles,       // these circles alone
-    ellipse,       // a plane face within half axes a, b
-    spline,        // a plane face within a closed cubic spline around the origin, about radius a
-    half_disc,     // a plane face of radius a where y > 0
-    nothing,  // a shape without faces
+    annulus,    // a plane face between circles of radii a (inner) and b about the origin, at z = c
+    circles,    // these circles alone
+    ellipse,    // a plane face within half axes a, b
+    spline,     // a plane face within a closed cubic spline around the origin, about radius a
+    half_disc,  // a plane face of radius a where y > 0
+    nothing,    // a shape without faces
 };
 
 /// A file that is removed with the value.

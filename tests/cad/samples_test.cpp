@@ -47,7 +47,7 @@ TEST_CASE("samples are on their entity, and stand for its area or length") {
           Known{Kind::cylinder, {0.5, 2, 0}, 2.5 * pi, -1}, Known{Kind::torus, {2, 0.5, 0}, 4 * pi * pi, -1},
           Known{Kind::nurbs_ball, {2, 0, 0}, 16 * pi, -1}}) {
         const CadModel model = model_of(known.kind, known.sizes);
-        const auto samples = value(samples_of(model, 5000, {}));
+        const auto samples = value(samples_of<3>(model, 5000, {}));
         CHECK(samples.points.size() > 4000);
         CHECK(samples.points.size() < 40000);
         CHECK(measure_of(samples, GeometryKind::surface) == doctest::Approx(known.area).epsilon(0.02));
@@ -71,11 +71,11 @@ TEST_CASE("samples are on their entity, and stand for its area or length") {
 
 TEST_CASE("faces that are small or trimmed have samples too, the same for any number of threads") {
     const CadModel model = model_of(Kind::filleted_box, {10, 0.05, 0});
-    const auto samples = value(samples_of(model, 500, {.threads = 1}));
+    const auto samples = value(samples_of<3>(model, 500, {.threads = 1}));
     std::size_t faces = 0;
     for (const auto& of : samples.entities) faces += of.entity.kind == GeometryKind::surface ? 1 : 0;
     CHECK(faces == model.faces());
-    const auto again = value(samples_of(model, 500, {.threads = 3}));
+    const auto again = value(samples_of<3>(model, 500, {.threads = 3}));
     REQUIRE(again.points.size() == samples.points.size());
     for (std::size_t i = 0; i < samples.points.size(); ++i) {
         CHECK(again.points[i] == samples.points[i]);
@@ -93,7 +93,7 @@ TEST_CASE("fillets that a mesh has left out are seen from the model alone") {
     const auto association = associate(mesh.linear, mesh.edges, model, {});
     REQUIRE(association);
     const Geometry<3> geometry(CadGeometry{model, *association, mesh.linear});
-    const auto samples = value(samples_of(model, 4096, {}));
+    const auto samples = value(samples_of<3>(model, 4096, {}));
     const auto found = value(distances_both_ways<3>(mesh, mesh.mid_nodes.view(), features, geometry, samples, {}));
     // The middle of a rounded corner is r (1 − 1/√3) from the box's planes.
     CHECK(found.to_boundary.largest == doctest::Approx(r * (1 - 1 / std::sqrt(3.0))).epsilon(0.1));

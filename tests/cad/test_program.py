@@ -17,6 +17,7 @@ HERE = pathlib.Path(__file__).parent
 MODEL = HERE / "shell.brep"  # as OpenCASCADE writes it
 PLATE = HERE / "plate.brep"  # [-1, 1]² × [0, 0.5] with a hole of radius 0.5 along z: see plate.py
 HOLE = plate.HOLE
+ANNULUS = HERE / "annulus.brep"  # a plane face between circles of radii 1 and 2
 CAPSULE = HERE / "capsule.brep"  # a cylinder of radius 1 up to z = 2, a ball on it; its mesh has one reference
 
 
@@ -52,6 +53,37 @@ class Program(unittest.TestCase):
         self.assertLess(cad["largest_node_distance"], 1e-12)
         self.assertEqual(report["validity"]["invalid"], 0)
         self.assertIn("nodes off the CAD model by", done.stdout)
+
+    def plane(self, geometry):
+        mesh, config, report = (self.path / name for name in ("annulus.mesh", "plane.json", "plane.report.json"))
+        self.assertEqual(camber("generate", "annulus", "--set", "outer_radius=2", "-o", mesh).returncode, 0)
+        config.write_text(json.dumps({"input": {"mesh": str(mesh)}, "metric": "natural", "geometry": geometry,
+                                      "output": {"mesh": str(self.path / "plane.mesh"), "report": str(report)}}))
+        done = camber("run", config)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        written = json.loads(report.read_text())
+        self.assertEqual(written["validity"]["invalid"], 0)
+        return written
+
+    def test_a_plane_model_is_the_geometry_of_a_2d_mesh(self):
+        report = self.plane({"cad": {"file": str(ANNULUS)}})
+        cad = report["boundary"]["cad"]
+        self.assertEqual([cad[key] for key in ("faces", "faces_met", "edges", "edges_met")], [1, 1, 2, 2])
+        self.assertLess(cad["largest_vertex_distance"], 1e-14)
+        self.assertLess(cad["largest_node_distance"], 1e-14)
+        self.assertLess(report["boundary"]["largest_distance"], 0.1 * report["boundary"]["largest_distance_straight"])
+        done = camber("geometry", self.path / "plane.mesh", "--cad", ANNULUS, "--json")
+        patches = json.loads(done.stdout)["patches"]
+        self.assertEqual(sorted({edge for patch in patches for edge in patch["cad_edges"]}), [1, 2])
+
+    def test_a_plane_model_of_a_part(self):
+        inner = {"references": [1], "sphere": {"centre": [0, 0], "radius": 1}}
+        whole = self.plane({"cad": {"file": str(ANNULUS)}})
+        mixed = self.plane({"cad": {"file": str(ANNULUS), "analytic": [inner]}})
+        self.assertGreater(mixed["boundary"]["cad"]["analytic_facets"], 0)
+        self.assertEqual(mixed["boundary"]["cad"]["edges_met"], 1)
+        for way in ("largest_distance_straight", "largest_distance"):
+            self.assertAlmostEqual(mixed["boundary"][way], whole["boundary"][way], delta=1e-12)
 
     def test_config_names_the_same(self):
         _, report = self.curve("--cad", MODEL)

@@ -96,7 +96,7 @@ void judge(const QuadraticMesh<D>& mesh) {
     expect(examine(mesh, alone).has_value(), "a mesh can be examined");
     const auto validation = validate(mesh, 0, alone);
     expect(validation.has_value(), "elements can be judged");
-    expect(validation->verdicts.size() == mesh.linear.elements.size(), "a verdict for each element");
+    expect(validation->verdicts.size() == judged_count(mesh.linear), "a verdict for each element");
 }
 
 }  // namespace

@@ -266,6 +266,8 @@ class GeometryCommand(unittest.TestCase):
         keys = {key for key in documented("geometry --json") if not key.startswith("histograms.")}
         if self.reads_cad():
             seen |= leaves(self.report("s.mesh", "--cad", CAD_MODEL))
+            self.camber("generate", "annulus", "--set", "outer_radius=2", "-o", "a.mesh")
+            seen |= leaves(self.report("a.mesh", "--cad", CAD_MODEL.parent / "annulus.brep"))
         else:
             keys = {key for key in keys if "cad" not in key and "doubtful" not in key}
         for path in sorted(seen):
@@ -293,7 +295,7 @@ class GeometryCommand(unittest.TestCase):
         self.refused(3, "broken.mesh", "broken.mesh")
         flat = self.write(lattice(2, 1), "flat.mesh")
         if self.reads_cad():
-            self.refused(2, "in 2D", flat, "--cad", CAD_MODEL)
+            self.refused(3, "one plane", flat, "--cad", CAD_MODEL)
 
 
 def vtu_boundary(folder, name):

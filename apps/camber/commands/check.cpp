@@ -37,7 +37,7 @@ void print_json(const run::CheckReport& report, const CheckArguments& arguments,
         const char* before = "\n";
         for (const std::string& column : run::column_names(report)) {
             out.print(fmt::format("{}    \"{}\": [", before, column));
-            in_pieces(report.mesh.elements, [&](std::size_t begin, std::size_t end) {
+            in_pieces(report.mesh.judged(), [&](std::size_t begin, std::size_t end) {
                 out.print(run::column_items(report, column, begin, end));
             });
             out.print("]");
@@ -50,7 +50,7 @@ void print_json(const run::CheckReport& report, const CheckArguments& arguments,
 
 void print_elements(const run::CheckReport& report, StandardOutput& out) {
     out.print(run::csv_titles(report));
-    in_pieces(report.mesh.elements,
+    in_pieces(report.mesh.judged(),
               [&](std::size_t begin, std::size_t end) { out.print(run::csv_lines(report, begin, end)); });
 }
 
