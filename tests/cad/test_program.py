@@ -77,9 +77,9 @@ class Program(unittest.TestCase):
         self.assertEqual(sorted({edge for patch in patches for edge in patch["cad_edges"]}), [1, 2])
 
     def test_a_plane_model_of_a_part(self):
-        inner = {"references": [1], "sphere": {"centre": [0, 0], "radius": 1}}
+        outer = {"references": [1], "sphere": {"centre": [0, 0], "radius": 2}}
         whole = self.plane({"cad": {"file": str(ANNULUS)}})
-        mixed = self.plane({"cad": {"file": str(ANNULUS), "analytic": [inner]}})
+        mixed = self.plane({"cad": {"file": str(ANNULUS), "analytic": [outer]}})
         self.assertGreater(mixed["boundary"]["cad"]["analytic_facets"], 0)
         self.assertEqual(mixed["boundary"]["cad"]["edges_met"], 1)
         for way in ("largest_distance_straight", "largest_distance"):

@@ -1,4 +1,5 @@
 module;
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <utility>
