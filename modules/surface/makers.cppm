@@ -27,6 +27,15 @@ class StraightGeometry final : public GeometryModel<D> {
 template <int D>
 [[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(Surrogate<D> surrogate);
 
+/// A surrogate that was made from another mesh: it prescribes the surface of the references that it has, and each of
+/// its ridges that of edges whose ends are near it.
+template <int D>
+struct PrescribedSurrogate {
+    Surrogate<D> surrogate;
+};
+template <int D>
+[[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(PrescribedSurrogate<D> prescribed);
+
 /// Analytic surfaces as a geometry; references without one have no surface.
 template <int D>
 [[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(AnalyticGeometry<D> analytic);

@@ -53,7 +53,7 @@ GeometryParameters parameters_at(const SurrogateFoot<D>& foot) {
 }
 
 template <int D>
-class SurrogateModel final : public GeometryModel<D> {
+class SurrogateModel : public GeometryModel<D> {
   public:
     explicit SurrogateModel(Surrogate<D> surrogate) : surrogate_(std::move(surrogate)) {
         references_.assign(surrogate_.references.begin(), surrogate_.references.end());
@@ -85,7 +85,7 @@ class SurrogateModel final : public GeometryModel<D> {
     }
 
     [[nodiscard]] bool has_surface_at(const FacetSite<D>& facet) const override {
-        return is_own_facet(surrogate_, facet) || std::ranges::binary_search(references_, facet.reference);
+        return is_own_facet(surrogate_, facet) || has_reference(facet.reference);
     }
 
     [[nodiscard]] std::optional<EntityPoint<D>> evaluate(const GeometryEntity& entity,
@@ -209,6 +209,21 @@ class SurrogateModel final : public GeometryModel<D> {
         return name;
     }
 
+  protected:
+    [[nodiscard]] bool has_reference(Reference reference) const {
+        return std::ranges::binary_search(references_, reference);
+    }
+    /// Whether an edge is this surrogate's own, or both of its ends are near one of the ridges.
+    [[nodiscard]] bool is_at_ridge(const EdgeSite<D>& edge) const {
+        if (is_own_edge(surrogate_, surrogate_.row(edge.id), edge)) return true;
+        constexpr double near = 0.1;  // of the chord
+        const double most = near * camber::distance(edge.ends[0], edge.ends[1]);
+        return std::ranges::all_of(edge.ends, [&](const Vec<D>& end) {
+            const auto foot = closest_on_ridges(surrogate_, end);
+            return foot.row < surrogate_.edges.size() && foot.distance_squared <= most * most;
+        });
+    }
+
   private:
     [[nodiscard]] GeometryEntity patch_of(FacetId f) const { return GeometryEntity::surface(surrogate_.patches[f]); }
 
@@ -258,6 +273,33 @@ class SurrogateModel final : public GeometryModel<D> {
     std::vector<Reference> references_;  ///< sorted, each once
 };
 
+/// Of another mesh, whose ridges need not be those of the mesh that lies on it.
+template <int D>
+class PrescribedModel final : public SurrogateModel<D> {
+    using Base = SurrogateModel<D>;
+
+  public:
+    using Base::Base;
+
+    [[nodiscard]] GeometryEntity entity_at_edge(const EdgeSite<D>& edge) const override {
+        return Base::entity_at_edge(seen(edge));
+    }
+    [[nodiscard]] SurfacePoint<D> on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const override {
+        return Base::on_edge(seen(edge), p);
+    }
+    [[nodiscard]] Vec<D> middle_of(const EdgeSite<D>& edge) const override { return Base::middle_of(seen(edge)); }
+
+    [[nodiscard]] bool prescribes(Reference reference) const override { return this->has_reference(reference); }
+    [[nodiscard]] bool prescribes_any() const override { return true; }
+
+  private:
+    /// A ridge of that mesh alone is an edge of the surface here.
+    [[nodiscard]] EdgeSite<D> seen(EdgeSite<D> edge) const {
+        if (edge.kind == EdgeKind::ridge && !this->is_at_ridge(edge)) edge.kind = EdgeKind::surface;
+        return edge;
+    }
+};
+
 }  // namespace
 
 template <int D>
@@ -265,7 +307,14 @@ std::shared_ptr<const GeometryModel<D>> model_of(Surrogate<D> surrogate) {
     return std::make_shared<const SurrogateModel<D>>(std::move(surrogate));
 }
 
+template <int D>
+std::shared_ptr<const GeometryModel<D>> model_of(PrescribedSurrogate<D> prescribed) {
+    return std::make_shared<const PrescribedModel<D>>(std::move(prescribed.surrogate));
+}
+
 template std::shared_ptr<const GeometryModel<2>> model_of(Surrogate<2>);
 template std::shared_ptr<const GeometryModel<3>> model_of(Surrogate<3>);
+template std::shared_ptr<const GeometryModel<2>> model_of(PrescribedSurrogate<2>);
+template std::shared_ptr<const GeometryModel<3>> model_of(PrescribedSurrogate<3>);
 
 }  // namespace camber

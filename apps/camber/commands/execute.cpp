@@ -85,11 +85,9 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
         inputs.metric = std::move(solution->solution);
         inputs.mesh.notices.insert(inputs.mesh.notices.end(), solution->notices.begin(), solution->notices.end());
     }
-    if (const auto* cad = std::get_if<config::Cad>(&pipeline.geometry)) {
-        auto model = read_cad(cad->file.path, {cad->unit});
-        if (!model) return fail(model.error());
-        inputs.cad = std::move(*model);
-    }
+    auto geometry = read_geometry(pipeline.geometry, without_progress(execution));
+    if (!geometry) return fail(geometry.error());
+    inputs.geometry = std::move(*geometry);
     for (const config::MetricOperation& operation : pipeline.metric_operations) {
         const auto* intersect = std::get_if<config::Intersect>(&operation);
         const auto* operand = intersect != nullptr ? std::get_if<config::FilePath>(&intersect->metric) : nullptr;
@@ -272,7 +270,7 @@ run::OriginReport origin_of(const config::Pipeline& pipeline, const AnyMesh& mes
     const auto* file = std::get_if<config::FilePath>(&pipeline.input.source);
     const auto* metric = std::get_if<config::FilePath>(&pipeline.metric);
     const run::PlanSize size = run::plan_size(mesh);
-    constexpr std::array<const char*, std::variant_size_v<config::Geometry>> geometries{"surrogate", "straight",
+    constexpr std::array<const char*, std::variant_size_v<config::Geometry>> geometries{"surrogate", "straight", "mesh",
                                                                                         "analytic", "cad"};
     return {.version = CAMBER_VERSION,
             .mesh = file != nullptr ? file->path : std::string(),
@@ -311,6 +309,21 @@ void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
 }
 
 }  // namespace
+
+Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution) {
+    run::GeometrySource source;
+    if (const auto* cad = std::get_if<config::Cad>(&geometry)) {
+        auto model = read_cad(cad->file.path, {cad->unit});
+        if (!model) return fail(model.error());
+        source.cad = std::move(*model);
+    }
+    if (const auto* file = std::get_if<config::FilePath>(&geometry)) {
+        auto mesh = read_mesh(file->path, config::Flat::plane, execution);
+        if (!mesh) return fail(mesh.error());
+        source.mesh = std::make_shared<const AnyMesh>(std::move(mesh->mesh));
+    }
+    return source;
+}
 
 Outcome<std::string> plan(const config::Pipeline& pipeline) {
     if (auto endings = check_endings(pipeline.output); !endings) return fail(endings.error());

@@ -21,6 +21,9 @@ Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const
 Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::string& path,
                                            const Execution& execution);
 
+/// What a config's geometry is in files for: a CAD model, another mesh.
+Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution);
+
 /// The whole run of a config: reads or generates, runs the stages with clocks and progress, writes the outputs
 /// and adds them to those written.
 Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written);

@@ -45,17 +45,13 @@ Outcome<Done> check_files(const GeometryCommandArguments& a) {
     });
 }
 
-/// The geometry of the arguments, a CAD model read.
-Outcome<run::ComparedGeometry> compared(const GeometryArguments& arguments) {
+/// The geometry of the arguments, its file read.
+Outcome<run::ComparedGeometry> compared(const GeometryArguments& arguments, const Execution& execution) {
     config::Pipeline pipeline;
     if (auto set = set_geometry(arguments, pipeline); !set) return fail(set.error());
-    run::ComparedGeometry geometry{pipeline.geometry};
-    if (const auto* cad = std::get_if<config::Cad>(&pipeline.geometry)) {
-        auto model = read_cad(cad->file.path, {cad->unit});
-        if (!model) return fail(model.error());
-        geometry.cad = std::move(*model);
-    }
-    return geometry;
+    auto source = read_geometry(pipeline.geometry, execution);
+    if (!source) return fail(source.error());
+    return run::ComparedGeometry{pipeline.geometry, std::move(*source)};
 }
 
 /// The mesh with its fields; a flat one of a format with three coordinates where it was.
@@ -82,7 +78,7 @@ Outcome<run::GeometryReport> inspected(const GeometryCommandArguments& arguments
         progress.begin(std::string(stage));
         return body(Execution{.threads = arguments.threads, .stop = stop, .progress = progress.ticks()});
     };
-    auto geometry = compared(arguments.geometry);
+    auto geometry = compared(arguments.geometry, {.threads = arguments.threads, .stop = stop});
     if (!geometry) return fail(geometry.error());
     if (!arguments.surface.empty()) geometry->surface = run::InspectedSurface::lattice;
     std::optional<DecodedMesh> mesh;

@@ -83,6 +83,8 @@ std::vector<NamedFile> files_of(const config::Pipeline& pipeline, const Pipeline
         add(file->path, words.input, Role::input_mesh);
     if (const auto* file = std::get_if<config::FilePath>(&pipeline.metric)) add(file->path, words.metric, Role::input);
     if (const auto* cad = std::get_if<config::Cad>(&pipeline.geometry)) add(cad->file.path, words.cad, Role::input);
+    if (const auto* other = std::get_if<config::FilePath>(&pipeline.geometry))
+        add(other->path, words.geometry, Role::input);
     add(pipeline.metric_mesh, "/metric_mesh", Role::input);
     for (std::size_t k = 0; k < pipeline.metric_operations.size(); ++k) {
         const auto* intersect = std::get_if<config::Intersect>(&pipeline.metric_operations[k]);

@@ -146,6 +146,7 @@ const Choice<Geometry>& Described<Geometry>::get() {
         "geometry", "The shape that boundary nodes are put onto.",
         key<Surrogate>("surrogate", "a smooth surface through the mesh's boundary"),
         key<Straight>("straight", "the flat facets themselves"),
+        key<FilePath>("mesh", "the boundary of another mesh: smooth through its vertices, or its own curves"),
         key<Analytic>("analytic", "spheres, planes, cylinders, tori by reference, the surrogate on all others"),
         key<Cad>("cad", "the faces and edges of a CAD model, by reference beside the others"));
     return choice;

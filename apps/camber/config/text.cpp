@@ -144,6 +144,7 @@ Pipeline with_inputs_below(Pipeline pipeline, std::string_view folder) {
     if (auto* file = std::get_if<FilePath>(&pipeline.input.source)) put_below(*file, folder);
     if (auto* file = std::get_if<FilePath>(&pipeline.metric)) put_below(*file, folder);
     if (auto* cad = std::get_if<Cad>(&pipeline.geometry)) put_below(cad->file, folder);
+    if (auto* other = std::get_if<FilePath>(&pipeline.geometry)) put_below(*other, folder);
     FilePath of_metric{pipeline.metric_mesh};
     put_below(of_metric, folder);
     pipeline.metric_mesh = of_metric.path;

@@ -252,7 +252,7 @@ struct Cad {
     }
     friend bool operator==(const Cad&, const Cad&) = default;
 };
-using Geometry = std::variant<Surrogate, Straight, Analytic, Cad>;
+using Geometry = std::variant<Surrogate, Straight, FilePath, Analytic, Cad>;
 
 /// What `FeatureOptions` have for either dimension, and what required entities of the boundary hold.
 struct Features {

@@ -60,6 +60,7 @@ void tell_sides(const Geometry<D>& geometry, const GeometryEntity& entity, Entit
 std::string name_of(const config::Geometry& geometry, const std::vector<EntityReport>& entities) {
     if (std::holds_alternative<config::Straight>(geometry)) return "straight facets";
     if (std::holds_alternative<config::Analytic>(geometry)) return "analytic surfaces";
+    if (const auto* other = std::get_if<config::FilePath>(&geometry)) return "boundary of " + other->path;
     const auto* const cad = std::get_if<config::Cad>(&geometry);
     if (!cad) return "surrogate of the mesh's own vertices";
     const auto has = [&](std::string_view kind) {

@@ -128,9 +128,10 @@ Outcome<AnalyticGeometry<D>> make_analytic(const std::vector<config::AnalyticSur
 }
 
 template <int D>
-Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const std::optional<CadModel>& cad,
+Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const GeometrySource& source,
                                        const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
-                                       std::span<const LagrangeNode<D>> curves, const Execution& execution) {
+                                       const FeatureOptions<D>& features_by, std::span<const LagrangeNode<D>> curves,
+                                       const Execution& execution) {
     const auto make_surrogate = [&]() -> Outcome<Surrogate<D>> {
         auto through_normals =
             build_surrogate(mesh, edges, features, SurrogateOptions{}, part_of(execution, 0, curves.empty() ? 1 : 0.9));
@@ -140,8 +141,12 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const s
     const auto made = [](Geometry<D> g) { return MadeGeometry<D>{std::move(g)}; };
     if (std::holds_alternative<config::Straight>(geometry)) return made(Geometry<D>(StraightGeometry<D>{}));
     if (const auto* of_model = std::get_if<config::Cad>(&geometry)) {
-        if (!cad) return fail(ErrorKind::internal, "the CAD model was not read");
-        return make_cad_mixture<D>(*of_model, *cad, mesh, edges, make_surrogate, execution);
+        if (!source.cad) return fail(ErrorKind::internal, "the CAD model was not read");
+        return make_cad_mixture<D>(*of_model, *source.cad, mesh, edges, make_surrogate, execution);
+    }
+    if (std::holds_alternative<config::FilePath>(geometry)) {
+        if (!source.mesh) return fail(ErrorKind::internal, "the geometry's mesh was not read");
+        return geometry_of_mesh<D>(*source.mesh, features_by, mesh, execution).map(made);
     }
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
         auto surfaces = make_analytic<D>(analytic->surfaces, "/geometry/analytic", mesh, without_progress(execution));
@@ -153,12 +158,12 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const s
     return made(Geometry<D>(std::move(*surrogate)));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                       \
-    template Outcome<AnalyticGeometry<D>> make_analytic<D>(                                                         \
-        const std::vector<config::AnalyticSurface>&, const std::string&, const LinearMesh<D>&, const Execution&);   \
-    template Outcome<MadeGeometry<D>> make_geometry<D>(const config::Geometry&, const std::optional<CadModel>&,     \
-                                                       const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \
-                                                       std::span<const LagrangeNode<D>>, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<AnalyticGeometry<D>> make_analytic<D>(                                                          \
+        const std::vector<config::AnalyticSurface>&, const std::string&, const LinearMesh<D>&, const Execution&);    \
+    template Outcome<MadeGeometry<D>> make_geometry<D>(                                                              \
+        const config::Geometry&, const GeometrySource&, const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \
+        const FeatureOptions<D>&, std::span<const LagrangeNode<D>>, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -159,8 +159,8 @@ class Inspector {
     }
 
     Outcome<Done> make(const Execution& execution) {
-        auto made = make_geometry(compared_.geometry, compared_.cad, mesh_.linear, mesh_.edges, features_, {},
-                                  part_of(execution, 0, 0.8));
+        auto made = make_geometry(compared_.geometry, compared_.source, mesh_.linear, mesh_.edges, features_,
+                                  {.ridge_angle_degrees = options_.ridge_angle}, {}, part_of(execution, 0, 0.8));
         if (!made) return fail(made.error());
         geometry_.emplace(std::move(made->geometry));
         report_.cad = made->cad;
@@ -169,13 +169,13 @@ class Inspector {
             if (!shown) return fail(shown.error());
             surface_ = std::move(*shown);
         }
-        return compared_.cad ? look_at_cad(part_of(execution, 0.8, 1)) : Done{};
+        return compared_.source.cad ? look_at_cad(part_of(execution, 0.8, 1)) : Done{};
     }
 
     /// Which faces (in 2D edges) of the model patches are on, and facets that another one fits nearly as well.
     Outcome<Done> look_at_cad(const Execution& execution) {
         constexpr std::string_view entity = D == 2 ? "edge" : "face", facet = D == 2 ? "edge" : "triangle";
-        const CadModel& model = *compared_.cad;
+        const CadModel& model = *compared_.source.cad;
         const std::vector<std::size_t> all = candidates<D>(model);
         const auto& cad = std::get<config::Cad>(compared_.geometry);
         const auto is_on_model = [&](std::size_t f) { return lies_on_model(cad, mesh_.linear.facets.references[f]); };

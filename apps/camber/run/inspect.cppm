@@ -12,6 +12,7 @@ import camber.cad;
 import camber.config;
 import camber.io;
 import camber.surface;
+import :geometry_source;
 import :distances_report;
 import :pipeline;
 import :report;
@@ -95,7 +96,7 @@ enum class InspectedSurface { none, lattice };
 /// What the boundary is compared with.
 struct ComparedGeometry {
     config::Geometry geometry = config::Surrogate{};
-    std::optional<CadModel> cad = {};  ///< of the config's geometry, when that is one
+    GeometrySource source = {};
     InspectedSurface surface = InspectedSurface::none;
 };
 

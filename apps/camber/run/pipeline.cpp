@@ -106,8 +106,8 @@ Outcome<Done> settle_and_apply(Runner<D>& run, const Options& stage) {
 /// A run of a mesh that was prepared.
 template <int D>
 Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const config::Pipeline& pipeline,
-                        std::optional<CadModel> cad, const Around& around) {
-    Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, std::move(cad), around);
+                        GeometrySource geometry, const Around& around) {
+    Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, std::move(geometry), around);
     run.tell(notices);
     if (auto done = move_vertices(run); !done) return fail(done.error());
     for (std::size_t i = 0; i < pipeline.stages.size(); ++i) {
@@ -138,14 +138,14 @@ Outcome<Run> given_back(Outcome<Run> run, const BetterOrder& order, const Around
 /// The whole of a run.
 template <int D>
 Outcome<Run> run_on(StageInputs<D> given, const config::Pipeline& pipeline, const OrderingOptions& ordering,
-                    std::optional<CadModel> cad, const Around& around) {
+                    GeometrySource geometry, const Around& around) {
     const int degree = std::holds_alternative<LinearMesh<D>>(given.mesh) ? 1 : 2;
     if (auto order = check_order(pipeline.stages, degree); !order) return fail(order.error());
     auto sound = step(around, "prepare", [&](const Execution& e) {
         return prepare_stage(std::move(given), pipeline.stages, ordering, e);
     });
     if (!sound) return fail(sound.error());
-    auto run = run_stages(std::move(sound->inputs), sound->notices, pipeline, std::move(cad), around);
+    auto run = run_stages(std::move(sound->inputs), sound->notices, pipeline, std::move(geometry), around);
     return sound->order ? given_back<D>(std::move(run), *sound->order, around) : run;
 }
 
@@ -169,7 +169,7 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
             return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(files)}, pipeline, inputs.ordering,
-                          std::move(inputs.cad), around);
+                          std::move(inputs.geometry), around);
         },
         std::move(inputs.mesh.mesh));
     if (!run) return run;

@@ -8,6 +8,7 @@ import camber.cad;
 import camber.config;
 import camber.io;
 import camber.ordering;
+import :geometry_source;
 import :report;
 import :runner;
 import :stages;
@@ -21,7 +22,7 @@ struct Inputs {
     std::optional<MetricMesh> metric_mesh = {};  ///< that it speaks of, where its rows are not at the input's vertices
     std::vector<MetricFile> operands = {};       ///< metric files that the operations intersect with
     OrderingOptions ordering = {};               ///< when the stages work in an order of their own
-    std::optional<CadModel> cad = {};            ///< of the config's geometry, when that is one
+    GeometrySource geometry = {};
 };
 
 struct Run {

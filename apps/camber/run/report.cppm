@@ -23,7 +23,7 @@ struct OriginReport {
     int dimension = 3, degree = 1;  ///< of the mesh as it was read or generated, before `prepare`
     std::size_t vertices = 0, elements = 0, facets = 0;
     std::string config;    ///< the pipeline with every default, as JSON
-    std::string geometry;  ///< "surrogate", "straight" or "analytic"
+    std::string geometry;  ///< "surrogate", "straight", "mesh", "analytic" or "cad"
 };
 
 /// Of the volume edges on the true field, by a 12-point rule: gain L_straight/L − 1 (paper eq. 8) and curvature

@@ -206,6 +206,7 @@ std::string_view name_distance(const Report& report) {
     const auto& cad = report.boundary->cad;
     if (cad && cad->analytic_facets + cad->surrogate_facets > 0) return "largest distance to geometry";
     if (geometry == "cad") return "largest distance to CAD model";
+    if (geometry == "mesh") return "largest distance to its mesh";
     if (geometry == "analytic") return "largest distance to surfaces";
     return "largest distance to geometry";
 }

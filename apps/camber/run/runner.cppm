@@ -13,6 +13,7 @@ import camber.core;
 import camber.config;
 import camber.metric;
 import camber.cad;
+import :geometry_source;
 import :order;
 import :parts;
 import :report;
@@ -57,16 +58,16 @@ template <int D>
 class Runner {
   public:
     Runner(const config::Pipeline& config, GivenMesh<D> mesh, std::span<const MetricFile> files,
-           std::optional<CadModel> cad, const Around& around)
+           GeometrySource geometry, const Around& around)
         : config(config),
           files(files),
-          cad(std::move(cad)),
+          geometry(std::move(geometry)),
           state(beginning_with<D>(std::move(mesh))),
           around_(around) {}
 
     const config::Pipeline& config;
     const std::span<const MetricFile> files;  ///< all metric files that the config names
-    const std::optional<CadModel> cad;        ///< of the config's geometry, where that is one
+    const GeometrySource geometry;
     State<D> state;
 
     /// Of the state, which must be so far: `check_order` has seen that it is.

@@ -17,6 +17,7 @@ import camber.programmes;
 import camber.surface;
 import camber.cad;
 import camber.validity;
+import :geometry_source;
 import :histogram;
 import :parts;
 import :report;
@@ -135,7 +136,8 @@ template <int D>
 /// A config's geometry as a value; the surrogate is built from the mesh. `curves`: the nodes of its edges, where its
 /// boundary's curves are the geometry; empty: smooth surfaces through its vertices. Error (usage, with the JSON path):
 /// a vector of the wrong dimension, a surface that the dimension does not have, or that the mesh does not lie on. Of a
-/// CAD model, which the shell has read: errors of `associate`.
+/// CAD model: errors of `associate`; of another mesh, whose ridges are found by `features_by`: those of
+/// geometry_of_mesh.
 template <int D>
 struct MadeGeometry {
     Geometry<D> geometry;
@@ -144,11 +146,16 @@ struct MadeGeometry {
     std::vector<VertexId> corners = {};
 };
 template <int D>
-[[nodiscard]] Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry,
-                                                     const std::optional<CadModel>& cad, const LinearMesh<D>& mesh,
-                                                     const EdgeSet<D>& edges, const Features<D>& features,
+[[nodiscard]] Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const GeometrySource& source,
+                                                     const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                     const Features<D>& features, const FeatureOptions<D>& features_by,
                                                      std::span<const LagrangeNode<D>> curves,
                                                      const Execution& execution);
+/// The boundary of another mesh. Errors (usage): it is of another dimension, or lacks a reference of this one's
+/// boundary; (input): vertices of the boundary are farther from it than a tenth of their edges.
+template <int D>
+[[nodiscard]] Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions<D>& features_by,
+                                                    const LinearMesh<D>& mesh, const Execution& execution);
 /// The analytic surfaces of a config. Errors (usage) with the JSON path, `where` and the item's number.
 template <int D>
 [[nodiscard]] Outcome<AnalyticGeometry<D>> make_analytic(const std::vector<config::AnalyticSurface>& surfaces,

@@ -56,7 +56,8 @@ Outcome<Plan<D>> own_nodes_on_geometry(Runner<D>& run) {
 }
 
 bool prescribes(const config::Geometry& geometry) {
-    return std::holds_alternative<config::Cad>(geometry) || std::holds_alternative<config::Analytic>(geometry);
+    return std::holds_alternative<config::Cad>(geometry) || std::holds_alternative<config::Analytic>(geometry) ||
+           std::holds_alternative<config::FilePath>(geometry);
 }
 
 }  // namespace

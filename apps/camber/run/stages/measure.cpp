@@ -178,7 +178,7 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
         if (measured && run.config.output.distances == DistanceWays::both)
             if (auto both = measure_both_ways(*end, run, measured->report, without_progress(e)); !both)
                 return fail(both.error());
-        if (!measured || !run.cad) return measured;
+        if (!measured || !run.geometry.cad) return measured;
         if (auto nodes = measure_nodes(*end, run.config.geometry, measured->report, without_progress(e)); !nodes)
             return fail(nodes.error());
         return measured;

@@ -77,8 +77,8 @@ Outcome<Described<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edg
         find_features(mesh, edges, inherited ? listed_breaks<D> : by_angle<D>(options), part_of(execution, 0, 0.3));
     if (!features) return fail(features.error());
     auto made = inherited ? MadeGeometry<D>{inherited->geometry}
-                          : make_geometry(run.config.geometry, run.cad, mesh, edges, *features, curves,
-                                          part_of(execution, 0.3, 1));
+                          : make_geometry(run.config.geometry, run.geometry, mesh, edges, *features,
+                                          by_angle<D>(options), curves, part_of(execution, 0.3, 1));
     if (!made) return fail(made.error());
     features = with_those_of_model(std::move(*features), mesh, edges, *made,
                                    inherited ? listed_breaks<D> : by_angle<D>(options), without_progress(execution));

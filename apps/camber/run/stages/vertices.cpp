@@ -66,9 +66,9 @@ Outcome<CadMovesReport> move(Changing<D>&, const config::Cad&, const CadModel&, 
 template <int D>
 Outcome<Done> move_vertices(Runner<D>& run) {
     const auto* const cad = std::get_if<config::Cad>(&run.config.geometry);
-    if (!cad || !run.cad || cad->vertices == CadVertices::keep) return Done{};
+    if (!cad || !run.geometry.cad || cad->vertices == CadVertices::keep) return Done{};
     auto report = run.step("vertices", [&](const Execution& e) {
-        return std::visit([&](auto& mesh) { return move<D>(mesh, *cad, *run.cad, e); }, run.state.mesh);
+        return std::visit([&](auto& mesh) { return move<D>(mesh, *cad, *run.geometry.cad, e); }, run.state.mesh);
     });
     if (!report) return fail(report.error());
     run.state.cad_moves = *report;

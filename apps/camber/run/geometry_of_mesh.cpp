@@ -1,0 +1,126 @@
+module;
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <fmt/format.h>
+module camber.run;
+import camber.core;
+import camber.bezier;
+import camber.soundness;
+import camber.surface;
+import :stages;
+
+namespace camber::run {
+
+namespace {
+
+constexpr const char* where = "/geometry/mesh";
+constexpr double allowed = 0.1;  // of the length of the edges
+
+template <int D>
+Outcome<Surrogate<D>> boundary_of(LinearMesh<D> mesh, const FeatureOptions<D>& features_by,
+                                  const Execution& execution) {
+    const auto sound = prepare(std::move(mesh), part_of(execution, 0, 0.2));
+    if (!sound) return fail(sound.error());
+    const auto edges = unique_edges(sound->mesh, part_of(execution, 0.2, 0.3));
+    if (!edges) return fail(edges.error());
+    const auto features = find_features(sound->mesh, *edges, features_by, part_of(execution, 0.3, 0.5));
+    if (!features) return fail(features.error());
+    return build_surrogate(sound->mesh, *edges, *features, SurrogateOptions{}, part_of(execution, 0.5, 1));
+}
+
+/// With the mesh's own curves, where it has them.
+template <int D>
+Outcome<Surrogate<D>> boundary_of(QuadraticMesh<D> mesh, const FeatureOptions<D>& features_by,
+                                  const Execution& execution) {
+    const auto sound = prepare(std::move(mesh), part_of(execution, 0, 0.3));
+    if (!sound) return fail(sound.error());
+    const auto& [linear, edges, nodes] = sound->mesh;
+    const auto features = find_features(linear, edges, features_by, part_of(execution, 0.3, 0.5));
+    if (!features) return fail(features.error());
+    auto smooth = build_surrogate(linear, edges, *features, SurrogateOptions{}, part_of(execution, 0.5, 0.9));
+    if (!smooth) return smooth;
+    return with_curves<D>(std::move(*smooth), linear, edges, nodes.view(), part_of(execution, 0.9, 1));
+}
+
+/// A vertex that is farther from the surface of its facet's reference than it may be.
+struct Misfit {
+    double distance = 0, most = 0;
+    VertexId vertex = {};
+};
+/// The farther one; of equally far ones the first, whatever the order in which they are met.
+Misfit worse(const Misfit& a, const Misfit& b) {
+    if (a.distance != b.distance) return a.distance > b.distance ? a : b;
+    return b.distance > 0 && b.vertex < a.vertex ? b : a;
+}
+
+template <int D>
+Outcome<Done> check_references(const Surrogate<D>& surrogate, const LinearMesh<D>& mesh) {
+    std::vector<Reference> known(surrogate.references.begin(), surrogate.references.end());
+    std::ranges::sort(known);
+    known.erase(std::ranges::unique(known).begin(), known.end());
+    for (const Reference reference : mesh.facets.references)
+        if (!std::ranges::binary_search(known, reference))
+            return fail(ErrorKind::usage,
+                        fmt::format("no boundary {} of that mesh has reference {}", simplex_name<D - 1>, reference),
+                        where, {}, "give a mesh whose boundary has the references of this one");
+    return Done{};
+}
+
+template <int D>
+Outcome<Done> check_fit(const Geometry<D>& geometry, const LinearMesh<D>& mesh, const Execution& execution) {
+    const auto accumulate = [&](Misfit& worst, std::size_t f) {
+        const auto site = facet_site(mesh, FacetId(f));
+        const double most = allowed * distance(site.corners[0], site.corners[1]);
+        for (std::size_t i = 0; i < D; ++i) {
+            const auto foot =
+                geometry->project({.facet = {}, .reference = site.reference, .entity = {}}, site.corners[i]);
+            if (foot.distance > most) worst = worse(worst, {foot.distance, most, mesh.facets.vertices[FacetId(f)][i]});
+        }
+    };
+    const auto worst = reduce_each(execution, mesh.facets.size(), Misfit{}, accumulate, worse);
+    if (!worst) return fail(worst.error());
+    if (!(worst->distance > 0)) return Done{};
+    return fail(ErrorKind::input,
+                fmt::format("is {:.3g} away from the boundary of the geometry's mesh, where 10 % of the length of the "
+                            "edges there, {:.3g}, is the most",
+                            worst->distance, worst->most),
+                where, Entity{"vertex", worst->vertex.index() + 1},
+                "no other is farther; give a mesh of the same body, in the same place and units");
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions<D>& features_by,
+                                      const LinearMesh<D>& mesh, const Execution& execution) {
+    return std::visit(
+        [&]<class Mesh>(const Mesh& of) -> Outcome<Geometry<D>> {
+            if constexpr (Mesh::dimension != D) {
+                return fail(ErrorKind::usage,
+                            fmt::format("is a mesh in {}D, the one to curve in {}D", Mesh::dimension, D), where, {},
+                            "give one of the same dimension");
+            } else {
+                auto surrogate = boundary_of<D>(of, features_by, part_of(execution, 0, 0.8));
+                if (!surrogate) return fail(surrogate.error());
+                if (auto known = check_references(*surrogate, mesh); !known) return fail(known.error());
+                Geometry<D> geometry(PrescribedSurrogate<D>{std::move(*surrogate)});
+                if (auto fits = check_fit(geometry, mesh, part_of(execution, 0.8, 1)); !fits) return fail(fits.error());
+                return geometry;
+            }
+        },
+        other);
+}
+
+template Outcome<Geometry<2>> geometry_of_mesh<2>(const AnyMesh&, const FeatureOptions<2>&, const LinearMesh<2>&,
+                                                  const Execution&);
+template Outcome<Geometry<3>> geometry_of_mesh<3>(const AnyMesh&, const FeatureOptions<3>&, const LinearMesh<3>&,
+                                                  const Execution&);
+
+}  // namespace camber::run
