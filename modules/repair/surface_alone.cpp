@@ -174,7 +174,7 @@ class Surface {
         for (const FacetId f : triangles_[edge]) {
             const auto here = scaled(triangle(f.index(), edge, at));
             const double kept = f.index() == of ? floor : std::min(floor, std::ranges::min(here));
-            std::array<std::array<double, 6>, M> there;
+            std::array<std::array<double, 6>, M> there{};
             for (int m = 0; m < M; ++m) there[m] = scaled(triangle(f.index(), edge, at + unit * freedom.basis[m]));
             for (int i = 0; i < 6; ++i) {
                 AffineFunction<M> function{{}, here[i] - kept};

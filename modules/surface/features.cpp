@@ -185,7 +185,7 @@ VertexId other_end(const std::array<VertexId, 2>& edge, VertexId v) { return edg
 /// Curve edges around each vertex: how many, and the places of the first two in a list of them.
 struct CurveEdges {
     std::uint32_t count = 0;
-    std::array<std::uint32_t, 2> places;
+    std::array<std::uint32_t, 2> places{};
 };
 
 template <int D>

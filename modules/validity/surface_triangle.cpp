@@ -30,7 +30,7 @@ struct Columns {
 template <class Real>
 Columns<Real> columns_of(const SurfaceTriangle& t) {
     const auto at = [&](int node, int c) { return Real(t.nodes[node].c[c]); };
-    Columns<Real> j;
+    Columns<Real> j{};
     for (int a = 1; a <= 2; ++a)
         for (int c = 0; c < 3; ++c) {
             const Real edge = at(a, c) - at(0, c);
