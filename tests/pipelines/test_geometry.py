@@ -138,6 +138,32 @@ class Geometry(unittest.TestCase):
                         self.assertGreater(told["mean_gain"], 0)
                     self.assertEqual(told["off"], 0)
 
+    def test_the_boundary_of_another_mesh(self):
+        """Of itself it is the surrogate's; of a finer one it is nearer to the spheres; of another body it is refused."""
+        def generate(name, size, outer=5):
+            self.camber("generate", "shell", "-o", name, "--set", f"inner_size={size}", "--set", f"outer_size={4 * size}",
+                        "--set", f"outer_radius={outer}")
+
+        def curve(name, geometry):
+            self.camber("curve", "coarse.meshb", "-o", f"{name}.meshb", "--geometry", geometry, "--report", f"{name}.json")
+            return self.off_sphere(f"{name}.meshb", OUTER, 5)
+
+        generate("coarse.meshb", 0.6)
+        generate("fine.meshb", 0.3)
+        generate("small.meshb", 0.5, outer=3)
+        own = curve("own", '"surrogate"')
+        self.assertAlmostEqual(curve("itself", '{"mesh": "coarse.meshb"}'), own, delta=1e-12)
+        self.assertLess(curve("finer", '{"mesh": "fine.meshb"}'), 0.5 * own)
+        self.assertEqual(report_of(self.folder.path / "finer.json")["boundary"]["geometry"], "mesh")
+        self.camber("generate", "annulus", "-o", "flat.mesh")
+        for other, code, said in (("small.meshb", 3, "away from the boundary of the geometry's mesh"),
+                                  ("flat.mesh", 2, "is a mesh in 2D"), ("absent.mesh", 3, "absent.mesh")):
+            done = self.folder.camber("curve", "coarse.meshb", "-o", "no.meshb", "--geometry",
+                                      json.dumps({"mesh": other}))
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertIn(said, done.stderr)
+            self.assertFalse((self.folder.path / "no.meshb").exists())
+
     def test_no_length_without_a_metric(self):
         self.config("shell", "surrogate")
         done = self.folder.camber("run", "run.json", "--set", "stages/curve/boundary_nodes=length",
