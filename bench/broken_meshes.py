@@ -1,7 +1,8 @@
 """Broken meshes of degree 2 from CAD, made with Gmsh: coarse curved parts, high order not optimised; and, if asked,
 what Gmsh's own optimisers and Camber's repair make of them.
 
-    python3 bench/broken_meshes.py FOLDER                                        the meshes (.mesh), and Gmsh's .msh
+    python3 bench/broken_meshes.py FOLDER                                        the meshes (.mesh), their straight ones
+                                                                                 (-straight.mesh), Gmsh's .msh, the models (.step)
     python3 bench/broken_meshes.py FOLDER --camber build/bin/camber --optimise   and a table of both repairs
 
 Needs Gmsh with its OpenCASCADE kernel and its Python module: `apt-get install gmsh python3-gmsh` (on Debian they are of
@@ -11,7 +12,8 @@ Gmsh's optimisers work beside the CAD model, along which they may slide boundary
 with their default options. Their seconds are of the call alone; Camber's are of the whole program, files included.
 Judged by `camber check`: an element is invalid when the determinant of its Jacobian is not certified positive; `min` is
 the least of them as a share of the straight element's. Camber's first repair keeps the boundary bit for bit; elements
-that remain are mostly those whose boundary triangles Gmsh folded. `moved`: boundary nodes that are not where they were, and how far
+that remain are mostly those whose boundary triangles Gmsh folded. `CAD` is `camber repair --cad`, nodes sliding on the model;
+`shape` is `camber curve --cad --objective shape` of the straight mesh. `moved`: boundary nodes that are not where they were, and how far
 the farthest is from any such place.
 """
 import argparse
@@ -155,39 +157,45 @@ def generate(part):
     gmsh.model.mesh.generate(3)
 
 
-def rows_of(dimension, kind, order, numbers):
-    """Elements of a kind in GMF's node order, with their CAD entity as the reference."""
+NODES = {9: 6, 11: 10}  # of Gmsh's kinds of elements: the triangle and the tetrahedron of degree 2
+
+
+def rows_of(dimension, kind, order):
+    """Elements of a kind in GMF's node order by Gmsh's numbers, with their CAD entity as the reference."""
     rows = []
     for _, entity in gmsh.model.getEntities(dimension):
         _, nodes = gmsh.model.mesh.getElementsByType(kind, entity)
-        for at in range(0, len(nodes), len(order)):
-            rows.append([numbers[int(nodes[at + i])] for i in order] + [entity])
+        for at in range(0, len(nodes), NODES[kind]):
+            rows.append([int(nodes[at + i]) for i in order] + [entity])
     return rows
 
 
-def write_gmf(path):
-    """The mesh of degree 2 in GMF (ASCII). Gmsh orders a tetrahedron's nodes e01 e12 e02 e03 e23 e13: the last two
-    change places."""
+def write_gmf(path, degree=2):
+    """The mesh in GMF (ASCII), whole or its straight simplices (degree 1). Gmsh orders a tetrahedron's nodes
+    e01 e12 e02 e03 e23 e13: the last two change places."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     point = {int(tag): coordinates[3 * i:3 * i + 3] for i, tag in enumerate(tags)}
-    used = sorted({int(n) for n in gmsh.model.mesh.getElementsByType(11)[1]})
+    tetrahedron, triangle = ([0, 1, 2, 3, 4, 5, 6, 7, 9, 8], [0, 1, 2, 3, 4, 5]) if degree == 2 else ([0, 1, 2, 3], [0, 1, 2])
+    suffix = "P2" if degree == 2 else ""
+    blocks = {"Tetrahedra" + suffix: rows_of(3, 11, tetrahedron), "Triangles" + suffix: rows_of(2, 9, triangle)}
+    used = sorted({tag for row in blocks["Tetrahedra" + suffix] for tag in row[:-1]})
     numbers = {tag: i + 1 for i, tag in enumerate(used)}
-    blocks = {"TetrahedraP2": rows_of(3, 11, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], numbers),
-              "TrianglesP2": rows_of(2, 9, [0, 1, 2, 3, 4, 5], numbers)}
     with open(path, "w") as file:
         file.write(f"MeshVersionFormatted 2\nDimension 3\nVertices\n{len(used)}\n")
         for tag in used:
             file.write(" ".join(repr(float(x)) for x in point[tag]) + " 0\n")
         for name, rows in blocks.items():
             file.write(f"{name}\n{len(rows)}\n")
-            file.writelines(" ".join(map(str, row)) + "\n" for row in rows)
+            file.writelines(" ".join(str(numbers[tag]) for tag in row[:-1]) + f" {row[-1]}\n" for row in rows)
         file.write("End\n")
 
 
 def make(part, folder):
     generate(part)
     write_gmf(folder / f"{part}.mesh")
+    write_gmf(folder / f"{part}-straight.mesh", degree=1)
     gmsh.write(str(folder / f"{part}.msh"))
+    gmsh.write(str(folder / f"{part}.step"))
 
 
 def optimise(part, name, path, seconds):
@@ -247,15 +255,25 @@ def run_optimiser(part, name, folder, camber, original, limit):
         row(part, "Gmsh " + name, camber, path, original, f"{seconds.value:.2f}")
 
 
-def run_repair(part, folder, camber, original, tolerance):
-    path = folder / f"{part}-camber-{tolerance:g}.mesh"
+def run_camber(part, what, camber, original, path, *arguments):
     start = time.perf_counter()
-    done = subprocess.run([camber, "repair", folder / f"{part}.mesh", "-o", path, "--boundary-tolerance", str(tolerance)],
-                          capture_output=True, text=True)
+    done = subprocess.run([camber, *arguments, "-o", path], capture_output=True, text=True)
     seconds = time.perf_counter() - start
     if done.returncode > 1:
         sys.exit(f"broken_meshes.py: {done.stderr}")
-    row(part, f"Camber, tolerance {tolerance:g}", camber, path, original, f"{seconds:.2f}")
+    row(part, "Camber, " + what, camber, path, original, f"{seconds:.2f}")
+
+
+def run_repairs(part, folder, camber, original, tolerance):
+    mesh, straight, model = folder / f"{part}.mesh", folder / f"{part}-straight.mesh", folder / f"{part}.step"
+    out = lambda name: folder / f"{part}-camber-{name}.mesh"
+    for limit in (0, tolerance):
+        run_camber(part, f"tolerance {limit:g}", camber, original, out(f"{limit:g}"), "repair", mesh, "--boundary-tolerance", str(limit))
+    for bound in ("1e-9", "0.2"):
+        run_camber(part, f"CAD, bound {bound}", camber, original, out("cad-" + bound), "repair", mesh, "--cad", model,
+                   "--min-scaled-jacobian", bound)
+    run_camber(part, "straight, shape", camber, original, out("shape"), "curve", straight, "--cad", model, "--objective", "shape",
+               "--min-scaled-jacobian", "0.2")
 
 
 def in_process_of_its_own(target, *arguments):
@@ -292,8 +310,7 @@ def main():
             continue
         original = boundary_of(path)
         row(part, "as generated", arguments.camber, path, original, "")
-        for tolerance in (0, arguments.tolerance):
-            run_repair(part, arguments.folder, arguments.camber, original, tolerance)
+        run_repairs(part, arguments.folder, arguments.camber, original, arguments.tolerance)
         for name in OPTIMISERS if arguments.optimise else ():
             run_optimiser(part, name, arguments.folder, arguments.camber, original, arguments.limit)
 
