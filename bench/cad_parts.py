@@ -268,7 +268,7 @@ def run_camber(part, camber, folder, threads=1):
     unit = ["--cad-unit", UNITS[part][0]] if part in UNITS else []
     start = time.perf_counter()
     done = subprocess.run([camber, "curve", folder / f"{part}.msh", "-o", out, "--cad", folder / f"{part}.step", *unit,
-                           "--report", report, "--threads", str(threads)], capture_output=True, text=True)
+                           "--min-scaled-jacobian", "0.1", "--report", report, "--threads", str(threads)], capture_output=True, text=True)
     seconds = time.perf_counter() - start
     if done.returncode > 1:
         print(f"{part}: {done.stderr}", file=sys.stderr)

@@ -3,7 +3,6 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -11,6 +10,7 @@ module;
 #include <range/v3/action/sort.hpp>
 #include <range/v3/action/unique.hpp>
 module camber.repair;
+import :held_vertices;
 import :state;
 import :vertex_moves;
 import camber.core;
@@ -24,16 +24,16 @@ namespace {
 
 /// Beyond it a cavity does not grow.
 constexpr std::size_t most_edges = 240;
-/// What a surface node weighs more than one of the volume, and a vertex more than an edge's node.
+/// What a surface node weighs more than one of the volume.
 constexpr double surface_weight = 1e4;
-constexpr double vertex_weight = 4;
 /// A joint return that wins less, as a share of an edge's length, is not made.
 constexpr double least_joint_return = 1e-5;
 /// What vertices that move are asked to leave of the determinants around them, as shares, one after the other.
 constexpr std::array kept_shares{0.2, 0.02, 0.0};
 
 bool may_move(EdgeKind kind, Reach reach) {
-    return kind == EdgeKind::volume || (kind != EdgeKind::fixed && reach.moves == Reach::Moves::surface_nodes);
+    const bool also_surface = reach.moves == Reach::Moves::surface_nodes || reach.moves == Reach::Moves::slides;
+    return kind == EdgeKind::volume || (kind != EdgeKind::fixed && also_surface);
 }
 
 template <int D>
@@ -51,10 +51,23 @@ std::vector<ElementId> around(const RepairState<D>& state, const std::vector<Edg
     return elements;
 }
 
-template <class T>
-int position_in(const std::vector<T>& sorted, const T& wanted) {
-    const auto it = std::lower_bound(sorted.begin(), sorted.end(), wanted);
-    return it != sorted.end() && *it == wanted ? static_cast<int>(it - sorted.begin()) : -1;
+template <int D>
+bool moves_vertex(const RepairState<D>& state, VertexId v, Reach reach) {
+    const VertexFreedom freedom = state.around_vertices.freedom[v];
+    if (freedom != VertexFreedom::sliding) return freedom == VertexFreedom::free;
+    return reach.moves == Reach::Moves::slides && state.vertices_onto != nullptr &&
+           (*state.vertices_onto)(v, state.moved.points[v]).across != Sym<D>::identity();
+}
+
+/// All edges at these vertices, which take their nodes along.
+template <int D>
+void add_edges_at(const RepairState<D>& state, const std::vector<VertexId>& vertices, std::vector<EdgeId>& edges) {
+    for (const VertexId v : vertices)
+        for (const ElementId e : state.around_vertices.balls[v])
+            for (const EdgeId edge : state.mesh().edges.of_elements[e])
+                if (std::ranges::find(state.mesh().edges.vertices[edge], v) != state.mesh().edges.vertices[edge].end())
+                    edges.push_back(edge);
+    edges |= ranges::actions::sort | ranges::actions::unique;
 }
 
 /// A good element holds the bound, though it lies on it or its coefficients are too weak a test.
@@ -75,37 +88,11 @@ double floor_of(const RepairState<D>& state, const RepairCavity<D>& cavity, Elem
     return asked;
 }
 
-/// What the coefficients of an element with a free vertex are to be above.
-template <int D>
-double least_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, double share) {
-    constexpr double nothing = -std::numeric_limits<double>::infinity();
-    if (share == 0) return nothing;
-    for (const VertexId v : state.mesh().linear.elements.vertices[e])
-        if (position_in(cavity.vertices, v) >= 0) return share * shape_floor(state, e).determinant;
-    return nothing;
-}
-
 template <int D>
 OffsetModel<D> model_of(const RepairState<D>& state, EdgeId edge) {
     const QuadraticModel<D> model = state.model(edge);
     const double weight = state.kinds[edge] == EdgeKind::volume ? 1 : surface_weight;
     return {model.centre - state.moved.nodes[edge].point, weight * model.hessian};
-}
-
-/// The mean of the models of the vertex's edges, heavier, about where the vertex was.
-template <int D>
-OffsetModel<D> model_of(const RepairState<D>& state, VertexId vertex) {
-    OffsetModel<D> model{-state.moved.shift(vertex), {}};
-    std::size_t n = 0;
-    for (const ElementId e : state.around_vertices.balls[vertex])
-        for (const EdgeId edge : state.mesh().edges.of_elements[e]) {
-            const auto& ends = state.mesh().edges.vertices[edge];
-            if (ends[0] != vertex && ends[1] != vertex) continue;
-            model.hessian += state.models[edge].hessian;
-            ++n;
-        }
-    model.hessian *= vertex_weight / static_cast<double>(std::max<std::size_t>(n, 1));
-    return model;
 }
 
 /// The cavity's programme; `floor_of(e)`: what element e is to have.
@@ -226,15 +213,18 @@ RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach
         cavity.edges = std::move(wider);
     }
     cavity.elements = around(state, cavity.edges);
-    if (reach.moves != Reach::Moves::volume_nodes) {
-        for (const VertexId v : state.mesh().linear.elements.vertices[seed])
-            if (state.around_vertices.held[v] == 0) cavity.vertices.push_back(v);
-        cavity.vertices |= ranges::actions::sort | ranges::actions::unique;
-        for (const VertexId v : cavity.vertices)
-            cavity.elements.insert(cavity.elements.end(), state.around_vertices.balls[v].begin(),
-                                   state.around_vertices.balls[v].end());
-        cavity.elements |= ranges::actions::sort | ranges::actions::unique;
+    if (reach.moves == Reach::Moves::volume_nodes || state.around_vertices.freedom.empty()) return cavity;
+    for (const VertexId v : state.mesh().linear.elements.vertices[seed])
+        if (moves_vertex(state, v, reach)) cavity.vertices.push_back(v);
+    cavity.vertices |= ranges::actions::sort | ranges::actions::unique;
+    if (reach.moves == Reach::Moves::slides) {
+        add_edges_at(state, cavity.vertices, cavity.edges);
+        cavity.elements = around(state, cavity.edges);
     }
+    for (const VertexId v : cavity.vertices)
+        cavity.elements.insert(cavity.elements.end(), state.around_vertices.balls[v].begin(),
+                               state.around_vertices.balls[v].end());
+    cavity.elements |= ranges::actions::sort | ranges::actions::unique;
     return cavity;
 }
 

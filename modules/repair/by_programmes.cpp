@@ -245,7 +245,9 @@ template <int D>
 Outcome<Done> look_around_vertices(RepairState<D>& state, const Execution& execution) {
     auto around = balls(state.mesh().linear, without_progress(execution));
     if (!around) return fail(around.error());
-    state.around_vertices = {std::move(*around), held_vertices(state.mesh(), state.kinds, state.options.vertices)};
+    const VertexFreedom of_boundary = state.vertices_onto ? VertexFreedom::sliding : VertexFreedom::held;
+    state.around_vertices = {std::move(*around),
+                             vertex_freedoms(state.mesh(), state.kinds, state.options.vertices, of_boundary)};
     return Done{};
 }
 
@@ -289,6 +291,9 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
     if (is_asked && with_cavities && passes.state.onto)
         for (const double share : slide_shares)
             counted(s.by_slides, [&] { return passes.by_slides({Moves::surface_nodes, 0}, share * options.target); });
+    if (is_asked && with_cavities && passes.state.vertices_onto)
+        for (const int closures : {0, 1, 2})
+            counted(s.by_slides, [&] { return passes.by_slides({Moves::slides, closures}, 0); });
     if (is_asked && guide.surface == SurfaceMoves::off_geometry) cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
     if (!done) return done;
     if (homes_first) {
@@ -333,6 +338,7 @@ Outcome<Repaired<D>> repair_by_programmes(const JudgedProposal<D>& wanted, const
                      elements_not_valid(wanted.validation()),
                      execution};
     if (guide.onto) passes.state.onto = &guide.onto;
+    if (guide.vertices_onto) passes.state.vertices_onto = &guide.vertices_onto;
     // Where vertices are elsewhere already, their elements are judged by what is around them.
     if (wanted.proposal().points != mesh.linear.points)
         if (auto made = look_around_vertices(passes.state, execution); !made) return fail(made.error());

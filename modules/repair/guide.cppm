@@ -9,8 +9,8 @@ import camber.curving;
 
 export namespace camber {
 
-/// A place of the geometry for the node of a boundary edge, and the projector onto the directions that lead off it
-/// there: n nᵀ on a surface, I − t tᵀ on a curve, I where the node is not to slide.
+/// A place of the geometry for a point of the boundary, and the projector onto the directions that lead off it there:
+/// n nᵀ on a surface, I − t tᵀ on a curve, I where the point is not to slide.
 template <int D>
 struct GeometryFoot {
     Vec<D> point;
@@ -19,6 +19,9 @@ struct GeometryFoot {
 /// The foot near a point on what an edge of the boundary lies on: a pure function, asked from several threads.
 template <int D>
 using FootOnGeometry = std::function<GeometryFoot<D>(EdgeId, const Vec<D>&)>;
+/// The same for a vertex of the boundary.
+template <int D>
+using VertexOnGeometry = std::function<GeometryFoot<D>(VertexId, const Vec<D>&)>;
 
 /// Where nodes of boundary edges that may move end in the worst case.
 enum class SurfaceMoves : std::uint8_t { off_geometry, on_geometry };
@@ -36,6 +39,8 @@ struct RepairGuide {
     Column<LagrangeNode<D>> home = {};
     /// Where nodes of boundary edges slide before any of them leaves the geometry; null: they do not slide.
     FootOnGeometry<D> onto = {};
+    /// Where vertices of the boundary slide, with the nodes of their edges; null: they stay.
+    VertexOnGeometry<D> vertices_onto = {};
     SurfaceMoves surface = SurfaceMoves::off_geometry;
 };
 

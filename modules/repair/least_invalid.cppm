@@ -35,8 +35,8 @@ template <int D>
 
 /// To the passes elements below a bound are alike: where it cannot be had, some may have been left invalid that need
 /// not be. `asked`: what came of the bound of the options. If that has invalid elements, `repair(start, options)` is
-/// asked for the least bound, from there and from what was `wanted`; what leaves fewest invalid is taken. Errors: those
-/// of `repair`, stopped.
+/// asked for the least bound, from there and from what was `wanted`; what leaves fewest invalid is taken; if that is
+/// none, the bound is tried once more from there. Errors: those of `repair`, stopped.
 template <int D, class Repair>
 [[nodiscard]] Outcome<Repaired<D>> least_invalid(const JudgedProposal<D>& wanted, Outcome<Repaired<D>> asked,
                                                  const RepairOptions& options, const Execution& execution,
@@ -55,6 +55,15 @@ template <int D, class Repair>
         auto lower = repair(*start, *wish);
         if (!lower) return lower;
         auto tried = judge_twice(std::move(*lower), bound, execution);
+        if (!tried) return fail(tried.error());
+        if (tried->left() < best->left()) best = std::move(tried);
+    }
+    if (best->invalid == 0 && !best->repaired.judged.validation().all_valid()) {
+        RepairOptions onwards = options;
+        onwards.boundary_tolerance = 0;
+        auto higher = repair(best->repaired.judged, onwards);
+        if (!higher) return higher;
+        auto tried = judge_twice(std::move(*higher), bound, execution);
         if (!tried) return fail(tried.error());
         if (tried->left() < best->left()) best = std::move(tried);
     }

@@ -31,6 +31,12 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
     return Done{};
 }
 
+/// What is prescribed is left that elements be valid, for no higher bound.
+template <int D>
+bool stays_on_geometry(const RepairGuide<D>& guide, double bound) {
+    return guide.onto && bound > least_bound;
+}
+
 }  // namespace
 
 template <int D>
@@ -56,14 +62,17 @@ template <int D>
 Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                           const RepairOptions& options, const Execution& execution) {
     const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& wish) {
-        return repair(judged, guide, wish, execution);
+        RepairGuide<D> by = guide;
+        if (stays_on_geometry(guide, wish.min_scaled_jacobian)) by.surface = SurfaceMoves::on_geometry;
+        return repair(judged, by, wish, execution);
     };
     auto kept = least_invalid(wanted, to(wanted, options), options, execution, to);
     if (is_surface_alone(wanted.mesh().linear)) return kept;  // chords were tried
     if (!kept || kept->judged.validation().all_valid() || !has_cavities(options.method)) return kept;
     // The surface is left for no wish.
     RepairOptions demanded = options;
-    if (!options.min_scaled_jacobian.is_asked) demanded.min_scaled_jacobian = least_bound;
+    if (!options.min_scaled_jacobian.is_asked || stays_on_geometry(guide, options.min_scaled_jacobian))
+        demanded.min_scaled_jacobian = least_bound;
     const Execution quiet = without_progress(execution);
     const auto judged_for = [&](const JudgedProposal<D>& judged, double bound) {
         return validate(judged.mesh(), judged.proposal(), bound, quiet);

@@ -5,6 +5,7 @@ module;
 #include <optional>
 #include <span>
 #include <utility>
+#include <vector>
 module camber.repair;
 import :guide;
 import :on_geometry;
@@ -96,6 +97,55 @@ Outcome<FootOnGeometry<D>> feet_on_any(const Geometry<D>& geometry, const Column
     });
 }
 
+namespace {
+
+/// Boundary edges by the vertices at their ends.
+using EdgesAtVertices = std::vector<std::pair<VertexId, EdgeId>>;
+
+template <int D>
+EdgesAtVertices edges_at_vertices(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds) {
+    EdgesAtVertices all;
+    for (std::size_t e = 0; e < kinds.size(); ++e)
+        if (kinds[e] != EdgeKind::volume)
+            for (const VertexId v : mesh.edges.vertices[e]) all.emplace_back(v, EdgeId(e));
+    std::ranges::sort(all);
+    return all;
+}
+
+/// An edge that lies on what its vertex slides on; none where it does not slide.
+template <int D>
+std::optional<EdgeId> edge_to_follow(const Geometry<D>& geometry, const Sites<D>& sites, const EdgesAtVertices& edges,
+                                     VertexKind kind, VertexId v) {
+    if (kind != VertexKind::surface && kind != VertexKind::ridge) return {};
+    const EdgeKind followed = kind == VertexKind::ridge ? EdgeKind::ridge : EdgeKind::surface;
+    std::optional<EdgeId> found;
+    GeometryEntity entity;
+    for (const auto& [vertex, edge] : std::ranges::equal_range(edges, v, {}, &EdgesAtVertices::value_type::first)) {
+        if (!sites.is_prescribed(edge, geometry)) return {};
+        if (sites.kinds[edge] != followed) continue;
+        const GeometryEntity there = geometry->entity_at_edge(sites[edge]);
+        if (there.kind == GeometryKind::none || (found && there != entity)) return {};
+        found = edge;
+        entity = there;
+    }
+    return found;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<VertexOnGeometry<D>> vertex_feet_on(const Geometry<D>& geometry, const Features<D>& features,
+                                            const QuadraticMesh<D>& mesh, const Execution& execution) {
+    auto facets = facet_shells(mesh.edges, execution);
+    if (!facets) return fail(facets.error());
+    return VertexOnGeometry<D>([geometry, kinds = features.vertex_kinds,
+                                sites = Sites<D>{mesh, features.edge_kinds, std::move(*facets)},
+                                edges = edges_at_vertices(mesh, features.edge_kinds)](VertexId v, const Vec<D>& p) {
+        const auto edge = edge_to_follow(geometry, sites, edges, kinds[v], v);
+        return edge ? foot_on(geometry, sites[*edge], p) : GeometryFoot<D>{p, Sym<D>::identity()};
+    });
+}
+
 template <int D>
 Outcome<Column<LagrangeNode<D>>> own_nodes_on(const Geometry<D>& geometry, const Column<EdgeKind>& boundary_kinds,
                                               const QuadraticMesh<D>& mesh, RequiredBoundary required,
@@ -113,12 +163,14 @@ Outcome<Column<LagrangeNode<D>>> own_nodes_on(const Geometry<D>& geometry, const
     return Column<LagrangeNode<D>>(std::move(*nodes));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                       \
-    template Outcome<FootOnGeometry<D>> feet_on<D>(const Geometry<D>&, const Column<EdgeKind>&,     \
-                                                   const QuadraticMesh<D>&, const Execution&);      \
-    template Outcome<FootOnGeometry<D>> feet_on_any<D>(const Geometry<D>&, const Column<EdgeKind>&, \
-                                                       const QuadraticMesh<D>&, const Execution&);  \
-    template Outcome<Column<LagrangeNode<D>>> own_nodes_on<D>(                                      \
+#define CAMBER_INSTANTIATE(D)                                                                           \
+    template Outcome<FootOnGeometry<D>> feet_on<D>(const Geometry<D>&, const Column<EdgeKind>&,         \
+                                                   const QuadraticMesh<D>&, const Execution&);          \
+    template Outcome<FootOnGeometry<D>> feet_on_any<D>(const Geometry<D>&, const Column<EdgeKind>&,     \
+                                                       const QuadraticMesh<D>&, const Execution&);      \
+    template Outcome<VertexOnGeometry<D>> vertex_feet_on<D>(const Geometry<D>&, const Features<D>&,     \
+                                                            const QuadraticMesh<D>&, const Execution&); \
+    template Outcome<Column<LagrangeNode<D>>> own_nodes_on<D>(                                          \
         const Geometry<D>&, const Column<EdgeKind>&, const QuadraticMesh<D>&, RequiredBoundary, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -89,8 +89,8 @@ struct RepairOptions {
                 .unit("model units")
                 .at_least(0),
             option("vertices", &S::vertices,
-                   "vertices of the volume: move, where nodes alone do not repair an element; keep, all stay. Required "
-                   "ones never move"),
+                   "move: vertices go where nodes alone do not repair an element, those of the boundary along a "
+                   "prescribed geometry; keep: all stay. Required ones and corners never move"),
             option(
                 "effort", &S::effort,
                 "work that cavity and edge may spend for each element that is not good enough, in steps of "

@@ -11,6 +11,7 @@ import camber.bezier;
 import camber.validity;
 import camber.programmes;
 import :guide;
+import :held_vertices;
 import :moved_mesh;
 import :options;
 
@@ -19,7 +20,7 @@ namespace camber {
 /// What moving vertices asks of the mesh: made when they first do.
 struct VertexSurroundings {
     Incidence<ElementId> balls;
-    Column<std::uint8_t> held;  ///< of vertices: 1 if they must stay, since they are on the boundary or required
+    Column<VertexFreedom> freedom;  ///< of vertices
 };
 
 /// A mesh while programmes repair it.
@@ -35,7 +36,8 @@ struct RepairState {
     double work_left = 0;  ///< of programmes, see step_work
     double work = 0;       ///< done so far
     VertexSurroundings around_vertices = {};
-    const FootOnGeometry<D>* onto = nullptr;  ///< none: boundary nodes do not slide
+    const FootOnGeometry<D>* onto = nullptr;             ///< none: boundary nodes do not slide
+    const VertexOnGeometry<D>* vertices_onto = nullptr;  ///< none: nor do the boundary's vertices
 
     [[nodiscard]] const QuadraticMesh<D>& mesh() const { return moved.mesh; }
     [[nodiscard]] bool exhausted() const { return work_left < 1; }
@@ -100,7 +102,8 @@ template <int D>
 
 /// What a cavity may move, and how far it reaches around its element.
 struct Reach {
-    enum class Moves : std::uint8_t { volume_nodes, vertices, surface_nodes };
+    /// `slides`: surface nodes and vertices of volume and boundary, with the nodes of all their edges.
+    enum class Moves : std::uint8_t { volume_nodes, vertices, surface_nodes, slides };
     Moves moves = Moves::volume_nodes;
     int closures = 0;  ///< 0: the element's own edges; each more: those of all elements around these
 };
@@ -124,9 +127,10 @@ template <int D>
 /// Floors lie this much above the bound: the programme ends within a part of it.
 inline constexpr double floor_slack = 2e-6;
 
-/// The same with nodes of boundary edges that slide on the geometry (`state.onto`): each step of the programme is taken
-/// in the tangent planes (on curves along the tangents), then brought back onto the geometry, from where the next
-/// begins. None when that is not found in a few steps.
+/// The same with nodes of boundary edges that slide on the geometry (`state.onto`), and the cavity's vertices, of which
+/// those of the boundary slide too (`state.vertices_onto`): each step of the programme is taken in the tangent planes
+/// (on curves along the tangents), then brought back onto the geometry, from where the next begins. None when that is
+/// not found in a few steps.
 template <int D>
 [[nodiscard]] Planned<D> plan_slide_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
                                            double asked, double most_work);

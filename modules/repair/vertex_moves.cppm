@@ -3,11 +3,15 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <vector>
 export module camber.repair:vertex_moves;
+import :held_vertices;
 import :state;
 import camber.core;
 import camber.bezier;
 import camber.validity;
+import camber.programmes;
 import camber.soundness;
 
 namespace camber {
@@ -50,7 +54,7 @@ template <int D>
     double determinants = 0, ratios = 0;
     std::size_t n = 0;
     for (const VertexId v : state.mesh().linear.elements.vertices[e]) {
-        if (state.around_vertices.held[v] != 0) continue;
+        if (state.around_vertices.freedom[v] == VertexFreedom::held) continue;
         for (const ElementId near : state.around_vertices.balls[v]) {
             const auto corners = corners_of(state, near);
             const double of_near = mean_ratio<D>(corners);
@@ -89,6 +93,43 @@ template <int D>
     const double ratio = mean_ratio<D>(corners);
     if (verdict != Verdict::valid) return ratio >= mean_ratio<D>(now);
     return ratio >= shape_floor(state, e).mean_ratio;
+}
+
+/// Where something is in a rising list; -1: it is not there.
+template <class T>
+[[nodiscard]] inline int position_in(const std::vector<T>& sorted, const T& wanted) {
+    const auto it = std::lower_bound(sorted.begin(), sorted.end(), wanted);
+    return it != sorted.end() && *it == wanted ? static_cast<int>(it - sorted.begin()) : -1;
+}
+
+/// What the coefficients of an element with a free vertex are to be above.
+template <int D>
+[[nodiscard]] inline double least_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e,
+                                     double share) {
+    constexpr double nothing = -std::numeric_limits<double>::infinity();
+    if (share == 0) return nothing;
+    for (const VertexId v : state.mesh().linear.elements.vertices[e])
+        if (position_in(cavity.vertices, v) >= 0) return share * shape_floor(state, e).determinant;
+    return nothing;
+}
+
+/// What a vertex weighs more than an edge's node.
+inline constexpr double vertex_weight = 4;
+
+/// The mean of the models of the vertex's edges, heavier, about where the vertex was.
+template <int D>
+[[nodiscard]] inline OffsetModel<D> model_of(const RepairState<D>& state, VertexId vertex) {
+    OffsetModel<D> model{-state.moved.shift(vertex), {}};
+    std::size_t n = 0;
+    for (const ElementId e : state.around_vertices.balls[vertex])
+        for (const EdgeId edge : state.mesh().edges.of_elements[e]) {
+            const auto& ends = state.mesh().edges.vertices[edge];
+            if (ends[0] != vertex && ends[1] != vertex) continue;
+            model.hessian += state.models[edge].hessian;
+            ++n;
+        }
+    model.hessian *= vertex_weight / static_cast<double>(std::max<std::size_t>(n, 1));
+    return model;
 }
 
 }  // namespace camber

@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 module camber.repair;
@@ -65,16 +66,32 @@ struct Within {
 };
 
 /// What repair gives from nodes that slid in planes, or `kept` if that is no better.
-Outcome<Repaired<3>> repair_after_slide(Within<3>& within, Repaired<3> kept, const std::vector<std::uint8_t>& held) {
+Outcome<Repaired<3>> repair_after_slide(Within<3>& within, Repaired<3> kept, const std::vector<std::uint8_t>& held,
+                                        double tolerance, SurfaceMoves surface) {
     // The kinds of the boundary, not those that hold it.
-    auto slid = slid_in_planes(kept.judged.with_kinds(within.wanted.proposal().kinds),
-                               within.options.boundary_tolerance, within.execution);
+    auto slid = slid_in_planes(kept.judged.with_kinds(within.wanted.proposal().kinds), tolerance, within.execution);
     if (!slid) return fail(slid.error());
     const auto start = validate(kept.judged.mesh(), std::move(*slid), kept.judged.validation().bound, within.execution);
     if (!start) return fail(start.error());
-    auto repaired = within.tried(*start, held);
+    auto repaired = within.tried(*start, held, surface);
     if (!repaired || repaired->judged.validation().not_valid() < kept.judged.validation().not_valid()) return repaired;
     return kept;
+}
+
+/// The boundary slides on the geometry: first in its planes, where that alone may do, else from where it is.
+template <int D>
+Outcome<Repaired<D>> repair_on_geometry(Within<D>& within, Repaired<D> kept) {
+    const std::vector<std::uint8_t> none(within.wanted.proposal().kinds.size(), 0);
+    if constexpr (D == 3) {
+        constexpr double anywhere = std::numeric_limits<double>::infinity();
+        auto slid = repair_after_slide(within, kept, none, anywhere, SurfaceMoves::on_geometry);
+        if (!slid || slid->judged.validation().all_valid()) return slid;
+        auto direct = within.tried(kept.judged, none, SurfaceMoves::on_geometry);
+        if (!direct || direct->judged.validation().not_valid() <= slid->judged.validation().not_valid()) return direct;
+        return slid;
+    } else {
+        return within.tried(kept.judged, none, SurfaceMoves::on_geometry);
+    }
 }
 
 template <int D>
@@ -86,12 +103,12 @@ Outcome<Repaired<D>> repair_to_bound(Within<D>& within) {
     if (!kept) return kept;
     const auto done = [&] { return kept->judged.validation().all_valid() || tolerance == 0; };
     if (within.guide.onto && !kept->judged.validation().all_valid()) {
-        kept = within.tried(kept->judged, std::vector<std::uint8_t>(held.size(), 0), SurfaceMoves::on_geometry);
+        kept = repair_on_geometry(within, std::move(*kept));
         if (!kept) return kept;
     }
     if (done()) return with_all_changes(within.wanted, std::move(*kept));
     if constexpr (D == 3) {
-        auto better = repair_after_slide(within, std::move(*kept), held);
+        auto better = repair_after_slide(within, std::move(*kept), held, tolerance, SurfaceMoves::off_geometry);
         if (!better) return better;
         kept = std::move(better);
         if (done()) return with_all_changes(within.wanted, std::move(*kept));

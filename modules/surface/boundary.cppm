@@ -1,4 +1,5 @@
 module;
+#include <cstdint>
 #include <span>
 export module camber.surface:boundary;
 import camber.core;
@@ -21,6 +22,12 @@ export namespace camber {
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);
+
+/// 1 for surface edges within planes (of the geometry, or flat patches of a surrogate), whose nodes may slide there at
+/// no cost to the geometry. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Buffer<std::uint8_t>> edges_in_planes(const QuadraticMesh<D>& mesh, const Features<D>& features,
+                                                            const Geometry<D>& geometry, const Execution& execution);
 
 /// The same nodes with those of edges within planes moved by the part of `shifts` (one row an edge) that lies in the
 /// plane. Others keep theirs: on a curved surface a node off the middle of its curve costs the geometry an order of

@@ -1,12 +1,39 @@
 module;
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <span>
 module camber.surface;
 import camber.core;
 import camber.bezier;
 
 namespace camber {
+
+namespace {
+
+/// The plane in which the node of an edge may slide: of a surface edge whose facets lie in one.
+template <int D>
+std::optional<Plane<D>> plane_of(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Incidence<FacetId>& shells,
+                                 const Features<D>& features, const Geometry<D>& geometry, std::size_t e) {
+    if (D == 2 || features.edge_kinds[e] != EdgeKind::surface) return {};
+    const auto& [low, high] = edges.vertices[e];
+    const EdgeSite<D> site{
+        EdgeId(e), EdgeKind::surface, {mesh.points[low], mesh.points[high]}, facet_sites<D>(mesh, shells[e])};
+    return common_plane(*geometry, site);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Buffer<std::uint8_t>> edges_in_planes(const QuadraticMesh<D>& mesh, const Features<D>& features,
+                                              const Geometry<D>& geometry, const Execution& execution) {
+    const auto shells = facet_shells(mesh.edges, without_progress(execution));
+    if (!shells) return fail(shells.error());
+    return map_each(execution, mesh.edges.size(), [&](std::size_t e) -> std::uint8_t {
+        return plane_of(mesh.linear, mesh.edges, *shells, features, geometry, e) ? 1 : 0;
+    });
+}
 
 template <int D>
 Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& nodes,
@@ -19,18 +46,16 @@ Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh, const 
     if (!shells) return fail(shells.error());
     const auto required = required_edges(mesh);
     return map_each(execution, n, [&](std::size_t e) -> LagrangeNode<D> {
-        if (D == 2 || features.edge_kinds[e] != EdgeKind::surface || required[e] != 0 || shifts[e] == Vec<D>{})
-            return nodes[e];
-        const auto& [low, high] = mesh.edges.vertices[e];
-        const EdgeSite<D> site{EdgeId(e),
-                               features.edge_kinds[e],
-                               {mesh.linear.points[low], mesh.linear.points[high]},
-                               facet_sites<D>(mesh.linear, (*shells)[e])};
-        const auto plane = common_plane(*geometry, site);
+        if (required[e] != 0 || shifts[e] == Vec<D>{}) return nodes[e];
+        const auto plane = plane_of(mesh.linear, mesh.edges, *shells, features, geometry, e);
         return plane ? LagrangeNode<D>{slid_within(*plane, nodes[e].point, shifts[e])} : nodes[e];
     });
 }
 
+template Outcome<Buffer<std::uint8_t>> edges_in_planes(const QuadraticMesh<2>&, const Features<2>&, const Geometry<2>&,
+                                                       const Execution&);
+template Outcome<Buffer<std::uint8_t>> edges_in_planes(const QuadraticMesh<3>&, const Features<3>&, const Geometry<3>&,
+                                                       const Execution&);
 template Outcome<Buffer<LagrangeNode<2>>> slid_nodes(const QuadraticMesh<2>&, const Column<LagrangeNode<2>>&,
                                                      std::span<const Vec<2>>, const Features<2>&, const Geometry<2>&,
                                                      const Execution&);

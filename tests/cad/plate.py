@@ -4,8 +4,8 @@ import math
 HOLE = {"references": [7], "cylinder": {"point": [0, 0, 0], "axis": [0, 0, 1], "radius": 0.5}}
 
 
-def plate(n=4, rings=2, layers=2, radius=0.5, height=0.5):
-    """Points, tetrahedra and triangles by reference: 1 to 4 the sides at low x, high x, low y, high y, 5 bottom, 6 top, 7 the hole."""
+def plate(n=4, rings=2, layers=2, radius=0.5, height=0.5, growth=1):
+    """Rings grow outwards. Points, tetrahedra and triangles by reference: 1 to 4 the sides at low x, high x, low y, high y, 5 bottom, 6 top, 7 the hole."""
     around = 8 * (n // 2)
     points, number = [], {}
     for k in range(layers + 1):
@@ -14,7 +14,7 @@ def plate(n=4, rings=2, layers=2, radius=0.5, height=0.5):
                 angle = 2 * math.pi * i / around
                 x, y = math.cos(angle), math.sin(angle)
                 side = max(abs(x), abs(y))
-                t = j / rings
+                t = j / rings if growth == 1 else (growth ** j - 1) / (growth ** rings - 1)
                 number[i, j, k] = len(points)
                 p = [(1 - t) * radius * c + t * c / side for c in (x, y)]
                 if j == rings:

@@ -239,6 +239,17 @@ class Program(unittest.TestCase):
         self.assertEqual({e["kind"] for e in report["boundary"]["distances"]["entities"]} - {"curve", "edge", "ridge"},
                          {"face", "surface", "patch"})
 
+    def test_layers_that_end_at_plane_walls(self):
+        """The first is a seventh of the wall's sagitta: nodes go along on the planes as they do inside."""
+        mesh = self.path / "layers.mesh"
+        mesh.write_text(plate.text(*plate.plate(rings=12, growth=1.5)))
+        for objective in ("accuracy", "shape"):
+            done, report = self.curve_plate("--cad", PLATE, "--objective", objective, mesh=mesh, out="layers-p2.mesh")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(report["validity_before_correction"]["invalid"], 0, objective)
+            self.assertGreater(report["validity_before_correction"]["min_scaled_jacobian"], 0.1, objective)
+            self.assert_on_plate(self.path / "layers-p2.mesh")
+
     def test_vertices_are_moved_onto_the_model(self):
         mesh = self.plate(off=2e-3)
         for beside in ([], [HOLE]):

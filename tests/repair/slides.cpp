@@ -1,5 +1,5 @@
-// Nodes of boundary edges slide on a geometry: they stay on it to rounding, spoil nothing, and mend what nodes of the
-// volume cannot.
+// Nodes of boundary edges, and vertices of the boundary, slide on a geometry: they stay on it to rounding, spoil
+// nothing, and mend what nodes of the volume cannot.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -29,14 +29,17 @@ double sphere_of(const Block<3>& b, EdgeId edge) {
     return b.kinds[edge] == EdgeKind::surface && is_there ? rp : 0;
 }
 
-GeometryFoot<3> foot_on(const Block<3>& b, EdgeId edge, const Vec<3>& p) {
-    const double radius = sphere_of(b, edge);
-    if (radius == 0) return {p, Sym<3>::identity()};
+GeometryFoot<3> on_sphere(double radius, const Vec<3>& p) {
     const Vec<3> n = normalised(p);
     Sym<3> across;
     for (int i = 0; i < 3; ++i)
         for (int j = i; j < 3; ++j) across(i, j) = n[i] * n[j];
     return {radius * n, across};
+}
+
+GeometryFoot<3> foot_on(const Block<3>& b, EdgeId edge, const Vec<3>& p) {
+    const double radius = sphere_of(b, edge);
+    return radius == 0 ? GeometryFoot<3>{p, Sym<3>::identity()} : on_sphere(radius, p);
 }
 
 /// The block with some nodes of its spheres thrown along them.
@@ -86,6 +89,72 @@ TEST_CASE("slides stay on the geometry, spoil nothing, and mend more") {
         {6});
     CHECK(slid > 0);
     CHECK(left_with < left_without);
+}
+
+/// The radius of the sphere inside of whose patch a vertex is; 0: of none.
+double sphere_of(const Block<3>& b, VertexId v, const Buffer<std::uint8_t>& on_other_faces) {
+    const double r = norm(b.mesh.linear.points[v]);
+    return on_other_faces[v.index()] == 0 && (std::abs(r - 1) < 1e-12 || std::abs(r - 2) < 1e-12) ? r : 0;
+}
+
+/// 1 for vertices of boundary edges that are on no sphere.
+Buffer<std::uint8_t> on_other_faces(const Block<3>& b) {
+    Buffer<std::uint8_t> marks(b.mesh.linear.points.size(), 0);
+    for (std::size_t e = 0; e < b.kinds.size(); ++e)
+        if (b.kinds[e] != EdgeKind::volume && sphere_of(b, EdgeId(e)) == 0)
+            for (const VertexId v : b.mesh.edges.vertices[e]) marks[v.index()] = 1;
+    return marks;
+}
+
+TEST_CASE("vertices of the boundary slide on the geometry where nodes do not do, and nowhere else") {
+    std::size_t slid = 0, left_by_nodes = 0, left = 0;
+    property(
+        "vertices slide",
+        [&](std::uint64_t seed) {
+            Dice dice(seed);
+            const auto b = shell_block<3>({4, 4, 2}, seed + 1);
+            const Proposal<3> before = thrown_along(b, dice);
+            RepairOptions options;
+            options.min_scaled_jacobian = 0.3;  // nodes alone seldom reach it
+            const auto judged = must(validate(b.mesh, before, options.min_scaled_jacobian, alone));
+            RepairGuide<3> guide{b.shells, [nodes = b.boundary_nodes](EdgeId e) { return nodes[e]; },
+                                 implied_edge_models(b.mesh, b.boundary_nodes, b.shells)};
+            guide.surface = SurfaceMoves::on_geometry;
+            guide.onto = [&](EdgeId edge, const Vec<3>& p) { return foot_on(b, edge, p); };
+            const auto by_nodes = must(repair(judged, guide, options, alone));
+            guide.vertices_onto = [&b, others = on_other_faces(b)](VertexId v, const Vec<3>& p) {
+                const double radius = sphere_of(b, v, others);
+                return radius == 0 ? GeometryFoot<3>{p, Sym<3>::identity()} : on_sphere(radius, p);
+            };
+            const auto with = must(repair(judged, guide, options, alone));
+            RC_ASSERT(must(repair(judged, guide, options, Execution{3})).judged.proposal() == with.judged.proposal());
+            left_by_nodes += by_nodes.judged.validation().not_valid();
+            left += with.judged.validation().not_valid();
+            const Proposal<3>& after = with.judged.proposal();
+            const auto on_boundary = boundary_vertices(b.mesh, b.kinds);
+            const auto others = on_other_faces(b);
+            for (std::size_t v = 0; v < on_boundary.size(); ++v) {
+                if (on_boundary[v] == 0 || after.points[v] == b.mesh.linear.points[v]) continue;
+                ++slid;
+                const double radius = sphere_of(b, VertexId(v), others);
+                RC_ASSERT(radius > 0);
+                RC_ASSERT(std::abs(norm(after.points[v]) - radius) <= 1e-14);
+            }
+            for (std::size_t e = 0; e < b.kinds.size(); ++e) {
+                const Vec<3>& node = after.mid_nodes[e].point;
+                if (b.kinds[e] == EdgeKind::volume || node == before.mid_nodes[e].point) continue;
+                RC_ASSERT(sphere_of(b, EdgeId(e)) > 0);
+                RC_ASSERT(std::abs(norm(node) - sphere_of(b, EdgeId(e))) <= 1e-14);
+            }
+            for (std::size_t e = 0; e < judged.validation().verdicts.size(); ++e)
+                if (judged.validation().verdicts[e] == Verdict::valid)
+                    RC_ASSERT(with.judged.validation().verdicts[e] == Verdict::valid);
+            options.vertices = VertexMoves::never;
+            RC_ASSERT(must(repair(judged, guide, options, alone)).judged.proposal().points == b.mesh.linear.points);
+        },
+        {4});
+    CHECK(slid > 0);
+    CHECK(left <= left_by_nodes);
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ void add_up(std::optional<RelaxReport>& sum, const RelaxReport& part) {
     sum->relaxed_volume_edges += part.relaxed_volume_edges;
     sum->relaxed_surface_edges += part.relaxed_surface_edges;
     sum->slid_surface_edges += part.slid_surface_edges;
+    sum->slid_vertices += part.slid_vertices;
     sum->moved_vertices += part.moved_vertices;
     sum->work += part.work;
     sum->given_up += part.given_up;
@@ -57,6 +58,7 @@ RelaxReport relax_report(const RepairStatistics& s, std::size_t given_up, Repair
             s.moved_volume_nodes,
             s.moved_surface_nodes,
             s.moved_vertices,
+            0,
             0,
             s.work,
             given_up};

@@ -179,6 +179,7 @@ Json json(const RelaxReport& r) {
             {"relaxed_surface_edges", r.relaxed_surface_edges},
             {"slid_surface_edges", r.slid_surface_edges},
             {"moved_vertices", r.moved_vertices},
+            {"slid_vertices", r.slid_vertices},
             {"work", r.work},
             {"given_up", r.given_up}};
 }

@@ -172,6 +172,7 @@ std::string validity_rows(const Report& report) {
                 (r->slid_surface_edges > 0 ? table_row("surface edges slid on geometry", r->slid_surface_edges)
                                            : std::string()) +
                 (r->moved_vertices > 0 ? table_row("moved vertices", r->moved_vertices) : std::string()) +
+                (r->slid_vertices > 0 ? table_row("of these slid on geometry", r->slid_vertices) : std::string()) +
                 (r->given_up > 0 ? table_row("given up (work is spent)", r->given_up) : std::string());
     if (const auto& r = report.reinsert)
         text += table_row("cavities committed (turns)", fmt::format("{} ({})", grouped(r->patches), r->turns));

@@ -107,6 +107,12 @@ template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> curve_input(const Quadratic<D>& at, const Boundary<D>& boundary,
                                                  const Execution& execution);
 
+/// The same with the nodes of edges within plane walls where the displacement of all others extends to: layers that end
+/// at a plane wall go on it as they go inside.
+template <int D>
+[[nodiscard]] Outcome<CurveInput<D>> carried_in_planes(const Quadratic<D>& at, const Boundary<D>& boundary,
+                                                       CurveInput<D> input, const Execution& execution);
+
 /// The same with what a field that is carried goes along with, if the boundary is displaced at all.
 template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> input,

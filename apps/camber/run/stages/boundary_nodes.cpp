@@ -172,14 +172,48 @@ Outcome<CurveInput<D>> placed_input(const Quadratic<D>& at, const Boundary<D>& b
     });
 }
 
+namespace {
+
+/// Whether no node of the boundary is off its chord's middle.
 template <int D>
-Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> input, const Execution& execution) {
+bool is_straight(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
     const auto stays = [&](std::size_t e) {
         if (input.kinds[e] == EdgeKind::volume) return true;
-        const auto& [a, b] = at.mesh.edges.vertices[e];
-        return input.base[e].point == midpoint(at.mesh.linear.points[a], at.mesh.linear.points[b]);
+        const auto& [a, b] = mesh.edges.vertices[e];
+        return input.base[e].point == midpoint(mesh.linear.points[a], mesh.linear.points[b]);
     };
-    if (std::ranges::all_of(std::views::iota(std::size_t{0}, input.base.size()), stays)) return input;
+    return std::ranges::all_of(std::views::iota(std::size_t{0}, input.base.size()), stays);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<CurveInput<D>> carried_in_planes(const Quadratic<D>& at, const Boundary<D>& boundary, CurveInput<D> input,
+                                         const Execution& execution) {
+    if (D == 2 || at.nodes == NodesOf::file || is_surface_alone(at.mesh.linear) || is_straight(at.mesh, input))
+        return input;
+    const auto inside = edges_in_planes(at.mesh, boundary.features, boundary.geometry, part_of(execution, 0, 0.1));
+    if (!inside) return fail(inside.error());
+    Buffer<EdgeKind> free(input.kinds.begin(), input.kinds.end());
+    for (std::size_t e = 0; e < free.size(); ++e)
+        if ((*inside)[e] != 0 && free[e] == EdgeKind::surface) free[e] = EdgeKind::volume;
+    const Column<EdgeKind> kinds(std::move(free));
+    if (kinds == input.kinds) return input;
+    const auto extended = extend_boundary(at.mesh, kinds, input.base, input.shells, {}, part_of(execution, 0.1, 0.9));
+    if (!extended) return fail(extended.error());
+    Buffer<Vec<D>> shifts(input.base.size(), Vec<D>{});
+    for (std::size_t e = 0; e < shifts.size(); ++e)
+        if (kinds[e] != input.kinds[e]) shifts[e] = extended->nodes[e].point - input.base[e].point;
+    auto nodes =
+        slid_nodes<D>(at.mesh, input.base, shifts, boundary.features, boundary.geometry, part_of(execution, 0.9, 1));
+    if (!nodes) return fail(nodes.error());
+    input.base = std::move(*nodes);
+    return input;
+}
+
+template <int D>
+Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> input, const Execution& execution) {
+    if (is_straight(at.mesh, input)) return input;
     auto extended = extend_boundary(at.mesh, input.kinds, input.base, input.shells, {}, execution);
     if (!extended) return fail(extended.error());
     input.extended = std::move(extended->nodes);
@@ -188,6 +222,8 @@ Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> inpu
 
 #define CAMBER_INSTANTIATE(D)                                                                                    \
     template Outcome<CurveInput<D>> curve_input<D>(const Quadratic<D>&, const Boundary<D>&, const Execution&);   \
+    template Outcome<CurveInput<D>> carried_in_planes<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>, \
+                                                         const Execution&);                                      \
     template Outcome<CurveInput<D>> extended_input<D>(const Quadratic<D>&, CurveInput<D>, const Execution&);     \
     template Outcome<CurveInput<D>> placed_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,      \
                                                     const BackMesh<D>&, const config::Curve&, const Execution&); \

@@ -130,9 +130,12 @@ Outcome<CurveInput<D>> begin_curving(Runner<D>& run, const Boundary<D>& boundary
         const bool carried = options.back_mesh == config::BackMeshKind::carried &&
                              options.objective != config::Objective::shape &&
                              !is_surface_alone(run.quadratic().mesh.linear);
-        auto input = curve_input(run.quadratic(), boundary, carried ? part_of(e, 0, 0.18) : e);
+        const double of_nodes = carried ? 0.18 : 0.5, of_planes = carried ? 0.5 : 1;
+        auto input = curve_input(run.quadratic(), boundary, part_of(e, 0, of_nodes));
+        if (!input) return input;
+        input = carried_in_planes(run.quadratic(), boundary, std::move(*input), part_of(e, of_nodes, of_planes));
         if (!input || !carried) return input;
-        return extended_input(run.quadratic(), std::move(*input), part_of(e, 0.18, 1));
+        return extended_input(run.quadratic(), std::move(*input), part_of(e, 0.5, 1));
     });
 }
 

@@ -59,10 +59,15 @@ Outcome<RepairGuide<D>> guide_on_geometry(const Plan<D>& plan, const JudgedPropo
     auto feet = feet_of(boundary->geometry, boundary->features.edge_kinds, judged.mesh(), without_progress(execution));
     if (!feet) return fail(feet.error());
     guide->onto = std::move(*feet);
+    if (is_alone) return guide;
+    auto vertices = vertex_feet_on(boundary->geometry, boundary->features, judged.mesh(), without_progress(execution));
+    if (!vertices) return fail(vertices.error());
+    guide->vertices_onto = std::move(*vertices);
     return guide;
 }
 
-/// Nodes of the boundary that repair moved, and that are on the geometry still, are counted apart.
+/// Nodes of the boundary that repair moved, and that are on the geometry still, are counted apart; vertices of the
+/// boundary slide at most.
 template <int D>
 void count_slides(const JudgedProposal<D>& before, const JudgedProposal<D>& after, const FootOnGeometry<D>& onto,
                   RelaxReport& report) {
@@ -70,6 +75,9 @@ void count_slides(const JudgedProposal<D>& before, const JudgedProposal<D>& afte
     constexpr double rounding = 1e-12;
     const QuadraticMesh<D>& mesh = before.mesh();
     const Column<EdgeKind>& kinds = before.proposal().kinds;
+    const auto on_boundary = boundary_vertices(mesh, kinds);
+    for (std::size_t v = 0; v < on_boundary.size(); ++v)
+        report.slid_vertices += on_boundary[v] != 0 && after.proposal().points[v] != before.proposal().points[v];
     for (std::size_t e = 0; e < kinds.size(); ++e) {
         const Vec<D>& node = after.proposal().mid_nodes[e].point;
         if (kinds[e] == EdgeKind::volume || node == before.proposal().mid_nodes[e].point) continue;
