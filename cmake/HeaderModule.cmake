@@ -2,13 +2,14 @@
 # module, instead of a copy of their text in each unit: merging those copies was most of what a unit cost. The sources know nothing
 # of it; `#include <vector>` is written as ever, and means an import where this is on.
 #
+# camber_compile_once does the same with headers of other libraries that many units include.
+#
 # On for Camber itself and for who embeds it, unless CAMBER_HEADER_MODULE is off (docs/embedding.md). The price is that a missing `#include`
 # of a standard header goes unnoticed: tests/includes looks for those of Camber.
 include_guard(GLOBAL)
 
 add_library(camber_header_module INTERFACE)
 
-# Not <cassert>, which NDEBUG of the place decides; not <iostream>, which would set up its streams in every unit.
 set(camber_standard_headers
     algorithm array atomic bit cctype cerrno charconv chrono climits cmath compare concepts csignal cstddef cstdint cstdio cstdlib cstring
     deque exception filesystem fstream functional initializer_list iomanip ios iosfwd istream iterator limits list locale map memory
@@ -48,19 +49,26 @@ function(camber_make_header_module)
         return()
     endif()
 
-    set(map "module camber_headers [system] {\n")
-    file(REAL_PATH "${CMAKE_CXX_COMPILER}" compiler)
-    set(watched "${compiler}")
+    set(headers "")
     foreach(name IN LISTS camber_standard_headers)
         if(EXISTS "${folder}/${name}")
-            string(APPEND map "    header \"${folder}/${name}\"\n")
-            list(APPEND watched "${folder}/${name}")
+            list(APPEND headers "${folder}/${name}")
         endif()
     endforeach()
-    string(APPEND map "    export *\n}\n")
+    set(CAMBER_HEADER_FLAGS "${flags}" PARENT_SCOPE)
+    camber_compile_header_module(camber_header_module camber_headers "${flags}"
+        "-fmodules;-fno-implicit-modules;-fno-implicit-module-maps" "${headers}")
+endfunction()
+
+# camber_compile_header_module(TARGET NAME FLAGS MODULES HEADERS): the module NAME of HEADERS, whose users TARGET gives MODULES and itself.
+function(camber_compile_header_module TARGET NAME FLAGS MODULES HEADERS)
+    list(JOIN HEADERS "\"\n    header \"" lines)
+    set(map "module ${NAME} [system] {\n    header \"${lines}\"\n    export *\n}\n")
 
     # Another compiler, other flags or other headers are another file, and so other flags for every unit: all is compiled again.
-    set(key "${CMAKE_CXX_COMPILER_VERSION} ${flags} ${map}")
+    file(REAL_PATH "${CMAKE_CXX_COMPILER}" compiler)
+    set(watched "${compiler}" ${HEADERS})
+    set(key "${CMAKE_CXX_COMPILER_VERSION} ${FLAGS} ${MODULES} ${map}")
     foreach(file IN LISTS watched)
         file(TIMESTAMP "${file}" time)
         string(APPEND key " ${time}")
@@ -68,23 +76,45 @@ function(camber_make_header_module)
     set_property(DIRECTORY "${PROJECT_SOURCE_DIR}" APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${watched})
     string(SHA256 key "${key}")
     string(SUBSTRING "${key}" 0 16 key)
-    set(stem "${PROJECT_BINARY_DIR}/headers/${key}")
-    set(modules -fmodules -fno-implicit-modules -fno-implicit-module-maps)
+    set(folder "${PROJECT_BINARY_DIR}/headers/${NAME}")
+    set(stem "${folder}/${key}")
     if(NOT EXISTS "${stem}.pcm")
-        file(REMOVE_RECURSE "${PROJECT_BINARY_DIR}/headers")
+        file(REMOVE_RECURSE "${folder}")
         file(WRITE "${stem}.modulemap" "${map}")
         execute_process(
-            COMMAND ${CMAKE_CXX_COMPILER} ${flags} ${modules} -Xclang -emit-module -fmodule-name=camber_headers -x c++ -c "${stem}.modulemap"
+            COMMAND ${CMAKE_CXX_COMPILER} ${FLAGS} ${MODULES} -Xclang -emit-module -fmodule-name=${NAME} -x c++ -c "${stem}.modulemap"
                 -o "${stem}.part"
             RESULT_VARIABLE failed ERROR_VARIABLE said)
         if(failed)
-            message(WARNING "CAMBER_HEADER_MODULE: the standard headers do not compile as a module, so each unit reads them itself:\n${said}")
+            message(WARNING "CAMBER_HEADER_MODULE: headers do not compile as the module ${NAME}, so each unit reads them itself:\n${said}")
             return()
         endif()
         file(RENAME "${stem}.part" "${stem}.pcm")
     endif()
-    target_compile_options(camber_header_module INTERFACE
-        ${modules} "-fmodule-map-file=${stem}.modulemap" "-fmodule-file=camber_headers=${stem}.pcm")
+    target_compile_options(${TARGET} INTERFACE ${MODULES} "-fmodule-map-file=${stem}.modulemap" "-fmodule-file=${NAME}=${stem}.pcm")
+endfunction()
+
+# camber_compile_once(LIBRARY HEADER …): the headers of a library of others compiled once, for all who link it here. Not where Camber is
+# embedded: the library is not ours then.
+function(camber_compile_once LIBRARY)
+    get_target_property(modules camber_header_module INTERFACE_COMPILE_OPTIONS)
+    string(MAKE_C_IDENTIFIER "camber_headers_of_${LIBRARY}" name)
+    if(NOT PROJECT_IS_TOP_LEVEL OR NOT modules OR TARGET ${name})
+        return()
+    endif()
+    set(headers "")
+    foreach(header IN LISTS ARGN)
+        unset(found)
+        find_path(found "${header}" NO_CACHE)
+        string(REGEX REPLACE "(.)/$" "\\1" found "${found}")
+        if(NOT found IN_LIST CMAKE_CXX_IMPLICIT_INCLUDE_DIRECTORIES)
+            return() # somewhere else than where the compiler looks by itself
+        endif()
+        list(APPEND headers "${found}/${header}")
+    endforeach()
+    add_library(${name} INTERFACE)
+    camber_compile_header_module(${name} ${name} "${CAMBER_HEADER_FLAGS}" "${modules}" "${headers}")
+    target_link_libraries(${LIBRARY} INTERFACE $<BUILD_INTERFACE:${name}>)
 endfunction()
 
 if(CAMBER_HEADER_MODULE)

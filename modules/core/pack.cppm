@@ -136,6 +136,12 @@ template <class Kernel>
 }
 #endif
 
+/// A function of its own too, so that a caller of several kernels is not all of them.
+template <class Kernel>
+[[gnu::noinline]] void with_baseline(const Kernel& kernel) {
+    kernel();
+}
+
 /// kernel(), compiled for that set; kernel: `[&]() __attribute__((always_inline)) { … }`. The processor must have it.
 template <class Kernel>
 void with_instructions([[maybe_unused]] Instructions set, const Kernel& kernel) {
@@ -143,7 +149,7 @@ void with_instructions([[maybe_unused]] Instructions set, const Kernel& kernel) 
     if (set == Instructions::avx512) return with_avx512(kernel);
     if (set == Instructions::avx2) return with_avx2(kernel);
 #endif
-    kernel();
+    with_baseline(kernel);
 }
 
 }  // namespace camber

@@ -129,18 +129,28 @@ template <int D>
                                                            Mask near, PointElements<D>& points) {
     const ProbeAxes<D> axes = probe_axes(s.frame, all.options);
     Probing<D> best{s.y, value_of(s.at, s.by_length != 0), {}};
-    look(all, s, open & (s.slope < 0), bounded(s.frame, trial_of(s, all.options), all.options), points, best);
-    for (const ProbePlace& place : probe_places)
-        look(all, s, open, bounded(s.frame, y_of(axes, place), all.options), points, best);
-    if (!any(near)) return best;
-    double radius = first_radius;
-    for (int round = 0; round < compass_rounds; ++round, radius *= 0.5)
-        for (int k = 0; k < D; ++k)
-            for (const double side : {-radius, radius}) {
-                VecPack<D> y = best.y;
-                for (int i = 0; i < D; ++i) y[i] += side * axes.axis[k][i];
-                look(all, s, near, bounded(s.frame, y, all.options), points, best);
-            }
+    // One loop for all, since what looks is large.
+    const int places = 1 + static_cast<int>(probe_places.size());
+    const int looks = any(near) ? places + compass_rounds * D * 2 : places;
+    for (int n = 0; n < looks; ++n) {
+        Mask asked = open;
+        VecPack<D> y;
+        if (n == 0) {
+            asked &= s.slope < 0;
+            y = trial_of(s, all.options);
+        } else if (n < places) {
+            y = y_of(axes, probe_places[static_cast<std::size_t>(n - 1)]);
+        } else {
+            const int round = (n - places) / (2 * D);
+            const double radius = first_radius / (1 << round);
+            const double side = (n - places) % 2 == 0 ? -radius : radius;
+            const VecPack<D>& axis = axes.axis[static_cast<std::size_t>((n - places) / 2 % D)];
+            asked = near;
+            y = best.y;
+            for (int i = 0; i < D; ++i) y[i] += side * axis[i];
+        }
+        look(all, s, asked, bounded(s.frame, y, all.options), points, best);
+    }
     return best;
 }
 

@@ -72,6 +72,27 @@ template <int D, class Length>
     all.work.judged += static_cast<std::size_t>(count);
 }
 
+/// By the parabola within an element, and anywhere in the mesh.
+template <int D>
+[[gnu::always_inline]] inline void judge_within(const PackedEdges<D>& all, SearchLanes<D>& open, int count) {
+    const Pack chord = length_along(open.pack.frame, ParabolaPack<D>{}, all.rules.report);
+    judged(all, open, count, chord, {}, [&](const SearchLanes<D>& lanes, WalkMarks&) __attribute__((always_inline)) {
+        const SearchPack<D>& s = lanes.pack;
+        return length_along(s.frame, parabola(s.frame, s.wedge, s.y), all.rules.report);
+    });
+}
+template <int D>
+[[gnu::always_inline]] inline void judge_through(const PackedEdges<D>& all, SearchLanes<D>& open, int count) {
+    WalkMarks chord_marks{};
+    const Pack chord = chord_length(all, open, chord_marks);
+    judged(all, open, count, chord, chord_marks,
+           [&](const SearchLanes<D>& lanes, WalkMarks& marks) __attribute__((always_inline)) {
+               ElementsPack<D> elements = entered<D>(all.back, lanes.element);
+               return located_lengths(all.back, lanes.pack.frame, lanes.pack.y, all.rules.report, elements, marks)
+                   .length;
+           });
+}
+
 /// Searches that wait for lanes.
 template <int D>
 struct SearchQueue {
@@ -172,22 +193,42 @@ template <int D>
     return count;
 }
 
+/// An evaluation of each search, and where those go that ended.
+template <int D, class Where>
+[[gnu::always_inline]] inline void step(const PackedEdges<D>& all, SearchLanes<D>& lanes, const Where& where,
+                                        SearchQueue<D>& to_judge, SearchQueue<D>& leaving, SearchQueue<D>& to_probe,
+                                        SearchQueue<D>& to_judge_through) {
+    resolve(all, lanes, stepped(all, lanes, where), where, to_judge, leaving, to_probe, to_judge_through);
+}
+
+/// Each kernel by itself is compiled for the set: all of them in one function take a compiler five times as long.
 template <int D>
-[[gnu::always_inline]] inline void search(const PackedEdges<D>& all) {
+void search(Instructions set, const PackedEdges<D>& all) {
     const bool are_free = !all.free.empty();
     SearchLanes<D> fresh{};
     SearchLanes<D> within{};
     SearchLanes<D> through{};  ///< without a wedge: no walls
     within.look_anywhere();
     through.look_anywhere();
-    const ElementsPack<D> anywhere = entered<D>(all.back, through.element);
     PointElements<D> points{};  ///< of `through`
-    for (std::size_t q = 0; q < all.rules.objective.size(); ++q) points[q] = anywhere;
     SearchQueue<D> leaving;
     SearchQueue<D> to_probe;
     PointElements<D> points_probed{};
     SearchQueue<D> to_judge;
     SearchQueue<D> to_judge_through;
+    const auto enter = [&](Mask come) {
+        with_instructions(set, [&]() __attribute__((always_inline)) {
+            const ElementsPack<D> at = entered<D>(all.back, through.element);
+            for (std::size_t q = 0; q < all.rules.objective.size(); ++q) choose(come, points[q], at);
+        });
+    };
+    const auto step_within = [&](SearchLanes<D>& lanes, int busy) {
+        all.work.decompositions += static_cast<std::size_t>(busy) * all.rules.objective.size();
+        with_instructions(set, [&]() __attribute__((always_inline)) {
+            step(all, lanes, WithinWedge<D>{}, to_judge, leaving, to_probe, to_judge_through);
+        });
+    };
+    enter(Mask(-1));
     int fresh_lane = pack_size;
     std::size_t next = 0;
     for (;;) {
@@ -201,22 +242,27 @@ template <int D>
                     const int count = take_edges(all, next, taken);
                     more = count > 0;
                     if (!more) break;
-                    fresh = are_free ? begun_at_chords(all, taken, count) : begun(all, taken, count);
-                    const Mask unresolved = ~(fresh.pack.change < most_change);
+                    Mask away{};
+                    if (are_free) {
+                        with_instructions(set, [&]() __attribute__((always_inline)) {
+                            fresh = begun_at_chords(all, taken, count);
+                            away = fresh.pack.busy != 0;
+                        });
+                    } else {
+                        with_instructions(set, [&]() __attribute__((always_inline)) {
+                            fresh = begun(all, taken, count);
+                            away = (fresh.pack.busy != 0) & leaves(fresh.pack, all.options);
+                        });
+                    }
                     fresh_lane = 0;
-                    const Mask away = (fresh.pack.busy != 0) & (are_free ? Mask(-1) : leaves(fresh.pack, all.options));
                     for (int k = 0; k < pack_size; ++k) {
-                        if (unresolved[k] != 0) to_probe.push_leaving(fresh, k);
+                        if (!(fresh.pack.change[k] < most_change)) to_probe.push_leaving(fresh, k);
                         if (away[k] == 0) continue;
                         leaving.push_leaving(fresh, k);
                         fresh.pack.busy[k] = 0;
                     }
                     // Many end with their first step, and need no lane elsewhere.
-                    if (const int busy = busy_lanes(fresh); busy > 0) {
-                        all.work.decompositions += static_cast<std::size_t>(busy) * all.rules.objective.size();
-                        resolve(all, fresh, stepped(all, fresh, WithinWedge<D>{}), WithinWedge<D>{}, to_judge, leaving,
-                                to_probe, to_judge_through);
-                    }
+                    if (const int busy = busy_lanes(fresh); busy > 0) step_within(fresh, busy);
                 }
                 if (fresh.pack.busy[fresh_lane] != 0) copy_lane(within, lane, fresh, fresh_lane);
                 ++fresh_lane;
@@ -224,25 +270,22 @@ template <int D>
         }
         const int busy = busy_lanes(within);
         Mask come{};
+        bool any_come = false;
         for (int lane = 0; lane < pack_size && leaving.count > 0; ++lane) {
             if (through.pack.busy[lane] != 0) continue;
             leaving.pop_leaving(through, lane);
             come[lane] = -1;
+            any_come = true;
         }
-        if (any(come)) {
-            const ElementsPack<D> at = entered<D>(all.back, through.element);
-            for (std::size_t q = 0; q < all.rules.objective.size(); ++q) choose(come, points[q], at);
-        }
+        if (any_come) enter(come);
         const int busy_through = busy_lanes(through);
         if (busy_through == pack_size || (busy == 0 && busy_through > 0)) {
             all.work.decompositions += static_cast<std::size_t>(busy_through) * all.rules.objective.size();
-            const ThroughElements<D> where{points};
-            resolve(all, through, stepped(all, through, where), where, to_judge_through, leaving, to_probe,
-                    to_judge_through);
+            with_instructions(set, [&]() __attribute__((always_inline)) {
+                step(all, through, ThroughElements<D>{points}, to_judge_through, leaving, to_probe, to_judge_through);
+            });
         } else if (busy > 0) {
-            all.work.decompositions += static_cast<std::size_t>(busy) * all.rules.objective.size();
-            resolve(all, within, stepped(all, within, WithinWedge<D>{}), WithinWedge<D>{}, to_judge, leaving, to_probe,
-                    to_judge_through);
+            step_within(within, busy);
         }
         const bool drained = !more && busy == 0 && busy_through == 0;
         const bool last = drained && to_probe.count == 0;
@@ -251,43 +294,26 @@ template <int D>
             open.look_anywhere();
             int count = 0;
             while (count < pack_size && to_probe.count > 0) to_probe.pop_leaving(open, count++);
-            probe(all, open, count, points_probed, leaving, to_judge_through);
+            with_instructions(set, [&]() __attribute__((always_inline)) {
+                probe(all, open, count, points_probed, leaving, to_judge_through);
+            });
         }
         while (to_judge.count >= pack_size || (last && to_judge.count > 0)) {
             SearchLanes<D> open{};
             open.look_anywhere();
             int count = 0;
             while (count < pack_size && to_judge.count > 0) to_judge.pop(open, count++);
-            const Pack chord = length_along(open.pack.frame, ParabolaPack<D>{}, all.rules.report);
-            judged(all, open, count, chord, {},
-                   [&](const SearchLanes<D>& lanes, WalkMarks&) __attribute__((always_inline)) {
-                       const SearchPack<D>& s = lanes.pack;
-                       return length_along(s.frame, parabola(s.frame, s.wedge, s.y), all.rules.report);
-                   });
+            with_instructions(set, [&]() __attribute__((always_inline)) { judge_within(all, open, count); });
         }
         while (to_judge_through.count >= pack_size || (last && to_judge_through.count > 0)) {
             SearchLanes<D> open{};
             open.look_anywhere();
             int count = 0;
             while (count < pack_size && to_judge_through.count > 0) to_judge_through.pop(open, count++);
-            WalkMarks chord_marks{};
-            const Pack chord = chord_length(all, open, chord_marks);
-            judged(all, open, count, chord, chord_marks,
-                   [&](const SearchLanes<D>& lanes, WalkMarks& marks) __attribute__((always_inline)) {
-                       ElementsPack<D> elements = entered<D>(all.back, lanes.element);
-                       return located_lengths(all.back, lanes.pack.frame, lanes.pack.y, all.rules.report, elements,
-                                              marks)
-                           .length;
-                   });
+            with_instructions(set, [&]() __attribute__((always_inline)) { judge_through(all, open, count); });
         }
         if (last) break;
     }
-}
-
-/// One place, for all edges: it is large.
-template <int D>
-void search_with(Instructions set, const PackedEdges<D>& all) {
-    with_instructions(set, [&]() __attribute__((always_inline)) { search<D>(all); });
 }
 
 /// Edges by the sizes of their shells: the lanes of a pack wait for the largest.
@@ -331,7 +357,7 @@ EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, std::span<const Back
     if (straight) {
         const std::vector<std::uint32_t> order = by_shell_size(edges);
         const PackedEdges<D> all{*straight, edges, {}, curved, order, rules, options, minima, alone, work};
-        search_with(set, all);
+        search(set, all);
     }
     for (std::size_t i = 0; i < edges.size(); ++i) {
         if (alone[i] == 0) continue;
@@ -366,7 +392,7 @@ EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<
         std::vector<std::uint32_t> order(edges.size());
         std::iota(order.begin(), order.end(), std::uint32_t{0});
         const PackedEdges<D> all{*straight, {}, edges, curved, order, rules, options, minima, alone, work};
-        search_with(set, all);
+        search(set, all);
     }
     for (std::size_t i = 0; i < edges.size(); ++i) {
         if (alone[i] == 0) continue;
