@@ -3,19 +3,19 @@
     python3 bench/surface_orders.py FOLDER --camber build/bin/camber               Markdown table; FOLDER/orders.json
     python3 bench/surface_orders.py FOLDER --camber build/bin/camber torus cone    some of the bodies
 
-Needs Gmsh with its OpenCASCADE kernel, its Python module and meshio: `apt-get install python3-gmsh python3-meshio`.
+Needs Gmsh with its OpenCASCADE kernel, its Python module, meshio and SciPy: `apt-get install python3-gmsh python3-meshio python3-scipy`.
 
 Bodies are surfaces alone, meshed by Gmsh (Delaunay, whose triangles follow nothing); their vertices lie on the surface.
 
 - torus, cylinder, cone: closed forms; the last two without lids, so with open rims
 - bump:  a sphere whose radius is 1 + 0.15 xy + 0.1 z³; no CAD file has it
-- naca:  the skin of a wing of constant section, NACA 0012 as two splines, by points on a circle
+- naca:  the skin of a wing of constant section, NACA 0012 as one spline, sharp at its trailing edge; sizes by points on a circle
 - patch: a bicubic B-spline with 6 × 6 poles, strongly bent
 
 Judged are Camber's surrogate (`camber geometry --surface`: its cubic triangles at sixths, those on edges and those inside apart) and
 boundaries of degree 2 (`camber curve` with and without `--cad`: nodes of edges, and all points at sixths with their normals).
-Distances and normals are those of the closed form, of Newton's method along the gradient (bump), or of OpenCASCADE's
-projection, which is good to about 1e-9 (naca, patch). Largest of at most 1500 triangles; normals in radians.
+Distances and normals are those of the closed form, of Newton's method along the gradient (bump), or in the parameters of
+Gmsh's faces (naca, patch). Largest of at most 1500 triangles; normals in radians.
 """
 import argparse
 import json
@@ -27,8 +27,9 @@ from pathlib import Path
 import gmsh
 import meshio
 import numpy as np
+import scipy.spatial
 
-from cad_parts import quiet, section
+from cad_parts import half_thickness, quiet
 
 MOST_TRIANGLES = 1500
 
@@ -61,10 +62,13 @@ def bump():
     skin_of((3, gmsh.model.occ.addSphere(0, 0, 0, 1)))
 
 
-def naca():
+def naca(points=40):
+    """One spline around the nose: two would meet there at an angle of 25 degrees."""
     occ = gmsh.model.occ
-    upper, lower, _, _ = section(0, 0, 1)
-    occ.extrude([(1, upper), (1, lower)], 0, 0.3, 0)
+    along = [0.5 * (1 - math.cos(math.pi * i / points)) for i in range(points + 1)]
+    upper = [(t, half_thickness(t)) for t in along[:-1]] + [(1, 0)]
+    around = upper[::-1] + [(t, -z) for t, z in upper[1:]]
+    occ.addBSplineSurface([occ.addPoint(x, y, z) for y in (0, 0.3) for x, z in around], len(around), 5, 1)
 
 
 def patch():
@@ -117,15 +121,42 @@ def of_bump(p):
     return np.linalg.norm(p - foot, axis=1), g / np.linalg.norm(g, axis=1)[:, None]
 
 
+def of_face(p, face, cells=200, steps=12):
+    """The nearest points of one face and its normals there: Newton's method on ½|S(u, v) − p|² within the bounds of (u, v), from the
+    nearest point of a grid."""
+    (u0, v0), (u1, v1) = gmsh.model.getParametrizationBounds(2, face)
+    low, high = np.array([u0, v0]), np.array([u1, v1])
+    grid = np.stack(np.meshgrid(*np.linspace(low, high, cells + 1).T, indexing="ij"), -1).reshape(-1, 2)
+
+    def at(uv):
+        flat = uv.ravel()
+        return (np.asarray(gmsh.model.getValue(2, face, flat)).reshape(-1, 3),
+                np.asarray(gmsh.model.getDerivative(2, face, flat)).reshape(-1, 2, 3),
+                np.asarray(gmsh.model.getSecondDerivative(2, face, flat)).reshape(-1, 3, 3))
+
+    uv = grid[scipy.spatial.cKDTree(np.asarray(gmsh.model.getValue(2, face, grid.ravel())).reshape(-1, 3)).query(p)[1]]
+    for _ in range(steps):
+        point, first, second = at(uv)
+        off = point - p
+        bend = np.einsum("nd,nkd->nk", off, second)  # uu, vv, uv
+        hessian = np.einsum("nid,njd->nij", first, first)
+        bent = hessian + np.stack([bend[:, 0], bend[:, 2], bend[:, 2], bend[:, 1]], 1).reshape(-1, 2, 2)
+        safe = np.linalg.det(bent) > 0.1 * np.linalg.det(hessian)
+        hessian[safe] = bent[safe]
+        slope = np.einsum("nid,nd->ni", first, off)
+        uv = np.clip(uv - np.linalg.solve(hessian, slope[..., None])[..., 0], low, high)
+    point, first, _ = at(uv)
+    normal = np.cross(first[:, 0], first[:, 1])
+    return np.linalg.norm(point - p, axis=1), normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+
+
 def of_model(p):
-    """The nearest of all faces of Gmsh's model."""
+    """The nearest of all faces of Gmsh's model, which are whole: no trims."""
     best, normals = np.full(len(p), np.inf), np.zeros_like(p)
     for _, face in gmsh.model.getEntities(2):
-        feet, _ = gmsh.model.getClosestPoint(2, face, p.ravel())
-        distance = np.linalg.norm(np.asarray(feet).reshape(-1, 3) - p, axis=1)
+        distance, normal = of_face(p, face)
         nearer = distance < best
-        best[nearer] = distance[nearer]
-        normals[nearer] = np.asarray(gmsh.model.getNormal(face, gmsh.model.getParametrization(2, face, feet))).reshape(-1, 3)[nearer]
+        best[nearer], normals[nearer] = distance[nearer], normal[nearer]
     return best, normals
 
 
@@ -146,11 +177,14 @@ def mesh_body(body, size, path):
     maker()
     gmsh.model.occ.remove(gmsh.model.occ.getEntities(0))
     gmsh.model.occ.synchronize()
-    on_circle = size if body == "naca" else 0
-    for option, value in (("MeshSizeFromCurvature", on_circle), ("MeshSizeMax", 6 / size * 0.2 if on_circle else size),
-                          ("MeshSizeMin", 0 if on_circle else size), ("Algorithm", 5)):
+    most = 1.2 / size if body == "naca" else size
+    for option, value in (("MeshSizeFromCurvature", 0), ("MeshSizeMax", most), ("MeshSizeMin", 0 if body == "naca" else size),
+                          ("Algorithm", 5)):
         gmsh.option.setNumber(f"Mesh.{option}", value)
+    if body == "naca":  # as the radius of curvature grows, which is 0.0158 at the nose
+        gmsh.model.mesh.setSizeCallback(lambda dim, tag, x, y, z: min(most, 2 * math.pi / size * (0.0158 + x)))
     gmsh.model.mesh.generate(2)
+    gmsh.model.mesh.removeSizeCallback()
     gmsh.write(str(path.with_suffix(".brep")))
     _, coordinates, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(gmsh.model.mesh.getNodes()[0])
@@ -158,6 +192,9 @@ def mesh_body(body, size, path):
     tags = np.sort(gmsh.model.mesh.getNodes()[0])
     triangles = np.concatenate([gmsh.model.mesh.getElements(2, face)[2][0] for _, face in gmsh.model.getEntities(2)])
     triangles = np.searchsorted(tags, triangles).reshape(-1, 3)
+    if body == "naca":  # both sides have a trailing edge of their own
+        _, kept, number = np.unique(np.round(points, 9) + 0.0, axis=0, return_index=True, return_inverse=True)
+        points, triangles = points[kept], number[triangles]
     if body == "bump":
         points *= bump_radius(points)[:, None]
     references = np.ones(len(triangles), int)
@@ -262,7 +299,7 @@ if __name__ == "__main__":
     parser.add_argument("folder", type=Path)
     parser.add_argument("bodies", nargs="*", default=list(BODIES), help=f"of {', '.join(BODIES)}")
     parser.add_argument("--camber", required=True)
-    arguments = parser.parse_args()
+    arguments = parser.parse_intermixed_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
     found = {}
     for body in arguments.bodies or BODIES:

@@ -4,6 +4,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -63,6 +64,24 @@ Buffer<std::int8_t> patch_signs(const LinearMesh<3>& mesh, const Buffer<std::arr
     return signs;
 }
 
+/// The angle between vectors.
+double angle_between(const Vec<3>& a, const Vec<3>& b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
+
+/// Whether a facet of the fan turns from the mean normal by more than 20°.
+bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan) {
+    constexpr double most_turn = 20 * std::numbers::pi / 180;
+    Vec<3> mean;
+    for (const FacetId f : fans.facets[fan]) {
+        const auto& v = mesh.facets.vertices[f];
+        const std::size_t i = corner_of(v, fans.vertices[fan]);
+        const double weight = angle_between(mesh.points[v[(i + 1) % 3]] - mesh.points[v[i]],
+                                            mesh.points[v[(i + 2) % 3]] - mesh.points[v[i]]);
+        mean += weight * normalised(area_vector(mesh, fans, f));
+    }
+    return std::ranges::any_of(fans.facets[fan],
+                               [&](FacetId f) { return angle_between(area_vector(mesh, fans, f), mean) > most_turn; });
+}
+
 /// A corner of a facet, as 3 f + i.
 using Corner = std::uint32_t;
 
@@ -116,11 +135,16 @@ Outcome<Fans> find_fans(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, cons
             offsets.push_back(static_cast<std::uint32_t>(items.size()));
         }
     auto signs = patch_signs(mesh, *neighbours);
-    return Fans{std::move(of_facets),
-                {std::move(offsets), std::move(items)},
-                std::move(vertices),
-                std::move(*neighbours),
-                std::move(signs)};
+    Fans fans{std::move(of_facets), {std::move(offsets), std::move(items)},
+              std::move(vertices),  std::move(*neighbours),
+              std::move(signs),     {}};
+    auto pointed = map_each(execution, fans.size(), [&](std::size_t i) -> std::uint8_t {
+        if (features.vertex_kinds[fans.vertices[i]] != VertexKind::corner) return 0;
+        return is_pointed(mesh, fans, static_cast<std::uint32_t>(i)) ? 1 : 0;
+    });
+    if (!pointed) return fail(pointed.error());
+    fans.pointed = std::move(*pointed);
+    return fans;
 }
 
 Vec<3> area_vector(const LinearMesh<3>& mesh, const Fans& fans, FacetId f) {
@@ -148,7 +172,8 @@ std::vector<std::uint32_t> rings(const LinearMesh<3>& mesh, const Fans& fans, st
                 if (other != fan && std::find(found.begin(), found.end(), other) == found.end()) found.push_back(other);
         if (ring >= options.most_rings || found.size() >= options.most) break;
         if (ring >= options.least_rings && found.size() >= options.enough) break;
-        for (const std::size_t end = found.size(); entered < end; ++entered) enter(found[entered]);
+        for (const std::size_t end = found.size(); entered < end; ++entered)
+            if (fans.pointed[found[entered]] == 0) enter(found[entered]);
         if (facets.size() == seen) break;
     }
     return found;

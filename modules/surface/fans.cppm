@@ -12,13 +12,15 @@ namespace camber {
 
 /// The smooth sides of each vertex: a fan is a set of facets around one vertex that are connected across edges which
 /// are not ridges. A vertex inside a patch has one, a vertex of a ridge one a side, even where both sides are one
-/// patch.
+/// patch. A fan is pointed where no plane is tangent to it: at a corner, where a facet turns from the mean normal (by
+/// angles) by more than 20°. So are tips of cones, their halves beside a plane, and ends of knife edges.
 struct Fans {
     Column<std::array<std::uint32_t, 3>> of_facets;  ///< the fan of each corner of each facet
     Incidence<FacetId> facets;                       ///< of each fan
     Column<VertexId> vertices;                       ///< of each fan: its vertex
     Column<std::array<FacetId, 3>> neighbours;       ///< across the edge opposite each corner unless that is a ridge
     Column<std::int8_t> signs;                       ///< ±1: facets of a patch times their signs look to one side
+    Column<std::uint8_t> pointed;                    ///< of each fan: whether it is the tip of a cone, see below
 
     [[nodiscard]] std::size_t size() const { return vertices.size(); }
 };
@@ -27,7 +29,8 @@ struct Fans {
                                       const Incidence<FacetId>& shells, const Execution& execution);
 
 /// The fans near a fan on the same smooth side, nearest rings first, without the fan itself: `least_rings`, and more
-/// until `enough` are found or `most_rings` walked. Facets that turn away from `normal` are not entered.
+/// until `enough` are found or `most_rings` walked. Facets that turn away from `normal` are not entered, and nothing is
+/// reached through a pointed fan.
 struct RingOptions {
     std::size_t enough = 18, most = 80;
     int least_rings = 2, most_rings = 4;

@@ -218,19 +218,54 @@ std::vector<std::uint8_t> listed_corners(const LinearMesh<D>& mesh) {
     return listed;
 }
 
+/// Unit directions of the two edges of a triangle at its vertex i.
+std::array<Vec<3>, 2> directions_at(const LinearMesh<3>& mesh, FacetId f, std::size_t i) {
+    const auto& v = mesh.facets.vertices[f];
+    return {normalised(near_one(mesh.points[v[(i + 1) % 3]] - mesh.points[v[i]])),
+            normalised(near_one(mesh.points[v[(i + 2) % 3]] - mesh.points[v[i]]))};
+}
+
+/// Tips of cones among the vertices without ridges. The unit directions within a triangle's angle at a vertex add up to
+/// (a + b) tan(θ/2); around a vertex of a plane that is 0, around the tip of a cone it goes along the axis, whichever
+/// way facets are turned. All edges leave a tip to that side by more than `limit`, the sine of the ridge angle.
+std::vector<std::uint8_t> find_tips(const LinearMesh<3>& mesh, const std::vector<CurveEdges>& around, double limit) {
+    std::vector<Vec<3>> means(mesh.points.size());
+    const auto each_corner = [&](auto&& use) {
+        for (std::size_t f = 0; f < mesh.facets.size(); ++f)
+            for (std::size_t i = 0; i < 3; ++i)
+                if (const VertexId v = mesh.facets.vertices[f][i]; around[v.index()].count == 0)
+                    use(v, directions_at(mesh, FacetId(f), i));
+    };
+    each_corner([&](VertexId v, const std::array<Vec<3>, 2>& at) {
+        const double c = dot(at[0], at[1]);
+        means[v.index()] += std::sqrt(std::fmax(0, 1 - c) / std::fmax(1 + c, 1e-12)) * (at[0] + at[1]);
+    });
+    std::vector<std::uint8_t> is_tip(mesh.points.size(), 1);
+    each_corner([&](VertexId v, const std::array<Vec<3>, 2>& at) {
+        const Vec<3>& mean = means[v.index()];
+        for (const Vec<3>& d : at)
+            if (!(dot(d, mean) > limit * norm(mean))) is_tip[v.index()] = 0;
+    });
+    return is_tip;
+}
+std::vector<std::uint8_t> find_tips(const LinearMesh<2>& mesh, const std::vector<CurveEdges>&, double) {
+    return std::vector<std::uint8_t>(mesh.points.size(), 0);
+}
+
 template <int D>
 Outcome<Buffer<VertexKind>> find_vertex_kinds(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                               const Incidence<FacetId>& shells, std::span<const EdgeId> on_curves,
-                                              const std::vector<CurveEdges>& around, double cosine,
+                                              const std::vector<CurveEdges>& around, double cosine, double tip_sine,
                                               const Execution& execution) {
     std::vector<std::uint8_t> on_facets(mesh.points.size(), 0);
     for (const auto& facet : mesh.facets.vertices)
         for (const VertexId v : facet) on_facets[v.index()] = 1;
     const auto listed = listed_corners(mesh);
+    const auto is_tip = find_tips(mesh, around, tip_sine);
     return map_each(execution, mesh.points.size(), [&](std::size_t v) {
         if (!on_facets[v]) return VertexKind::volume;
         const auto& at = around[v];
-        if (at.count == 0) return listed[v] ? VertexKind::corner : VertexKind::surface;
+        if (at.count == 0) return listed[v] || is_tip[v] ? VertexKind::corner : VertexKind::surface;
         if (listed[v] || at.count != 2) return VertexKind::corner;
         const std::array<EdgeId, 2> pair{on_curves[at.places[0]], on_curves[at.places[1]]};
         const auto from_vertex = [&](EdgeId e) {
@@ -318,8 +353,9 @@ Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     on_curves.reserve(count_of(curve_kind<D>));
     std::copy_if(of_facets->begin(), of_facets->end(), std::back_inserter(on_curves), of_kind(curve_kind<D>));
     const auto around = curve_edges_of_vertices(mesh.points.size(), edges, on_curves);
+    const double tip_sine = options.ridge_angle_degrees < 90 ? std::sqrt(1 - ridge_cosine * ridge_cosine) : 1;
     auto vertex_kinds = find_vertex_kinds(mesh, edges, *shells, on_curves, around,
-                                          D == 2 ? ridge_cosine : cosine_of(options.corner_angle_degrees),
+                                          D == 2 ? ridge_cosine : cosine_of(options.corner_angle_degrees), tip_sine,
                                           part_of(execution, 0.8, 0.9));
     if (!vertex_kinds) return fail(vertex_kinds.error());
     auto sets = chains(around, *vertex_kinds, on_curves.size());

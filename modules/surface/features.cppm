@@ -38,10 +38,12 @@ inline constexpr std::uint32_t no_feature = 0xffffffffU;
 /// too large for a smooth surface and not a face of its own, and at a lone edge that no other ridge meets. At an edge
 /// that the file lists among `edges` it does.) An edge that is merely listed is a seam, and of kind `surface`. A vertex
 /// of ridges is a corner if the file says so, if it has not exactly two ridge edges, or if they turn by more than the
-/// corner angle. A patch is a set of facets connected across edges that are not ridges; a curve is a chain of ridge
-/// edges between corners. 2D: facets are edges of kind `surface`; a vertex is a corner if the file says so (also: an
-/// end of a facet listed among `ridges`), if it has not exactly two facets, if their references differ, or if they turn
-/// by more than the ridge angle. Patches and curves are the same chains of facets between corners.
+/// corner angle; a vertex of none if the file says so, or if it is the tip of a cone: all edges of its facets leave the
+/// plane across their mean direction by more than the ridge angle, to one side. A patch is a set of facets connected
+/// across edges that are not ridges; a curve is a chain of ridge edges between corners. 2D: facets are edges of kind
+/// `surface`; a vertex is a corner if the file says so (also: an end of a facet listed among `ridges`), if it has not
+/// exactly two facets, if their references differ, or if they turn by more than the ridge angle. Patches and curves are
+/// the same chains of facets between corners.
 template <int D>
 struct Features {
     Column<EdgeKind> edge_kinds;      ///< one a unique edge

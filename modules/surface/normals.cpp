@@ -93,6 +93,7 @@ struct Fitter {
         const auto turned = [&](const Vec<3>& n) { return dot(n, base) < 0 ? -n : n; };
         const FlatPatch<3>& flat = flats[features.patches[fans.facets[fan][0]]];
         if (flat.is_flat()) return turned(flat.normal);
+        if (fans.pointed[fan] != 0) return {};
 
         if (const Vec<3> normal = given_normal(v, base); norm_squared(normal) > 0) return normal;
 

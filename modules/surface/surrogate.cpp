@@ -110,23 +110,31 @@ SurrogateEdge<3> inner_edge(const Parts& parts, EdgeId e) {
     const FacetId f = parts.shells[e][0];
     if (parts.flats[parts.features.patches[f]].is_flat()) return straight_edge(a, b);
     const auto& facet = parts.mesh.facets.vertices[f];
-    const auto tangent = [&](VertexId v) {
-        const Vec<3>& n = parts.normals[parts.fans.of_facets[f][corner_of(facet, v)]];
-        return (b - a) - dot(b - a, n) * n;
+    const auto normal = [&](VertexId v) { return parts.normals[parts.fans.of_facets[f][corner_of(facet, v)]]; };
+    const Vec<3> at_low = normal(low), at_high = normal(high), chord = b - a;
+    const auto tangent = [&](const Vec<3>& n) { return chord - dot(chord, n) * n; };
+    // A pointed end has no normal: the edge arrives as a circle does, at the chord's angle of the other end.
+    const double length_squared = norm_squared(chord);
+    const auto mirrored = [&](const Vec<3>& n) {
+        const double rise = dot(chord, n);
+        return length_squared > 0 ? chord + rise * (n - (2 * rise / length_squared) * chord) : chord;
     };
-    return smooth_edge(a, tangent(low), tangent(high), b);
+    const bool has_low = norm_squared(at_low) > 0, has_high = norm_squared(at_high) > 0;
+    return smooth_edge(a, has_low ? tangent(at_low) : mirrored(at_high), has_high ? tangent(at_high) : mirrored(at_low),
+                       b);
 }
 
 /// The triangle's vertices, then those of the facets around them on the same smooth side, each with its normal there.
 std::vector<PointAndNormal> samples_around(const Parts& parts, FacetId f) {
     std::vector<std::uint32_t> fans;
     const auto add = [&](std::uint32_t fan) {
-        if (std::find(fans.begin(), fans.end(), fan) == fans.end()) fans.push_back(fan);
+        if (parts.fans.pointed[fan] == 0 && std::find(fans.begin(), fans.end(), fan) == fans.end()) fans.push_back(fan);
     };
     for (const std::uint32_t fan : parts.fans.of_facets[f]) add(fan);
     for (const std::uint32_t fan : parts.fans.of_facets[f])
-        for (const FacetId g : parts.fans.facets[fan])
-            for (const std::uint32_t other : parts.fans.of_facets[g]) add(other);
+        if (parts.fans.pointed[fan] == 0)
+            for (const FacetId g : parts.fans.facets[fan])
+                for (const std::uint32_t other : parts.fans.of_facets[g]) add(other);
     std::vector<PointAndNormal> samples;
     samples.reserve(fans.size());
     const double side = parts.fans.signs[f];
@@ -144,6 +152,35 @@ Vec<3> fitted_centre(const Parts& parts, FacetId f, const CubicSimplex<2, 3>& tr
     const double size = distance(triangle.control.front(), triangle.control.back());
     const Vec<3>& centre = triangle.at({1, 1, 1});
     return fit.degree > 0 && std::fabs(fit.height) < largest_share * size ? centre + 4.5 * fit.height * normal : centre;
+}
+
+/// Of a triangle with one pointed corner, which a polynomial does not follow: that the centroid is two thirds from it
+/// to the middle of the opposite edge, raised as the other edges are there.
+Vec<3> ruled_centre(const CubicSimplex<2, 3>& triangle, std::size_t tip) {
+    const auto at = [&](double of_tip, double of_next, double of_last) {
+        Barycentric<2> xi{};
+        xi[tip] = of_tip;
+        xi[(tip + 1) % 3] = of_next;
+        xi[(tip + 2) % 3] = of_last;
+        return point_at(triangle, xi);
+    };
+    constexpr double third = 1.0 / 3;
+    const Vec<3> apex = at(1, 0, 0), next = at(0, 1, 0), last = at(0, 0, 1);
+    const auto raised = [&](const Vec<3>& p, const Vec<3>& end) { return p - (apex + 2 * third * (end - apex)); };
+    const Vec<3> target = apex + 2 * third * (at(0, 0.5, 0.5) - apex) +
+                          0.5 * (raised(at(third, 2 * third, 0), next) + raised(at(third, 0, 2 * third), last));
+    return triangle.at({1, 1, 1}) + 4.5 * (target - at(third, third, third));
+}
+
+/// The corner of a facet that alone is pointed, or 3.
+std::size_t pointed_corner(const Parts& parts, FacetId f) {
+    std::size_t tip = 3, count = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+        if (parts.fans.pointed[parts.fans.of_facets[f][i]] != 0) {
+            tip = i;
+            ++count;
+        }
+    return count == 1 ? tip : 3;
 }
 
 CubicSimplex<2, 3> cubic_triangle(const Parts& parts, std::span<const EdgeId> edge_ids,
@@ -172,7 +209,10 @@ CubicSimplex<2, 3> cubic_triangle(const Parts& parts, std::span<const EdgeId> ed
     Vec<3>& centre = triangle.at({1, 1, 1});
     centre = classical_centre(triangle);
     const FlatPatch<3>& flat = parts.flats[parts.features.patches[f]];
-    centre = flat.is_flat() ? flat.snapped(centre) : fitted_centre(parts, f, triangle);
+    const std::size_t tip = pointed_corner(parts, f);
+    centre = flat.is_flat() ? flat.snapped(centre)
+             : tip < 3      ? ruled_centre(triangle, tip)
+                            : fitted_centre(parts, f, triangle);
     return triangle;
 }
 
