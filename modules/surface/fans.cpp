@@ -67,19 +67,24 @@ Buffer<std::int8_t> patch_signs(const LinearMesh<3>& mesh, const Buffer<std::arr
 /// The angle between vectors.
 double angle_between(const Vec<3>& a, const Vec<3>& b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
 
-/// Whether a facet of the fan turns from the mean normal by more than 20°.
+/// Whether a facet of the fan turns from the mean normal by more than 20°, or between two ridges by more than 40°.
+/// Around the end of a ridge facets turn anyway.
 bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan) {
     constexpr double most_turn = 20 * std::numbers::pi / 180;
     Vec<3> mean;
+    std::vector<VertexId> ridges;  // their other ends
     for (const FacetId f : fans.facets[fan]) {
         const auto& v = mesh.facets.vertices[f];
-        const std::size_t i = corner_of(v, fans.vertices[fan]);
-        const double weight = angle_between(mesh.points[v[(i + 1) % 3]] - mesh.points[v[i]],
-                                            mesh.points[v[(i + 2) % 3]] - mesh.points[v[i]]);
-        mean += weight * normalised(area_vector(mesh, fans, f));
+        const std::size_t i = corner_of(v, fans.vertices[fan]), next = (i + 1) % 3, last = (i + 2) % 3;
+        mean += angle_between(mesh.points[v[next]] - mesh.points[v[i]], mesh.points[v[last]] - mesh.points[v[i]]) *
+                normalised(area_vector(mesh, fans, f));
+        if (!fans.neighbours[f][next].valid()) ridges.push_back(v[last]);
+        if (!fans.neighbours[f][last].valid()) ridges.push_back(v[next]);
     }
-    return std::ranges::any_of(fans.facets[fan],
-                               [&](FacetId f) { return angle_between(area_vector(mesh, fans, f), mean) > most_turn; });
+    if (ridges.size() == 2 && ridges[0] == ridges[1]) return false;
+    return std::ranges::any_of(fans.facets[fan], [&](FacetId f) {
+        return angle_between(area_vector(mesh, fans, f), mean) > (ridges.empty() ? 1 : 2) * most_turn;
+    });
 }
 
 /// A corner of a facet, as 3 f + i.

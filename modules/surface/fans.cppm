@@ -13,7 +13,8 @@ namespace camber {
 /// The smooth sides of each vertex: a fan is a set of facets around one vertex that are connected across edges which
 /// are not ridges. A vertex inside a patch has one, a vertex of a ridge one a side, even where both sides are one
 /// patch. A fan is pointed where no plane is tangent to it: at a corner, where a facet turns from the mean normal (by
-/// angles) by more than 20°. So are tips of cones, their halves beside a plane, and ends of knife edges.
+/// angles) by more than 20°, or between two ridges by more than 40°. So are tips of cones, and their halves beside a
+/// plane.
 struct Fans {
     Column<std::array<std::uint32_t, 3>> of_facets;  ///< the fan of each corner of each facet
     Incidence<FacetId> facets;                       ///< of each fan
