@@ -68,7 +68,8 @@ def naca(points=40):
     along = [0.5 * (1 - math.cos(math.pi * i / points)) for i in range(points + 1)]
     upper = [(t, half_thickness(t)) for t in along[:-1]] + [(1, 0)]
     around = upper[::-1] + [(t, -z) for t, z in upper[1:]]
-    occ.addBSplineSurface([occ.addPoint(x, y, z) for y in (0, 0.3) for x, z in around], len(around), 5, 1)
+    # Of Gmsh's degrees the first is that across rows of poles.
+    occ.addBSplineSurface([occ.addPoint(x, y, z) for y in (0, 0.3) for x, z in around], len(around), 1, 5)
 
 
 def patch():
@@ -160,12 +161,20 @@ def of_model(p):
     return best, normals
 
 
+def of_wing(p):
+    """But for the last fiftieth of the chord: beside a sharp edge the nearest side need not be the point's own."""
+    distance, normal = of_model(p)
+    behind = p[:, 0] > 0.98
+    distance[behind], normal[behind] = 0, np.nan
+    return distance, normal
+
+
 BODIES = {  # the maker, what is true, sizes (naca: points on a circle)
     "torus": (torus, of_torus, (0.4, 0.2, 0.1, 0.05)),
     "bump": (bump, of_bump, (0.4, 0.2, 0.1, 0.05)),
     "cylinder": (cylinder, of_lathe(1, 0), (0.5, 0.25, 0.125, 0.0625)),
     "cone": (cone, of_lathe(1, -0.4), (0.4, 0.2, 0.1, 0.05)),
-    "naca": (naca, of_model, (12, 24, 48, 96)),
+    "naca": (naca, of_wing, (12, 24, 48, 96)),
     "patch": (patch, of_model, (0.16, 0.08, 0.04, 0.02)),
 }
 
@@ -210,8 +219,8 @@ def chosen(count):
 
 
 def angle(a, b):
-    """Between lines, in radians."""
-    return np.arcsin(np.minimum(1, np.linalg.norm(np.cross(a, b), axis=1)))
+    """Between lines, in radians; 0 where one is not judged."""
+    return np.nan_to_num(np.arcsin(np.minimum(1, np.linalg.norm(np.cross(a, b), axis=1))))
 
 
 def judged_surrogate(body, path):

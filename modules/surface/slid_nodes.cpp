@@ -16,7 +16,9 @@ namespace {
 template <int D>
 std::optional<Plane<D>> plane_of(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Incidence<FacetId>& shells,
                                  const Features<D>& features, const Geometry<D>& geometry, std::size_t e) {
-    if (D == 2 || features.edge_kinds[e] != EdgeKind::surface) return {};
+    if (D == 2 || features.edge_kinds[e] != EdgeKind::surface || shells[e].empty()) return {};
+    // Most edges are on no plane: the first facet tells, before the site has a list of them.
+    if (!geometry->plane_at(facet_site(mesh, shells[e].front()))) return {};
     const auto& [low, high] = edges.vertices[e];
     const EdgeSite<D> site{
         EdgeId(e), EdgeKind::surface, {mesh.points[low], mesh.points[high]}, facet_sites<D>(mesh, shells[e])};
