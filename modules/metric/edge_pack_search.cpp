@@ -85,12 +85,12 @@ template <int D>
 [[gnu::always_inline]] inline void judge_through(const PackedEdges<D>& all, SearchLanes<D>& open, int count) {
     WalkMarks chord_marks{};
     const Pack chord = chord_length(all, open, chord_marks);
-    judged(all, open, count, chord, chord_marks,
-           [&](const SearchLanes<D>& lanes, WalkMarks& marks) __attribute__((always_inline)) {
-               ElementsPack<D> elements = entered<D>(all.back, lanes.element);
-               return located_lengths(all.back, lanes.pack.frame, lanes.pack.y, all.rules.report, elements, marks)
-                   .length;
-           });
+    judged(
+        all, open, count, chord, chord_marks,
+        [&](const SearchLanes<D>& lanes, WalkMarks& marks) __attribute__((always_inline)) {
+            ElementsPack<D> elements = entered<D>(all.back, lanes.element);
+            return located_lengths(all.back, lanes.pack.frame, lanes.pack.y, all.rules.report, elements, marks).length;
+        });
 }
 
 /// Searches that wait for lanes.
