@@ -269,11 +269,11 @@ def run_repairs(part, folder, camber, original, tolerance):
     out = lambda name: folder / f"{part}-camber-{name}.mesh"
     for limit in (0, tolerance):
         run_camber(part, f"tolerance {limit:g}", camber, original, out(f"{limit:g}"), "repair", mesh, "--boundary-tolerance", str(limit))
-    for bound in ("1e-9", "0.205"):
+    for bound in ("1e-9", "0.2"):
         run_camber(part, f"CAD, bound {bound}", camber, original, out("cad-" + bound), "repair", mesh, "--cad", model,
                    "--min-scaled-jacobian", bound)
     run_camber(part, "straight, shape", camber, original, out("shape"), "curve", straight, "--cad", model, "--objective", "shape",
-               "--min-scaled-jacobian", "0.205")
+               "--min-scaled-jacobian", "0.2")
 
 
 def in_process_of_its_own(target, *arguments):
