@@ -116,6 +116,7 @@ TEST_CASE("vertices of the boundary slide on the geometry where nodes do not do,
             const Proposal<3> before = thrown_along(b, dice);
             RepairOptions options;
             options.min_scaled_jacobian = 0.3;  // nodes alone seldom reach it
+            options.effort = 20;
             const auto judged = must(validate(b.mesh, before, options.min_scaled_jacobian, alone));
             RepairGuide<3> guide{b.shells, [nodes = b.boundary_nodes](EdgeId e) { return nodes[e]; },
                                  implied_edge_models(b.mesh, b.boundary_nodes, b.shells)};
