@@ -55,6 +55,14 @@ Proposal<3> thrown_along(const Block<3>& b, Dice& dice) {
     return {b.mesh.linear.points, std::move(nodes), b.kinds, Buffer<EdgeChange>(b.kinds.size(), EdgeChange::straight)};
 }
 
+/// Nodes are wanted where the spheres have them, and leave no geometry.
+RepairGuide<3> without_feet(const Block<3>& b) {
+    RepairGuide<3> guide{b.shells, [nodes = b.boundary_nodes](EdgeId e) { return nodes[e]; },
+                         implied_edge_models(b.mesh, b.boundary_nodes, b.shells)};
+    guide.surface = SurfaceMoves::on_geometry;
+    return guide;
+}
+
 TEST_CASE("slides stay on the geometry, spoil nothing, and mend more") {
     std::size_t slid = 0, left_without = 0, left_with = 0;
     property(
@@ -67,9 +75,7 @@ TEST_CASE("slides stay on the geometry, spoil nothing, and mend more") {
             options.min_scaled_jacobian = 1e-9;
             options.vertices = VertexMoves::never;
             const auto judged = must(validate(b.mesh, before, options.min_scaled_jacobian, alone));
-            RepairGuide<3> guide{b.shells, [nodes = b.boundary_nodes](EdgeId e) { return nodes[e]; },
-                                 implied_edge_models(b.mesh, b.boundary_nodes, b.shells)};
-            guide.surface = SurfaceMoves::on_geometry;
+            RepairGuide<3> guide = without_feet(b);
             const auto without = must(repair(judged, guide, options, alone));
             guide.onto = [&](EdgeId edge, const Vec<3>& p) { return foot_on(b, edge, p); };
             const auto with = must(repair(judged, guide, options, alone));
@@ -118,9 +124,7 @@ TEST_CASE("vertices of the boundary slide on the geometry where nodes do not do,
             options.min_scaled_jacobian = 0.3;  // nodes alone seldom reach it
             options.effort = 20;
             const auto judged = must(validate(b.mesh, before, options.min_scaled_jacobian, alone));
-            RepairGuide<3> guide{b.shells, [nodes = b.boundary_nodes](EdgeId e) { return nodes[e]; },
-                                 implied_edge_models(b.mesh, b.boundary_nodes, b.shells)};
-            guide.surface = SurfaceMoves::on_geometry;
+            RepairGuide<3> guide = without_feet(b);
             guide.onto = [&](EdgeId edge, const Vec<3>& p) { return foot_on(b, edge, p); };
             const auto by_nodes = must(repair(judged, guide, options, alone));
             guide.vertices_onto = [&b, others = on_other_faces(b)](VertexId v, const Vec<3>& p) {
