@@ -15,7 +15,9 @@ Bodies are surfaces alone, meshed by Gmsh (Delaunay, whose triangles follow noth
 Judged are Camber's surrogate (`camber geometry --surface`: its cubic triangles at sixths, those on edges and those inside apart) and
 boundaries of degree 2 (`camber curve` with and without `--cad`: nodes of edges, and all points at sixths with their normals).
 Distances and normals are those of the closed form, of Newton's method along the gradient (bump), or in the parameters of
-Gmsh's faces (naca, patch). Largest of at most 1500 triangles; normals in radians.
+Gmsh's faces (naca, patch). Largest of at most 1500 triangles; normals in radians. Of the boundaries also the root of the mean
+square by area, and the largest of distance over the cube of the triangle's longest edge: of more irregular triangles
+the worst is worse, so the largest falls a little slower than each triangle's own.
 """
 import argparse
 import json
@@ -241,7 +243,10 @@ def judged_boundary(body, path):
     cells = mesh.cells_dict["triangle6"]
     cells = cells[chosen(len(cells))]
     nodes, _ = BODIES[body][1](mesh.points[np.unique(cells[:, 3:])])
-    largest, turned = 0, 0
+    corners = mesh.points[cells[:, :3]]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, 1), axis=2).max(1)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    worst, squares, turned = np.zeros(len(cells)), np.zeros(len(cells)), 0
     for i in range(7):
         for j in range(7 - i):
             v, w = i / 6, j / 6
@@ -253,9 +258,10 @@ def judged_boundary(body, path):
             point, a, b = (np.einsum("k,fkd->fd", s, at) for s in (shapes, by_v, by_w))
             normal = np.cross(a, b)
             distance, true = BODIES[body][1](point)
-            largest = max(largest, distance.max())
+            worst, squares = np.maximum(worst, distance), squares + distance ** 2 / 28
             turned = max(turned, angle(true, normal / np.linalg.norm(normal, axis=1)[:, None]).max())
-    return {"nodes": nodes.max(), "boundary": largest, "normal": turned}
+    return {"nodes": nodes.max(), "boundary": worst.max(), "rms": math.sqrt((squares * area).sum() / area.sum()),
+            "per_cube": (worst / longest ** 3).max(), "normal": turned}
 
 
 def measured(body, folder, camber):
@@ -281,7 +287,7 @@ def measured(body, folder, camber):
 
 
 COLUMNS = (("surrogate", "edges"), ("surrogate", "inside"), ("surrogate", "normal"), ("own", "nodes"), ("own", "boundary"),
-           ("own", "normal"), ("cad", "nodes"), ("cad", "boundary"), ("cad", "normal"))
+           ("own", "rms"), ("own", "normal"), ("cad", "nodes"), ("cad", "boundary"), ("cad", "rms"), ("cad", "normal"))
 
 
 def cell(rows, part, value):

@@ -54,10 +54,14 @@ struct MixedGeometry {
 template <int D>
 [[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(MixedGeometry<D> mixed);
 
+/// Makes the surrogate of what a geometry leaves of a mesh's boundary.
+template <int D>
+using MakesSurrogate = std::function<Outcome<Surrogate<D>>(const GeometryModel<D>& prescribed)>;
+
 /// The analytic surfaces alone where every facet has one, else with the surrogate for the rest, which is made only
 /// then. Errors: of its making.
 template <int D>
 [[nodiscard]] Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D> analytic, const LinearMesh<D>& mesh,
-                                                  const std::function<Outcome<Surrogate<D>>()>& surrogate);
+                                                  const MakesSurrogate<D>& surrogate);
 
 }  // namespace camber

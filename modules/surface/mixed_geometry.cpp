@@ -3,7 +3,6 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -250,23 +249,23 @@ std::shared_ptr<const GeometryModel<D>> model_of(MixedGeometry<D> mixed) {
 
 template <int D>
 Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D> analytic, const LinearMesh<D>& mesh,
-                                    const std::function<Outcome<Surrogate<D>>()>& surrogate) {
+                                    const MakesSurrogate<D>& surrogate) {
     const auto& references = mesh.facets.references;
     const bool is_whole = std::all_of(references.begin(), references.end(),
                                       [&](Reference reference) { return surface_of(analytic, reference) != nullptr; });
-    if (is_whole) return Geometry<D>(std::move(analytic));
-    auto rest = surrogate();
-    if (!rest) return fail(rest.error());
     std::vector<Reference> given;
     given.reserve(analytic.surfaces.size());
     for (const auto& [reference, surface] : analytic.surfaces) given.push_back(reference);
-    return Geometry<D>(MixedGeometry<D>{std::move(given), std::move(analytic), std::move(*rest)});
+    Geometry<D> prescribed(std::move(analytic));
+    if (is_whole) return prescribed;
+    auto rest = surrogate(*prescribed);
+    if (!rest) return fail(rest.error());
+    return Geometry<D>(MixedGeometry<D>{std::move(given), std::move(prescribed), std::move(*rest)});
 }
 
-#define CAMBER_INSTANTIATE(D)                                                               \
-    template std::shared_ptr<const GeometryModel<D>> model_of(MixedGeometry<D>);            \
-    template Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D>, const LinearMesh<D>&, \
-                                                 const std::function<Outcome<Surrogate<D>>()>&);
+#define CAMBER_INSTANTIATE(D)                                                    \
+    template std::shared_ptr<const GeometryModel<D>> model_of(MixedGeometry<D>); \
+    template Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D>, const LinearMesh<D>&, const MakesSurrogate<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

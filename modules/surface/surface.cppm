@@ -1,6 +1,6 @@
 /// The boundary's shape: features, the P3 surrogate made from the mesh alone, analytic surfaces, projection, and the
-/// nodes of boundary edges. The partitions fans, given_directions, tangents, heights and normals export nothing: they
-/// serve the surrogate.
+/// nodes of boundary edges. The partitions fans, given_directions, junctions, tangents, heights and normals export
+/// nothing: they serve the surrogate.
 export module camber.surface;
 export import :features;
 export import :cubic;
@@ -25,4 +25,5 @@ export import :flat;
 import :given_directions;
 import :tangents;
 import :heights;
+import :junctions;
 import :normals;

@@ -74,8 +74,26 @@ struct Parts {
     const Fans& fans;
     std::span<const FlatPatch<3>> flats;
     const CurveTangents<3>& tangents;
-    std::span<const Vec<3>> normals;  ///< of the fans
+    const Junctions<3>& junctions;
+    const FanNormals& normals;
 };
+
+/// The surrogate's facet at an edge where it goes on smoothly beyond a junction: alone at that edge, with the
+/// prescribed surface's normals at both ends. Else none.
+FacetId smooth_side(const Parts& parts, EdgeId e) {
+    FacetId own;
+    for (const FacetId f : parts.shells[e]) {
+        if (parts.junctions.is_prescribed(f)) continue;
+        if (own.valid()) return {};
+        own = f;
+    }
+    if (!own.valid() || parts.shells[e].size() < 2) return {};
+    for (const VertexId v : parts.edges.vertices[e]) {
+        const std::uint32_t fan = parts.fans.of_facets[own][corner_of(parts.mesh.facets.vertices[own], v)];
+        if (parts.normals.prescribed[fan] == 0) return {};
+    }
+    return own;
+}
 
 /// The distinct planes of the flat patches around an edge, two at most.
 std::vector<FlatPatch<3>> planes_around(const Parts& parts, EdgeId e) {
@@ -92,25 +110,13 @@ std::vector<FlatPatch<3>> planes_around(const Parts& parts, EdgeId e) {
     return planes;
 }
 
-SurrogateEdge<3> ridge_edge(const Parts& parts, EdgeId e) {
+/// Of the smooth surface that facet f is a part of.
+SurrogateEdge<3> inner_edge(const Parts& parts, EdgeId e, FacetId f) {
     const auto& [low, high] = parts.edges.vertices[e];
     const Vec<3> a = parts.mesh.points[low], b = parts.mesh.points[high];
-    const auto planes = planes_around(parts, e);
-    if (planes.size() == 2) return straight_edge(a, b);
-    const auto& [at_low, at_high] = parts.tangents.tangents[parts.tangents.row(e)];
-    SurrogateEdge<3> edge = smooth_edge(a, at_low, at_high, b);
-    const bool straight = edge.middle == midpoint(a, b);  // in the plane already, as its ends are
-    if (planes.size() == 1 && !straight) snap(edge, planes[0]);
-    return edge;
-}
-
-SurrogateEdge<3> inner_edge(const Parts& parts, EdgeId e) {
-    const auto& [low, high] = parts.edges.vertices[e];
-    const Vec<3> a = parts.mesh.points[low], b = parts.mesh.points[high];
-    const FacetId f = parts.shells[e][0];
     if (parts.flats[parts.features.patches[f]].is_flat()) return straight_edge(a, b);
     const auto& facet = parts.mesh.facets.vertices[f];
-    const auto normal = [&](VertexId v) { return parts.normals[parts.fans.of_facets[f][corner_of(facet, v)]]; };
+    const auto normal = [&](VertexId v) { return parts.normals.normals[parts.fans.of_facets[f][corner_of(facet, v)]]; };
     const Vec<3> at_low = normal(low), at_high = normal(high), chord = b - a;
     const auto tangent = [&](const Vec<3>& n) { return chord - dot(chord, n) * n; };
     // A pointed end has no normal: the edge arrives as a circle does, at the chord's angle of the other end.
@@ -122,6 +128,19 @@ SurrogateEdge<3> inner_edge(const Parts& parts, EdgeId e) {
     const bool has_low = norm_squared(at_low) > 0, has_high = norm_squared(at_high) > 0;
     return smooth_edge(a, has_low ? tangent(at_low) : mirrored(at_high), has_high ? tangent(at_high) : mirrored(at_low),
                        b);
+}
+
+SurrogateEdge<3> ridge_edge(const Parts& parts, EdgeId e) {
+    if (const FacetId side = smooth_side(parts, e); side.valid()) return inner_edge(parts, e, side);
+    const auto& [low, high] = parts.edges.vertices[e];
+    const Vec<3> a = parts.mesh.points[low], b = parts.mesh.points[high];
+    const auto planes = planes_around(parts, e);
+    if (planes.size() == 2) return straight_edge(a, b);
+    const auto& [at_low, at_high] = parts.tangents.tangents[parts.tangents.row(e)];
+    SurrogateEdge<3> edge = smooth_edge(a, at_low, at_high, b);
+    const bool straight = edge.middle == midpoint(a, b);  // in the plane already, as its ends are
+    if (planes.size() == 1 && !straight) snap(edge, planes[0]);
+    return edge;
 }
 
 /// The triangle's vertices, then those of the facets around them on the same smooth side, each with its normal there.
@@ -139,7 +158,7 @@ std::vector<PointAndNormal> samples_around(const Parts& parts, FacetId f) {
     samples.reserve(fans.size());
     const double side = parts.fans.signs[f];
     for (const std::uint32_t fan : fans)
-        samples.push_back({parts.mesh.points[parts.fans.vertices[fan]], side * parts.normals[fan]});
+        samples.push_back({parts.mesh.points[parts.fans.vertices[fan]], side * parts.normals.normals[fan]});
     return samples;
 }
 
@@ -243,19 +262,20 @@ Outcome<Surrogate<D>> assembled(const LinearMesh<D>& mesh, const Features<D>& fe
 
 Outcome<Surrogate<3>> build(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
                             const Incidence<FacetId>& shells, Buffer<FlatPatch<3>> flats,
-                            const CurveTangents<3>& tangents, const SurrogateOptions& options,
-                            const Execution& execution) {
+                            const CurveTangents<3>& tangents, const Junctions<3>& junctions,
+                            const SurrogateOptions& options, const Execution& execution) {
     const auto fans = find_fans(mesh, edges, features, shells, without_progress(execution));
     if (!fans) return fail(fans.error());
-    const auto normals = fan_normals(mesh, edges, features, *fans, flats, tangents, options.file_directions_degrees,
-                                     part_of(execution, 0, 0.4));
+    const auto normals = fan_normals(mesh, edges, features, shells, *fans, flats, tangents, junctions,
+                                     options.file_directions_degrees, part_of(execution, 0, 0.4));
     if (!normals) return fail(normals.error());
-    const Parts parts{mesh, edges, features, shells, *fans, flats, tangents, *normals};
+    const Parts parts{mesh, edges, features, shells, *fans, flats, tangents, junctions, *normals};
 
     auto rows = boundary_edges(features);
     auto curves = map_each(part_of(execution, 0.4, 0.42), rows.size(), [&](std::size_t row) {
         const EdgeId e = rows[row];
-        SurrogateEdge<3> edge = features.edge_kinds[e] == EdgeKind::ridge ? ridge_edge(parts, e) : inner_edge(parts, e);
+        SurrogateEdge<3> edge =
+            features.edge_kinds[e] == EdgeKind::ridge ? ridge_edge(parts, e) : inner_edge(parts, e, shells[e][0]);
         edge.curve_number = features.curves[e];
         return edge;
     });
@@ -289,7 +309,8 @@ Buffer<std::array<FacetId, 2>> next_along(const LinearMesh<2>& mesh, const Featu
 
 Outcome<Surrogate<2>> build(const LinearMesh<2>& mesh, const EdgeSet<2>& edges, const Features<2>& features,
                             const Incidence<FacetId>& shells, Buffer<FlatPatch<2>> flats,
-                            const CurveTangents<2>& tangents, const SurrogateOptions&, const Execution& execution) {
+                            const CurveTangents<2>& tangents, const Junctions<2>&, const SurrogateOptions&,
+                            const Execution& execution) {
     auto rows = boundary_edges(features);
     auto curves = map_each(part_of(execution, 0, 0.5), rows.size(), [&](std::size_t row) {
         const EdgeId e = rows[row];
@@ -343,9 +364,13 @@ std::size_t Surrogate<D>::row(EdgeId e) const {
     return at != edges.end() && *at == e ? static_cast<std::size_t>(at - edges.begin()) : edges.size();
 }
 
+namespace {
+
+/// What both ways of making one share; `prescribed`: none, or the geometry of the rest.
 template <int D>
-Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
-                                      const SurrogateOptions& options, const Execution& execution) {
+Outcome<Surrogate<D>> made_beside(const GeometryModel<D>* prescribed, const LinearMesh<D>& mesh,
+                                  const EdgeSet<D>& edges, const Features<D>& features, const SurrogateOptions& options,
+                                  const Execution& execution) {
     if (edges.of_facets.size() != mesh.facets.size() || features.patches.size() != mesh.facets.size() ||
         features.edge_kinds.size() != edges.size())
         return fail(ErrorKind::internal, "the edge set or the features are not of this mesh");
@@ -354,9 +379,28 @@ Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D
     if (!shells) return fail(shells.error());
     auto flats = flat_patches(mesh, features, quiet);
     if (!flats) return fail(flats.error());
-    const auto tangents = curve_tangents(mesh, edges, features, options.file_directions_degrees, quiet);
+    Outcome<Junctions<D>> junctions = Junctions<D>{};
+    if (prescribed != nullptr && prescribed->prescribes_any())
+        junctions = find_junctions(mesh, edges, *shells, *prescribed, quiet);
+    if (!junctions) return fail(junctions.error());
+    const auto tangents =
+        curve_tangents(mesh, edges, features, *shells, *junctions, options.file_directions_degrees, quiet);
     if (!tangents) return fail(tangents.error());
-    return build(mesh, edges, features, *shells, std::move(*flats), *tangents, options, execution);
+    return build(mesh, edges, features, *shells, std::move(*flats), *tangents, *junctions, options, execution);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
+                                      const SurrogateOptions& options, const Execution& execution) {
+    return made_beside<D>(nullptr, mesh, edges, features, options, execution);
+}
+template <int D>
+Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
+                                      const GeometryModel<D>& prescribed, const SurrogateOptions& options,
+                                      const Execution& execution) {
+    return made_beside(&prescribed, mesh, edges, features, options, execution);
 }
 
 template struct Surrogate<2>;
@@ -365,7 +409,11 @@ template Outcome<Done> plant_trees(Surrogate<2>&, const Execution&);
 template Outcome<Done> plant_trees(Surrogate<3>&, const Execution&);
 template Outcome<Surrogate<2>> build_surrogate(const LinearMesh<2>&, const EdgeSet<2>&, const Features<2>&,
                                                const SurrogateOptions&, const Execution&);
+template Outcome<Surrogate<2>> build_surrogate(const LinearMesh<2>&, const EdgeSet<2>&, const Features<2>&,
+                                               const GeometryModel<2>&, const SurrogateOptions&, const Execution&);
 template Outcome<Surrogate<3>> build_surrogate(const LinearMesh<3>&, const EdgeSet<3>&, const Features<3>&,
                                                const SurrogateOptions&, const Execution&);
+template Outcome<Surrogate<3>> build_surrogate(const LinearMesh<3>&, const EdgeSet<3>&, const Features<3>&,
+                                               const GeometryModel<3>&, const SurrogateOptions&, const Execution&);
 
 }  // namespace camber

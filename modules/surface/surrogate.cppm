@@ -10,6 +10,7 @@ import camber.bezier;
 import :features;
 import :cubic;
 import :flat;
+import :geometry;
 
 export namespace camber {
 
@@ -60,6 +61,12 @@ template <int D>
 [[nodiscard]] Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                     const Features<D>& features, const SurrogateOptions& options,
                                                     const Execution& execution);
+/// For what `prescribed` leaves of the boundary: at vertices that facets of its references share with others the
+/// surrogate takes its normals and tangents, where both sides go on smoothly.
+template <int D>
+[[nodiscard]] Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                    const Features<D>& features, const GeometryModel<D>& prescribed,
+                                                    const SurrogateOptions& options, const Execution& execution);
 
 /// A place on the surrogate.
 template <int D>

@@ -191,6 +191,89 @@ Tangent<D> preferred(const GivenAtVertices<D>& given, double least_cosine, Verte
     return out;
 }
 
+/// The direction of a prescribed curve at its end v, or the zero vector.
+Vec<2> prescribed_tangent(const Junctions<2>& junctions, const LinearMesh<2>& mesh, std::span<const FacetId> shell,
+                          VertexId v) {
+    const Vec<2> n = shell.size() == 1 ? junctions.normal(mesh, shell[0], v) : Vec<2>{};
+    return {{-n[1], n[0]}};
+}
+/// Where two prescribed surfaces meet at an angle.
+Vec<3> prescribed_tangent(const Junctions<3>& junctions, const LinearMesh<3>& mesh, std::span<const FacetId> shell,
+                          VertexId v) {
+    constexpr double least_sine = 0.1;
+    if (shell.size() != 2) return {};
+    const Vec<3> line = cross(junctions.normal(mesh, shell[0], v), junctions.normal(mesh, shell[1], v));
+    return norm(line) > least_sine ? normalised(line) : Vec<3>{};
+}
+
+/// The curve edges that end at vertices where prescribed ones do, by vertex.
+struct EdgeAt {
+    VertexId vertex;
+    EdgeId edge;
+};
+template <int D>
+std::vector<EdgeAt> prescribed_ends(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, std::span<const EdgeId> curves,
+                                    const Incidence<FacetId>& shells, const Junctions<D>& junctions) {
+    std::vector<EdgeAt> ends;
+    if (junctions.facets.empty()) return ends;
+    for (const EdgeId e : curves)
+        for (const VertexId v : edges.vertices[e])
+            if (norm_squared(prescribed_tangent(junctions, mesh, shells[e], v)) > 0) ends.push_back({v, e});
+    std::ranges::sort(ends, {}, [](const EdgeAt& at) { return std::pair(at.vertex, at.edge); });
+    return ends;
+}
+
+/// All that tells the tangent of a curve edge at its end v.
+template <int D>
+struct TangentSources {
+    const LinearMesh<D>& mesh;
+    const Chains<D>& chains;
+    const Incidence<FacetId>& shells;
+    const Junctions<D>& junctions;
+    std::vector<EdgeAt> prescribed;
+    GivenAtVertices<D> given;
+    double least_cosine = 2;
+
+    /// By how much the curve turns at the end of its first edge; not at all where it ends there.
+    [[nodiscard]] double next_turn(VertexId v, EdgeId e) const {
+        const auto ahead = chains.walk(v, e);
+        if (ahead.size() < 2) return 0;
+        return angle_between(normalised(mesh.points[ahead[0]] - mesh.points[v]),
+                             normalised(mesh.points[ahead[1]] - mesh.points[ahead[0]]));
+    }
+    [[nodiscard]] static double angle_between(const Vec<D>& a, const Vec<D>& b) {
+        return 2 * std::asin(std::fmin(1, distance(a, b) / 2));
+    }
+
+    /// The prescribed tangent at v that edge e goes on in, along what is fitted to it; else the zero vector.
+    [[nodiscard]] Vec<D> tangent_beyond(VertexId v, EdgeId e, const Vec<D>& fitted) const {
+        double least = std::numbers::pi / 2;
+        Vec<D> tangent;
+        EdgeId beyond;
+        for (auto at = std::ranges::lower_bound(prescribed, v, {}, &EdgeAt::vertex);
+             at != prescribed.end() && at->vertex == v; ++at) {
+            if (at->edge == e) return {};
+            const Vec<D> line = prescribed_tangent(junctions, mesh, shells[at->edge], v);
+            const Vec<D> turned = dot(line, fitted) < 0 ? -line : line;
+            const double off = angle_between(turned, fitted);
+            if (!(off < least)) continue;
+            least = off;
+            tangent = turned;
+            beyond = at->edge;
+        }
+        if (!beyond.valid()) return {};
+        const double around = std::fmax(next_turn(v, e), next_turn(v, beyond));
+        return least <= junction_share * around ? tangent : Vec<D>{};
+    }
+
+    [[nodiscard]] Tangent<D> operator()(VertexId v, EdgeId e) const {
+        const Tangent<D> fitted = tangent_at<D>(mesh, chains, v, e);
+        const Vec<D> beyond = tangent_beyond(v, e, fitted.direction);
+        return preferred<D>(given, least_cosine, v,
+                            norm_squared(beyond) > 0 ? Tangent<D>{beyond, most_neighbours} : fitted);
+    }
+};
+
 }  // namespace
 
 template <int D>
@@ -201,19 +284,25 @@ std::size_t CurveTangents<D>::row(EdgeId e) const {
 
 template <int D>
 Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                         const Features<D>& features, double most_degrees, const Execution& execution) {
+                                         const Features<D>& features, const Incidence<FacetId>& shells,
+                                         const Junctions<D>& junctions, double most_degrees,
+                                         const Execution& execution) {
     Buffer<EdgeId> curve_edges;
     for (std::size_t e = 0; e < edges.size(); ++e)
         if (features.curves[e] != no_feature) curve_edges.push_back(EdgeId(e));
     const auto chains = make_chains<D>(mesh, edges, features, curve_edges);
-    const GivenAtVertices<D> given(mesh.geometry.tangents);
-    const double least_cosine = most_degrees > 0 ? std::cos(most_degrees * std::numbers::pi / 180) : 2;
+    const TangentSources<D> tangent{mesh,
+                                    chains,
+                                    shells,
+                                    junctions,
+                                    prescribed_ends<D>(mesh, edges, curve_edges, shells, junctions),
+                                    GivenAtVertices<D>(mesh.geometry.tangents),
+                                    most_degrees > 0 ? std::cos(most_degrees * std::numbers::pi / 180) : 2};
     Buffer<std::array<std::uint8_t, 2>> supports(curve_edges.size());
     auto tangents = map_each(execution, curve_edges.size(), [&](std::size_t row) {
         const EdgeId e = curve_edges[row];
         const auto [low, high] = edges.vertices[e];
-        const auto at_low = preferred<D>(given, least_cosine, low, tangent_at<D>(mesh, chains, low, e));
-        const auto at_high = preferred<D>(given, least_cosine, high, tangent_at<D>(mesh, chains, high, e));
+        const auto at_low = tangent(low, e), at_high = tangent(high, e);
         supports[row] = {at_low.support, at_high.support};
         return std::array{at_low.direction, -at_high.direction};
     });
@@ -223,9 +312,11 @@ Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSe
 
 template struct CurveTangents<2>;
 template struct CurveTangents<3>;
-template Outcome<CurveTangents<2>> curve_tangents(const LinearMesh<2>&, const EdgeSet<2>&, const Features<2>&, double,
+template Outcome<CurveTangents<2>> curve_tangents(const LinearMesh<2>&, const EdgeSet<2>&, const Features<2>&,
+                                                  const Incidence<FacetId>&, const Junctions<2>&, double,
                                                   const Execution&);
-template Outcome<CurveTangents<3>> curve_tangents(const LinearMesh<3>&, const EdgeSet<3>&, const Features<3>&, double,
+template Outcome<CurveTangents<3>> curve_tangents(const LinearMesh<3>&, const EdgeSet<3>&, const Features<3>&,
+                                                  const Incidence<FacetId>&, const Junctions<3>&, double,
                                                   const Execution&);
 
 }  // namespace camber

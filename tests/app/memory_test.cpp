@@ -10,7 +10,9 @@ import camber.run;
 using camber::run::estimated_peak_bytes;
 
 TEST_CASE("the estimate of a run's memory") {
-    camber::testing::property("grows with the mesh", [](unsigned vertices, unsigned elements, unsigned more) {
+    camber::testing::property("grows with the mesh", [] {
+        const auto vertices = *rc::gen::arbitrary<unsigned>(), elements = *rc::gen::arbitrary<unsigned>();
+        const auto more = *rc::gen::arbitrary<unsigned>();
         for (const int dimension : {2, 3}) {
             const std::size_t here = estimated_peak_bytes(vertices, elements, dimension);
             RC_ASSERT(estimated_peak_bytes(std::size_t{vertices} + more, elements, dimension) >= here);

@@ -239,6 +239,20 @@ class Program(unittest.TestCase):
         self.assertEqual({e["kind"] for e in report["boundary"]["distances"]["entities"]} - {"curve", "edge", "ridge"},
                          {"face", "surface", "patch"})
 
+    def test_a_hole_that_the_model_has_in_part(self):
+        """The surrogate of the rest takes the model's normals where both meet: the hole is smooth there."""
+        points, tetrahedra, triangles = plate.plate(n=6, layers=3)
+        split = [(*t[:3], 8 if t[3] == 7 and sum(points[v][0] - points[v][1] for v in t[:3]) > 0 else t[3]) for t in triangles]
+        mesh = self.path / "parts.mesh"
+        mesh.write_text(plate.text(points, tetrahedra, split))
+        def off(geometry):
+            done, _ = self.curve_plate("--geometry", json.dumps(geometry), mesh=mesh)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            nodes = self.nodes_of(self.path / "plate-p2.mesh", 8)
+            return max(abs(math.hypot(x, y) - 0.5) for x, y, _ in nodes)
+        alone, beside = off("surrogate"), off({"cad": {"file": str(PLATE), "references": list(range(1, 8))}})
+        self.assertLess(beside, 0.4 * alone)
+
     def test_layers_that_end_at_plane_walls(self):
         """The first is a seventh of the wall's sagitta: nodes go along on the planes as they do inside."""
         mesh = self.path / "layers.mesh"

@@ -101,7 +101,8 @@ TEST_CASE("the storage order of Sym is that of GMF: xx xy yy xz yz zz") {
 }
 
 TEST_CASE("midpoints stay on coordinate planes to the last bit") {
-    property("equal coordinates stay", [](double x, std::uint64_t seed) {
+    property("equal coordinates stay", [](std::uint64_t seed) {
+        const auto x = *rc::gen::arbitrary<double>();
         RC_PRE(std::abs(x) < 1e300);
         Dice dice(seed);
         auto a = dice.vector<3>();

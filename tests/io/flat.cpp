@@ -78,7 +78,8 @@ Vec<3> moved_off(Vec<3> p) {
 }  // namespace
 
 TEST_CASE("what is flattened and raised is the same mesh") {
-    testing::property("straight and curved", [](std::uint64_t seed, bool normals, bool tangents) {
+    testing::property("straight and curved", [](std::uint64_t seed) {
+        const bool normals = *rc::gen::arbitrary<bool>(), tangents = *rc::gen::arbitrary<bool>();
         const double z = generated::Random(seed).real();
         const LinearMesh<3> mesh = with_directions_in_plane(flat_surface(seed, 1 + seed % 9, z), normals, tangents);
         RC_PRE(mesh.facets.size() > 0);
@@ -91,7 +92,8 @@ TEST_CASE("what is flattened and raised is the same mesh") {
         RC_ASSERT(flat_too.lift == flat.lift);
         RC_ASSERT(*raised(flat_too.mesh, flat_too.lift, {}) == quadratic);
     });
-    testing::property("the other way round", [](std::uint64_t seed, bool high) {
+    testing::property("the other way round", [](std::uint64_t seed) {
+        const bool high = *rc::gen::arbitrary<bool>();
         const auto mesh = generated::quadratic<2>(seed, 1 + seed % 9);
         RC_PRE(mesh.linear.elements.size() > 0);
         const Lift lift{.z = high ? 7.5 : 0.0};
@@ -147,7 +149,8 @@ TEST_CASE("what is not flat") {
 }
 
 TEST_CASE("a flat mesh of a file is in 2D with its lift, any other as it is") {
-    testing::property("degree 1 and 2, node numbers and notices kept", [](std::uint64_t seed, bool flat) {
+    testing::property("degree 1 and 2, node numbers and notices kept", [](std::uint64_t seed) {
+        const bool flat = *rc::gen::arbitrary<bool>();
         QuadraticMesh<3> mesh = curved(flat_surface(seed, 1 + seed % 9, 0), seed, 0);
         if (!flat) mesh = generated::quadratic<3>(seed, 1 + seed % 9);
         RC_PRE(mesh.linear.facets.size() > 0);

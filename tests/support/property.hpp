@@ -1,11 +1,14 @@
 // Property tests: RapidCheck inside a doctest case.
 //
 //     TEST_CASE("vec") {
-//         camber::testing::property("addition commutes", [](double a, double b) { RC_ASSERT(a + b == b + a); });
+//         camber::testing::property("addition commutes", [] {
+//             const auto a = *rc::gen::arbitrary<double>(), b = *rc::gen::arbitrary<double>();
+//             RC_ASSERT(a + b == b + a);
+//         });
 //     }
 //
 // Inside a property use RapidCheck's RC_ASSERT, RC_PRE and so on: a doctest CHECK there would also count what fails
-// while a counterexample is shrunk. Use `*rc::gen::…` for values with a law of their own.
+// while a counterexample is shrunk.
 //
 // A run is repeatable: the seed is a hash of the name. Other runs, and more of them:
 //     RC_PARAMS="max_success=100000" build/bin/test_core -tc=vec        (with a seed of its own at every run)
@@ -18,10 +21,9 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
-#include <sstream>
+#include <functional>
 #include <string>
-#include <utility>
+#include <type_traits>
 
 #include "sanitized.hpp"
 
@@ -37,30 +39,20 @@ struct Trials {
     int max_discarded = 10;  // draws that RC_PRE may refuse, for each success
 };
 
+/// A law of nothing, which draws what it needs by `*rc::gen::…`, and one of a number drawn for it.
+using Law = std::function<void()>;
+using SeededLaw = std::function<void(std::uint64_t)>;
+
+/// Compiled once (property.cpp): what RapidCheck instantiates for a law takes longer to compile than most laws.
+void check_law(const std::string& name, const Law& law, const Trials& trials);
+void check_law(const std::string& name, const SeededLaw& law, const Trials& trials);
+
 template <class Testable>
-void property(const std::string& name, Testable&& testable, Trials trials = {}) {
-    rc::detail::TestMetadata metadata;
-    metadata.id = name;
-    metadata.description = name;
-
-    const bool configured = std::getenv("RC_PARAMS") != nullptr;
-    const auto result = [&] {
-        if (configured) return rc::detail::checkTestable(std::forward<Testable>(testable), metadata);
-        rc::detail::TestParams params;
-        std::uint64_t hash = 14695981039346656037U;  // FNV-1a
-        for (const char letter : name) hash = (hash ^ static_cast<unsigned char>(letter)) * 1099511628211U;
-        params.seed = hash;
-        params.maxSuccess = successes_here(trials.count);
-        params.maxSize = trials.max_size;
-        params.maxDiscardRatio = trials.max_discarded;
-        return rc::detail::checkTestable(std::forward<Testable>(testable), metadata, params);
-    }();
-
-    std::ostringstream text;
-    rc::detail::printResultMessage(result, text);
-    const bool holds = result.template is<rc::detail::SuccessResult>();
-    INFO(name << ": " << text.str());
-    CHECK(holds);
+void property(const std::string& name, const Testable& testable, const Trials& trials = {}) {
+    const std::function erased = testable;
+    static_assert(std::is_same_v<decltype(erased), const Law> || std::is_same_v<decltype(erased), const SeededLaw>,
+                  "a law takes nothing or a std::uint64_t, returns nothing, and draws what else it needs");
+    check_law(name, erased, trials);
 }
 
 }  // namespace camber::testing

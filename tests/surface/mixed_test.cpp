@@ -25,7 +25,8 @@ Soup<D> referred(Soup<D> soup, Reference reference) {
 
 template <int D>
 Geometry<D> mixed(const Built<D>& b, AnalyticGeometry<D> analytic) {
-    return with_surrogate<D>(std::move(analytic), b.mesh.linear, [&] { return Outcome<Surrogate<D>>(b.surrogate); })
+    return with_surrogate<D>(std::move(analytic), b.mesh.linear,
+                             [&](const auto&) { return Outcome<Surrogate<D>>(b.surrogate); })
         .value();
 }
 

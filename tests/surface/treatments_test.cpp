@@ -229,3 +229,16 @@ TEST_CASE("an open rim is a ridge: its nodes are on its curve, by tangents along
     };
     CHECK(rim(48) < std::fmax(rim(24) / 10, 1e-14));
 }
+
+TEST_CASE("rows of facets along a ridge are in one plane on a cylinder as well: it is curved up to the ridge") {
+    // A wall of half a cylinder in a lattice without anything at random.
+    for (const std::size_t n : {std::size_t{24}, std::size_t{48}}) {
+        const Grid grid{.n = n, .m = n / 2, .jitter = 0, .grading = 0};
+        const auto wall =
+            grid_mesh(grid, [](double u, double v) { return Vec<3>{{std::cos(pi * u), std::sin(pi * u), 2 * v}}; });
+        const auto e = errors(build(wall.mesh()), off_surface(Cylinder{{}, {{0, 0, 1}}, 1}));
+        CAPTURE(n);
+        CHECK(e.edges < (n == 24 ? 0.04 : 0.01) * e.straight);
+        CHECK(e.surrogate < (n == 24 ? 0.04 : 0.01) * e.straight);
+    }
+}

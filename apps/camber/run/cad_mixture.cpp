@@ -1,7 +1,6 @@
 module;
 #include <algorithm>
 #include <cstddef>
-#include <functional>
 #include <iterator>
 #include <optional>
 #include <string>
@@ -107,8 +106,7 @@ bool lies_on_model(const config::Cad& cad, Reference reference) {
 
 template <int D>
 Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadModel& model, const LinearMesh<D>& mesh,
-                                          const EdgeSet<D>& edges,
-                                          const std::function<Outcome<Surrogate<D>>()>& surrogate,
+                                          const EdgeSet<D>& edges, const MakesSurrogate<D>& surrogate,
                                           const Execution& execution) {
     auto analytic = make_analytic<D>(config.analytic, "/geometry/cad/analytic", mesh, without_progress(execution));
     if (!analytic) return fail(analytic.error());
@@ -117,13 +115,16 @@ Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadMo
     const auto elsewhere = shares->elsewhere();
     auto made = make_cad_geometry(model, mesh, edges, elsewhere, execution);
     if (!made) return made;
+    const Geometry<D> surfaces(std::move(*analytic));
+    const auto with_analytic = [&](const Geometry<D>& rest) {
+        return shares->on_analytic.empty() ? rest : Geometry<D>(MixedGeometry<D>{shares->on_analytic, surfaces, rest});
+    };
     if (!shares->on_rest.empty()) {
-        auto rest = surrogate();
+        auto rest = surrogate(*with_analytic(made->geometry));
         if (!rest) return fail(rest.error());
         made->geometry = MixedGeometry<D>{shares->on_model, made->geometry, std::move(*rest)};
     }
-    if (!shares->on_analytic.empty())
-        made->geometry = MixedGeometry<D>{shares->on_analytic, std::move(*analytic), made->geometry};
+    made->geometry = with_analytic(made->geometry);
     made->cad->analytic_facets = facets_of(mesh, shares->on_analytic);
     made->cad->surrogate_facets = facets_of(mesh, shares->on_rest);
     return made;
@@ -151,12 +152,12 @@ Outcome<MovedVertices<D>> moved_vertices(const config::Cad& config, const CadMod
     }
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                       \
-    template Outcome<MovedVertices<D>> moved_vertices<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&, \
-                                                         const EdgeSet<D>&, const Execution&);                      \
-    template Outcome<MadeGeometry<D>> make_cad_mixture<D>(                                                          \
-        const config::Cad&, const CadModel&, const LinearMesh<D>&, const EdgeSet<D>&,                               \
-        const std::function<Outcome<Surrogate<D>>()>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<MovedVertices<D>> moved_vertices<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&,  \
+                                                         const EdgeSet<D>&, const Execution&);                       \
+    template Outcome<MadeGeometry<D>> make_cad_mixture<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&, \
+                                                          const EdgeSet<D>&, const MakesSurrogate<D>&,               \
+                                                          const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -132,9 +132,9 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const G
                                        const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
                                        const FeatureOptions<D>& features_by, std::span<const LagrangeNode<D>> curves,
                                        const Execution& execution) {
-    const auto make_surrogate = [&]() -> Outcome<Surrogate<D>> {
-        auto through_normals =
-            build_surrogate(mesh, edges, features, SurrogateOptions{}, part_of(execution, 0, curves.empty() ? 1 : 0.9));
+    const auto make_surrogate = [&](const GeometryModel<D>& prescribed) -> Outcome<Surrogate<D>> {
+        auto through_normals = build_surrogate(mesh, edges, features, prescribed, SurrogateOptions{},
+                                               part_of(execution, 0, curves.empty() ? 1 : 0.9));
         if (!through_normals || curves.empty()) return through_normals;
         return with_curves<D>(std::move(*through_normals), mesh, edges, curves, part_of(execution, 0.9, 1));
     };
@@ -153,7 +153,7 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const G
         if (!surfaces) return fail(surfaces.error());
         return with_surrogate<D>(std::move(*surfaces), mesh, make_surrogate).map(made);
     }
-    auto surrogate = make_surrogate();
+    auto surrogate = make_surrogate(StraightGeometry<D>{});
     if (!surrogate) return fail(surrogate.error());
     return made(Geometry<D>(std::move(*surrogate)));
 }

@@ -1,6 +1,5 @@
 module;
 #include <cstddef>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -191,8 +190,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadModel& model,
                                                         const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                                        const std::function<Outcome<Surrogate<D>>()>& surrogate,
-                                                        const Execution& execution);
+                                                        const MakesSurrogate<D>& surrogate, const Execution& execution);
 
 /// The largest distance of the nodes of edges on the model from what they lie on.
 template <int D>
