@@ -29,9 +29,9 @@
 
 namespace camber::testing {
 
-/// Under the sanitizers a trial costs tenfold, and what they look for shows in few: a quarter of the trials, of the
+/// Under the sanitizers a trial costs tenfold, and what they look for shows in few: an eighth of the trials, of the
 /// same range of sizes. The release build tries all.
-inline int successes_here(int count) { return less_if_sanitized(count, std::max(count / 4, std::min(count, 5))); }
+inline int successes_here(int count) { return less_if_sanitized(count, std::max(count / 8, std::min(count, 2))); }
 
 struct Trials {
     int count = 100;         // successes that are enough
