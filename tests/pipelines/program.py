@@ -1,11 +1,13 @@
 """Runs the program in a folder of its own, for the tests of this directory."""
 import json
+import os
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 CAMBER = str(Path(sys.argv[1] if len(sys.argv) > 1 else "build/bin/camber").resolve())
+SANITIZED = os.environ.get("CAMBER_SANITIZED") == "1"  # twenty times as long
 ROOT = Path(__file__).resolve().parents[2]
 CONFIGS = ROOT / "configs"
 sys.path.insert(0, str(ROOT / "tests" / "oracle"))

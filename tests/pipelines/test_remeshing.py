@@ -12,13 +12,12 @@ import unittest
 import numpy as np
 
 from made_meshes import lattice
-from program import CONFIGS, Folder, report_of
+from program import CONFIGS, SANITIZED, Folder, report_of
 
 import gmf  # of the oracle
 
 NAMES = {1: "Edges", 2: "Triangles", 3: "Tetrahedra"}
 INTERFACE = 9
-SANITIZED = os.environ.get("CAMBER_SANITIZED") == "1"
 
 
 def measure(simplex):
