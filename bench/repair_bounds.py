@@ -30,6 +30,10 @@ def steep(name):
             "stages": ["elevate", {"curve": {"objective": "energy"}}, {"validate": {}}, {"relax": {}}, "commit"], "output": {}}
 
 
+def name_of(case):
+    return case if case.startswith("steep:") else Path(case).stem
+
+
 def command(camber, case, folder, report):
     """The program's arguments for a case, up to the settings."""
     mesh = folder / "out.meshb"
@@ -93,7 +97,7 @@ def main():
                     cells.append(f"{f['lost']:.2g}, {share}, {f['min']:.2g}, {f['surface']}, {f['left']}, "
                                  f"{f['seconds']:.2f}{moved}")
                 below = next(iter(found.values()))["before"]
-                print(f"| {case if case.startswith('steep:') else Path(case).stem} | {bound} | {below} | " + " | ".join(cells) + " |", flush=True)
+                print(f"| {name_of(case)} | {bound} | {below} | " + " | ".join(cells) + " |", flush=True)
 
 
 if __name__ == "__main__":

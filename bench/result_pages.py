@@ -3,7 +3,8 @@
     python3 bench/result_pages.py            # writes them into the pages
     python3 bench/result_pages.py --check    # tells which pages differ; exit code 1 if one does
 
-A table stands between `<!-- table NAME -->` and `<!-- end of table -->`; TABLES has what makes it. A number in a sentence
+A table stands between `<!-- table NAME -->` and `<!-- end of table -->`; TABLES has what makes it. The command line that
+bench/results.py calls for it stands between `<!-- command NAME -->` and `<!-- end of command -->`. A number in a sentence
 has its place and format behind it: `0.95<!-- shape/spheres-fine/smallest .2f -->`.
 """
 import argparse
@@ -15,6 +16,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "docs" / "results.json"
 TABLE = re.compile(r"(<!-- table (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
+COMMAND = re.compile(r"(<!-- command (\w+) -->\n).*?(<!-- end of command -->)", re.DOTALL)
+WIDTH = 150
 NUMBER = re.compile(r"([-−]?\d[\d.]*(?:e[-+]?\d+)?)(<!-- (\w+)/([^/>]+)/(\w+) (\.?\d*[dfg]) -->)")
 SIX = ["spheres-coarse", "spheres-fine", "layer-single", "layer-double", "cube-cylinder", "polar-100k"]
 # (what, vertices, edges, tetrahedra, corrected, gain, kept, smallest Jacobian, seconds) as the paper's tables have them
@@ -141,12 +144,76 @@ def spheres(results):
                      for key, row in results["distances"]["rows"].items()])
 
 
+def by_mesh(results):
+    """{mesh: {objective: row}} of the table curvature."""
+    found = {}
+    for key, row in results["curvature"]["rows"].items():
+        mesh, objective = key.split(", ")
+        found.setdefault(mesh, {})[objective] = row
+    return found
+
+
+def ratios(row, label):
+    return f"{row['L2 ' + label]:.2f}, {row['H1 ' + label]:.2f}" + (" !" if f"uncertain {label}" in row else "")
+
+
+def field_rows(mesh, ways):
+    """A line a field; those that the metric belongs to are written as code."""
+    labels = [key.removeprefix("L2 ") for key in next(iter(ways.values())) if key.startswith("L2 ")]
+    return [[mesh if i == 0 else "", f"`{label}`" if "(" in label else label, *(ratios(row, label) for row in ways.values())]
+            for i, label in enumerate(labels)]
+
+
+def took(ways, keys):
+    lines = {"invalid": ["invalid before repair", *(str(row["invalid_before"]) for row in ways.values())],
+             "smallest": ["smallest scaled Jacobian after it", *(f"{row['smallest']:.3g}" for row in ways.values())],
+             "gain": ["mean length gain, %", *(f"{100 * row['gain']:.2f}" if "gain" in row else "-" for row in ways.values())],
+             "seconds": ["seconds, the whole program", *(f"{row['seconds']:.1f}" for row in ways.values())]}
+    return [lines[key] for key in keys]
+
+
+def curvature(results):
+    found = {mesh: ways for mesh, ways in by_mesh(results).items() if not mesh.startswith("steep")}
+    first, *others = next(iter(found.values()))
+    return markdown(["mesh", "field", f"{first}: L2, H1", *others], [line for mesh, ways in found.items() for line in field_rows(mesh, ways)])
+
+
+def steep(results):
+    found = {mesh: ways for mesh, ways in by_mesh(results).items() if mesh.startswith("steep")}
+    first, *others = next(iter(found.values()))
+    rows = [line for mesh, ways in found.items()
+            for line in [*field_rows(mesh, ways), *(["", *one] for one in took(ways, ("invalid", "smallest", "seconds")))]]
+    return markdown(["mesh", "field", f"{first}: L2, H1", *others], rows)
+
+
+def curvature_took(results):
+    found = {mesh: ways for mesh, ways in by_mesh(results).items() if not mesh.startswith("steep")}
+    rows = [[mesh if i == 0 else "", *line] for mesh, ways in found.items()
+            for i, line in enumerate(took(ways, ("invalid", "smallest", "gain", "seconds")))]
+    return markdown(["mesh", "", *next(iter(found.values()))], rows)
+
+
 TABLES = {"meshes": meshes, "configs": runs("configs", True), "curving": runs("curving", False), "paper": paper,
-          "repair": repair, "shape": shape, "cavities": cavities, "relaxation": relaxation, "starts": starts, "spheres": spheres}
+          "repair": repair, "shape": shape, "cavities": cavities, "relaxation": relaxation, "starts": starts, "spheres": spheres,
+          "curvature": curvature, "steep": steep, "curvature_took": curvature_took}
 
 
 def pages():
     return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def wrapped(line):
+    """A command line on several where it is long."""
+    lines = [""]
+    for word in re.findall(r"--set (?:'[^']*'|\S+)|\S+", line):
+        if lines[-1] and len(lines[-1]) + len(word) > WIDTH:
+            lines.append("    ")
+        lines[-1] += ("" if not lines[-1].strip() else " ") + word
+    return " \\\n".join(lines)
+
+
+def command(results, name):
+    return "```sh\n" + "\n".join(map(wrapped, results[name]["command"].splitlines())) + "\n```\n"
 
 
 def written(text, results):
@@ -155,6 +222,7 @@ def written(text, results):
         value = results[match[3]]["rows"][match[4]][match[5]]
         return f"{int(value) if match[6] == 'd' else value:{match[6]}}" + match[2]
     text = TABLE.sub(lambda match: match[1] + TABLES[match[2]](results) + match[3], text)
+    text = COMMAND.sub(lambda match: match[1] + command(results, match[2]) + match[3], text)
     return NUMBER.sub(number, text)
 
 

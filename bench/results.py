@@ -5,63 +5,98 @@
     python3 bench/result_pages.py                                                 # then: writes them into the pages
 
 MESHES is a folder with the meshes that docs/results.md describes; what needs none of them runs without. Each table is of
-the defaults but for the settings that its command names. Values are plain numbers by table, row and column.
+the defaults but for the settings that its command names, and pages show the command that is called here. Values are plain numbers by
+table, row and column.
 """
 import argparse
 import ast
 import datetime
 import json
+import shlex
 import subprocess
 import sys
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
+import curvature
 import repair_bounds
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "docs" / "results.json"
 ORACLE = ROOT / "tests" / "oracle"
 MESHES = ["spheres-coarse", "spheres-fine", "layer-single", "layer-double", "cube-cylinder", "polar-100k"]
+WITH_METRIC = {"polar-100k"}  # by NAME.solb
+SPHERES = {"spheres-coarse": {1: 5, 2: 1}, "spheres-fine": {1: 5, 2: 1},  # radius by reference
+           "layer-single": {1: 1, 2: 5}, "layer-double": {1: 1, 2: 5}}
 PAPER = ["paper-spheres-coarse", "paper-spheres-fine", "paper-layer-single", "paper-layer-double"]
 PAPERS = {"stages/curve/objective": "energy", "stages/curve/back_mesh": "straight",  # the paper's way, as far as ours has it
           "stages/validate/min_scaled_jacobian": "1e-9", "stages/relax/min_scaled_jacobian": "1e-9",
           "stages/relax/target": "0.01", "stages/relax/repair": "cavity"}
-ENERGY = [f"{key}={value}" for key, value in PAPERS.items()]
-WAYS = {"default": ENERGY, "relax": [*ENERGY, "stages/relax/repair=relax"],
-        "segment": [*ENERGY, "stages/relax/repair=segment"],
-        "reinsert": ['stages=["elevate",{"reinsert":{"curve":{"objective":"energy","back_mesh":"straight"},'
-                     '"relax":{"repair":"cavity","min_scaled_jacobian":1e-9,"target":0.01}}}]']}
+
+
+REINSERT = ('stages=["elevate",{"reinsert":{"curve":{"objective":"energy","back_mesh":"straight"},'
+            '"relax":{"repair":"cavity","min_scaled_jacobian":1e-9,"target":0.01}}}]')
+
+
+def settings(options):
+    return tuple(f"{key}={value}" for key, value in options.items())
+
+
+ENERGY = settings(PAPERS)
+
+
+def way(name, of_config):
+    """The settings of a way to correct; the configs of the paper's cases name the paper's by themselves."""
+    if name == "reinsert":
+        return (REINSERT,)
+    own = {} if name == "default" else {"stages/relax/repair": name}
+    return settings(own if of_config else PAPERS | own)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of the program: what the table's command line shows is what is called."""
+    case: str  # of a mesh of the folder, or of a config
+    settings: tuple = ()
+    of_config: bool = False
+
+    def words(self, files=lambda name: name):
+        """The arguments; `files` tells where a file of this name is."""
+        if self.of_config:
+            words = ["run", files(f"configs/{self.case}.json")]
+        else:
+            words = ["curve", files(f"{self.case}.meshb"), "-o", "out.meshb"]
+            words += ["--metric", files(f"{self.case}.solb")] if self.case in WITH_METRIC else []
+        return words + [part for setting in self.settings for part in ("--set", setting)]
+
+    def shown(self):
+        return "camber " + " ".join(map(shlex.quote, self.words()))
 
 
 class Program:
-    """Camber, on cases that are the name of a config or of a mesh in the folder."""
+    """Camber, and the folder of the meshes."""
 
     def __init__(self, camber, meshes, threads):
         self.camber, self.meshes, self.threads = camber, meshes, threads
 
-    def arguments(self, case, folder):
-        outputs = {"mesh": str(folder / "out.meshb"), "report": str(folder / "report.json")}
-        config = ROOT / "configs" / f"{case}.json"
-        if case not in MESHES:
-            return ["run", config, "--set", "output=" + json.dumps(outputs)]
-        arguments = ["curve", self.meshes / f"{case}.meshb", "-o", outputs["mesh"], "--report", outputs["report"]]
-        metric = self.meshes / f"{case}.solb"
-        return arguments + (["--metric", metric] if metric.exists() else [])
+    def file(self, name):
+        return ROOT / name if name.startswith("configs/") else self.meshes / name
 
-    def report(self, case, settings=()):
+    def report(self, run):
         """The report of one run."""
-        return self.run(case, settings, lambda folder: json.loads((folder / "report.json").read_text()))
+        return self.run(run, lambda folder: json.loads((folder / "report.json").read_text()))
 
-    def run(self, case, settings, look):
+    def run(self, run, look):
         """What `look` finds in the folder of a run; exit code 1 is a mesh with elements that are not certified valid."""
         with tempfile.TemporaryDirectory() as folder:
-            call = [self.camber, *self.arguments(case, Path(folder)), "--threads", self.threads]
-            for setting in settings:
-                call += ["--set", setting]
+            outputs = json.dumps({"mesh": "out.meshb", "report": "report.json"})
+            call = [self.camber, *run.words(self.file), "--threads", self.threads]
+            call += ["--set", "output=" + outputs] if run.of_config else ["--report", "report.json"]
             done = subprocess.run([str(x) for x in call], capture_output=True, text=True, cwd=folder)
             if done.returncode not in (0, 1):
                 sys.exit(f"results.py: {' '.join(map(str, call))} failed: {done.stderr}")
-            print(f"results.py: {case} {' '.join(settings)}", file=sys.stderr, flush=True)
+            print(f"results.py: {run.shown()}", file=sys.stderr, flush=True)
             return look(Path(folder))
 
 
@@ -94,74 +129,110 @@ def figures(report):
     return {key: value for key, value in row.items() if value is not None}
 
 
-def by_case(cases, settings=()):
-    return lambda program: {case: figures(program.report(case, settings)) for case in cases}
+def of_reports(runs):
+    """The figures of each row's run."""
+    return lambda program, rows: {row: figures(program.report(runs[row])) for row in rows}
 
 
-def by_way(cases, ways):
-    return lambda program: {case + " " + way: figures(program.report(case, WAYS[way])) for case in cases for way in ways}
-
-
-def starts(program):
-    """Gains before correction; the correction is the quickest, since it does not matter."""
-    quick = WAYS["relax"]
-    ends = {"energy": ["stages/curve/length_tolerance=0"], "length": []}
-    return {f"{case} {end}": figures(program.report(case, [*quick, *more]))
-            for case in MESHES[:4] for end, more in ends.items()}
-
-
-def repair(program):
+def repair(program, rows):
     """The table of bench/repair_bounds.py."""
-    cases = [program.meshes / f"{MESHES[i]}.meshb" for i in range(2)]
-    cases += [ROOT / "configs" / f"{name}.json" for name in PAPER[:2]]
-    cases += [program.meshes / f"{name}.meshb" for name in ("layer-single", "layer-double")] + ["steep:1.4", "steep:1.6"]
-    rows = {}
+    found = {}
     with tempfile.TemporaryDirectory() as folder:
-        for case in map(str, cases):
-            for bound in ("0", "0.05", "0.2", "0.5"):
-                name = case if case.startswith("steep:") else Path(case).stem
-                for way in ("relax", "edge", "cavity", "extension"):
-                    report = repair_bounds.repaired(program.camber, case, bound, way, Path(folder))
-                    rows[f"{name} {bound} {way}"] = repair_bounds.figures(report)
-                print(f"results.py: {name} {bound}", file=sys.stderr, flush=True)
-    return rows
+        for row in rows:
+            name, bound, way = row.rsplit(" ", 2)
+            case = next(case for case in REPAIRED if repair_bounds.name_of(case) == name)
+            case = case if case.startswith("steep:") else str(program.file(case))
+            found[row] = repair_bounds.figures(repair_bounds.repaired(program.camber, case, bound, way, Path(folder)))
+            print(f"results.py: {row}", file=sys.stderr, flush=True)
+    return found
 
 
-def distances(program):
+def distances(runs):
     """Of the boundary from the exact spheres, which the program does not know, sampled by the oracle."""
-    rows = {}
-    for case in MESHES[:4]:
-        def look(folder):
-            check = [ORACLE / "check_p2.py", folder / "out.meshb", "--planes", "--sphere", "1,5", "--sphere", "2,1"]
-            found = subprocess.run([sys.executable, *check], capture_output=True, text=True).stdout
-            return next(line for line in found.splitlines() if line.startswith("spheres: "))
-        for sphere in ast.literal_eval(program.run(case, ENERGY, look).removeprefix("spheres: ")):
-            rows[f"{case} {sphere['radius']:g}"] = {key: sphere[key] for key in ("cells", "straight", "curved", "ratio")}
-    return rows
+    def measure(program, rows):
+        found = {}
+        for row in rows:
+            case, radius = row.rsplit(" ", 1)
+            reference = next(key for key, value in SPHERES[case].items() if f"{value:g}" == radius)
+
+            def look(folder):
+                check = [ORACLE / "check_p2.py", folder / "out.meshb", "--planes", "--sphere", f"{reference},{radius}"]
+                told = subprocess.run([sys.executable, *check], capture_output=True, text=True).stdout
+                return next(line for line in told.splitlines() if line.startswith("spheres: "))
+            sphere = ast.literal_eval(program.run(runs[row], look).removeprefix("spheres: "))[0]
+            found[row] = {key: sphere[key] for key in ("cells", "straight", "curved", "ratio")}
+        return found
+    return measure
 
 
-CURVE = "camber curve MESH.meshb -o out.meshb --report report.json"
-BY_ENERGY = CURVE + "".join(f" --set {setting}" for setting in ENERGY)
-RUN = "camber run configs/NAME.json --set output/report=report.json"
-TABLES = {  # name: what it is of, the command, and who measures it
-    "configs": ("the defaults of each config", RUN, by_case(sorted(p.stem for p in (ROOT / "configs").glob("*.json")
-                                                                   if p.stem != "schema"))),
-    "curving": ("the objective energy in the straight field, else the defaults; polar-100k with --metric polar-100k.solb", BY_ENERGY,
-                by_case(MESHES, ENERGY)),
-    "shape": ("the objective shape, else the defaults", CURVE + " --set stages/curve/objective=shape",
-              by_case(MESHES[:5], ["stages/curve/objective=shape"])),
-    "relaxation": ("the objective energy in the straight field and stages/relax/repair=relax and =segment, which are not the defaults",
-                   BY_ENERGY + " --set stages/relax/repair=WAY",
-                   by_way([*MESHES, "paper-spheres-coarse"], ["relax", "segment"])),
-    "reinsert": ("the stage reinsert by the objective energy in the straight field, which are not the defaults", CURVE + f" --set '{WAYS['reinsert'][0]}'",
-                 by_case([*MESHES, "coated-sphere"], WAYS["reinsert"])),
-    "paper": ("the objective energy in the straight field, which the configs name, and two other ways", RUN, by_way(PAPER, ["default", "relax", "reinsert"])),
-    "starts": ("the objective energy in the straight field, gains before correction, with stages/curve/length_tolerance=0 and with its default",
-               BY_ENERGY, starts),
-    "distances": ("the objective energy in the straight field, else the defaults; the surrogate is made from the mesh alone",
-                  BY_ENERGY + "; python3 tests/oracle/check_p2.py out.meshb --planes --sphere 1,5 --sphere 2,1", distances),
-    "repair": ("the objective energy, stages/relax/repair=WAY, bounds by stages/validate and relax/min_scaled_jacobian",
-               "python3 bench/repair_bounds.py build/bin/camber CASE …", repair),
+def curves(program, rows):
+    """L2 and H1 errors of interpolants, straight/curved, by bench/curvature.py, and what each mesh took."""
+    found, asked = {}, curvature.Program(program.camber, program.meshes, program.threads)
+    for row in rows:
+        name, objective = row.split(", ")
+        found[row] = curvature.figures(asked, name, objective)
+        print(f"results.py: curvature of {row}", file=sys.stderr, flush=True)
+    return found
+
+
+def lines_of(runs):
+    """A command line for each way of the rows, of the first case that goes it."""
+    ways = {}
+    for run in runs.values():
+        ways.setdefault((run.settings, run.of_config, run.case in WITH_METRIC), run.shown())
+    return "\n".join(ways.values())
+
+
+@dataclass(frozen=True)
+class Table:
+    of: str  # what it is of, where that is not the defaults
+    command: str
+    rows: tuple
+    measure: object  # of a program and rows: {row: {column: value}}
+
+
+def by_runs(of, runs, measure=None, more=""):
+    return Table(of, lines_of(runs) + more, tuple(runs), (measure or of_reports)(runs))
+
+
+def by_case(cases, options=(), of_config=False):
+    return {case: Run(case, tuple(options), of_config) for case in cases}
+
+
+def by_way(cases, ways, of_config=False):
+    return {f"{case} {name}": Run(case, way(name, of_config), of_config) for case in cases for name in ways}
+
+
+ALL_CONFIGS = sorted(path.stem for path in (ROOT / "configs").glob("*.json") if path.stem != "schema")
+REPAIRED = [*(f"{name}.meshb" for name in MESHES[:2]), *(f"configs/{name}.json" for name in PAPER[:2]),
+            *(f"{name}.meshb" for name in MESHES[2:4]), "steep:1.4", "steep:1.6"]
+TABLES = {
+    "configs": by_runs("the defaults of each config", by_case(ALL_CONFIGS, of_config=True)),
+    "curving": by_runs("the objective energy in the straight field, repaired by cavities", by_case(MESHES, ENERGY)),
+    "shape": by_runs("the objective shape, else the defaults", by_case(MESHES[:5], ["stages/curve/objective=shape"])),
+    "relaxation": by_runs("the objective energy in the straight field, stages/relax/repair=relax and =segment",
+                          by_way(MESHES, ["relax", "segment"]) | by_way(PAPER[:1], ["relax", "segment"], of_config=True)),
+    "reinsert": by_runs("the stage reinsert by the objective energy in the straight field",
+                        by_case(MESHES, [REINSERT]) | by_case(["coated-sphere"], [REINSERT], of_config=True)),
+    "paper": by_runs("the objective energy in the straight field, which the configs name, and two other ways",
+                     by_way(PAPER, ["default", "relax", "reinsert"], of_config=True)),
+    "starts": by_runs("the objective energy in the straight field, gains before correction (so the quickest is taken), with "
+                      "stages/curve/length_tolerance=0 and with its default",
+                      {f"{case} {end}": Run(case, (*way("relax", False), *more)) for case in MESHES[:4]
+                       for end, more in {"energy": ["stages/curve/length_tolerance=0"], "length": []}.items()}),
+    "distances": by_runs("the objective energy in the straight field; the surrogate is made from the mesh alone",
+                         {f"{case} {radius:g}": Run(case, ENERGY) for case, spheres in SPHERES.items()
+                          for radius in sorted(spheres.values(), reverse=True)}, distances,
+                         "\npython3 tests/oracle/check_p2.py out.meshb --planes --sphere REFERENCE,RADIUS"),
+    "repair": Table("the objective energy, stages/relax/repair=WAY, bounds by stages/validate and relax/min_scaled_jacobian",
+                    "python3 bench/repair_bounds.py build/bin/camber " + " ".join(REPAIRED),
+                    tuple(f"{repair_bounds.name_of(case)} {bound} {way}" for case in REPAIRED
+                          for bound in ("0", "0.05", "0.2", "0.5") for way in ("relax", "edge", "cavity", "extension")), repair),
+    "curvature": Table("the objectives of stages/curve, else the defaults; straight field: accuracy with back_mesh=straight",
+                       "/usr/bin/python3 bench/curvature.py build/bin/camber MESHES",
+                       tuple(f"{name}, {objective}" for name in curvature.CASES
+                             for objective in (curvature.STEEP_OBJECTIVES if name.startswith("steep") else curvature.OBJECTIVES)),
+                       curves),
 }
 
 
@@ -170,11 +241,12 @@ def rounded(value):
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
-def measured(name, program):
-    of, command, measure = TABLES[name]
-    rows = {row: {key: rounded(x) for key, x in found.items()} for row, found in measure(program).items()}
-    return {"of": of, "command": command, "made": datetime.date.today().isoformat(), "threads": program.threads,
-            "rows": rows}
+def measured(name, program, rows=None):
+    """A table, or some rows of it, measured now."""
+    table = TABLES[name]
+    found = table.measure(program, rows or table.rows)
+    return {"of": table.of, "command": table.command, "made": datetime.date.today().isoformat(), "threads": program.threads,
+            "rows": {row: {key: rounded(x) for key, x in one.items()} for row, one in found.items()}}
 
 
 def as_text(tables):

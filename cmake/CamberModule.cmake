@@ -99,9 +99,7 @@ function(camber_module NAME)
     add_library(camber::${NAME} ALIAS ${target})
     camber_common(${target})
     set_target_properties(${target} PROPERTIES EXPORT_NAME ${NAME})
-    target_sources(${target}
-        PUBLIC FILE_SET CXX_MODULES BASE_DIRS "${CMAKE_CURRENT_SOURCE_DIR}" FILES ${MODULE_INTERFACE}
-        PRIVATE ${MODULE_IMPL})
+    camber_sources(${target} INTERFACE ${MODULE_INTERFACE} IMPL ${MODULE_IMPL})
 
     foreach(used IN LISTS MODULE_USES)
         if(NOT TARGET camber::${used})

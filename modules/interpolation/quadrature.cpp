@@ -15,23 +15,23 @@ namespace camber {
 namespace {
 
 /// Points a direction, from level to level; then the last but one again on parts, divided up to `deepest` times.
-constexpr std::array<int, 4> points_a_direction{4, 6, 8, 12};
+constexpr std::array<int, 4> points_of_levels{4, 6, 8, 12};
 constexpr int divided_rule = 2;
 constexpr int deepest = 4;
-constexpr int highest_level = static_cast<int>(points_a_direction.size()) - 1 + deepest;
+constexpr int highest_level = static_cast<int>(points_of_levels.size()) - 1 + deepest;
 /// Elements after which a new evaluator of the field is made.
 constexpr std::size_t elements_at_once = 64;
 /// No level is begun that may take the values of the field beyond this many: where the field jumps there is no end.
 constexpr double values_an_element = 2000, values_at_least = 1e8;
 
-constexpr int depth_of(int level) { return level + 1 - static_cast<int>(points_a_direction.size()); }
+constexpr int depth_of(int level) { return level + 1 - static_cast<int>(points_of_levels.size()); }
 
 }  // namespace
 
 template <int D>
 Rules<D> quadrature_rules() {
     Rules<D> rules;
-    for (const int n : points_a_direction) rules.emplace_back(n);
+    for (const int n : points_of_levels) rules.emplace_back(n);
     return rules;
 }
 

@@ -5,10 +5,11 @@
 import json
 import os
 import re
+import subprocess
 import sys
 import unittest
 
-from program import CONFIGS, ROOT, Folder, report_of
+from program import CAMBER, CONFIGS, ROOT, Folder, report_of
 
 import gmf  # noqa: E402  (program puts the oracle on the path)
 from bad_meshes import block, centre_out
@@ -141,6 +142,16 @@ class Report(unittest.TestCase):
             self.assertTrue(any(holds(key, path) for key in keys), f"docs/report.md does not know {path}")
         for key in sorted(keys):
             self.assertTrue(any(pattern(key).match(path) for path in seen), f"docs/report.md has {key}, which nothing writes")
+
+    def test_who_waits_for_the_program_reads_the_same_peak_of_memory(self):
+        process = subprocess.Popen([CAMBER, "run", str(CONFIGS / "spheres.json"), "--set", 'output={"report": "r.json"}'],
+                                   cwd=self.folder.name, stdout=subprocess.DEVNULL)
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        peaks = [stage["peak_bytes"] for stage in report_of(self.folder.path / "r.json")["stages"]]
+        self.assertEqual(peaks, sorted(peaks))
+        self.assertLessEqual(peaks[-1], 1024 * usage.ru_maxrss)
+        self.assertGreater(peaks[-1], 512 * usage.ru_maxrss)
 
     def test_every_key_of_a_report_is_documented_and_there(self):
         self.compare("report.json", self.reports())

@@ -7,9 +7,8 @@ export namespace camber::app {
 
 /// What a stage cost.
 struct Usage {
-    double seconds = 0;             ///< on the wall
-    std::size_t peak_bytes = 0;     ///< largest resident memory of the process during the stage; 0: unknown
-    bool peak_is_of_stage = false;  ///< false: since the process began, where the system cannot reset the mark
+    double seconds = 0;          ///< on the wall
+    std::size_t peak_bytes = 0;  ///< largest resident memory of the process up to now
 };
 
 /// Runs from its making.
@@ -20,7 +19,6 @@ class Meter {
 
   private:
     std::chrono::steady_clock::time_point start_;
-    bool reset_;
 };
 
 }  // namespace camber::app
