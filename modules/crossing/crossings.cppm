@@ -23,8 +23,8 @@ struct FacetCrossing {
 struct Crossings {
     std::size_t pairs = 0;  ///< whose boxes meet, and that were looked at; the others are clear by their boxes
     std::size_t crossing = 0, touching = 0, undecided = 0;
-    std::size_t cut_short = 0;  ///< of the undecided: for want of work; more of it might have told
-    std::size_t steps = 0;      ///< the work: pairs of pieces that were looked at
+    std::size_t cut_short = 0;              ///< of the undecided: for want of work; more of it might have told
+    std::size_t steps = 0;                  ///< the work: pairs of pieces that were looked at
     std::vector<FacetCrossing> found = {};  ///< those that are not clear, by rising facets
 
     [[nodiscard]] bool all_clear() const { return found.empty(); }

@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 export module camber.crossing:search;
 import camber.core;
 import camber.bezier;

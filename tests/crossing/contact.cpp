@@ -1,5 +1,5 @@
-// Facets that touch, and what telling so may cost: straight ones are decided in whole numbers, those in one plane in the
-// plane, and what is left shares a bounded work.
+// Facets that touch, and what telling so may cost: straight ones are decided in whole numbers, those in one plane in
+// the plane, and what is left shares a bounded work.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -120,8 +120,8 @@ QuadraticMesh<3> rings(std::size_t count, std::size_t around, double width, doub
     const auto radius = [=](std::size_t k) { return 1 + width * static_cast<double>(k); };
     for (std::size_t k = 0; k <= count; ++k)
         for (std::size_t i = 0; i < around; ++i)
-            points.push_back(place(radius(k), 2 * std::numbers::pi * static_cast<double>(i) /
-                                                  static_cast<double>(around)));
+            points.push_back(
+                place(radius(k), 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(around)));
     std::vector<SimplexVertices<2>> facets;
     const auto at = [&](std::size_t k, std::size_t i) { return VertexId(k * around + i % around); };
     for (std::size_t k = 0; k < count; ++k)
