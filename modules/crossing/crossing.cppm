@@ -9,3 +9,7 @@ import :net;
 import :separation;
 import :graph;
 import :transversal;
+import :parabola;
+import :search;
+import :planar;
+import :straight;

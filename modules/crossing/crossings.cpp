@@ -16,24 +16,31 @@ namespace camber {
 
 namespace {
 
-Crossings joined(Crossings all, Crossings more) {
-    all.pairs += more.pairs;
-    all.crossing += more.crossing;
-    all.undecided += more.undecided;
-    all.found.insert(all.found.end(), more.found.begin(), more.found.end());
-    return all;
-}
+/// Two facets that more work may tell of; the same twice: one of itself.
+struct OpenPair {
+    FacetId first, second;
+};
 
-void enter(Crossings& all, FacetId first, FacetId second, Crossing verdict) {
-    if (verdict == Crossing::clear) return;
-    ++(verdict == Crossing::crossing ? all.crossing : all.undecided);
-    all.found.push_back({first, second, verdict});
-}
-
-/// What was found, and room for the facets near one, made once for many.
+/// What was found, what is open, and room for the facets near one, made once for many.
 struct Looking {
-    Crossings all;
+    Crossings all = {};
+    std::vector<OpenPair> open = {};
     std::vector<std::uint32_t> others = {};
+
+    void enter(FacetId first, FacetId second, const Judgement& judgement) {
+        all.steps += static_cast<std::size_t>(judgement.steps);
+        if (judgement.cut_short)
+            open.push_back({first, second});
+        else if (judgement.verdict != Crossing::clear)
+            all.found.push_back({first, second, judgement.verdict});
+    }
+    friend Looking operator+(Looking a, const Looking& b) {
+        a.all.pairs += b.all.pairs;
+        a.all.steps += b.all.steps;
+        a.all.found.insert(a.all.found.end(), b.all.found.begin(), b.all.found.end());
+        a.open.insert(a.open.end(), b.open.begin(), b.open.end());
+        return a;
+    }
 };
 
 template <int D>
@@ -44,23 +51,28 @@ class Facets {
         : mesh_(mesh), points_(points), mid_nodes_(mid_nodes), boxes_(boxes), tree_(boxes) {}
 
     /// Facet f with itself and with all that come after it.
-    void look_at(std::size_t f, Looking& looking) const {
-        auto& [all, others] = looking;
-        const NodalFacet<D> facet = nodal(f);
-        enter(all, FacetId(f), FacetId(f), crossing_of_itself(facet));
+    void look_at(std::size_t f, int effort, Looking& looking) const {
+        auto& [all, open, others] = looking;
+        const NodalFacet<D> facet = nodal(FacetId(f));
+        looking.enter(FacetId(f), FacetId(f), judge_itself(facet, effort));
         others.clear();
         tree_.meeting(boxes_[f], [&](std::size_t g) {
             if (g > f && boxes_[g].meets(boxes_[f])) others.push_back(static_cast<std::uint32_t>(g));
         });
         std::sort(others.begin(), others.end());
         all.pairs += others.size();
-        for (const std::uint32_t g : others) enter(all, FacetId(f), FacetId(g), crossing_of(facet, nodal(g)));
+        for (const std::uint32_t g : others)
+            looking.enter(FacetId(f), FacetId(g), judge_pair(facet, nodal(FacetId(g)), effort));
+    }
+
+    void look_again(const OpenPair& pair, int effort, Looking& looking) const {
+        looking.enter(pair.first, pair.second,
+                      pair.first == pair.second ? judge_itself(nodal(pair.first), effort)
+                                                : judge_pair(nodal(pair.first), nodal(pair.second), effort));
     }
 
   private:
-    [[nodiscard]] NodalFacet<D> nodal(std::size_t f) const {
-        return nodal_facet<D>(mesh_, points_, mid_nodes_, FacetId(f));
-    }
+    [[nodiscard]] NodalFacet<D> nodal(FacetId f) const { return nodal_facet<D>(mesh_, points_, mid_nodes_, f); }
 
     const QuadraticMesh<D>& mesh_;
     std::span<const Vec<D>> points_;
@@ -68,6 +80,47 @@ class Facets {
     std::span<const Box<D>> boxes_;
     BoxTree<D> tree_;
 };
+
+/// Pairs of pieces of the first look, and by how much more each later one is.
+constexpr int first_effort = 4;
+constexpr std::size_t growth = 8;
+
+/// Looks at what is open with more and more effort, as long as there is work to share out. Shares are of counts that
+/// are the same for any number of threads.
+template <int D>
+Outcome<Looking> look_closer(const Facets<D>& facets, Looking looking, std::size_t work, const Execution& execution) {
+    std::size_t effort = first_effort;
+    while (!looking.open.empty() && effort < default_effort) {
+        const std::size_t share = work / looking.open.size();
+        if (share <= effort) break;
+        effort = std::min({effort * growth, share, static_cast<std::size_t>(default_effort)});
+        const std::vector<OpenPair> open = std::exchange(looking.open, {});
+        auto again = reduce_each(
+            execution, open.size(), Looking{},
+            [&](Looking& l, std::size_t i) { facets.look_again(open[i], static_cast<int>(effort), l); },
+            [](Looking a, const Looking& b) { return std::move(a) + b; }, 16);
+        if (!again) return fail(again.error());
+        work -= std::min(work, again->all.steps);
+        looking = std::move(looking) + *again;
+    }
+    return looking;
+}
+
+/// Counts, and all pairs by rising facets: what is still open is undecided.
+Crossings told(Looking looking) {
+    Crossings all = std::move(looking.all);
+    all.cut_short = looking.open.size();
+    for (const OpenPair& pair : looking.open) all.found.push_back({pair.first, pair.second, Crossing::undecided});
+    std::sort(all.found.begin(), all.found.end(), [](const FacetCrossing& a, const FacetCrossing& b) {
+        return std::pair(a.first, a.second) < std::pair(b.first, b.second);
+    });
+    for (const FacetCrossing& pair : all.found) {
+        all.crossing += pair.verdict == Crossing::crossing ? 1 : 0;
+        all.touching += pair.verdict == Crossing::touching ? 1 : 0;
+        all.undecided += pair.verdict == Crossing::undecided ? 1 : 0;
+    }
+    return all;
+}
 
 }  // namespace
 
@@ -82,11 +135,13 @@ Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, std::span<const 
         if (!boxes) return fail(boxes.error());
         const Facets<D> facets(mesh, points, mid_nodes, *boxes);
         auto looked = reduce_each(
-            part_of(execution, 0.1, 1), n, Looking{},
-            [&](Looking& looking, std::size_t f) { facets.look_at(f, looking); },
-            [](Looking a, Looking b) { return Looking{joined(std::move(a.all), std::move(b.all))}; }, default_grain);
+            part_of(execution, 0.1, 0.9), n, Looking{},
+            [&](Looking& looking, std::size_t f) { facets.look_at(f, first_effort, looking); },
+            [](Looking a, const Looking& b) { return std::move(a) + b; }, default_grain);
         if (!looked) return fail(looked.error());
-        return std::move(looked->all);
+        auto closer = look_closer(facets, std::move(*looked), most_steps(n), without_progress(execution));
+        if (!closer) return fail(closer.error());
+        return told(std::move(*closer));
     });
 }
 

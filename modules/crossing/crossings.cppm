@@ -16,10 +16,15 @@ struct FacetCrossing {
     friend bool operator==(const FacetCrossing&, const FacetCrossing&) = default;
 };
 
+/// Pairs of pieces that a mesh's open pairs of facets may take in all.
+[[nodiscard]] constexpr std::size_t most_steps(std::size_t facets) { return 100'000 + 16 * facets; }
+
 /// What became of all pairs of a mesh's facets.
 struct Crossings {
     std::size_t pairs = 0;  ///< whose boxes meet, and that were looked at; the others are clear by their boxes
-    std::size_t crossing = 0, undecided = 0;
+    std::size_t crossing = 0, touching = 0, undecided = 0;
+    std::size_t cut_short = 0;              ///< of the undecided: for want of work; more of it might have told
+    std::size_t steps = 0;                  ///< the work: pairs of pieces that were looked at
     std::vector<FacetCrossing> found = {};  ///< those that are not clear, by rising facets
 
     [[nodiscard]] bool all_clear() const { return found.empty(); }
@@ -27,8 +32,8 @@ struct Crossings {
 };
 
 /// Whether the mesh's facets (boundary and interfaces) cross each other or themselves. Elements may all be valid and
-/// walls yet pass through each other: det J > 0 speaks of each element alone. Time: n log n and what pairs of near
-/// facets take. Errors: memory, stopped.
+/// walls yet pass through each other: det J > 0 speaks of each element alone. Every pair has a first look; what that
+/// leaves open shares `most_steps`. Time: n log n and what pairs of near facets take. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, const Execution& execution);
 

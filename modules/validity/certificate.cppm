@@ -48,6 +48,21 @@ template <int D>
 template <int D>
 [[nodiscard]] Certificate<D> certify_exactly(const QuadraticSimplex<D, D>& element, double bound);
 
+/// A point of an element where its condition fails, and by how much: exact values, rounded up.
+template <int D>
+struct Failure {
+    Barycentric<D> at{};  ///< weights, as a certificate's witness
+    double jacobian = 0;  ///< det J there; of a triangle in space, times the length of its straight one's normal
+    double scaled = 0;    ///< det J over |det of the straight element|; +∞, 0 or −∞, by sign, where that is 0
+};
+
+/// A point where an invalid element fails, of as few binary digits as show it, proved in integers: near `near` if it
+/// fails there, else near its certificate's witness. None for elements that are not invalid, and where the witness has
+/// no doubles.
+template <int D>
+[[nodiscard]] std::optional<Failure<D>> find_failure(const NodalSimplex<D>& element, double bound,
+                                                     const Barycentric<D>& near);
+
 /// Limits of the exact bisection of a tetrahedron: in a row, and parts in all.
 inline constexpr int exact_depth = 240;
 inline constexpr int exact_parts = 20000;

@@ -5,6 +5,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <new>
 #include <optional>
 #include <utility>
@@ -54,15 +55,22 @@ using Points = std::array<Vec<D>, quadratic_nodes<D>>;
 template <int D>
 using IntegerPoints = std::array<std::array<Integer, D>, quadratic_nodes<D>>;
 
+/// The power of two that all coordinates along an axis are whole multiples of.
+template <int D, std::size_t N>
+int common_exponent(const std::array<Points<D>, N>& elements, int c) {
+    int lowest = 2000;
+    for (const auto& points : elements)
+        for (const Vec<D>& p : points)
+            if (p[c] != 0) lowest = std::min(lowest, dyadic(p[c]).exponent);
+    return lowest;
+}
+
 /// The points of both elements times a power of two for each axis.
 template <int D, std::size_t N>
 std::array<IntegerPoints<D>, N> integers(const std::array<Points<D>, N>& elements) {
     std::array<IntegerPoints<D>, N> out;
     for (int c = 0; c < D; ++c) {
-        int lowest = 2000;
-        for (const auto& points : elements)
-            for (const Vec<D>& p : points)
-                if (p[c] != 0) lowest = std::min(lowest, dyadic(p[c]).exponent);
+        const int lowest = common_exponent<D>(elements, c);
         for (std::size_t n = 0; n < N; ++n)
             for (int i = 0; i < quadratic_nodes<D>; ++i) {
                 const Dyadic x = dyadic(elements[n][i][c]);
@@ -185,9 +193,9 @@ std::pair<int, int> failing_corner(const Tensor<D, S, Integer>& part) {
 template <int D>
 using Weights = std::array<Integer, D + 1>;
 
-/// Whether the condition fails at w/Σw: (Σw)^D det J = Σ multinomial(α) w^α c_α.
+/// (Σw)^D det J at w/Σw, in the tensor's unit: Σ multinomial(α) w^α c_α.
 template <int D>
-bool fails_at(const Tensor<D, 0, Integer>& t, const Weights<D>& w) {
+Integer value_at(const Tensor<D, 0, Integer>& t, const Weights<D>& w) {
     Integer value;
     for (int p = 0; p < jacobian_coefficients<D>; ++p) {
         Integer term = t.values[0][p] * static_cast<int>(multinomial<D>(jacobian_indices<D>[p]));
@@ -195,11 +203,36 @@ bool fails_at(const Tensor<D, 0, Integer>& t, const Weights<D>& w) {
             for (int m = 0; m < jacobian_indices<D>[p][i]; ++m) term *= w[i];
         value += term;
     }
-    Integer sum;
+    return value;
+}
+
+/// (Σw)^D.
+template <int D>
+Integer size_of(const Weights<D>& w) {
+    Integer sum, size = 1;
     for (const Integer& x : w) sum += x;
-    Integer least = magnitude_of(t.straight[0]);
-    for (int i = 0; i < D; ++i) least *= sum;
-    return !holds(value, least);
+    for (int i = 0; i < D; ++i) size *= sum;
+    return size;
+}
+
+/// Whether the condition fails at w/Σw.
+template <int D>
+bool fails_at(const Tensor<D, 0, Integer>& t, const Weights<D>& w) {
+    return !holds(value_at<D>(t, w), Integer(magnitude_of(t.straight[0]) * size_of<D>(w)));
+}
+
+/// Doubles as whole numbers, up to a power of two.
+template <int D>
+Weights<D> whole_weights(const Barycentric<D>& point) {
+    int lowest = 2000;
+    for (const double x : point)
+        if (x != 0) lowest = std::min(lowest, dyadic(x).exponent);
+    Weights<D> w;
+    for (int i = 0; i <= D; ++i) {
+        const Dyadic x = dyadic(point[i]);
+        if (x.mantissa != 0) w[i] = Integer(x.mantissa) << (x.exponent - lowest);
+    }
+    return w;
 }
 
 /// The weights in doubles, where their rounding does not spoil what they show (`still` fails there).
@@ -224,15 +257,7 @@ std::optional<Barycentric<D>> in_doubles(Weights<D> w, Still&& still) {
     const bool power_of_two = (sum & (sum - 1)) == 0;
     if (longest <= 1000 && power_of_two)
         for (double& x : point) x = std::ldexp(x, -static_cast<int>(msb(sum)));
-    int lowest = 2000;
-    for (const double x : point)
-        if (x != 0) lowest = std::min(lowest, dyadic(x).exponent);
-    Weights<D> taken;
-    for (int i = 0; i <= D; ++i) {
-        const Dyadic x = dyadic(point[i]);
-        if (x.mantissa != 0) taken[i] = Integer(x.mantissa) << (x.exponent - lowest);
-    }
-    if (!still(taken)) return {};
+    if (!still(whole_weights<D>(point))) return {};
     return point;
 }
 
@@ -331,12 +356,17 @@ Certificate<3> decide_tetrahedron(const Tensor<3, 0, Integer>& whole) {
     return certificate;
 }
 
-/// Nodes times one power of two: the axes of a triangle in space are summed over.
-std::array<std::array<Integer, 3>, quadratic_nodes<2>> integers_of(const SurfaceTriangle& t) {
+int common_exponent(const SurfaceTriangle& t) {
     int lowest = 2000;
     for (const Vec<3>& p : t.nodes)
         for (const double x : p.c)
             if (x != 0) lowest = std::min(lowest, dyadic(x).exponent);
+    return lowest;
+}
+
+/// Nodes times one power of two: the axes of a triangle in space are summed over.
+std::array<std::array<Integer, 3>, quadratic_nodes<2>> integers_of(const SurfaceTriangle& t) {
+    const int lowest = common_exponent(t);
     std::array<std::array<Integer, 3>, quadratic_nodes<2>> out;
     for (int i = 0; i < quadratic_nodes<2>; ++i)
         for (int c = 0; c < 3; ++c) {
@@ -397,7 +427,116 @@ Certificate<D> decide_exactly(const Points<D>& points, Form form, double bound) 
     }
 }
 
+/// n/d · 2^exponent as a double, itself or rounded up: of the sign of n.
+double rounded_up(const Integer& n, const Integer& d, int exponent) {
+    if (n == 0) return 0;
+    const Integer size = magnitude_of(n);
+    const int shift = 64 - (static_cast<int>(msb(size)) - static_cast<int>(msb(d)));
+    const Integer above = shift > 0 ? Integer(size << shift) : size;
+    const Integer below = shift < 0 ? Integer(d << -shift) : d;
+    const Integer quotient = above / below;
+    const auto nearest = quotient.template convert_to<double>();
+    const double x = std::ldexp(n < 0 ? -nearest : nearest, exponent - shift);
+    const bool is_exact = std::abs(x) >= std::numeric_limits<double>::min() && std::isfinite(x) &&
+                          quotient * below == above && Integer(nearest) == quotient;
+    const double up = is_exact ? x : std::nextafter(x, std::numeric_limits<double>::infinity());
+    return n < 0 ? std::min(up, -std::numeric_limits<double>::denorm_min()) : up;
+}
+
+/// A point in binary digits: weights that sum to 2^digits.
+template <int D>
+Weights<D> in_digits(const Barycentric<D>& point, int digits) {
+    double sum = 0;
+    for (const double x : point) sum += x;
+    Weights<D> w;
+    Integer left = Integer(1) << digits;
+    for (int i = 0; i <= D; ++i) {
+        w[i] = Integer(std::llround(std::ldexp(point[i] / sum, digits)));
+        left -= w[i];
+    }
+    *std::max_element(w.begin(), w.end()) += left;
+    return w;
+}
+
+/// Where an element fails, from places where it may.
+template <int D>
+class FailureSearch {
+  public:
+    /// `asked` for the bound, `full` for the bound 1; det J is in units of 2^exponent.
+    FailureSearch(Tensor<D, 0, Integer> asked, Tensor<D, 0, Integer> full, int exponent)
+        : asked_(std::move(asked)), full_(std::move(full)), exponent_(exponent) {}
+
+    /// With as few digits as show it, and nearly as low as it is there.
+    [[nodiscard]] std::optional<Failure<D>> near(const Barycentric<D>& place) const {
+        const Weights<D> exactly = whole_weights<D>(place);
+        if (!fails_at<D>(asked_, exactly)) return {};
+        const double low = scaled(exactly);
+        const double enough = low + scaled_jacobian_tolerance * std::max(1.0, std::abs(low));
+        for (const int digits : {6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 52}) {
+            const Weights<D> w = in_digits<D>(place, digits);
+            if (!fails_at<D>(asked_, w) || scaled(w) > enough) continue;
+            Barycentric<D> at{};
+            for (int i = 0; i <= D; ++i) at[i] = std::ldexp(w[i].template convert_to<double>(), -digits);
+            return Failure<D>{at, value(w), scaled(w)};
+        }
+        return Failure<D>{place, value(exactly), low};
+    }
+
+  private:
+    [[nodiscard]] double value(const Weights<D>& w) const {
+        constexpr int unit = D == 2 ? 2 : 6;
+        return rounded_up(value_at<D>(full_, w), size_of<D>(w) * unit, exponent_);
+    }
+    [[nodiscard]] double scaled(const Weights<D>& w) const {
+        const Integer v = value_at<D>(full_, w), straight = magnitude_of(full_.straight[0]);
+        if (straight != 0) return rounded_up(v, straight * size_of<D>(w), 0);
+        constexpr double infinity = std::numeric_limits<double>::infinity();
+        return v > 0 ? infinity : v < 0 ? -infinity : 0;
+    }
+
+    Tensor<D, 0, Integer> asked_, full_;
+    int exponent_;
+};
+
+/// At `near`, else at the certificate's witness.
+template <int D, class Element>
+std::optional<Failure<D>> failure_of(const FailureSearch<D>& search, const Element& element, double bound,
+                                     const Barycentric<D>& near) {
+    if (const auto found = search.near(near)) return found;
+    const Certificate<D> certificate = certify(element, bound);
+    return certificate.verdict == Verdict::invalid && certificate.witness ? search.near(*certificate.witness)
+                                                                          : std::nullopt;
+}
+
 }  // namespace
+
+template <int D>
+std::optional<Failure<D>> find_failure(const NodalSimplex<D>& element, double bound, const Barycentric<D>& near) {
+    if (!all_finite<D>(element.nodes) || !usable(bound)) return {};
+    try {
+        const std::array<Points<D>, 1> nodes{element.nodes};
+        int exponent = 0;
+        for (int c = 0; c < D; ++c) exponent += common_exponent<D>(nodes, c);
+        return failure_of<D>(FailureSearch<D>(tensor_of<D, 0>(nodes, Form::nodes, bound),
+                                              tensor_of<D, 0>(nodes, Form::nodes, 1), exponent),
+                             element, bound, near);
+    } catch (const std::bad_alloc&) {
+        return {};
+    }
+}
+
+std::optional<Failure<2>> find_failure(const SurfaceTriangle& triangle, double bound, const Barycentric<2>& near) {
+    if (!std::all_of(triangle.nodes.begin(), triangle.nodes.end(), [](const Vec<3>& p) { return is_finite(p); }) ||
+        !usable(bound))
+        return {};
+    try {
+        return failure_of<2>(
+            FailureSearch<2>(tensor_of(triangle, bound), tensor_of(triangle, 1), 4 * common_exponent(triangle)),
+            triangle, bound, near);
+    } catch (const std::bad_alloc&) {
+        return {};
+    }
+}
 
 template <int D>
 Certificate<D> certify_exactly(const NodalSimplex<D>& element, double bound) {
@@ -440,9 +579,10 @@ MotionCertificate<D> certify_motion_exactly(const NodalSimplex<D>& from, const N
     return certificate;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                          \
-    template Certificate<D> certify_exactly<D>(const NodalSimplex<D>&, double);        \
-    template Certificate<D> certify_exactly<D>(const QuadraticSimplex<D, D>&, double); \
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template std::optional<Failure<D>> find_failure<D>(const NodalSimplex<D>&, double, const Barycentric<D>&); \
+    template Certificate<D> certify_exactly<D>(const NodalSimplex<D>&, double);                                \
+    template Certificate<D> certify_exactly<D>(const QuadraticSimplex<D, D>&, double);                         \
     template MotionCertificate<D> certify_motion_exactly<D>(const NodalSimplex<D>&, const NodalSimplex<D>&, double);
 
 CAMBER_INSTANTIATE(2)

@@ -1,6 +1,7 @@
 module;
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 export module camber.validity:surface_triangle;
 import camber.core;
@@ -53,6 +54,8 @@ struct SurfaceTriangle {
 /// As of an element: by coefficients, bisections, twice the digits and integers; no triangle stays undecided.
 [[nodiscard]] Certificate<2> certify(const SurfaceTriangle& triangle, double bound);
 [[nodiscard]] Certificate<2> certify_exactly(const SurfaceTriangle& triangle, double bound);
+[[nodiscard]] std::optional<Failure<2>> find_failure(const SurfaceTriangle& triangle, double bound,
+                                                     const Barycentric<2>& near);
 [[nodiscard]] Verdict decide(const SurfaceTriangle& triangle, double bound);
 [[nodiscard]] ElementValidity check_element(const SurfaceTriangle& triangle, double bound);
 

@@ -181,6 +181,14 @@ double scaled_down(const Jacobian& jacobian, double low, double blur) {
     return ratio - std::abs(ratio) * 0x1p-50;
 }
 
+/// A lower bound of the scaled Jacobian where det J > 0 everywhere: at least half of the minimum, so that it shows the
+/// sign; 0 where rounding hides it.
+template <int D>
+double positive_bound(const BoundedJacobian<D>& jacobian) {
+    const auto low = smallest_value(jacobian, 0.5, 0);
+    return std::max(scaled_down(jacobian, low.value, blur_of(jacobian).after(low.depth)), 0.0);
+}
+
 }  // namespace
 
 template <int D>
@@ -260,7 +268,10 @@ ElementValidity check_element(const BoundedJacobian<D>& jacobian, double bound) 
         validity.min_scaled_jacobian = scaled_down(jacobian, low.value, blur_of(jacobian).after(low.depth));
         // The verdict is a certificate too, and a sharper one near the bound.
         if (validity.verdict == Verdict::valid)
-            validity.min_scaled_jacobian = std::max({validity.min_scaled_jacobian, bound, 0.0});
+            validity.min_scaled_jacobian = std::max(validity.min_scaled_jacobian, bound);
+        if (!(validity.min_scaled_jacobian > 0) &&
+            (validity.verdict == Verdict::valid || (bound > 0 && decide(jacobian, 0) == Verdict::valid)))
+            validity.min_scaled_jacobian = positive_bound(jacobian);
     }
     return validity;
 }
@@ -276,7 +287,7 @@ bool all_finite(const std::array<Vec<D>, quadratic_nodes<K>>& points) {
 
 /// Plain doubles where they will do, twice the digits where not, and integers for the verdict where even these blur it.
 template <int D, class Element>
-ElementValidity check(const Element& element, bool element_is_finite, double bound) {
+ElementValidity check_by_levels(const Element& element, bool element_is_finite, double bound) {
     const BoundedJacobian<D> plain = bounded_jacobian(element);
     if (!blurred(plain)) {
         const ElementValidity validity = check_element(plain, bound);
@@ -291,6 +302,20 @@ ElementValidity check(const Element& element, bool element_is_finite, double bou
         if (validity.verdict == Verdict::valid)
             validity.min_scaled_jacobian = std::max({validity.min_scaled_jacobian, bound, 0.0});
     }
+    return validity;
+}
+
+/// The bound shows the sign where that is certain, also of what is only below the bound that is asked for: in numbers
+/// of twice the digits where doubles hide it.
+template <int D, class Element>
+ElementValidity check(const Element& element, bool element_is_finite, double bound) {
+    ElementValidity validity = check_by_levels<D>(element, element_is_finite, bound);
+    double& least = validity.min_scaled_jacobian;
+    if (least > 0 || !std::isfinite(least)) return validity;
+    if (validity.verdict != Verdict::valid && (!(bound > 0) || certify(element, 0).verdict != Verdict::valid))
+        return validity;
+    const BoundedJacobian<D> sharp = sharp_jacobian(element);
+    least = finite(sharp) && !straight_is_flat(sharp) ? positive_bound(sharp) : 0;
     return validity;
 }
 

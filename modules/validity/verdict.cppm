@@ -17,8 +17,9 @@ enum class Verdict : std::uint8_t { valid, invalid, undecided };
 struct ElementValidity {
     Verdict verdict = Verdict::undecided;
     /// Certified lower bound of min det J / |det of the straight element with the same vertices|, at most 1e-3 · max(1,
-    /// |minimum|) below it. Where the straight element is flat to rounding there is no such number: +∞ if det J > 0
-    /// everywhere, −∞ else.
+    /// |minimum|) below it; not negative where det J > 0 everywhere is certified, and positive there but for what
+    /// rounding hides (0: more than 0). Where the straight element is flat to rounding there is no such number: +∞ if
+    /// det J > 0 everywhere, −∞ else.
     double min_scaled_jacobian = 0;
     /// The straight element is flat or inverted; this says nothing about the curved one.
     bool straight_inverted = false;

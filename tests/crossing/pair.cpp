@@ -223,8 +223,9 @@ TEST_CASE("degenerate facets") {
         CHECK(crossing_of(point, point) == Crossing::clear);
         CHECK(crossing_of_itself(point) == Crossing::undecided);
     }
-    SUBCASE("a vertex on the other's face, an edge along it: undecided") {
-        CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, z, x + z})) == Crossing::undecided);
+    SUBCASE("a vertex on the other's face, an edge along it: they touch") {
+        CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, z, x + z})) == Crossing::touching);
+        CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, x * 0.25, x + z})) == Crossing::touching);
     }
     SUBCASE("coplanar facets that overlap are not clear; that are apart are") {
         CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, x + y, x})) != Crossing::clear);

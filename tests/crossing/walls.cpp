@@ -7,6 +7,7 @@
 
 #include "facets.hpp"
 #include "property.hpp"
+#include "walls.hpp"
 
 import camber.core;
 import camber.bezier;
@@ -18,22 +19,6 @@ using camber::testing::property;
 using namespace camber::testing;
 
 namespace {
-
-/// A surface of triangles (a curve of edges) with its mid nodes put where `place` puts the middles of chords.
-template <int D, class Place>
-QuadraticMesh<D> wall_of(std::vector<Vec<D>> points, std::vector<SimplexVertices<D - 1>> facets, Place&& place) {
-    LinearMesh<D> mesh;
-    mesh.points = Buffer<Vec<D>>(points.begin(), points.end());
-    mesh.point_references = Buffer<Reference>(points.size(), 0);
-    mesh.facets.references = Buffer<Reference>(facets.size(), 1);
-    mesh.facets.vertices = Buffer<SimplexVertices<D - 1>>(facets.begin(), facets.end());
-    auto curved = elevate(std::move(mesh), Execution{});
-    REQUIRE(curved.has_value());
-    Buffer<LagrangeNode<D>> nodes = take(std::move(curved->mid_nodes));
-    for (LagrangeNode<D>& node : nodes) node.point = place(node.point);
-    curved->mid_nodes = std::move(nodes);
-    return std::move(*curved);
-}
 
 Vec<3> on_torus(const Vec<3>& p) {
     const double r = std::hypot(p[0], p[1]);
@@ -85,12 +70,6 @@ QuadraticMesh<2> circles(std::size_t n, double inner, std::size_t m, double oute
         const bool of_outer = norm(p) > middle * std::cos(std::numbers::pi / static_cast<double>(m));
         return normalised(p) * (of_outer ? outer : inner);
     });
-}
-
-Crossings crossings_of(const auto& mesh, int threads = 1) {
-    auto found = find_crossings(mesh, Execution{.threads = threads});
-    REQUIRE(found.has_value());
-    return *found;
 }
 
 }  // namespace

@@ -2,12 +2,15 @@
 
     python3 tests/pipelines/test_check.py build/bin/camber [unittest arguments]
 """
+import copy
 import csv
 import io
 import json
+import re
 import subprocess
 import sys
 import unittest
+from fractions import Fraction
 
 import numpy as np
 
@@ -32,6 +35,26 @@ def scaled_jacobian(mesh, element, barycentric):
     values = jacobian.coefficients(nodes[None])[0][0]
     straight = np.linalg.det(nodes[1:k + 1] - nodes[0])
     return float(jacobian.bernstein_rows(k, [barycentric])[0] @ values / abs(straight))
+
+
+def exact_jacobian(mesh, element, weights):
+    """det J at w/Σw and det of the straight element, from 0, as fractions: from the shape functions' slopes."""
+    k = mesh.dim
+    nodes = [[Fraction(float(x)) for x in mesh.points[v]] for v in mesh.elements[element]]
+    xi = [w / sum(weights) for w in weights]
+    edges = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)][:k * (k + 1) // 2]
+
+    def slope(i, c):  # along barycentric coordinate i
+        return (4 * xi[i] - 1) * nodes[i][c] + sum(
+            4 * xi[b if a == i else a] * nodes[k + 1 + e][c] for e, (a, b) in enumerate(edges) if i in (a, b))
+
+    def det(m):
+        if len(m) == 2:
+            return m[0][0] * m[1][1] - m[0][1] * m[1][0]
+        return sum((-1) ** j * m[0][j] * det([row[:j] + row[j + 1:] for row in m[1:]]) for j in range(3))
+
+    curved = [[slope(i, c) - slope(0, c) for c in range(k)] for i in range(1, k + 1)]
+    return det(curved), det([[nodes[i][c] - nodes[0][c] for c in range(k)] for i in range(1, k + 1)])
 
 
 class Check(unittest.TestCase):
@@ -210,7 +233,7 @@ class Check(unittest.TestCase):
     def test_walls_of_straight_meshes_cross_and_touch(self):
         for dim in (2, 3):
             one = lattice(dim, 1)
-            for move, verdict in (([0.5, 0.3, 0.2], "crossing"), ([1, 0.3, 0.2], "undecided")):
+            for move, verdict in (([0.5, 0.3, 0.2], "crossing"), ([1, 0.3, 0.2], "touching")):
                 number = len(one.points)
                 both = Mesh(np.concatenate([one.points, one.points + move[:dim]]),
                             one.elements + [tuple(v + number for v in e) for e in one.elements],
@@ -218,7 +241,9 @@ class Check(unittest.TestCase):
                 code = 1 if verdict == "crossing" else 0  # touching is told, and no harm: slits do
                 found = self.report(both, code=code)["crossings"]
                 self.assertTrue(any(pair["verdict"] == verdict and pair["straight_too"] for pair in found["found"]))
-                self.assertIn("mend the straight mesh", self.check(both, code=code).stdout)
+                self.assertEqual((found["undecided"], found["cut_short"]), (0, 0))
+                self.assertIn("mend the straight mesh" if verdict == "crossing" else "touch: contact",
+                              self.check(both, code=code).stdout)
 
     def test_every_verdict_and_witness_is_the_oracle_s(self):
         for dim, n, amplitude in ((2, 4, 0.4), (3, 2, 0.35)):
@@ -247,6 +272,60 @@ class Check(unittest.TestCase):
                 # Where it is lowest: the certified bound is just below.
                 self.assertLessEqual(worst["min_scaled_jacobian"], value)
                 self.assertLess(value - worst["min_scaled_jacobian"], 4e-3 * max(1, abs(value)))
+
+    def test_what_is_printed_of_an_invalid_element_fails_exactly(self):
+        """det J at the very digits of the text and of --json, in fractions of the file's numbers."""
+        for dim, n, amplitude, scale in ((2, 3, 0.4, 1.0), (3, 1, 0.4, 1e-40), (3, 1, 0.3, 1e40)):
+            mesh = elevated(lattice(dim, n), self.random, amplitude)
+            mesh.points = mesh.points * scale
+            # Elements that only just fail: a node almost where det J vanishes at a vertex, to the last bit.
+            first = mesh.elements[0]
+            mid, a, b = first[dim + 1], first[0], first[1]
+            mesh.points[mid] = mesh.points[a] + 0.25 * (mesh.points[b] - mesh.points[a])
+            found = self.report(mesh, "--worst", "100", code=1)
+            failing = [w for w in found["worst"] if w["verdict"] == "invalid"]
+            self.assertEqual(len(failing), found["invalid"])
+            self.assertGreater(len(failing), 2)
+            lines = self.check(mesh, "--worst", "100").stdout.splitlines()
+            for worst in failing:
+                element = worst["element"] - 1
+                row = next(line for line in lines if re.match(rf" +{worst['element']} +\S+ +invalid ", line))
+                printed = [Fraction(x) for x in re.search(r"\(([^)]*)\);", row)[1].split(", ")]
+                for weights in (printed, [Fraction(x) for x in worst["witness"]["barycentric"]]):
+                    value, straight = exact_jacobian(mesh, element, weights)
+                    self.assertLessEqual(value, 0)
+                    if straight != 0:
+                        told = Fraction(worst["witness"]["scaled_jacobian"])
+                        self.assertGreaterEqual(told, value / abs(straight))
+                        self.assertLessEqual(told, 0)
+                least = float(row.split()[3])
+                self.assertLessEqual(least, worst["min_scaled_jacobian"])
+
+    def test_no_bound_below_zero_beside_elements_that_are_valid(self):
+        """Where det J almost vanishes within the element, and a bound is asked for that is not kept."""
+        straight = elevated(Mesh([[0, 0], [1, 0], [0, 1]], [(0, 1, 2)], [(0, 1), (1, 2), (2, 0)]))
+        seen = 0
+        while seen < 2:
+            mesh, moves = copy.deepcopy(straight), self.random.normal(size=(3, 2))
+
+            def bent(size):
+                mesh.points[3:] = straight.points[3:] + size * moves
+                return mesh
+
+            low, high = 0.0, 4.0
+            for _ in range(24):
+                middle = (low + high) / 2
+                low, high = (middle, high) if verdicts(bent(middle)) == ["valid"] else (low, middle)
+            bent(low * (1 - 1e-4))
+            if min(scaled_jacobian(mesh, 0, corner) for corner in np.eye(3)) < 0.1:
+                continue
+            seen += 1
+            for bound, verdict in (("0", "valid"), ("0.1", "invalid")):
+                found = self.report(mesh, "--min-scaled-jacobian", bound)
+                self.assertEqual(found[verdict], 1)
+                self.assertGreater(found["min_scaled_jacobian"], 0)
+                self.assertLess(found["min_scaled_jacobian"], 1e-2)
+                self.assertGreater(found["worst"][0]["min_scaled_jacobian"], 0)
 
     def test_the_worst_are_the_worst(self):
         mesh = elevated(lattice(3, 2), self.random, 0.2)

@@ -122,7 +122,9 @@ struct CrossingReport {
 /// Walls that pass through each other.
 struct CrossingsReport {
     bool looked_at = true;  ///< false: the mesh has fatal defects
-    std::size_t facets = 0, pairs = 0, crossing = 0, undecided = 0;
+    std::size_t facets = 0, pairs = 0, crossing = 0, touching = 0, undecided = 0;
+    std::size_t cut_short = 0;               ///< of the undecided: for want of work
+    std::size_t steps = 0;                   ///< the work
     std::vector<CrossingReport> found = {};  ///< by rising facets
 };
 

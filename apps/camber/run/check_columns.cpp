@@ -1,7 +1,9 @@
 module;
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <iterator>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,12 +29,27 @@ struct Style {
 constexpr Style json_style{.quote = "\"", .infinite_is_null = true};
 constexpr Style csv_style{.quote = "", .infinite_is_null = false};
 
+/// A lower bound in few digits: read back in doubles too it is not above the float.
+std::string digits_below(float x) {
+    std::string text = fmt::format("{}", x);
+    if (std::isfinite(x) && std::strtod(text.c_str(), nullptr) > static_cast<double>(x))
+        text = fmt::format("{}", std::nextafter(x, -std::numeric_limits<float>::infinity()));
+    return text;
+}
+
 template <class Real>
 void put_real(Out out, Real x, const Style& style) {
     if (!std::isfinite(x) && style.infinite_is_null)
         fmt::format_to(out, "null");
     else
         fmt::format_to(out, "{}", x);
+}
+
+void put_bound(Out out, float x, const Style& style) {
+    if (!std::isfinite(x))
+        put_real(out, x, style);
+    else
+        fmt::format_to(out, "{}", digits_below(x));
 }
 
 void put(Out out, const ElementColumns& columns, std::string_view column, std::size_t e, const Style& style) {
@@ -43,7 +60,7 @@ void put(Out out, const ElementColumns& columns, std::string_view column, std::s
     else if (column == "straight_inverted")
         fmt::format_to(out, "{}", columns.straight_inverted[e] == 1);
     else if (column == "min_scaled_jacobian")
-        put_real(out, columns.min_scaled_jacobian[e], style);
+        put_bound(out, columns.min_scaled_jacobian[e], style);
     else if (column == "quality")
         put_real(out, columns.quality[e], style);
     else

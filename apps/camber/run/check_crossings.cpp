@@ -58,7 +58,10 @@ Outcome<CrossingsReport> crossings_report(const QuadraticMesh<D>& mesh, const Fi
     CrossingsReport report{.facets = made->linear.facets.size(),
                            .pairs = found->pairs,
                            .crossing = found->crossing,
-                           .undecided = found->undecided};
+                           .touching = found->touching,
+                           .undecided = found->undecided,
+                           .cut_short = found->cut_short,
+                           .steps = found->steps};
     report.found.reserve(found->found.size());
     for (const FacetCrossing& pair : found->found)
         report.found.push_back(

@@ -51,8 +51,9 @@ Json json(const SoundnessReport& s) {
 }
 
 Json json(const CrossingsReport& c) {
-    Json j{{"looked_at", c.looked_at}, {"facets", c.facets},       {"pairs", c.pairs},
-           {"crossing", c.crossing},   {"undecided", c.undecided}, {"found", Json::array()}};
+    Json j{{"looked_at", c.looked_at}, {"facets", c.facets},     {"pairs", c.pairs},
+           {"crossing", c.crossing},   {"touching", c.touching}, {"undecided", c.undecided},
+           {"cut_short", c.cut_short}, {"steps", c.steps},       {"found", Json::array()}};
     for (const CrossingReport& found : c.found) {
         const auto& [a, b] = found.facets;
         j["found"].push_back({{"verdict", word(found.verdict)},

@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -72,10 +73,12 @@ std::string validity_rows(const CheckReport& report) {
         table_row(fmt::format("undecided {}", judged), v.undecided) +
         table_row(is_alone ? "flat when straight" : "inverted or flat when straight", v.straight_inverted);
     if (report.mesh.degree == 2) {
-        text += table_row("smallest scaled Jacobian", v.worst > 0
-                                                          ? fmt::format("{:.4g} (1: as straight), of {} {}", v.smallest,
-                                                                        is_alone ? "triangle" : "element", v.worst)
-                                                          : "none: all flat");
+        text +=
+            table_row("smallest scaled Jacobian",
+                      v.worst > 0 ? fmt::format("{} (1: as straight), of {} {}",
+                                                scaled_jacobian_text(v.smallest, v.invalid == 0 && v.undecided == 0),
+                                                is_alone ? "triangle" : "element", v.worst)
+                                  : "none: all flat");
     } else if (!report.worst.empty()) {
         text += table_row("smallest quality", fmt::format("{:.4g}, of {} {} (det J says nothing of a straight mesh)",
                                                           report.worst[0].quality, is_alone ? "triangle" : "element",
@@ -107,13 +110,21 @@ std::string name_of(const FacetReport& f, const MeshReport& m) {
     return fmt::format("{} {} (reference {})", m.dimension == 2 ? "edge" : "triangle", name, f.reference);
 }
 
+std::string_view words_of(Crossing verdict) {
+    switch (verdict) {
+        case Crossing::crossing: return "pass through each other";
+        case Crossing::touching: return "touch";
+        default: return "touch, or are too near to each other to tell";
+    }
+}
+
 std::string sentence_of(const CrossingReport& c, const MeshReport& m) {
-    const bool certain = c.verdict == Crossing::crossing;
     const bool itself = c.facets[0].vertices == c.facets[1].vertices;
     const std::string what =
-        itself ? fmt::format("{} {}", name_of(c.facets[0], m), certain ? "crosses itself" : "may cross itself")
-               : fmt::format("{} and {} {}", name_of(c.facets[0], m), name_of(c.facets[1], m),
-                             certain ? "pass through each other" : "touch, or are too near to each other to tell");
+        itself ? fmt::format("{} {}", name_of(c.facets[0], m),
+                             c.verdict == Crossing::crossing ? "crosses itself" : "may cross itself")
+               : fmt::format("{} and {} {}", name_of(c.facets[0], m), name_of(c.facets[1], m), words_of(c.verdict));
+    if (c.verdict == Crossing::touching) return what + ": contact; to be joined they want common vertices";
     if (m.degree == 1 || c.straight_too) return what + ": mend the straight mesh";
     return what + (itself ? ": mend the nodes of its edges" : ": only curved; smaller facets bow less");
 }
@@ -125,11 +136,18 @@ std::string crossing_rows(const CheckReport& report, std::size_t most) {
     if (c.found.empty())
         return fmt::format("    {:<14}good: no two {} of the boundary pass through each other\n", "crossings",
                            facets_of(report.mesh));
-    std::string text =
-        fmt::format("  {} {:<14}{} pairs of {} pass through each other, {} undecided\n", c.crossing > 0 ? "!" : "-",
-                    "crossings", grouped(c.crossing), facets_of(report.mesh), grouped(c.undecided));
-    for (std::size_t i = 0; i < std::min(most, c.found.size()); ++i)
-        text += fmt::format("{:18}{}\n", "", sentence_of(c.found[i], report.mesh));
+    std::string text = fmt::format(
+        "  {} {:<14}{} pairs of {} pass through each other, {} touch, {} undecided{}\n", c.crossing > 0 ? "!" : "-",
+        "crossings", grouped(c.crossing), facets_of(report.mesh), grouped(c.touching), grouped(c.undecided),
+        c.cut_short > 0 ? fmt::format(" ({} of them for want of work)", grouped(c.cut_short)) : std::string());
+    // What passes through comes first, then what may.
+    std::size_t shown = 0;
+    for (const Crossing verdict : {Crossing::crossing, Crossing::undecided, Crossing::touching})
+        for (const CrossingReport& pair : c.found)
+            if (pair.verdict == verdict && shown < most) {
+                text += fmt::format("{:18}{}\n", "", sentence_of(pair, report.mesh));
+                ++shown;
+            }
     if (c.found.size() > most) text += fmt::format("{:18}and {} more (--json)\n", "", grouped(c.found.size() - most));
     return text;
 }
@@ -138,6 +156,14 @@ std::string list_numbers(const std::vector<double>& values, std::string_view for
     std::string text;
     for (const double x : values) text += (text.empty() ? "" : ", ") + fmt::format(fmt::runtime(format), x);
     return "(" + text + ")";
+}
+
+/// Where an invalid element fails as it is proved: all digits, or fractions.
+std::string barycentric_text(const ElementReport& e) {
+    const std::vector<double>& weights = e.witness->barycentric;
+    if (e.verdict != Verdict::invalid) return list_numbers(weights, "{:.3g}");
+    const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+    return list_numbers(weights, sum == 1 ? "{:.60g}" : fmt::format("{{:.60g}}/{:.60g}", sum));
 }
 
 /// What a semicolon divides, on lines of their own.
@@ -168,11 +194,11 @@ std::string worst_rows(const CheckReport& report) {
                     is_alone ? "triangle" : "element", "reference", "verdict", curved ? "scaled J" : "quality",
                     curved ? "lowest at: barycentric; point" : "reason");
     for (const ElementReport& e : report.worst) {
-        const double value = curved ? e.min_scaled_jacobian : e.quality;
-        text += fmt::format("  {:>10}{:>11}  {:<10}{:>12.4g}  ", e.number, e.reference, word(e.verdict), value);
+        const std::string value = curved ? scaled_jacobian_text(e.min_scaled_jacobian, e.verdict == Verdict::valid)
+                                         : fmt::format("{:.4g}", e.quality);
+        text += fmt::format("  {:>10}{:>11}  {:<10}{:>12}  ", e.number, e.reference, word(e.verdict), value);
         if (curved && e.witness)
-            text += fmt::format("{}; {}\n  {:47}", list_numbers(e.witness->barycentric, "{:.3g}"),
-                                list_numbers(e.witness->point, "{:.6g}"), "");
+            text += fmt::format("{}; {}\n  {:47}", barycentric_text(e), list_numbers(e.witness->point, "{:.6g}"), "");
         text += break_lines(e.reason, 49) + "\n";
     }
     return text;

@@ -6,6 +6,7 @@ module;
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <string>
 #include <tuple>
@@ -21,6 +22,7 @@ import camber.programmes;
 import camber.soundness;
 import :check;
 import :check_parts;
+import :rows;
 
 namespace camber::run {
 
@@ -99,23 +101,31 @@ std::string name_place(const Barycentric<D>& at, const std::vector<std::size_t>&
     return "inside";
 }
 
-template <int D>
-double evaluate_jacobian(const BoundedJacobian<D>& jacobian, const Barycentric<D>& at) {
-    double value = 0;
-    for (int p = 0; p < jacobian_coefficients<D>; ++p)
-        value += jacobian.coefficients[p] * bernstein<D>(jacobian_indices<D>[p], at);
-    return value;
+/// The straight element cannot be told from a flat one.
+template <int K>
+bool is_flat(const BoundedJacobian<K>& jacobian) {
+    return !(std::abs(jacobian.straight) > 2 * jacobian.error);
 }
 
-/// Where det J is lowest; of an invalid element a point where the condition certainly fails, when there is a nearer one
-/// to be had.
+/// A place, and det J there over |det of the straight element|; det J itself where that is flat.
 template <int D>
-LowestPoint<D> find_low_point(const BoundedJacobian<D>& jacobian, Verdict verdict, double bound) {
-    const LowestPoint<D> low = lowest_point(jacobian);
-    const double asked = std::max(bound, 0.0) * std::abs(jacobian.straight);
-    if (verdict != Verdict::invalid || low.jacobian < asked - 8 * jacobian.error) return low;
-    const auto certain = witness(jacobian, bound);
-    return certain ? LowestPoint<D>{*certain, evaluate_jacobian(jacobian, *certain)} : low;
+struct LowPlace {
+    Barycentric<D> at{};
+    double scaled_jacobian = 0;
+};
+
+/// Where det J is lowest; of an invalid element a point where the condition fails, proved. None if an invalid element
+/// has none.
+template <int K>
+std::optional<LowPlace<K>> find_low_place(const BoundedJacobian<K>& jacobian, const auto& nodes, Verdict verdict,
+                                          double bound) {
+    const LowestPoint<K> low = lowest_point(jacobian);
+    const bool flat = is_flat(jacobian);
+    if (verdict != Verdict::invalid)
+        return LowPlace<K>{low.at, flat ? low.jacobian : low.jacobian / std::abs(jacobian.straight)};
+    const auto failure = find_failure(nodes, bound, low.at);
+    if (!failure) return {};
+    return LowPlace<K>{failure->at, flat ? failure->jacobian : failure->scaled};
 }
 
 /// What the element's two faces on a smooth wall say; empty without.
@@ -139,10 +149,12 @@ struct Facts {
 
 std::string give_reason(const ElementReport& element, const Facts& facts) {
     const double value = element.witness->scaled_jacobian;
-    if (facts.flat) return fmt::format("flat when straight, and det J = {:.4g} {}", value, facts.where);
+    const std::string told =
+        element.verdict == Verdict::invalid ? upper_bound_text(value) : fmt::format("{:.4g}", value);
+    if (facts.flat) return fmt::format("flat when straight, and det J = {} {}", told, facts.where);
     if (element.verdict == Verdict::valid && std::abs(value - 1) < 1e-6) return "as good as straight";
     if (facts.inverted_all_over) return "inverted: det J is negative all over";
-    const std::string share = fmt::format("det J = {:.4g} of the straight element's {}", value, facts.where);
+    const std::string share = fmt::format("det J = {} of the straight element's {}", told, facts.where);
     switch (element.verdict) {
         case Verdict::valid: return element.straight_inverted ? share + "; inverted when straight, yet valid" : share;
         case Verdict::undecided:
@@ -154,17 +166,21 @@ std::string give_reason(const ElementReport& element, const Facts& facts) {
 }
 
 template <int K, int D>
-void describe_curved(const BoundedJacobian<K>& jacobian, const QuadraticSimplex<K, D>& curved, double bound,
-                     ElementReport& element) {
-    const LowestPoint<K> low = find_low_point(jacobian, element.verdict, bound);
-    const bool flat = !(std::abs(jacobian.straight) > 2 * jacobian.error);
-    const Vec<D> point = curved.point(low.at);
-    element.witness = Witness{{low.at.begin(), low.at.end()},
-                              {point.c.begin(), point.c.end()},
-                              flat ? low.jacobian : low.jacobian / std::abs(jacobian.straight)};
+void describe_curved(const BoundedJacobian<K>& jacobian, const auto& nodes, const QuadraticSimplex<K, D>& curved,
+                     double bound, ElementReport& element) {
+    const auto low = find_low_place(jacobian, nodes, element.verdict, bound);
+    if (!low) {
+        element.reason = "invalid in a place that no numbers of a double's digits name";
+        return;
+    }
+    Barycentric<K> place = low->at;
+    const double sum = std::accumulate(place.begin(), place.end(), 0.0);
+    for (double& x : place) x /= sum;
+    const Vec<D> point = curved.point(place);
+    element.witness = Witness{{low->at.begin(), low->at.end()}, {point.c.begin(), point.c.end()}, low->scaled_jacobian};
     const double highest = *std::max_element(jacobian.coefficients.begin(), jacobian.coefficients.end());
-    element.reason =
-        give_reason(element, {flat, highest < -jacobian.error, bound, name_place<K>(low.at, element.vertices)});
+    element.reason = give_reason(
+        element, {is_flat(jacobian), highest < -jacobian.error, bound, name_place<K>(low->at, element.vertices)});
 }
 
 template <int D>
@@ -172,7 +188,8 @@ void describe_curved(const Judged<D>& judged, ElementReport& element, std::size_
     element.min_scaled_jacobian = check_closely(judged, e).min_scaled_jacobian;
     with_element(judged, e, [&](const auto& nodes, const auto& curved) {
         const auto plain = bounded_jacobian(nodes);
-        describe_curved(blurred(plain) ? sharp_jacobian(nodes) : plain, curved, judged.validation.bound, element);
+        describe_curved(blurred(plain) ? sharp_jacobian(nodes) : plain, nodes, curved, judged.validation.bound,
+                        element);
     });
 }
 

@@ -13,6 +13,7 @@ module;
 #include <fmt/format.h>
 module camber.run;
 import :histogram;
+import :rows;
 
 namespace camber::run {
 
@@ -63,8 +64,10 @@ std::string numbers(const Histogram& h, std::string_view name, std::size_t width
 }
 
 std::string statistics(const Histogram& h, std::size_t width) {
-    const auto extreme = [](const Series& s, double Extremes::* which) {
-        return s.extremes ? fmt::format("{:.4g}", (*s.extremes).*which) : std::string();
+    const auto extreme = [&](const Series& s, double Extremes::* which) {
+        if (!s.extremes) return std::string();
+        const double x = (*s.extremes).*which;
+        return h.quantity == Quantity::scaled_jacobian ? lower_bound_text(x) : fmt::format("{:.4g}", x);
     };
     const auto some = [&](auto&& has) { return std::any_of(h.series.begin(), h.series.end(), has); };
     const bool extremes = some([](const Series& s) { return s.extremes.has_value(); });

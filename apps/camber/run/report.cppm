@@ -65,7 +65,7 @@ struct MetricReport {
 
 /// Pairs of facets that cross, curved as they are in the end (crossing:crossings).
 struct WallsReport {
-    std::size_t crossing = 0, undecided = 0;
+    std::size_t crossing = 0, touching = 0, undecided = 0;
     std::size_t first = 0, other = 0;  ///< the first pair that is not clear, from 1; 0: none
 };
 

@@ -129,6 +129,7 @@ Json json(const BoundaryReport& b) {
     if (b.nodes) j["nodes"] = json(*b.nodes);
     if (b.walls) {
         j["crossing_pairs"] = b.walls->crossing;
+        j["touching_pairs"] = b.walls->touching;
         j["undecided_pairs"] = b.walls->undecided;
     }
     return j;

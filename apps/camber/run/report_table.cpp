@@ -153,6 +153,9 @@ std::string validity_rows(const Report& report) {
     const auto counts = [&](std::size_t was, std::size_t is) {
         return changed && was != is ? grouped(was) + " -> " + grouped(is) : grouped(is);
     };
+    const auto smallest = [](const ValidityReport& of) {
+        return scaled_jacobian_text(of.smallest, of.invalid == 0 && of.undecided == 0);
+    };
     const std::string_view judged = report.mesh.is_surface_alone() ? "triangles" : "elements";
     text += table_row(fmt::format("invalid {}", judged), counts(before.invalid, v.invalid)) +
             table_row(fmt::format("undecided {}", judged), counts(before.undecided, v.undecided)) +
@@ -161,7 +164,7 @@ std::string validity_rows(const Report& report) {
             table_row("smallest scaled Jacobian",
                       v.worst == 0 && report.mesh.is_surface_alone()
                           ? std::string("none: all flat")
-                          : join_before_after(before.smallest, changed ? &v.smallest : nullptr, "{:.4g}") +
+                          : smallest(before) + (changed && v.smallest != before.smallest ? " -> " + smallest(v) : "") +
                                 " (1: as straight)");
     if (v.straight_inverted > 0) text += table_row("inverted or flat when straight", v.straight_inverted);
     if (const auto& r = report.relax)
@@ -229,7 +232,8 @@ std::string boundary_rows(const Report& report) {
     if (b.distances) text += table_row("geometry, both ways", b.distances->geometry) + distance_rows(*b.distances);
     if (b.walls && b.walls->first > 0)
         text += table_row("pairs of facets that cross",
-                          fmt::format("{}, undecided {}", grouped(b.walls->crossing), grouped(b.walls->undecided)));
+                          fmt::format("{}, touching {}, undecided {}", grouped(b.walls->crossing),
+                                      grouped(b.walls->touching), grouped(b.walls->undecided)));
     return text;
 }
 

@@ -75,7 +75,7 @@ template <int D>
 Outcome<WallsReport> measure_walls(const QuadraticMesh<D>& seen, const Execution& execution) {
     const auto found = find_crossings(seen, execution);
     if (!found) return fail(found.error());
-    WallsReport report{.crossing = found->crossing, .undecided = found->undecided};
+    WallsReport report{.crossing = found->crossing, .touching = found->touching, .undecided = found->undecided};
     if (!found->all_clear()) {
         report.first = found->found.front().first.index() + 1;
         report.other = found->found.front().second.index() + 1;
