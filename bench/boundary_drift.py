@@ -60,7 +60,7 @@ def shapes_of(x, y):
 
 
 def volume_within(nodes, dimension):
-    """∫ x·n / dimension, exactly, all simplices turned outwards from the centre where they are outer ones, else inwards (sign by the caller)."""
+    """∫ x·n / dimension over facets of a sphere around the origin, by a rule that is exact for degree 2."""
     if dimension == 2:
         t, w = numpy.polynomial.legendre.leggauss(4)
         t, w = (t + 1) / 2, w / 2
@@ -83,7 +83,6 @@ def abs_by_facet(parts):
 
 
 def judge(nodes, references, radii, dimension):
-    corners = dimension
     if dimension == 3:
         shapes = triangle_rule(8)[0]
     else:
@@ -95,8 +94,8 @@ def judge(nodes, references, radii, dimension):
         def error(points):
             return (numpy.linalg.norm(points, axis=-1) - radius).ravel()
         off.append(error(numpy.einsum('fkc,kp->fpc', of, shapes)))
-        at_vertices.append(error(of[:, :corners]))
-        at_nodes.append(error(of[:, corners:]))
+        at_vertices.append(error(of[:, :dimension]))
+        at_nodes.append(error(of[:, dimension:]))
         volumes.append((radius, volume_within(of, dimension)))
     volumes.sort()
     exact = [math.pi * r ** 2 if dimension == 2 else 4 / 3 * math.pi * r ** 3 for r, _ in volumes]
