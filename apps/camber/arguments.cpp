@@ -120,7 +120,8 @@ void add_metric(CLI::App* verb, std::optional<std::string>& metric) {
 void add_geometry(CLI::App* verb, GeometryArguments& a) {
     verb->add_option("--geometry", a.geometry,
                      "surrogate (from the mesh), straight, or JSON such as "
-                     "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}'")
+                     "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}' or "
+                     "'{\"mesh\": \"first.meshb\"}': the boundary of another mesh of the body")
         ->default_str("surrogate");
     verb->add_option("--cad", a.cad,
                      "The CAD model that the boundary is put onto (" + std::string(camber::cad_endings) +
@@ -184,9 +185,13 @@ void add_remesh(CLI::App& app, Verb& verb) {
         "length.\n\n"
         "  camber remesh wing.meshb --metric wing.solb -o finer.meshb\n"
         "  camber remesh wing.meshb --metric '{\"constant\": {\"sizes\": [0.1]}}' -o even.meshb\n"
-        "  camber remesh wing.meshb --metric wing.solb -o finer.meshb --output-metric finer.solb\n\n"
+        "  camber remesh wing.meshb --metric wing.solb -o finer.meshb --output-metric finer.solb\n"
+        "  camber remesh two.meshb -o three.meshb --geometry '{\"mesh\": \"one.meshb\"}'\n\n"
         "References, materials, interfaces, ridges, corners and whatever is required are kept; new vertices of the "
-        "boundary lie on the geometry. A mesh of degree 2 stays one: edges are measured along their curves, and every "
+        "boundary lie on the geometry: a smooth surface through its vertices, and "
+        "nodes where it is curved. Where a mesh is remeshed many times, each time from the one before, give the first "
+        "one as the geometry, or the CAD model: the boundary then stays where it was. A mesh of degree 2 stays one: "
+        "edges are measured along their curves, and every "
         "element that is made is valid. To curve what comes of a straight one onto the same geometry, put \"remesh\" "
         "before \"elevate\" in a config (configs/remesh.json). How it is done: docs/algorithms/cavity-operator.md");
     RemeshArguments& a = verb.remesh;

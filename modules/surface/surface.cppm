@@ -20,6 +20,8 @@ export import :inspection;
 import :analytic_parameters;
 import :geometry_sheets;
 import :meeting;
+import :cut_boundary;
+import :kinks;
 import :fans;
 export import :flat;
 import :given_directions;

@@ -138,6 +138,37 @@ TEST_CASE("the schema knows every key that is written") {
     for (const auto& [key, value] : options.items()) CHECK_FALSE(value["description"].get<std::string>().empty());
 }
 
+namespace {
+
+/// The keys of options and the words that are values, of all that a schema describes.
+void collect_words(const nlohmann::json& schema, std::vector<std::string>& words) {
+    if (schema.is_object()) {
+        if (schema.contains("properties") && schema["properties"].is_object())
+            for (const auto& [key, value] : schema["properties"].items()) words.push_back(key);
+        if (schema.contains("enum") && schema["enum"].is_array())
+            for (const auto& value : schema["enum"])
+                if (value.is_string()) words.push_back(value.get<std::string>());
+    }
+    if (schema.is_structured())
+        for (const auto& part : schema) collect_words(part, words);
+}
+
+}  // namespace
+
+TEST_CASE("every word that the schema has is explained") {
+    std::vector<std::string> words;
+    collect_words(nlohmann::json::parse(pipeline_schema()), words);
+    CHECK(words.size() > 100);
+    for (const std::string& word : words) {
+        if (word == "$schema") continue;  // of JSON itself
+        const auto text = explain(word);
+        CHECK_MESSAGE(text.has_value(), word);
+        if (text) CHECK(text->find(word) == 0);
+    }
+    CHECK(explain("mesh")->find("in \"geometry\"") != std::string::npos);
+    CHECK(explain("cad")->find("unit") != std::string::npos);
+}
+
 TEST_CASE("every topic is explained") {
     for (const std::string& topic : topics()) {
         const auto text = explain(topic);

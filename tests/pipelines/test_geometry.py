@@ -164,6 +164,25 @@ class Geometry(unittest.TestCase):
             self.assertIn(said, done.stderr)
             self.assertFalse((self.folder.path / "no.meshb").exists())
 
+    def test_a_mesh_that_is_remeshed_many_times(self):
+        """Its geometry is smooth through vertices and nodes, and the report says so; or the first mesh's."""
+        self.camber("generate", "shell", "-o", "shell.meshb", "--set", "inner_size=0.5", "--set", "outer_size=1",
+                    "--set", "outer_radius=2")
+        self.camber("curve", "shell.meshb", "-o", "0.meshb")
+        at_first = self.off_sphere("0.meshb", OUTER, 2)
+
+        def remesh(before, after, size, *geometry):
+            self.camber("remesh", before, "-o", after, "--report", "r.json", "--metric",
+                        json.dumps({"expression": {"size": f"{size}*sqrt(x^2+y^2+z^2)"}}), *geometry)
+            self.assertLess(self.off_sphere(after, OUTER, 2), 1.5 * at_first)
+            return report_of(self.folder.path / "r.json")["boundary"]
+
+        self.assertNotIn("curved_patches", remesh("0.meshb", "1.meshb", 0.4))  # curve put its nodes onto the surrogate
+        told = remesh("1.meshb", "2.meshb", 0.5)["curved_patches"]
+        self.assertEqual((told["smooth"], told["as_read"]), (2, 0))
+        self.assertLess(told["largest_kink"], 2)
+        self.assertEqual(remesh("1.meshb", "2.meshb", 0.5, "--geometry", '{"mesh": "0.meshb"}')["geometry"], "mesh")
+
     def test_no_length_without_a_metric(self):
         self.config("shell", "surrogate")
         done = self.folder.camber("run", "run.json", "--set", "stages/curve/boundary_nodes=length",

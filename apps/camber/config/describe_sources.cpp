@@ -146,7 +146,9 @@ const Choice<Geometry>& Described<Geometry>::get() {
         "geometry", "The shape that boundary nodes are put onto.",
         key<Surrogate>("surrogate", "a smooth surface through the mesh's boundary"),
         key<Straight>("straight", "the flat facets themselves"),
-        key<FilePath>("mesh", "the boundary of another mesh: smooth through its vertices, or its own curves"),
+        key<FilePath>("mesh",
+                      "the boundary of another mesh of the same body, smooth through its vertices and nodes: give the "
+                      "first mesh where one is remeshed many times"),
         key<Analytic>("analytic", "spheres, planes, cylinders, tori by reference, the surrogate on all others"),
         key<Cad>("cad", "the faces and edges of a CAD model, by reference beside the others"));
     return choice;

@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,7 @@ import camber.core;
 import camber.config;
 import camber.surface;
 import camber.cad;
+import :report;
 import :stages;
 
 namespace camber::run {
@@ -101,6 +103,8 @@ std::size_t unfit_entry(const LinearMesh<D>& mesh, std::span<const AnalyticGeome
     return i;
 }
 
+double degrees(double radians) { return radians * 180 / std::numbers::pi; }
+
 }  // namespace
 
 template <int D>
@@ -132,17 +136,29 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const G
                                        const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
                                        const FeatureOptions<D>& features_by, std::span<const LagrangeNode<D>> curves,
                                        const Execution& execution) {
+    std::optional<CurvedPatchesReport> patches;
     const auto make_surrogate = [&](const GeometryModel<D>& prescribed) -> Outcome<Surrogate<D>> {
-        auto through_normals = build_surrogate(mesh, edges, features, prescribed, SurrogateOptions{},
-                                               part_of(execution, 0, curves.empty() ? 1 : 0.9));
-        if (!through_normals || curves.empty()) return through_normals;
-        return with_curves<D>(std::move(*through_normals), mesh, edges, curves, part_of(execution, 0.9, 1));
+        auto straight = build_surrogate(mesh, edges, features, prescribed, SurrogateOptions{},
+                                        part_of(execution, 0, curves.empty() ? 1 : 0.3));
+        if (!straight || curves.empty()) return straight;
+        auto curved = with_curves<D>(std::move(*straight), mesh, edges, features, curves, prescribed,
+                                     SurrogateOptions{}, part_of(execution, 0.3, 1));
+        if (!curved) return fail(curved.error());
+        if (const CurvedPatches& of = curved->patches; of.smooth + of.as_read > 0)
+            patches = {of.smooth, of.as_read, degrees(of.kink), degrees(of.largest_kink)};
+        return std::move(curved->surrogate);
     };
-    const auto made = [](Geometry<D> g) { return MadeGeometry<D>{std::move(g)}; };
+    const auto made = [&](Geometry<D> g) {
+        MadeGeometry<D> out{std::move(g)};
+        out.curved_patches = patches;
+        return out;
+    };
     if (std::holds_alternative<config::Straight>(geometry)) return made(Geometry<D>(StraightGeometry<D>{}));
     if (const auto* of_model = std::get_if<config::Cad>(&geometry)) {
         if (!source.cad) return fail(ErrorKind::internal, "the CAD model was not read");
-        return make_cad_mixture<D>(*of_model, *source.cad, mesh, edges, make_surrogate, execution);
+        auto mixture = make_cad_mixture<D>(*of_model, *source.cad, mesh, edges, make_surrogate, execution);
+        if (mixture) mixture->curved_patches = patches;
+        return mixture;
     }
     if (std::holds_alternative<config::FilePath>(geometry)) {
         if (!source.mesh) return fail(ErrorKind::internal, "the geometry's mesh was not read");

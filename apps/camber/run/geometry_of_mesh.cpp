@@ -44,9 +44,12 @@ Outcome<Surrogate<D>> boundary_of(QuadraticMesh<D> mesh, const FeatureOptions<D>
     const auto& [linear, edges, nodes] = sound->mesh;
     const auto features = find_features(linear, edges, features_by, part_of(execution, 0.3, 0.5));
     if (!features) return fail(features.error());
-    auto smooth = build_surrogate(linear, edges, *features, SurrogateOptions{}, part_of(execution, 0.5, 0.9));
+    auto smooth = build_surrogate(linear, edges, *features, SurrogateOptions{}, part_of(execution, 0.5, 0.7));
     if (!smooth) return smooth;
-    return with_curves<D>(std::move(*smooth), linear, edges, nodes.view(), part_of(execution, 0.9, 1));
+    auto curved = with_curves<D>(std::move(*smooth), linear, edges, *features, nodes.view(), StraightGeometry<D>{},
+                                 SurrogateOptions{}, part_of(execution, 0.7, 1));
+    if (!curved) return fail(curved.error());
+    return std::move(curved->surrogate);
 }
 
 /// A vertex that is farther from the surface of its facet's reference than it may be.

@@ -94,6 +94,12 @@ struct BoundaryNodesReport {
     double mean_gain = 0, largest_gain = 0;
 };
 
+/// Of a mesh that was read with curves, the patches that have curves of their own.
+struct CurvedPatchesReport {
+    std::size_t smooth = 0, as_read = 0;  ///< with one surface through vertices and nodes; as they are in the file
+    double kink = 0, largest_kink = 0;    ///< between pieces of the smooth ones: root mean square, largest (degrees)
+};
+
 struct BoundaryReport {
     std::size_t surface_edges = 0, ridge_edges = 0, corners = 0, patches = 0;
     std::optional<double> straight_distance, curved_distance;  ///< largest, to the geometry (model units)
@@ -101,6 +107,7 @@ struct BoundaryReport {
     std::optional<CadReport> cad = {};
     std::optional<DistancesReport> distances = {};  ///< both ways, by entity, where that is asked for
     std::optional<BoundaryNodesReport> nodes = {};
+    std::optional<CurvedPatchesReport> curved_patches = {};
 };
 
 struct CurveReport {

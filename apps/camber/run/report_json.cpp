@@ -127,6 +127,11 @@ Json json(const BoundaryReport& b) {
     if (b.cad) j["cad"] = json(*b.cad);
     if (b.distances) j["distances"] = Json::parse(distances_json(*b.distances));
     if (b.nodes) j["nodes"] = json(*b.nodes);
+    if (b.curved_patches)
+        j["curved_patches"] = {{"smooth", b.curved_patches->smooth},
+                               {"as_read", b.curved_patches->as_read},
+                               {"kink", b.curved_patches->kink},
+                               {"largest_kink", b.curved_patches->largest_kink}};
     if (b.walls) {
         j["crossing_pairs"] = b.walls->crossing;
         j["touching_pairs"] = b.walls->touching;

@@ -221,6 +221,10 @@ std::string boundary_rows(const Report& report) {
         table_row("surface edges, ridges, corners",
                   fmt::format("{}, {}, {}", grouped(b.surface_edges), grouped(b.ridge_edges), grouped(b.corners)));
     if (b.cad) text += cad_rows(*b.cad);
+    if (const auto& of = b.curved_patches)
+        text += table_row("patches through the nodes, as read",
+                          fmt::format("{}, {}; kinks of {:.2g} degrees at most", grouped(of->smooth),
+                                      grouped(of->as_read), of->largest_kink));
     if (b.nodes)
         text += table_row(
             "boundary nodes by " + b.nodes->by,

@@ -149,6 +149,7 @@ struct MadeGeometry {
     std::optional<CadReport> cad = {};
     std::vector<EdgeId> ridges = {};  ///< edges of the mesh on edges of the model, and vertices on its vertices, rising
     std::vector<VertexId> corners = {};
+    std::optional<CurvedPatchesReport> curved_patches = {};
 };
 template <int D>
 [[nodiscard]] Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const GeometrySource& source,

@@ -91,7 +91,10 @@ Outcome<Described<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edg
                                 {},
                                 {},
                                 {},
-                                made->cad};
+                                made->cad,
+                                {},
+                                {},
+                                made->curved_patches};
     return Described<D>{{std::move(*features), options.required_boundary, std::move(made->geometry)}, report};
 }
 
