@@ -107,7 +107,7 @@ Reference entity_of(const Columns& entities, std::size_t i) {
 /// What tells lines apart that a vertex may not lie between.
 Marks kind_of(Marks marks) {
     Marks kind;
-    for (const Mark mark : {Mark::ridge, Mark::implied})
+    for (const Mark mark : {Mark::ridge, Mark::implied, Mark::embedded})
         if (marks.has(mark)) kind |= mark;
     return kind;
 }
@@ -153,6 +153,8 @@ Lines lines_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const BreaksO
     };
     for (std::size_t e = 0; e < edges.size(); ++e)
         if (!lines.of_edges[e].valid() && breaks_here(e)) lines.add(EdgeId(e), 0, 0, Mark::implied);
+    for (std::size_t l = 0; !breaks.edge_kinds.empty() && l < lines.edges.size(); ++l)
+        if (breaks.edge_kinds[lines.edges[l].index()] != EdgeKind::ridge) lines.marks[l] |= Mark::embedded;
     return lines;
 }
 

@@ -15,7 +15,8 @@ struct BreaksOfMesh {
 };
 
 /// The mesh with all that changes of it need. Lines are the edges that the mesh lists, those of kind `ridge`, and
-/// those with other than two facets or with facets of two references or entities (3D). Vertices are corners by the
+/// those with other than two facets or with facets of two references or entities (3D); embedded are those that `breaks`
+/// tells to be of another kind than `ridge`. Vertices are corners by the
 /// mesh's word, by `breaks`, where an association with a point or a group of vertices names them, and where they have
 /// other than two lines, or lines that differ in reference, entity or kind; in 2D where they have other than two
 /// facets, or facets that do. What cannot be changed soundly is held: vertices of no element, of facets or listed edges

@@ -50,6 +50,7 @@ enum class Mark : std::uint8_t {
     ridge = 16,    ///< a line that the maker lists among ridges
     implied = 32,  ///< a line that the maker did not list: found where facets break
     corner = 64,   ///< a vertex that the maker lists among corners
+    embedded = 128,  ///< a line at which nothing breaks: on a smooth surface, or inside
 };
 /// A set of marks.
 class Marks {
@@ -144,6 +145,9 @@ struct DynamicMesh {
     [[nodiscard]] bool is_free(VertexId v) const { return !element_of[v].valid() && !states[v].marks.has(Mark::held); }
     /// The line on an edge, if there is one.
     [[nodiscard]] LineId line_at(EdgeId e) const { return line_of.empty() ? LineId{} : line_of[e]; }
+    [[nodiscard]] bool is_embedded(LineId l) const { return l.valid() && line_marks[l].has(Mark::embedded); }
+    /// Whether surfaces end or break along an edge (3D).
+    [[nodiscard]] bool breaks_at(EdgeId e) const { return line_at(e).valid() && !is_embedded(line_at(e)); }
 };
 
 /// The local edge between two local vertices of a K-simplex.

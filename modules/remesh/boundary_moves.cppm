@@ -25,6 +25,17 @@ template <int D>
     });
 }
 
+/// Whether the lines at a vertex are one straight line along a step.
+[[nodiscard]] inline bool keeps_lines(const DynamicMesh<3>& mesh, const std::vector<LineId>& lines,
+                                      const Vec<3>& step) {
+    constexpr double parallel = 1e-9;
+    return std::ranges::all_of(lines, [&](LineId line) {
+        const auto& [a, b] = mesh.edges[mesh.lines[line]];
+        const Vec<3> along = mesh.points[b] - mesh.points[a];
+        return norm(cross(along, step)) <= parallel * norm(along) * norm(step);
+    });
+}
+
 /// A place, and where on the geometry that is.
 template <int D>
 struct BoundaryPlace {
@@ -73,7 +84,11 @@ template <int D>
         std::vector<FacetId> facets;
         facets_with(mesh, around.elements, edge, facets);
         place = boundary_place(on_geometry_at_edge(goal, mesh, edge, facets, on_chord));
-        if (place->point == on_chord && !keeps_planes(mesh, around.facets, on_chord - here)) place.reset();
+        constexpr double rounding = 1e-12;
+        const bool is_straight = distance(place->point, on_chord) <= rounding * norm(along);
+        if (is_straight &&
+            !(keeps_planes(mesh, around.facets, on_chord - here) && keeps_lines(mesh, around.lines, on_chord - here)))
+            place.reset();
     }
     return place;
 }

@@ -49,7 +49,7 @@ class Collapses final : public Pass<D> {
                 wished.rejected = RejectionReason::volume;
             wished.limits.longest = options_.longest;
             wished.limits.least_shape = shape_of_quality(options_.least_quality, D);
-            wished.limits.share_of_replaced = 1;
+            wished.limits.below_least = BelowLeast::not_if_no_worse;
             wished.limits.corrections = 0;
             best_shape = shape;
             best = std::move(wished);

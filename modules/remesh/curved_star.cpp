@@ -30,7 +30,14 @@ class CurvingStar {
   public:
     CurvingStar(const Remeshing<D>& r, const RemeshingGoal<D>& goal, const CavityWish<D>& wish,
                 const PatchLimits& limits, PlanWorkspace<D>& workspace, TopologyPatch<D>& patch)
-        : r_(r), goal_(goal), wish_(wish), limits_(limits), star_(workspace.star), w_(workspace.curved), out_(patch) {}
+        : r_(r),
+          goal_(goal),
+          wish_(wish),
+          limits_(limits),
+          star_(workspace.star),
+          w_(workspace.curved),
+          out_(patch),
+          bar_(r, limits, patch.removed.elements) {}
 
     [[nodiscard]] StarFault run(double& worst) {
         begin_spokes();
@@ -77,8 +84,11 @@ class CurvingStar {
             w_.facets.push_back(site);
         }
         if constexpr (D == 3)
-            for (const auto& [line, opposite] : out_.star.lines)
-                w_.spokes[star_.vertices.find(r_.mesh.edges[r_.mesh.lines[line]][1 - opposite])].kind = EdgeKind::ridge;
+            for (const auto& [line, opposite] : out_.star.lines) {
+                Spoke<D>& spoke = w_.spokes[star_.vertices.find(r_.mesh.edges[r_.mesh.lines[line]][1 - opposite])];
+                spoke.kind = EdgeKind::ridge;
+                spoke.line = line;
+            }
         for (const ElementFace& face : out_.star.kept) {
             const auto& vertices = r_.mesh.elements.vertices[face.element];
             const int held = local_vertex(vertices, wish_.point);
@@ -170,21 +180,29 @@ class CurvingStar {
     }
     void put_on_geometry() {
         if (!goal_.geometry) return;
-        const auto& geometry = *goal_.geometry;
         for (std::size_t s = 0; s < w_.spokes.size(); ++s) {
             Spoke<D>& spoke = w_.spokes[s];
             if (spoke.kind != EdgeKind::surface && spoke.kind != EdgeKind::ridge) continue;
-            EdgeSite<D> site{{}, spoke.kind, {wish_.place, end(s)}, {}};
-            bool has_surface = false;
-            for (const auto& [of, facet] : w_.of_facets) {
-                if (of != s) continue;
-                site.facets.push_back(w_.facets[facet]);
-                has_surface |= geometry->has_surface_at(w_.facets[facet]);
-            }
-            if (!has_surface) continue;
-            spoke.extended += wish_.share * (geometry->middle_of(site) - spoke.extended);
+            const std::optional<Vec<D>> target = target_on_geometry(s);
+            if (!target) continue;
+            spoke.extended += wish_.share * (*target - spoke.extended);
             spoke.wanted = spoke.node = spoke.extended;
         }
+    }
+    /// Nothing where the geometry has no surface at the spoke, but for embedded lines: these have their curve.
+    [[nodiscard]] std::optional<Vec<D>> target_on_geometry(std::size_t s) const {
+        const auto& geometry = *goal_.geometry;
+        const LineId line = w_.spokes[s].line;
+        EdgeSite<D> site{{}, w_.spokes[s].kind, {wish_.place, end(s)}, {}};
+        bool has_surface = false;
+        for (const auto& [of, facet] : w_.of_facets) {
+            if (of != s) continue;
+            site.facets.push_back(w_.facets[facet]);
+            has_surface |= geometry->has_surface_at(w_.facets[facet]);
+        }
+        if (r_.mesh.is_embedded(line))
+            return on_embedded_curve(goal_, site, r_.mesh.line_references[line], site.middle()).point;
+        return has_surface ? std::optional(geometry->middle_of(site)) : std::nullopt;
     }
     void put_wanted() {
         w_.free.clear();
@@ -284,15 +302,7 @@ class CurvingStar {
         return {};
     }
     [[nodiscard]] bool is_good(const Cone<D>& cone) {
-        if (cone.verdict != Verdict::valid || cone.is_flat) return false;
-        if (cone.shape > limits_.least_shape) return true;
-        if (!limits_.share_of_replaced) return false;
-        if (!replaced_) {
-            double worst = std::numeric_limits<double>::infinity();
-            for (const ElementId e : out_.removed.elements) worst = std::min(worst, shape_of(r_, e));
-            replaced_ = *limits_.share_of_replaced * worst;
-        }
-        return cone.shape > *replaced_;
+        return cone.verdict == Verdict::valid && !cone.is_flat && bar_.is_met(cone.shape);
     }
     /// Whether an element that is removed is below the bound itself.
     [[nodiscard]] bool replaces_worse() const {
@@ -387,7 +397,7 @@ class CurvingStar {
     CurvedWorkspace<D>& w_;
     TopologyPatch<D>& out_;
     double bound_ = 0;
-    std::optional<double> replaced_;
+    QualityBar<D> bar_;
 };
 
 }  // namespace

@@ -20,6 +20,7 @@ struct Spoke {
     Vec<D> wanted, extended;           ///< where the metric (the geometry) has its node, and the cavity's old curves
     Vec<D> node;
     double share = 1;  ///< of the way from `extended` to `wanted`
+    LineId line;       ///< of a ridge: one that it continues
 };
 
 /// A new element: its face outside, and which spokes lead from there to the point.

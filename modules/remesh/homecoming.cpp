@@ -48,7 +48,7 @@ class Homecomings final : public Pass<D> {
         wish.share = share;
         ask_field(r, goal_, r.metrics[v].back, wish);
         wished.limits.least_shape = shape_of_quality(least_quality, D);
-        wished.limits.share_of_replaced = 0.5;
+        wished.limits.below_least = BelowLeast::not_if_no_worse;
         wished.limits.facet_cosine = 0.2;  // the facets around it are what is wrong
         wished.limits.corrections = 16;
         return wished;

@@ -52,14 +52,56 @@ double distance_share(const Geometry<D>& geometry, Reference reference, const No
     return std::ranges::max(distances) / longest;
 }
 
+/// The distance of an edge from its embedded curve by its length, at its quarters.
+double distance_share(const EmbeddedCurves<3>& curves, Reference reference, const QuadraticEdge<3>& edge) {
+    double largest = 0;
+    for (const double t : {0.25, 0.5, 0.75}) {
+        const Vec<3> p = edge.point(t);
+        largest = std::max(largest, distance(p, closest_on_curves(curves, reference, p).value_or(p)));
+    }
+    return largest / distance(edge.p20, edge.p02);
+}
+
+/// Whether no new edge on an embedded line is farther from the curve than the share, or than those that are removed.
+bool are_lines_near(const Remeshing<3>& r, const RemeshingGoal<3>& goal, const TopologyPatch<3>& patch,
+                    const Vec<3>& place, double share) {
+    if (goal.curves.pieces.empty() || patch.star.lines.empty()) return true;
+    const auto& mesh = r.mesh;
+    double after = 0, before = 0;
+    for (const auto& [line, opposite] : patch.star.lines) {
+        if (!mesh.is_embedded(line)) continue;
+        const VertexId v = mesh.edges[mesh.lines[line]][1 - opposite];
+        const auto at = std::ranges::find(patch.star.boundary, v) - patch.star.boundary.begin();
+        const LagrangeNode<3> node = mesh.is_curved() ? patch.nodes[static_cast<std::size_t>(at)]
+                                                      : LagrangeNode<3>{midpoint(place, mesh.points[v])};
+        after = std::max(after, distance_share(goal.curves, mesh.line_references[line], {place, node, mesh.points[v]}));
+    }
+    if (!(after > share)) return true;
+    for (const LineId line : patch.removed.lines) {
+        if (!mesh.is_embedded(line)) continue;
+        const EdgeId edge = mesh.lines[line];
+        const auto& [a, b] = mesh.edges[edge];
+        const LagrangeNode<3> node =
+            mesh.is_curved() ? mesh.nodes[edge] : LagrangeNode<3>{midpoint(mesh.points[a], mesh.points[b])};
+        before = std::max(
+            before, distance_share(goal.curves, mesh.line_references[line], {mesh.points[a], node, mesh.points[b]}));
+    }
+    return !(after > before);
+}
+
 }  // namespace
 
 template <int D>
 FacetDistance distance_from_geometry(const Remeshing<D>& r, const RemeshingGoal<D>& goal, const TopologyPatch<D>& patch,
                                      double share) {
     FacetDistance out;
-    if (!goal.geometry || patch.star.facets.empty()) return out;
+    if (!goal.geometry) return out;
     const Vec<D> place = place_of_point(r.mesh, patch);
+    if constexpr (D == 3) {
+        out.is_near = are_lines_near(r, goal, patch, place, share);
+        if (!out.is_near) return out;
+    }
+    if (patch.star.facets.empty()) return out;
     const auto& references = r.mesh.facets.references;
     for (const JoinedFacet& joined : patch.star.facets)
         out.largest = std::max(out.largest, distance_share<D>(*goal.geometry, references[joined.facet],

@@ -16,7 +16,7 @@ struct FacetDistance {
 };
 
 /// Of the new facets of a patch, of which none may be farther than `share`, or than the facets that the patch removes
-/// were of theirs. 0 where there is no geometry.
+/// were of theirs; likewise its new edges on embedded lines from their curves. 0 where there is no geometry.
 template <int D>
 [[nodiscard]] FacetDistance distance_from_geometry(const Remeshing<D>& r, const RemeshingGoal<D>& goal,
                                                    const TopologyPatch<D>& patch, double share);

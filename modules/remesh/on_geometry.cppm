@@ -5,11 +5,13 @@ module;
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 export module camber.remesh:on_geometry;
 import camber.core;
 import camber.dynamic;
 import camber.surface;
+import :embedded_curves;
 import :state;
 
 /// Where points of the boundary belong.
@@ -32,16 +34,29 @@ template <int D>
 }
 [[nodiscard]] inline Vec<3> facet_normal(const std::array<Vec<3>, 3>& p) { return cross(p[1] - p[0], p[2] - p[0]); }
 
-/// The point of the geometry for p, on or near an edge with these facets; p itself without a geometry, or inside.
+/// The point of an embedded curve next to p, on the surface of the edge's facets, if it has one.
+template <int D>
+[[nodiscard]] SurfacePoint<D> on_embedded_curve(const RemeshingGoal<D>& goal, EdgeSite<D> site, Reference reference,
+                                                const Vec<D>& p) {
+    const Vec<D> near = closest_on_curves(goal.curves, reference, p).value_or(p);
+    if (!goal.geometry || site.facets.empty()) return {.point = near, .normal = {}};
+    site.kind = EdgeKind::surface;
+    return (*goal.geometry)->on_edge(site, near);
+}
+
+/// The point of the geometry for p, on or near an edge with these facets; p itself without a geometry, or inside. On an
+/// embedded line that of its curve.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_geometry_at_edge(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh, EdgeId edge,
                                                   const std::vector<FacetId>& facets, const Vec<D>& p) {
-    if (!goal.geometry || facets.empty()) return {.point = p, .normal = {}};
+    const LineId line = mesh.line_at(edge);
     EdgeSite<D> site;
-    site.kind = mesh.line_at(edge).valid() ? EdgeKind::ridge : EdgeKind::surface;
+    site.kind = line.valid() ? EdgeKind::ridge : EdgeKind::surface;
     for (int i = 0; i < 2; ++i) site.ends[i] = mesh.points[mesh.edges[edge][i]];
     site.facets.reserve(facets.size());
     for (const FacetId f : facets) site.facets.push_back(site_of(mesh, f));
+    if (mesh.is_embedded(line)) return on_embedded_curve(goal, std::move(site), mesh.line_references[line], p);
+    if (!goal.geometry || facets.empty()) return {.point = p, .normal = {}};
     return (*goal.geometry)->on_edge(site, p);
 }
 
@@ -62,16 +77,18 @@ template <int D>
 [[nodiscard]] std::optional<SurfacePoint<D>> home_of(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                      const CavityParts<D>& around, VertexId v,
                                                      const GeometryEntity& known) {
-    if (!goal.geometry || around.facets.empty()) return {};
+    if (!goal.geometry) return {};
     const Vec<D> here = mesh.points[v];
     if constexpr (D == 3)
         if (mesh.states[v].place == VertexPlace::line) {
             if (around.lines.empty()) return {};
             const EdgeId edge = mesh.lines[around.lines.front()];
+            if (around.facets.empty() && !mesh.is_embedded(around.lines.front())) return {};
             std::vector<FacetId> facets;
             facets_with(mesh, around.elements, edge, facets);
             return on_geometry_at_edge(goal, mesh, edge, facets, here);
         }
+    if (around.facets.empty()) return {};
     const FacetId f = around.facets.front();
     if (!(*goal.geometry)->has_surface_at(site_of(mesh, f))) return {};
     return on_geometry_at_facet(goal, mesh, f, known, here);
@@ -89,10 +106,12 @@ template <int D>
                            const Vec<D>& home) {
     constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
     constexpr double tolerance = 1e-9;  // of the size of facets: projections are so to rounding
-    const auto p = corners_of(mesh, around.facets.front());
+    const auto& [a, b] = around.facets.empty() ? mesh.edges[mesh.lines[around.lines.front()]]
+                                               : std::array{mesh.facets.vertices[around.facets.front()][0],
+                                                            mesh.facets.vertices[around.facets.front()][1]};
     double largest = 0;
     for (const double x : here.c) largest = std::max(largest, std::abs(x));
-    return norm(home - here) <= tolerance * norm(p[1] - p[0]) + rounding * largest;
+    return norm(home - here) <= tolerance * norm(mesh.points[b] - mesh.points[a]) + rounding * largest;
 }
 
 }  // namespace camber

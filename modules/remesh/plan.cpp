@@ -99,17 +99,14 @@ class Planning {
                 edge_length(wish_.metric.measure, r_.metrics[v].measure, r_.mesh.points[v] - wish_.place);
             if (!(length >= limits_.shortest && length <= limits_.longest)) return {RejectionReason::length, no_face};
         }
-        std::optional<double> replaced;
+        QualityBar<D> bar(r_, limits_, out_.removed.elements);
         worst = std::numeric_limits<double>::infinity();
         for (std::size_t j = 0; j < out_.star.joined.size(); ++j) {
             const auto& [element, opposite] = out_.star.joined[j];
             const double shape = shape_with(r_, element, static_cast<int>(opposite), wish_.place, wish_.metric.measure);
             if (!(signed_volume<D>(corners(out_.star.joined[j])) > 0)) return {RejectionReason::volume, j};
             if (is_flat(corners(out_.star.joined[j]))) return {RejectionReason::height, j};
-            if (!(shape > limits_.least_shape)) {
-                if (!replaced) replaced = share_of_replaced();
-                if (!(shape > *replaced)) return {RejectionReason::quality, j};
-            }
+            if (!bar.is_met(shape)) return {RejectionReason::quality, j};
             worst = std::min(worst, shape);
         }
         return {};
@@ -123,13 +120,6 @@ class Planning {
         const VertexState& state = r_.mesh.states[wish_.point];
         return out_.star.kept.empty() && state.place != VertexPlace::corner && !state.marks.has(Mark::required);
     }
-    [[nodiscard]] double share_of_replaced() const {
-        if (!limits_.share_of_replaced) return limits_.least_shape;
-        double worst = std::numeric_limits<double>::infinity();
-        for (const ElementId e : out_.removed.elements) worst = std::min(worst, shape_of(r_, e));
-        return *limits_.share_of_replaced * worst;
-    }
-
     [[nodiscard]] std::array<Vec<D>, D + 1> corners(const ElementFace& open) const {
         std::array<Vec<D>, D + 1> p;
         for (int i = 0; i <= D; ++i)
@@ -166,7 +156,7 @@ class Planning {
         const ElementId e = r_.mesh.sides[f][0];
         const auto& vertices = r_.mesh.elements.vertices[e];
         const int k = edge_between<D>[local_vertex(vertices, shared[0])][local_vertex(vertices, shared[D - 2])];
-        return !r_.mesh.line_at(r_.mesh.edges_of[e][k]).valid();
+        return !r_.mesh.breaks_at(r_.mesh.edges_of[e][k]);
     }
     /// The removed facets by the smooth pieces that they make: the first of its piece, of each.
     void find_pieces() const {

@@ -28,7 +28,7 @@ class Reinsertions final : public Pass<D> {
         cavity_of_vertex(r.mesh, v, wished.wish.cavity);
         wished.wish.join_to(r, v);
         wished.limits.least_shape = shape_of_quality(options_.least_quality, D);
-        wished.limits.share_of_replaced = 1 - 1e-9;  // what is not touched is as it was
+        wished.limits.below_least = BelowLeast::not_if_no_worse;
         wished.limits.least_jacobian = options_.least_jacobian;
         wished.limits.programmes = 0;
         wished.limits.corrections = 0;

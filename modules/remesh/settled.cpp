@@ -16,7 +16,7 @@ template <int D>
 DynamicMesh<D> with_breaks_listed(DynamicMesh<D> mesh) {
     Buffer<Marks> lines = take(std::move(mesh.line_marks));
     for (Marks& marks : lines)
-        if (marks.has(Mark::implied))
+        if (!marks.has(Mark::embedded))
             marks = marks.has(Mark::required) ? Mark::ridge | Marks(Mark::required) : Mark::ridge;
     mesh.line_marks = std::move(lines);
     Buffer<VertexState> states = take(std::move(mesh.states));

@@ -84,7 +84,7 @@ class Splits final : public Pass<D> {
         wished.limits.corrections = 16;
         wished.limits.shortest = options_.shortest;
         wished.limits.least_shape = shape_of_quality(options_.least_quality, D);
-        wished.limits.share_of_replaced = 0.9;
+        wished.limits.below_least = BelowLeast::not_if_no_worse;
         return wished;
     }
     const RemeshingGoal<D>& goal_;

@@ -25,8 +25,9 @@ template <int D>
 Placed placed(const RemeshingGoal<D>& goal, const DynamicMesh<D>& mesh, VertexId v, CavityParts<D>& ball) {
     if (mesh.states[v].place == VertexPlace::inside || mesh.is_free(v)) return {};
     cavity_of_vertex(mesh, v, ball);
-    if (ball.facets.empty()) return {};
+    if (ball.facets.empty() && ball.lines.empty()) return {};
     if (mesh.states[v].place == VertexPlace::corner) {
+        if (ball.facets.empty()) return {};
         std::vector<FacetSite<D>> sites;
         sites.reserve(ball.facets.size());
         for (const FacetId f : ball.facets) sites.push_back(site_of(mesh, f));

@@ -7,6 +7,7 @@ import camber.metric;
 import camber.crossing;
 import camber.dynamic;
 import camber.surface;
+import :embedded_curves;
 
 export namespace camber {
 
@@ -55,6 +56,7 @@ struct RemeshingGoal {
     // Of degree 2, where inner nodes are wanted: by a search, or without one by the closed form of accuracy.
     EdgeAccuracyOptions accuracy = {};
     std::optional<NodeSearch> search = {};
+    EmbeddedCurves<D> curves = {};  ///< on which the mesh's embedded lines lie
 };
 
 /// The mesh with its metric at each vertex, which is asked of the field. Errors: a mesh without elements (input), those

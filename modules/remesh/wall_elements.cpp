@@ -22,7 +22,7 @@ bool breaks_between(const DynamicMesh<D>& mesh, ElementId e, int i, int j) {
     } else {
         for (int k = 0; k < edges_per_simplex<3>; ++k) {
             const auto& [a, b] = local_edges<3>[k];
-            if (a != i && a != j && b != i && b != j) return mesh.line_at(mesh.edges_of[e][k]).valid();
+            if (a != i && a != j && b != i && b != j) return mesh.breaks_at(mesh.edges_of[e][k]);
         }
         return true;
     }
@@ -61,13 +61,12 @@ bool breaks_at(const DynamicMesh<D>& mesh, const TopologyPatch<D>& patch, Vertex
     if constexpr (D == 2)
         return patch.point.vertex.valid() && mesh.states[patch.point.vertex].place == VertexPlace::corner;
     for (const auto& [line, opposite] : patch.star.lines)
-        if (mesh.edges[mesh.lines[line]][1 - opposite] == v) return true;
+        if (mesh.edges[mesh.lines[line]][1 - opposite] == v) return !mesh.is_embedded(line);
     for (const auto& [element, opposite] : patch.star.kept) {
         const auto& vertices = mesh.elements.vertices[element];
         const int p = local_vertex(vertices, patch.point.vertex);
         const int q = local_vertex(vertices, v);
-        if (p >= 0 && q >= 0 && p != q && mesh.line_at(mesh.edges_of[element][edge_between<D>[p][q]]).valid())
-            return true;
+        if (p >= 0 && q >= 0 && p != q && mesh.breaks_at(mesh.edges_of[element][edge_between<D>[p][q]])) return true;
     }
     return false;
 }

@@ -42,11 +42,14 @@ struct CavityWish {
     }
 };
 
+/// What becomes of a new element below the least shape: refused, or not where it is no worse than the worst element
+/// that is replaced.
+enum class BelowLeast : std::uint8_t { refused, not_if_no_worse };
+
 /// What is asked of the new simplices.
 struct PatchLimits {
-    double least_shape = 0;  ///< shape_of each new element: above this
-    /// Where it is given, above this share of the worst element that is replaced is enough.
-    std::optional<double> share_of_replaced = {};
+    double least_shape = 0;                                                  ///< shape_of each new element: above this
+    BelowLeast below_least = BelowLeast::refused;                            ///< see QualityBar, which asks for more
     double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< edges at the point, in the metric
     double least_height = 0;                                                 ///< of new elements, in the point's metric
     /// Of degree 2: of new elements the scaled Jacobian, unless one that is replaced is worse.

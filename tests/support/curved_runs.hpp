@@ -107,7 +107,9 @@ class CurvedRun {
             return "";
         }
         TopologyPatch<D> patch;
-        const PatchLimits limits{.least_shape = 1e-3};
+        const PatchLimits limits{
+            .least_shape = 1e-3,
+            .below_least = dice_.below(2) == 0 ? BelowLeast::refused : BelowLeast::not_if_no_worse};
         const PlanResult result = plan(domain_.state, domain_.goal, tried->wish, limits, workspace_, patch);
         if (result.rejected != RejectionReason::none) {
             ++row.rejected[static_cast<std::size_t>(result.rejected)];
@@ -117,19 +119,26 @@ class CurvedRun {
         row.bowed += is_bowed(patch.removed.elements) ? 1 : 0;
         row.straight_inverted += result.straight_inverted ? 1 : 0;
         row.drawn_back += result.drawn_back ? 1 : 0;
+        const double replaced = worst_shape_of(domain_.state, patch.removed.elements);
         const DynamicMesh<D> before = mesh();
         auto [after, changes] = must(commit<D>(std::move(domain_.state.mesh), {&patch, 1}));
         domain_.state.mesh = std::move(after);
         follow(tried->wish, changes.points[0]);
         for (const std::string& law :
-             {unless_told(before, mesh(), changes), unless_valid(mesh(), changes.elements.created, options_.exactly),
-              unless_filled(before, mesh(), changes), unless_nodes_stay(before, mesh(), changes),
+             {unless_no_worse(changes.elements.created, replaced), unless_told(before, mesh(), changes),
+              unless_valid(mesh(), changes.elements.created, options_.exactly), unless_filled(before, mesh(), changes),
+              unless_nodes_stay(before, mesh(), changes),
               tried->split ? unless_halved(mesh(), changes, *tried->split, domain_.stretch) : std::string(),
               curved_kinds<D>()[kind].kind.operation == Operation::reinsert
                   ? unless_boundary_stays(before, mesh(), changes, domain_.stretch)
                   : std::string()})
             if (!law.empty()) return law;
         return "";
+    }
+    /// Than what is replaced, or than what is bad.
+    [[nodiscard]] std::string unless_no_worse(const std::vector<ElementId>& created, double replaced) const {
+        const double least = std::min(shape_of_quality(bad_quality, D), replaced);
+        return worst_shape_of(domain_.state, created) >= (1 - 1e-8) * least ? "" : "an element is worse";
     }
     [[nodiscard]] bool is_bowed(const std::vector<ElementId>& elements) const {
         return std::ranges::any_of(elements, [&](ElementId e) {

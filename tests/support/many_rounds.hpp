@@ -59,6 +59,7 @@ class ManyRounds {
         goal_ = goal_over(domain_.mesh, size * domain_.cell, dice_);
         if (!domain_.surfaces.surfaces.empty()) goal_.geometry = Geometry<D>(domain_.surfaces);
         Remeshing<D> r = under_goal();
+        worst_ = must(unit_mesh_statistics(r, execution_)).worst_quality;
         r = pass(collapse<D>(std::move(r), goal_, {}, execution_), round.passes[0]);
         r = pass(split<D>(std::move(r), goal_, {}, execution_), round.passes[1]);
         r = pass(swap<D>(std::move(r), goal_, {}, execution_), round.passes[2]);
@@ -109,11 +110,15 @@ class ManyRounds {
         Remeshed<D> remeshed = must(std::move(done));
         told = remeshed.statistics;
         shortened_ += told.shortened;
+        const double worst = must(unit_mesh_statistics(remeshed.state, execution_)).worst_quality;
+        made_worse_ |= worst < (1 - 1e-8) * std::min(bad_quality, worst_);
+        worst_ = worst;
         return std::move(remeshed.state);
     }
 
     [[nodiscard]] std::string unless_kept(Round& round) {
         if (const std::string law = unless_topology_holds(mesh_, kept_); !law.empty()) return law;
+        if (made_worse_) return "a pass made a bad element worse";
         if (const std::string law = unless_elements_are_positive(mesh_); !law.empty()) return law;
         const Sizes now = measures(mesh_);
         if (now.size() != kept_.sizes.size() + domain_.curved.size()) return "a reference came or went";
@@ -159,6 +164,8 @@ class ManyRounds {
     Kept<D> kept_;
     RemeshingGoal<D> goal_;
     std::size_t shortened_ = 0;
+    double worst_ = 1;  ///< quality after the last pass
+    bool made_worse_ = false;
 };
 
 /// By how much sizes differ from those of the first mesh, round after round.

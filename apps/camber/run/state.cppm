@@ -132,6 +132,7 @@ struct Inherited {
     Column<LogMetric<D>> log_metrics;
     MetricReport metric;                    ///< of the field that it was remeshed by
     std::optional<BackMesh<D>> field = {};  ///< itself, where that is of a file with a mesh of its own
+    EmbeddedCurves<D> curves = {};          ///< of the mesh that was remeshed
 };
 
 template <int D>

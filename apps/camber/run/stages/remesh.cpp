@@ -36,9 +36,10 @@ struct Begun {
     UnitMesh measured;
 };
 
+/// Those of the features, and those of embedded curves.
 template <int D>
-std::vector<VertexId> corners_of(const Features<D>& features) {
-    std::vector<VertexId> corners;
+std::vector<VertexId> corners_of(const Features<D>& features, const Column<VertexId>& of_curves) {
+    std::vector<VertexId> corners(of_curves.begin(), of_curves.end());
     for (std::size_t v = 0; v < features.vertex_kinds.size(); ++v)
         if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
     return corners;
@@ -52,8 +53,9 @@ Outcome<Column<LogMetric<D>>> log_metrics_of(const Remeshing<D>& r, const Execut
 
 template <int D>
 Outcome<Begun<D>> begun(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
-                        const RemeshingGoal<D>& goal, const std::string& metric, const Execution& execution) {
-    const auto corners = corners_of(features);
+                        const RemeshingGoal<D>& goal, const Column<VertexId>& of_curves, const std::string& metric,
+                        const Execution& execution) {
+    const auto corners = corners_of(features, of_curves);
     auto made = begin_remeshing(mesh, edges, {features.edge_kinds.view(), corners}, goal, part_of(execution, 0, 0.6));
     if (!made) return fail(made.error());
     auto logs = log_metrics_of(*made, without_progress(execution));
@@ -64,8 +66,8 @@ Outcome<Begun<D>> begun(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, cons
 }
 template <int D>
 Outcome<Begun<D>> begun(const QuadraticMesh<D>& mesh, const Features<D>& features, const RemeshingGoal<D>& goal,
-                        const std::string& metric, const Execution& execution) {
-    const auto corners = corners_of(features);
+                        const Column<VertexId>& of_curves, const std::string& metric, const Execution& execution) {
+    const auto corners = corners_of(features, of_curves);
     auto made = begin_remeshing(mesh, {features.edge_kinds.view(), corners}, goal, part_of(execution, 0, 0.6));
     if (!made) return fail(made.error());
     auto logs = log_metrics_of(*made, without_progress(execution));
@@ -93,13 +95,19 @@ void set_objective(RemeshingGoal<D>& goal, const CurveOptions& options) {
     if (options.aim != CurvingAim::accuracy) goal.search.emplace(search_options(options));
 }
 
-/// The run goes on with a mesh that changes. `begin`: of the goal and the name of its metric.
-template <int D, class Begin>
-Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, Geometry<D> geometry, Begin&& begin) {
+/// The run goes on with a mesh that changes. `curves`: its embedded ones, unless the mesh that it was remeshed from
+/// told of them. `begin`: of the goal, the corners of curves and the name of the metric.
+template <int D, class Curves, class Begin>
+Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, Geometry<D> geometry, Curves&& curves, Begin&& begin) {
     if (auto bearable = check_complexity(field.report.complexity, D); !bearable) return fail(bearable.error());
     RemeshingGoal<D> goal{std::move(field.back), std::move(geometry)};
     set_objective(goal, run.state.curving);
-    auto made = run.step("topology", [&](const Execution& e) { return begin(goal, field.report.source, e); });
+    auto made = run.step("topology", [&](const Execution& e) -> Outcome<Begun<D>> {
+        auto found = curves(*goal.geometry, without_progress(e));
+        if (!found) return fail(found.error());
+        goal.curves = run.state.inherited ? run.state.inherited->curves : *found;
+        return begin(goal, found->corners, field.report.source, e);
+    });
     if (!made) return fail(made.error());
     run.tell(BeginsChangingReport{made->measured.report});
     run.state.mesh = Changing<D>{std::move(made->mesh), std::move(goal), std::move(field.report),
@@ -116,18 +124,24 @@ Outcome<Done> begin_changing(Runner<D>& run, LinearMesh<D> mesh) {
     if (!boundary) return fail(boundary.error());
     auto field = make_own_field(run, mesh, *edges, *boundary);
     if (!field) return fail(field.error());
-    return go_on_with(run, std::move(*field), std::move(boundary->geometry),
+    const auto curves = [&](const Geometry<D>& geometry, const Execution& e) {
+        return find_embedded_curves(mesh, *edges, boundary->features, geometry, {}, e);
+    };
+    return go_on_with(run, std::move(*field), std::move(boundary->geometry), curves,
                       [&](const auto&... of) { return begun(mesh, *edges, boundary->features, of...); });
 }
 template <int D>
 Outcome<Done> begin_changing(Runner<D>& run, QuadraticMesh<D> mesh) {
     const bool is_own = run.quadratic().boundary_is_given();
-    auto boundary = describe_boundary(run, mesh.linear, mesh.edges,
-                                      is_own ? mesh.mid_nodes.view() : std::span<const LagrangeNode<D>>());
+    const auto nodes = is_own ? mesh.mid_nodes.view() : std::span<const LagrangeNode<D>>();
+    auto boundary = describe_boundary(run, mesh.linear, mesh.edges, nodes);
     if (!boundary) return fail(boundary.error());
     auto field = make_own_field(run, mesh, *boundary);
     if (!field) return fail(field.error());
-    return go_on_with(run, std::move(*field), std::move(boundary->geometry),
+    const auto curves = [&](const Geometry<D>& geometry, const Execution& e) {
+        return find_embedded_curves(mesh.linear, mesh.edges, boundary->features, geometry, nodes, e);
+    };
+    return go_on_with(run, std::move(*field), std::move(boundary->geometry), curves,
                       [&](const auto&... of) { return begun(mesh, boundary->features, of...); });
 }
 template <int D>

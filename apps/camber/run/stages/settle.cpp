@@ -54,9 +54,9 @@ Outcome<Done> settle(Runner<D>& run) {
     run.tell(SettledReport{std::move(measured.report), std::move(histograms)});
     if (verdicts) run.tell(*verdicts);
     const bool has_mesh = file_with_mesh(run.config, run.files) != nullptr;
-    run.state.inherited =
-        Inherited<D>{std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric),
-                     has_mesh ? std::optional(std::move(changing->goal.field)) : std::nullopt};
+    run.state.inherited = Inherited<D>{
+        std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric),
+        has_mesh ? std::optional(std::move(changing->goal.field)) : std::nullopt, std::move(changing->goal.curves)};
     run.state.given_points = made->compact.mesh.points;
     auto& [linear, edges, nodes, maps] = made->compact;
     if (nodes.empty())
