@@ -46,6 +46,9 @@ struct ConditionReader {
             n < 0 || !has_one_index_a_point(bc, n))
             return of.broken("boundary condition " + std::to_string(bc) + " cannot be read");
         static_cast<void>(of.lib.boco_gridlocation_read_(of.file, 1, 1, bc, &location));
+        if (auto bearable = of.announced(static_cast<std::size_t>(n), "boundary condition " + std::to_string(bc));
+            !bearable)
+            return fail(bearable.error());
         Condition condition{name.data(), {}, std::vector<cgsize_t>(static_cast<std::size_t>(n))};
         if (n > 0 && of.lib.boco_read_(of.file, 1, 1, bc, condition.items.data(), nullptr) != CG_OK)
             return of.broken("the points of boundary condition \"" + condition.name + "\" cannot be read");

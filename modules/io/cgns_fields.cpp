@@ -71,6 +71,8 @@ Outcome<Done> read_fields(Reader<D>& of) {
         for (int f = 1; f <= fields; ++f) {
             CGNS_ENUMT(DataType_t) type{};
             Name field{};
+            if (auto bearable = of.announced(of.mesh.points.size(), "field " + std::to_string(f)); !bearable)
+                return bearable;
             Buffer<double> values(of.mesh.points.size());
             const cgsize_t first = 1, last = static_cast<cgsize_t>(of.mesh.points.size());
             if (of.lib.field_info_(of.file, 1, 1, s, f, &type, field.data()) != CG_OK ||

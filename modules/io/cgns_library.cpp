@@ -3,6 +3,8 @@
 #include <dlfcn.h>
 
 #include <mutex>
+#include <string>
+#include <type_traits>
 
 namespace camber::cgns {
 
@@ -28,9 +30,19 @@ Library loaded() {
     if (lib.name##_ == nullptr) lib.missing = "the library has no cg_" #name;
     CAMBER_CGNS_FUNCTIONS(CAMBER_CGNS_LOAD)
 #undef CAMBER_CGNS_LOAD
-    lib.node_id = reinterpret_cast<decltype(lib.node_id)>(dlsym(handle, "cgio_get_node_id"));
-    lib.node_dimensions = reinterpret_cast<decltype(lib.node_dimensions)>(dlsym(handle, "cgio_get_dimensions"));
-    if (lib.node_id == nullptr || lib.node_dimensions == nullptr) lib.missing = "the library has no cgio_get_node_id";
+    const auto load = [&](auto& function, const char* name) {
+        function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(dlsym(handle, name));
+        if (function == nullptr) lib.missing = std::string("the library has no ") + name;
+    };
+    load(lib.node_id, "cgio_get_node_id");
+    load(lib.node_dimensions, "cgio_get_dimensions");
+    load(lib.open_tree, "cgio_open_file");
+    load(lib.close_tree, "cgio_close_file");
+    load(lib.root_id, "cgio_get_root_id");
+    load(lib.number_of_children, "cgio_number_children");
+    load(lib.children_ids, "cgio_children_ids");
+    load(lib.data_size, "cgio_get_data_size");
+    load(lib.release_id, "cgio_release_id");
     // What HDF5 does at the end of a program crashes where a file could not be written to its end.
     if (const auto stay = reinterpret_cast<int (*)()>(dlsym(handle, "H5dont_atexit"))) stay();
     return lib;

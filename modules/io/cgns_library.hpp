@@ -28,6 +28,13 @@ struct Library {
 #undef CAMBER_CGNS_MEMBER
     decltype(&::cgio_get_node_id) node_id = nullptr;
     decltype(&::cgio_get_dimensions) node_dimensions = nullptr;
+    decltype(&::cgio_open_file) open_tree = nullptr;
+    decltype(&::cgio_close_file) close_tree = nullptr;
+    decltype(&::cgio_get_root_id) root_id = nullptr;
+    decltype(&::cgio_number_children) number_of_children = nullptr;
+    decltype(&::cgio_children_ids) children_ids = nullptr;
+    decltype(&::cgio_get_data_size) data_size = nullptr;
+    decltype(&::cgio_release_id) release_id = nullptr;
     std::string missing;  ///< why it cannot be used; empty: it can
 };
 

@@ -49,6 +49,7 @@ Outcome<Done> read_points(Reader<D>& of, std::size_t n) {
         return fail(ErrorKind::input,
                     "the zone has " + std::to_string(coordinates) + " coordinates, not " + std::to_string(D),
                     of.mesh.name);
+    if (auto bearable = of.announced(n * (D + 1), "the zone's vertices"); !bearable) return bearable;
     of.mesh.points.resize(n);
     of.mesh.point_references.assign(n, 0);
     Buffer<double> column(n);
@@ -156,6 +157,8 @@ Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_v
         const std::string title(name);
         const auto path = cgns::path_of(bytes, title, folder);
         if (!path) return fail(path.error());
+        if (auto bearable = cgns::check_nodes(lib, *path, bytes.size(), title); !bearable)
+            return fail(std::move(bearable.error()));
         int file = 0;
         if (lib.open_(path->c_str(), CG_MODE_READ, &file) != CG_OK)
             return fail(cgns::error_of(lib.get_error_(), ErrorKind::input, "the file cannot be opened as CGNS", title));
@@ -163,7 +166,7 @@ Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_v
         const auto zone = cgns::zone_of(lib, file, title);
         if (!zone) return fail(zone.error());
         const auto read = [&]<int D>() {
-            cgns::Reader<D> reader{lib, file, zone->cell_dimension};
+            cgns::Reader<D> reader{lib, file, zone->cell_dimension, UnpackedBudget(bytes.size())};
             reader.mesh.name = title;
             return cgns::read_mesh(std::move(reader), zone->vertices, execution);
         };

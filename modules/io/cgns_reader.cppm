@@ -16,6 +16,7 @@ import :gmf_file;
 import :listing;
 import :notice;
 import :text;
+import :unpacked;
 
 namespace camber::cgns {
 
@@ -43,6 +44,7 @@ struct Reader {
     const Library& lib;
     int file = 0;
     int cell_dimension = 0;
+    UnpackedBudget budget;  ///< what counts announce: nothing is reserved beyond it
     listing::Mesh<D> mesh = {};
     std::vector<Notice> notices = {};
     std::vector<Section> sections = {};
@@ -50,6 +52,13 @@ struct Reader {
 
     [[nodiscard]] auto broken(std::string_view doing) const {
         return fail(error_of(lib.get_error_(), ErrorKind::input, doing, mesh.name));
+    }
+
+    /// Before so many numbers are reserved. Errors: input (the file cannot hold them).
+    [[nodiscard]] Outcome<Done> announced(std::size_t numbers, const std::string& what) {
+        if (budget.take(numbers)) return Done{};
+        return fail(ErrorKind::input, what + ": more numbers are announced than a file of this size holds", mesh.name,
+                    {}, "the file is damaged; if it is whole, write it uncompressed");
     }
 
     /// The number that a descriptor below the current node gives.
@@ -70,6 +79,11 @@ struct Reader {
         return std::nullopt;
     }
 };
+
+/// Whether the nodes of a file of so many bytes announce no more than is believed of it (UnpackedBudget): data in HDF5
+/// may be compressed, or there although nobody wrote them. Errors: input (they do, they are nested without end).
+[[nodiscard]] Outcome<Done> check_nodes(const Library& lib, const std::string& path, std::size_t file_bytes,
+                                        const std::string& name);
 
 /// Simplices of all sections, with references 0. Errors: input, unsupported (cells that are no simplices).
 template <int D>

@@ -113,6 +113,8 @@ struct SectionReader {
         if (!fixed && n > static_cast<std::size_t>(size) / 2)
             return of.broken("section " + std::to_string(s) + " has " + std::to_string(size) + " numbers for " +
                              std::to_string(n) + " elements");
+        if (auto bearable = of.announced(static_cast<std::size_t>(size) + n, "section " + std::to_string(s)); !bearable)
+            return bearable;
         // Offsets are not asked for: their number in a damaged file is anything.
         std::vector<cgsize_t> numbers(static_cast<std::size_t>(size));
         const int read = fixed ? of.lib.elements_read_(of.file, 1, 1, s, numbers.data(), nullptr)

@@ -21,6 +21,7 @@ import :listing;
 import :grid;
 import :losses;
 import :refused;
+import :unpacked;
 import :gmf_keywords;
 import :gmf_row;
 import :gmf_file;

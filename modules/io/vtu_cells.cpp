@@ -93,10 +93,11 @@ Outcome<Buffer<T>> whole(const Numbers& numbers, T otherwise, const Execution& e
 }
 
 template <class T>
-Outcome<Buffer<T>> read_whole(const File& file, std::string_view name, T otherwise, const Execution& execution) {
+Outcome<Buffer<T>> read_whole(const File& file, std::string_view name, std::uint64_t rows, T otherwise,
+                              const Execution& execution) {
     for (const DataArray& array : file.cell_arrays)
         if (array.name == name) {
-            const auto numbers = read_array(file, array, execution);
+            const auto numbers = read_array(file, array, rows, execution);
             if (!numbers) return fail(numbers.error());
             return whole(*numbers, otherwise, execution);
         }
@@ -194,18 +195,18 @@ Outcome<Cells> read_cells(const File& file, std::vector<Notice>& notices, const 
     Cells cells;
     if (!file.cell_arrays.empty()) cells.at = file.cell_arrays.front().at;
     if (file.cells == 0) return cells;
-    const auto types = read_whole<std::uint64_t>(file, "types", 0, execution);
+    const auto types = read_whole<std::uint64_t>(file, "types", file.cells, 0, execution);
     if (!types) return fail(types.error());
-    const auto offsets = read_whole(file, "offsets", std::numeric_limits<std::uint64_t>::max(), execution);
+    const auto offsets = read_whole(file, "offsets", file.cells, std::numeric_limits<std::uint64_t>::max(), execution);
     if (!offsets) return fail(offsets.error());
-    auto connectivity = read_whole(file, "connectivity", VertexId().value, execution);
-    if (!connectivity) return fail(connectivity.error());
     if (types->size() != file.cells || offsets->size() != file.cells)
         return damaged(file, cells.at,
                        "the Piece has " + std::to_string(file.cells) + " cells, but " + std::to_string(types->size()) +
                            " types and " + std::to_string(offsets->size()) + " offsets");
     if (file.cells > max_entities)
         return fail(ErrorKind::unsupported, "has more cells than 32 bits can number", place(file, cells.at));
+    auto connectivity = read_whole(file, "connectivity", offsets->back(), VertexId().value, execution);
+    if (!connectivity) return fail(connectivity.error());
     auto starts = starts_of(file, *offsets, connectivity->size(), cells.at);
     if (!starts) return fail(std::move(starts.error()));
     cells.starts = std::move(*starts);

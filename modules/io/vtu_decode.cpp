@@ -36,7 +36,7 @@ Outcome<Buffer<Vec<3>>> read_points(const File& file, const Execution& execution
         return fail(ErrorKind::unsupported, "has more points than 32 bits can number", file.name);
     if (file.point_arrays.empty()) return damaged(file, 0, "Points have no array");
     const DataArray& array = file.point_arrays.front();
-    const auto numbers = read_array(file, array, execution);
+    const auto numbers = read_array(file, array, file.points, execution);
     if (!numbers) return fail(numbers.error());
     // A product of a number that is not to be trusted would overflow.
     if (array.components != 3 || size_of(*numbers) % 3 != 0 || size_of(*numbers) / 3 != file.points)
@@ -60,7 +60,7 @@ Outcome<Buffer<Vec<3>>> read_points(const File& file, const Execution& execution
 
 /// The rows of an array of points or cells, as many as there are of these.
 Outcome<Numbers> read_rows(const File& file, const DataArray& array, std::size_t rows, const Execution& execution) {
-    auto numbers = read_array(file, array, execution);
+    auto numbers = read_array(file, array, rows, execution);
     if (!numbers) return numbers;
     const std::size_t size = size_of(*numbers);
     if (array.components == 0 || size % array.components != 0 || size / array.components != rows)

@@ -59,12 +59,16 @@ using Numbers = std::variant<Buffer<double>, Buffer<float>, Buffer<std::int8_t>,
 /// Whether `read_array` knows numbers of this type.
 [[nodiscard]] bool is_number(const DataArray& array);
 
-/// As many numbers as there are. Errors: input (malformed, cut off), unsupported (a type or a format that is none of
-/// VTK's), memory, stopped.
-[[nodiscard]] Outcome<Numbers> read_array(const File& file, const DataArray& array, const Execution& execution);
+/// As many numbers as there are, of `rows` of the array's components. Nothing is uncompressed where a header announces
+/// more than these. Errors: input (malformed, cut off, more than the rows), unsupported (a type or a format that is
+/// none of VTK's), memory, stopped.
+[[nodiscard]] Outcome<Numbers> read_array(const File& file, const DataArray& array, std::uint64_t rows,
+                                          const Execution& execution);
 
 /// Whether the arrays of points and cells are no more bytes together than the file has: they may point to the same
-/// place, and each alone is then as large as what stands there. Errors: input (they are more, a header is damaged).
+/// place, and each alone is then as large as what stands there. Compressed ones are no more numbers together than is
+/// believed of a file (UnpackedBudget), as their headers say before anything is uncompressed. Errors: input (they are
+/// more, a header is damaged).
 [[nodiscard]] Outcome<Done> check_sizes(const File& file);
 
 /// The value as a whole number of another type; none: it is not whole, or too large or small for it.

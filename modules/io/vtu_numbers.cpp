@@ -7,6 +7,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -148,12 +149,17 @@ std::optional<std::vector<Block>> read_blocks(const File& file, Bytes& bytes) {
     return blocks;
 }
 
-Outcome<Buffer<std::byte>> unpacked(const File& file, const DataArray& array, Bytes& bytes,
+/// `most`: bytes that the counts of the file leave room for.
+Outcome<Buffer<std::byte>> unpacked(const File& file, const DataArray& array, Bytes& bytes, std::uint64_t most,
                                     const Execution& execution) {
     const auto blocks = read_blocks(file, bytes);
     if (!blocks) return damaged(file, array, "the header of its compressed blocks is wrong");
     if (blocks->empty()) return Buffer<std::byte>{};
     const Block& last = blocks->back();
+    if (last.to + last.size > most)
+        return damaged(file, array,
+                       "its compressed blocks announce " + std::to_string(last.to + last.size) +
+                           " bytes, but the counts of the file make " + std::to_string(most));
     const auto packed = bytes.take(last.begin + last.packed);
     if (!packed) return damaged(file, array, "its compressed data end too soon");
     Buffer<std::byte> out(last.to + last.size);
@@ -181,8 +187,9 @@ Outcome<Buffer<std::byte>> plain(const File& file, const DataArray& array, Bytes
     return std::move(*taken);
 }
 
-Outcome<Buffer<std::byte>> binary(const File& file, const DataArray& array, Bytes bytes, const Execution& execution) {
-    return file.compressed ? unpacked(file, array, bytes, execution) : plain(file, array, bytes);
+Outcome<Buffer<std::byte>> binary(const File& file, const DataArray& array, Bytes bytes, std::uint64_t most,
+                                  const Execution& execution) {
+    return file.compressed ? unpacked(file, array, bytes, most, execution) : plain(file, array, bytes);
 }
 
 /// Where the data of an array begin that is not text; none: nowhere.
@@ -192,16 +199,22 @@ std::optional<Bytes> bytes_of(const File& file, const DataArray& array) {
     return Bytes(file.appended.substr(array.offset), file.encoding);
 }
 
-/// The bytes that an array takes in the file, its header among them; none: its header is damaged.
-std::optional<std::uint64_t> stored_size(const File& file, Bytes bytes) {
+/// The bytes of an array in the file, its header among them, and those that it is uncompressed to: none where it is not
+/// compressed.
+struct Sizes {
+    std::uint64_t stored = 0, unpacked = 0;
+};
+/// None: its header is damaged.
+std::optional<Sizes> sizes_of(const File& file, Bytes bytes) {
     if (!file.compressed) {
         const auto size = next_word(file, bytes);
-        return size && *size <= bytes.most() ? std::optional(file.word + *size) : std::nullopt;
+        return size && *size <= bytes.most() ? std::optional(Sizes{file.word + *size}) : std::nullopt;
     }
     const auto blocks = read_blocks(file, bytes);
     if (!blocks) return std::nullopt;
-    if (blocks->empty()) return file.word;
-    return file.word * (3 + blocks->size()) + blocks->back().begin + blocks->back().packed;
+    if (blocks->empty()) return Sizes{file.word};
+    const Block& last = blocks->back();
+    return Sizes{file.word * (3 + blocks->size()) + last.begin + last.packed, last.to + last.size};
 }
 
 // ---------------------------------------------------------------- numbers
@@ -246,59 +259,78 @@ Outcome<Numbers> text_of(const File& file, const DataArray& array) {
     return numbers;
 }
 
+/// a·b, or the largest number.
+std::uint64_t saturated_product(std::uint64_t a, std::uint64_t b) {
+    constexpr std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
+    return b != 0 && a > most / b ? most : a * b;
+}
+
 template <class T>
-Outcome<Numbers> read_as(const File& file, const DataArray& array, const Execution& execution) {
+Outcome<Numbers> read_as(const File& file, const DataArray& array, std::uint64_t rows, const Execution& execution) {
     if (array.format == "ascii") return text_of<T>(file, array);
+    const std::uint64_t most = saturated_product(saturated_product(rows, array.components), sizeof(T));
     if (const auto bytes = bytes_of(file, array))
-        return numbers_of<T>(file, array, binary(file, array, *bytes, execution));
+        return numbers_of<T>(file, array, binary(file, array, *bytes, most, execution));
     if (array.format != "appended")
         return fail(ErrorKind::unsupported, "the array " + array.name + " is neither ascii, binary nor appended",
                     place(file, array.at));
     return damaged(file, array, "its offset is not within the AppendedData");
 }
 
-using Reader = Outcome<Numbers> (*)(const File&, const DataArray&, const Execution&);
+struct NumberType {
+    std::string_view name;
+    std::size_t bytes;
+    Outcome<Numbers> (*read)(const File&, const DataArray&, std::uint64_t, const Execution&);
+};
+template <class T>
+constexpr NumberType number_type(std::string_view name) {
+    return {name, sizeof(T), read_as<T>};
+}
+constexpr std::array number_types{number_type<double>("Float64"),     number_type<float>("Float32"),
+                                  number_type<std::int8_t>("Int8"),   number_type<std::uint8_t>("UInt8"),
+                                  number_type<std::int16_t>("Int16"), number_type<std::uint16_t>("UInt16"),
+                                  number_type<std::int32_t>("Int32"), number_type<std::uint32_t>("UInt32"),
+                                  number_type<std::int64_t>("Int64"), number_type<std::uint64_t>("UInt64")};
 
-Reader reader_of(std::string_view type) {
-    constexpr std::array<std::pair<std::string_view, Reader>, 10> readers{{{"Float64", read_as<double>},
-                                                                           {"Float32", read_as<float>},
-                                                                           {"Int8", read_as<std::int8_t>},
-                                                                           {"UInt8", read_as<std::uint8_t>},
-                                                                           {"Int16", read_as<std::int16_t>},
-                                                                           {"UInt16", read_as<std::uint16_t>},
-                                                                           {"Int32", read_as<std::int32_t>},
-                                                                           {"UInt32", read_as<std::uint32_t>},
-                                                                           {"Int64", read_as<std::int64_t>},
-                                                                           {"UInt64", read_as<std::uint64_t>}}};
-    for (const auto& [name, reader] : readers)
-        if (name == type) return reader;
-    return nullptr;
+const NumberType* type_of(const DataArray& array) {
+    const auto* const found = std::ranges::find(number_types, array.type, &NumberType::name);
+    return found == number_types.end() ? nullptr : &*found;
 }
 
 }  // namespace
 
 Outcome<Done> check_sizes(const File& file) {
     std::uint64_t left = file.bytes.size();
+    UnpackedBudget budget(file.bytes.size());
     for (const auto* const section : {&file.point_data, &file.cell_data, &file.point_arrays, &file.cell_arrays})
         for (const DataArray& array : *section) {
-            const auto bytes = is_number(array) ? bytes_of(file, array) : std::nullopt;
+            const NumberType* const type = type_of(array);
+            const auto bytes = type != nullptr ? bytes_of(file, array) : std::nullopt;
             if (!bytes || bytes->most() == 0) continue;
-            const auto size = stored_size(file, *bytes);
+            const auto size = sizes_of(file, *bytes);
             if (!size) return damaged(file, array, "its header is wrong, or its data end too soon");
-            if (*size > left) return damaged(file, array, "it and those before it have more bytes than the file");
-            left -= *size;
+            if (size->stored > left)
+                return damaged(file, array, "it and those before it have more bytes than the file");
+            left -= size->stored;
+            // Small numbers are held as wide ones.
+            if (!budget.take(size->unpacked / type->bytes))
+                return fail(ErrorKind::input,
+                            "the array " + array.name + ": it and those before it would be uncompressed to more than " +
+                                std::to_string(UnpackedBudget::most(file.bytes.size()) >> 20U) +
+                                " MiB, which is no mesh in a file of " + std::to_string(file.bytes.size()) + " bytes",
+                            place(file, array.at), {}, "the file is damaged; if it is whole, write it uncompressed");
         }
     return Done{};
 }
 
-bool is_number(const DataArray& array) { return reader_of(array.type) != nullptr; }
+bool is_number(const DataArray& array) { return type_of(array) != nullptr; }
 
-Outcome<Numbers> read_array(const File& file, const DataArray& array, const Execution& execution) {
-    const Reader reader = reader_of(array.type);
-    if (!reader)
+Outcome<Numbers> read_array(const File& file, const DataArray& array, std::uint64_t rows, const Execution& execution) {
+    const NumberType* const type = type_of(array);
+    if (type == nullptr)
         return fail(ErrorKind::unsupported, "the array " + array.name + " is of no type of numbers",
                     place(file, array.at));
-    return reader(file, array, execution);
+    return type->read(file, array, rows, execution);
 }
 
 }  // namespace camber::vtu

@@ -121,6 +121,48 @@ TEST_CASE("absurd counts are refused before anything is allocated") {
             }
 }
 
+TEST_CASE("nothing is uncompressed beyond what the counts announce") {
+    const std::string attributes =
+        "type=\"UnstructuredGrid\" header_type=\"UInt64\" "
+        "compressor=\"vtkZLibDataCompressor\"";
+    const std::string whole = replaced(
+        plain("10", "0 1 2 3", "4", cell_array("Float64", "level", "1"), cell_array("Float64", "speed", "1 2 3 4 5")),
+        "type=\"UnstructuredGrid\"", attributes);
+    CHECK(message(whole) == "no error");
+    // A block as small as one of zeros may be; what is in it is no data of zlib's: nobody is to look.
+    const auto announcing = [](std::uint64_t bytes) {
+        const std::uint64_t packed = bytes / 1000 + 1;
+        const std::array<std::uint64_t, 4> header{1, bytes, 0, packed};
+        std::string text(sizeof header, '\0');
+        std::memcpy(text.data(), header.data(), sizeof header);
+        return base64(text + std::string(packed, 'x'));
+    };
+    const std::array<std::array<std::string, 2>, 6> arrays{{{"0 0 0  1 0 0  0 1 0  0 0 1  1 1 1", "120"},
+                                                            {"0 1 2 3", "32"},
+                                                            {"4", "8"},
+                                                            {"10", "1"},
+                                                            {"1", "8"},
+                                                            {"1 2 3 4 5", "40"}}};
+    for (const auto& [text, bytes] : arrays) {
+        const auto with = [&](std::uint64_t announced) {
+            return replaced(whole, "format=\"ascii\">" + text + "</DataArray>",
+                            "format=\"binary\">" + announcing(announced) + "</DataArray>");
+        };
+        CAPTURE(text);
+        CHECK(message(with(1'000'000)).find("announce 1000000 bytes, but the counts of the file make " + bytes + " (") <
+              100);
+        // What the counts would allow is no mesh in so small a file.
+        CHECK(message(with(std::uint64_t{600} << 20U)).find("would be uncompressed to more than ") < 100);
+    }
+}
+
+TEST_CASE("a file of nothing but tags is refused before they become nodes") {
+    std::string tags;
+    for (int i = 0; i < 200'001; ++i) tags += "<a/>";
+    const std::string text = "<VTKFile type=\"UnstructuredGrid\">" + tags + "</VTKFile>";
+    CHECK(message(text).find("has more than 200000 XML tags") < 20);
+}
+
 TEST_CASE("arrays that point to one place are no more together than the file") {
     for (const bool compressed : {false, true}) {
         CAPTURE(compressed);

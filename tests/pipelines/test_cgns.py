@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from program import Folder
+from program import SANITIZED, Folder
 from readers import needs
 
 import gmf
@@ -79,6 +79,50 @@ class File:
 
     def close(self):
         self.call("close", self.number)
+
+
+class Hdf5:
+    """A CGNS file as HDF5 sees it, for tests: each call must succeed."""
+
+    def __init__(self, path):
+        name = ctypes.util.find_library("hdf5_serial") or ctypes.util.find_library("hdf5")
+        if name is None:
+            raise unittest.SkipTest("no HDF5 here")
+        self.library = ctypes.CDLL(name)
+        self.call("H5open")
+        self.file = self.call("H5Fopen", str(path).encode(), ctypes.c_uint(1), 0)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.call("H5Fclose", self.file)
+
+    def call(self, name, *arguments):
+        function = getattr(self.library, name)
+        function.restype = ctypes.c_int64 if name in ("H5Fopen", "H5Dopen2", "H5Dcreate2", "H5Screate_simple", "H5Pcreate") else ctypes.c_int
+        done = function(*(ctypes.c_int64(a) if isinstance(a, int) else a for a in arguments))
+        assert done >= 0, name
+        return done
+
+    def of_library(self, name):
+        return ctypes.c_int64.in_dll(self.library, name).value
+
+    def set_numbers(self, path, numbers):
+        data = self.call("H5Dopen2", self.file, path, 0)
+        kind = self.of_library("H5T_NATIVE_INT_g" if SIZE is ctypes.c_int else "H5T_NATIVE_LONG_g")
+        self.call("H5Dwrite", data, kind, 0, 0, 0, (SIZE * len(numbers))(*numbers))
+        self.call("H5Dclose", data)
+
+    def blow_up(self, node, kind, size):
+        """The node's data become so many numbers in chunks of which none is written."""
+        self.call("H5Ldelete", self.file, node + b"/ data", 0)
+        space = self.call("H5Screate_simple", 1, (ctypes.c_uint64 * 1)(size), None)
+        options = self.call("H5Pcreate", self.of_library("H5P_CLS_DATASET_CREATE_ID_g"))
+        self.call("H5Pset_chunk", options, 1, (ctypes.c_uint64 * 1)(1 << 20))
+        data = self.call("H5Dcreate2", self.file, node + b"/ data", self.of_library(f"H5T_NATIVE_{kind}_g"), space, 0, options, 0)
+        for name, thing in (("H5Dclose", data), ("H5Pclose", options), ("H5Sclose", space)):
+            self.call(name, thing)
 
 
 @unittest.skipUnless(IS_HERE, "no CGNS here")
@@ -199,6 +243,31 @@ class Cgns(unittest.TestCase):
         done = self.folder.camber("info", "far.cgns")
         self.assertEqual(done.returncode, 3)
         self.assertIn("far.cgns: tetrahedron 1: a node is not one of those that the file lists", done.stderr)
+
+    def test_data_that_nobody_wrote_are_not_believed(self):
+        """A data set of HDF5 is as large as it says, whether its chunks were written or not."""
+        many = 400_000_000
+        for changed in ("vertices", "elements", "a name"):
+            file = File(self.path("bomb.cgns"), POINTS, 2)
+            file.section(b"fluid", TETRA_4, 1, 2, [n for cell in TETRAHEDRA for n in cell])
+            file.call("goto", file.number, 1, b"end")
+            file.call("descriptor_write", b"reference", b"1")
+            file.close()
+            with Hdf5(self.path("bomb.cgns")) as file:
+                if changed == "vertices":
+                    file.set_numbers(b"/Base/Zone/ data", [many, 2, 0])
+                    for axis in b"XYZ":
+                        file.blow_up(b"/Base/Zone/GridCoordinates/Coordinate" + bytes([axis]), "DOUBLE", many)
+                elif changed == "elements":
+                    file.set_numbers(b"/Base/Zone/fluid/ElementRange/ data", [1, many])
+                    file.blow_up(b"/Base/Zone/fluid/ElementConnectivity", "INT" if SIZE is ctypes.c_int else "LONG", 4 * many)
+                else:
+                    file.blow_up(b"/Base/reference", "SCHAR", 8 * many)
+            self.assertLess(self.path("bomb.cgns").stat().st_size, 100_000)
+            limit = None if SANITIZED else lambda: resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
+            done = self.folder.camber("info", "bomb.cgns", preexec_fn=limit)
+            self.assertEqual(done.returncode, 3, (changed, done.stderr))
+            self.assertIn("bomb.cgns: " + ("" if changed == "a name" else "its nodes announce more than 64 MiB"), done.stderr)
 
     def test_an_empty_mesh_has_no_place(self):
         self.path("empty.mesh").write_text("MeshVersionFormatted 2\nDimension 3\nVertices\n0\nEnd\n")
