@@ -119,8 +119,9 @@ Outcome<Buffer<double>> shares_of(const Elements<D, K>& elements, std::span<cons
 }
 
 template <int D, int K>
-Outcome<Done> lessen(const Elements<D, K>& elements, const Incidence<ElementId>& shells, double least,
-                     std::span<Vec<D>> offsets, const Execution& execution) {
+Outcome<std::size_t> lessen(const Elements<D, K>& elements, const Incidence<ElementId>& shells, double least,
+                            std::span<Vec<D>> offsets, const Execution& execution) {
+    std::vector<EdgeId> lessened;
     std::vector<ElementId> looked_at(elements.simplices().size());
     for (std::size_t e = 0; e < looked_at.size(); ++e) looked_at[e] = ElementId(e);
     for (int round = 0; round < most_rounds && !looked_at.empty(); ++round) {
@@ -140,29 +141,33 @@ Outcome<Done> lessen(const Elements<D, K>& elements, const Incidence<ElementId>&
             Vec<D>& offset = offsets[edge.index()];
             if (offset == Vec<D>{}) continue;
             offset *= *asked.find(edge);
+            lessened.push_back(edge);
             looked_at.insert(looked_at.end(), shells[edge].begin(), shells[edge].end());
         }
         std::ranges::sort(looked_at);
         looked_at.erase(std::ranges::unique(looked_at).begin(), looked_at.end());
     }
-    return Done{};
+    std::ranges::sort(lessened);
+    return static_cast<std::size_t>(std::ranges::unique(lessened).begin() - lessened.begin());
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Done> lessen_by_element(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base,
-                                const Incidence<ElementId>& shells, double least, std::span<Vec<D>> offsets,
-                                const Execution& execution) {
+Outcome<std::size_t> lessen_by_element(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base,
+                                       const Incidence<ElementId>& shells, double least, std::span<Vec<D>> offsets,
+                                       const Execution& execution) {
     if constexpr (D == 3)
         if (is_surface_alone(mesh.linear))
             return lessen(Elements<3, 2>(mesh, base, offsets), shells, least, offsets, execution);
     return lessen(Elements<D, D>(mesh, base, offsets), shells, least, offsets, execution);
 }
 
-template Outcome<Done> lessen_by_element<2>(const QuadraticMesh<2>&, std::span<const LagrangeNode<2>>,
-                                            const Incidence<ElementId>&, double, std::span<Vec<2>>, const Execution&);
-template Outcome<Done> lessen_by_element<3>(const QuadraticMesh<3>&, std::span<const LagrangeNode<3>>,
-                                            const Incidence<ElementId>&, double, std::span<Vec<3>>, const Execution&);
+template Outcome<std::size_t> lessen_by_element<2>(const QuadraticMesh<2>&, std::span<const LagrangeNode<2>>,
+                                                   const Incidence<ElementId>&, double, std::span<Vec<2>>,
+                                                   const Execution&);
+template Outcome<std::size_t> lessen_by_element<3>(const QuadraticMesh<3>&, std::span<const LagrangeNode<3>>,
+                                                   const Incidence<ElementId>&, double, std::span<Vec<3>>,
+                                                   const Execution&);
 
 }  // namespace camber

@@ -1,4 +1,5 @@
 module;
+#include <cstddef>
 #include <span>
 export module camber.curving:by_element;
 import camber.core;
@@ -11,10 +12,12 @@ export namespace camber {
 /// holds it, or the best where none does; an edge takes the least share that its elements ask for. Elements around what
 /// was lessened are looked at again, until none asks for more (through a stack of layers that is a round a layer), and
 /// shares multiply. What an edge alone does not see: error in the gradient grows as
-/// 1/det J, so that a few elements that are nearly flat cost more than all others gain. Errors: stopped.
+/// 1/det J, so that a few elements that are nearly flat cost more than all others gain. The number of edges that
+/// were lessened. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<Done> lessen_by_element(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base,
-                                              const Incidence<ElementId>& shells, double least,
-                                              std::span<Vec<D>> offsets, const Execution& execution);
+[[nodiscard]] Outcome<std::size_t> lessen_by_element(const QuadraticMesh<D>& mesh,
+                                                     std::span<const LagrangeNode<D>> base,
+                                                     const Incidence<ElementId>& shells, double least,
+                                                     std::span<Vec<D>> offsets, const Execution& execution);
 
 }  // namespace camber

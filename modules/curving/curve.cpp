@@ -41,7 +41,8 @@ CurveStatistics operator+(const CurveStatistics& a, const CurveStatistics& b) {
             a.exhausted + b.exhausted,
             a.shortened + b.shortened,
             a.outside + b.outside,
-            a.lost + b.lost};
+            a.lost + b.lost,
+            a.drawn_back + b.drawn_back};
 }
 
 /// Targets, one an edge, in columns as they come.
@@ -85,18 +86,23 @@ Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> t
 
 namespace {
 
-/// Offsets of volume edges for accuracy, as their elements bear them.
+/// Offsets of volume edges for accuracy, as their elements bear them, and how many are less for it.
 template <int D>
-Outcome<Buffer<Vec<D>>> offsets_by_element(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                           const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
-                                           const BackMesh<D>& back, const CurveOptions& options,
-                                           const Execution& execution) {
+struct BorneOffsets {
+    Buffer<Vec<D>> offsets;
+    std::size_t drawn_back = 0;
+};
+template <int D>
+Outcome<BorneOffsets<D>> offsets_by_element(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                            const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
+                                            const BackMesh<D>& back, const CurveOptions& options,
+                                            const Execution& execution) {
     auto offsets = accurate_offsets(mesh, kinds, EdgeKind::volume, shells, back, options, part_of(execution, 0, 0.84));
-    if (!offsets) return offsets;
+    if (!offsets) return fail(offsets.error());
     auto lessened =
         lessen_by_element<D>(mesh, base.view(), shells, options.least_jacobian, *offsets, part_of(execution, 0.84, 1));
     if (!lessened) return fail(lessened.error());
-    return offsets;
+    return BorneOffsets<D>{std::move(*offsets), *lessened};
 }
 
 /// Edges from `begin` to `end`, searched together; those that are measured are measured.
@@ -152,17 +158,16 @@ Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<
                                [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; });
     }
     const double of_offsets = options.measured == MeasuredEdges::all ? 0.1 : 0.48;  // lengths take long
-    const auto offsets =
-        offsets_by_element(mesh, kinds, base, shells, back, options, part_of(execution, 0, of_offsets));
-    if (!offsets) return fail(offsets.error());
+    const auto borne = offsets_by_element(mesh, kinds, base, shells, back, options, part_of(execution, 0, of_offsets));
+    if (!borne) return fail(borne.error());
     const auto target_of = [&](std::size_t e) {
         if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), base[e]);
         if (shells[e].empty()) return boundary_target(mesh, EdgeId(e), mesh.mid_nodes[e]);
-        const LagrangeNode<D> node{base[e].point + (*offsets)[e]};
+        const LagrangeNode<D> node{base[e].point + borne->offsets[e]};
         if (!is_measured(options.measured, e, mesh.edges.size())) return node_target(mesh, EdgeId(e), node);
         return measured_target(mesh, {EdgeId(e), shells[e].front()}, node, back, rules.report);
     };
-    return reduce_each(
+    auto statistics = reduce_each(
         part_of(execution, of_offsets, 1), mesh.edges.size(), CurveStatistics{},
         [&](CurveStatistics& statistics, std::size_t e) {
             const EdgeTarget<D> target = target_of(e);
@@ -170,6 +175,8 @@ Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<
             count(statistics, target.flags);
         },
         [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; }, 64);
+    if (statistics) statistics->drawn_back = borne->drawn_back;
+    return statistics;
 }
 
 }  // namespace

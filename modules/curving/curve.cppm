@@ -18,6 +18,7 @@ struct CurveStatistics {
     std::size_t shortened = 0;     ///< minimisers that the finer rule found longer than the chord, and pulled back
     std::size_t outside = 0;       ///< edges with samples beyond the back mesh, of those that were measured or searched
     std::size_t lost = 0;          ///< edges with samples that were not found in it, likewise
+    std::size_t drawn_back = 0;    ///< nodes for accuracy that go a part of their way, for their elements
 };
 
 /// A proposal for every edge, and the lengths of the volume edges on the true field.

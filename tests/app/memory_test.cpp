@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <limits>
 
@@ -8,6 +9,7 @@
 import camber.run;
 
 using camber::run::estimated_peak_bytes;
+using camber::run::expected_growth;
 
 TEST_CASE("the estimate of a run's memory") {
     camber::testing::property("grows with the mesh", [] {
@@ -30,5 +32,27 @@ TEST_CASE("the estimate of a run's memory") {
     SUBCASE("sizes beyond all memory do not wrap around") {
         constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
         CHECK(estimated_peak_bytes(all, all, 3) > std::size_t{1} << 62U);
+    }
+}
+
+TEST_CASE("what passes that split make of a mesh") {
+    const double unit = std::sqrt(2.0);
+    SUBCASE("elements and peaks measured with one thread") {
+        CHECK(expected_growth(8000, unit, 1296, 3, 1).elements == doctest::Approx(101289).epsilon(0.1));
+        CHECK(expected_growth(8000, unit, 1296, 3, 1).peak_bytes == doctest::Approx(45.9e6).epsilon(0.2));
+        CHECK(expected_growth(23323.6, unit, 1296, 3, 1).peak_bytes == doctest::Approx(97.1e6).epsilon(0.2));
+        CHECK(expected_growth(46138, unit, 1000, 2, 1).elements == doctest::Approx(120752).epsilon(0.1));
+        CHECK(expected_growth(46138, unit, 1000, 2, 1).peak_bytes == doctest::Approx(54.9e6).epsilon(0.1));
+        CHECK(expected_growth(5416, unit, 2000, 3, 2).peak_bytes == doctest::Approx(44.8e6).epsilon(0.1));
+    }
+    SUBCASE("half the length is eight times the tetrahedra, four times the triangles") {
+        for (const int dimension : {2, 3})
+            CHECK(expected_growth(100, unit / 2, 0, dimension, 1).elements ==
+                  doctest::Approx(std::pow(2, dimension) * expected_growth(100, unit, 0, dimension, 1).elements));
+    }
+    SUBCASE("sizes beyond all memory do not wrap around") {
+        CHECK(expected_growth(1e300, 1e-30, 0, 3, 1).peak_bytes > std::size_t{1} << 62U);
+        CHECK(expected_growth(std::numeric_limits<double>::infinity(), unit, 0, 2, 1).peak_bytes > std::size_t{1}
+                                                                                                       << 62U);
     }
 }

@@ -94,6 +94,14 @@ void accuracy_laws(const std::array<int, D>& cells) {
                      RC_ASSERT(norm(held.proposal.mid_nodes[e].point - middle) <=
                                norm(free.proposal.mid_nodes[e].point - middle) + 1e-15);
                  }
+                 const auto wanted = must(accurate_offsets(b.mesh, b.kinds, EdgeKind::volume, b.shells, b.back,
+                                                           EdgeAccuracyOptions{}, alone));
+                 std::size_t drawn_back = 0;
+                 for (std::size_t e = 0; e < b.mesh.edges.size(); ++e)
+                     drawn_back += b.kinds[e] == EdgeKind::volume &&
+                                   held.proposal.mid_nodes[e].point != b.boundary_nodes[e].point + wanted[e];
+                 RC_ASSERT(drawn_back > 0U);
+                 RC_ASSERT(held.statistics.drawn_back == drawn_back);
              },
              {.count = 5});
     property("the same bytes for any number of threads",

@@ -115,6 +115,33 @@ class Geometry(unittest.TestCase):
         self.assertEqual(named, 1 + max(range(len(points)), key=lambda v: abs(
             np.linalg.norm(points[v] - [40, 0, 0]) - 5) if v + 1 in on_sphere else -1))
 
+    def test_vertices_off_their_surface_are_told(self):
+        """A vertex may be off by a tenth of its edges, and stays there: with how many, and how far the farthest."""
+        off = 0.01
+        for shape in SHAPES:
+            self.config(shape, "straight", mesh="plain.mesh")
+            self.camber("run", "run.json", "--set", "stages=[]")
+            mesh = gmf.read(self.folder.path / "plain.mesh")
+            outer = np.flatnonzero(np.abs(np.linalg.norm(mesh.points[:, :mesh.dim], axis=1) - 5) < 1e-9)[:3]
+            lines = (self.folder.path / "plain.mesh").read_text().splitlines()
+            first = next(n for n, line in enumerate(lines) if line.split()[:1] == ["Vertices"]) + 1
+            first += 0 if len(lines[first - 1].split()) == 2 else 1
+            for k, v in enumerate(outer, 1):
+                moved = mesh.points[v][:mesh.dim] * (1 + k * off / 5)
+                lines[first + v] = " ".join(repr(float(x)) for x in moved) + " " + lines[first + v].split()[-1]
+            (self.folder.path / "off.mesh").write_text("\n".join(lines) + "\n")
+            geometry = json.dumps({"analytic": [sphere(5)]})
+            for name, count in (("plain.mesh", 0), ("off.mesh", 3)):
+                done = self.camber("curve", name, "-o", "out.mesh", "--geometry", geometry, "--report", "r.json")
+                told = report_of(self.folder.path / "r.json")
+                self.assertEqual(told["boundary"]["vertices_off_surfaces"], count)
+                if count > 0:
+                    self.assertAlmostEqual(told["boundary"]["largest_vertex_distance"], count * off, delta=1e-9)
+                note = "3 vertices are not on the analytic surface of their reference, by up to 0.03"
+                self.assertEqual(note in done.stderr, count > 0)
+                self.assertEqual(note in " ".join(told["notices"]), count > 0)
+                self.assertEqual("vertices off analytic surfaces    3, by up to 0.03" in done.stdout, count > 0)
+
     def test_boundary_nodes_by_length_and_accuracy(self):
         """On the surfaces, alike for any threads, told of, and required ones where they were."""
         both = {"analytic": [sphere(5), sphere(1, [INNER])]}

@@ -6,6 +6,7 @@ import json
 import sys
 import unittest
 
+from made_meshes import lattice
 from program import CONFIGS, Folder, report_of
 
 import gmf  # noqa: E402  (program puts the oracle on the path)
@@ -75,6 +76,25 @@ class MetricMesh(unittest.TestCase):
         off = np.abs(np.log(rows[:, [0, 2, 5]] / rows_at(out.points)[:, [0, 2, 5]]))[inside].max(axis=1)
         self.assertLess(np.median(off), 0.01)
         self.assertLess(off.max(), 0.1)
+
+    def test_a_mesh_in_another_place_is_refused(self):
+        for dim in (2, 3):
+            mesh = lattice(dim, 3)
+            (self.folder.path / "in.mesh").write_text(mesh.text())
+            sizes = "MeshVersionFormatted 2\nDimension %d\nSolAtVertices\n%d\n1 1\n%s\nEnd\n" % (
+                dim, len(mesh.points), "1 " * len(mesh.points))
+            (self.folder.path / "m.sol").write_text(sizes)
+            for beside, stage, code in ((1000, "remesh", 3), (1000, "curve", 3), (0.02, "remesh", 0), (0, "remesh", 0)):
+                other = lattice(dim, 3)
+                other.points = other.points + beside
+                (self.folder.path / "other.mesh").write_text(other.text())
+                stages = [stage] if stage == "remesh" else ["elevate", "curve", "validate", "relax", "commit"]
+                done = self.run_config(input={"mesh": "in.mesh"}, metric={"file": "m.sol"}, metric_mesh="other.mesh",
+                                       stages=stages, output={"report": "r.json"}, codes=(code,))
+                n, far = 4 ** dim, 1000 * dim ** 0.5
+                said = f"/metric_mesh: is in another place than the mesh: {n} of its {n} vertices are outside, by up to {far:.4g}"
+                self.assertEqual(said in done.stderr, code == 3, done.stderr)
+                self.assertEqual("vertices are outside the metric's mesh, by up to 0.0" in done.stderr, beside == 0.02)
 
     def test_what_takes_rows_of_vertices_takes_those_at_nodes_and_says_so(self):
         vertices = json.loads(self.folder.camber("check", "first.meshb", "--json").stdout)["vertices"]

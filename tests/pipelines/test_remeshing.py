@@ -15,6 +15,7 @@ from made_meshes import lattice
 from program import CONFIGS, SANITIZED, Folder, report_of
 
 import gmf  # of the oracle
+from sample_meshes import solution_file
 
 NAMES = {1: "Edges", 2: "Triangles", 3: "Tetrahedra"}
 INTERFACE = 9
@@ -186,10 +187,55 @@ class Remesh(unittest.TestCase):
         (self.folder.path / "in.mesh").write_text(surface.text())
         done = self.run_stages(["remesh"], 0.5, code=3)
         self.assertRegex(done.stderr, "the mesh has no tetrahedra: there is nothing to remesh")
-        self.given(3, 1)
-        done = self.run_stages(["remesh"], 1e-9, code=3)
-        self.assertRegex(done.stderr, "the metric asks for some .* tetrahedra .*make it coarser")
         self.assertNotIn("out.mesh", self.folder.files())
+
+    def test_what_there_is_no_room_for_is_refused(self):
+        """Before any pass, with the numbers, and by `--dry-run` in the same words."""
+        for dim in (2, 3):
+            self.given(dim, 1)
+            tiny = {"longest": 1e-4, "shortest": 0} if dim == 3 else {"longest": 1e-6, "shortest": 0}
+            for stages, size in ((["remesh"], 1e-9), (["remesh"], 1e-4 if dim == 3 else 1e-6), ([{"split": tiny}], 1),
+                                 (["collapse", {"remesh": {"split": tiny}}], 1), (["elevate", "split"], 1e-9),
+                                 (["swap", "split", "elevate", "curve"], 1e-9)):
+                done = self.run_stages(stages, size, code=4)
+                self.assertRegex(done.stderr, "the metric asks for some .* (triangles|tetrahedra), which need about .* GiB of "
+                                              "memory, and .* gives .* GiB .make it coarser: .* larger split/longest")
+                self.assertEqual(self.camber("run", "c.json", "--dry-run", code=4).stderr, done.stderr)
+                self.assertNotIn("out.mesh", self.folder.files())
+            # What makes no element has room, and an edge that is split leaves halves of `shortest`.
+            self.run_stages(["collapse"], 1e-9)
+            self.run_stages([{"split": {"longest": 1e-6}}], 1)
+            self.run_stages(["remesh"], 0.4)
+            text = self.camber("run", "c.json", "--dry-run").stdout
+            self.assertRegex(text, "the metric asks for +some [0-9.e+]+ (triangles|tetrahedra)")
+            asked = float(text.split("some ")[1].split()[0])
+            made = report_of(self.folder.path / "r.json")["mesh"]["elements"]
+            self.assertLess(max(asked / made, made / asked), 2.5)
+
+    def test_wild_metrics_end(self):
+        """Anisotropy of 1e16, jumps of 1e4 between neighbours, spikes of 1e8: each command ends soon, and tells."""
+        random = np.random.default_rng(1)
+        for dim in (2, 3):
+            mesh = lattice(dim, 3)
+            n = len(mesh.points)
+            (self.folder.path / "in.mesh").write_text(mesh.text())
+            sizes = {"anisotropy": np.ones((n, dim)), "jumps": np.ones((n, dim)), "spike": np.ones((n, dim))}
+            sizes["anisotropy"][:, 0] = 1e-16
+            sizes["jumps"][random.random(n) < 0.5] = 1e-4
+            sizes["spike"][n // 2] = 1e-8
+            for name, rows in sizes.items():
+                frames = np.linalg.qr(random.normal(size=(n, dim, dim)))[0]
+                tensors = np.einsum("vij,vj,vkj->vik", frames, rows ** -2.0, frames)
+                lower = np.array([[m[i, j] for i in range(dim) for j in range(i + 1)] for m in tensors])
+                (self.folder.path / "m.solb").write_bytes(solution_file(lower, 3, dim))
+                flat = "tensors of m.solb are flat to the rounding of their numbers"
+                for verb in (["check", "in.mesh"], ["curve", "in.mesh", "-o", "out.mesh"],
+                             ["curve", "in.mesh", "-o", "out.mesh", "--set", "stages/curve/objective=energy"]):
+                    done = self.camber(*verb, "--metric", "m.solb")
+                    self.assertEqual(flat in done.stderr, name == "anisotropy", done.stderr)
+                if name != "jumps" or dim == 3:  # 10^8 triangles may have room
+                    done = self.camber("remesh", "in.mesh", "--metric", "m.solb", "-o", "out.mesh", code=4)
+                    self.assertIn("the metric asks for some", done.stderr)
 
     def test_order_is_told(self):
         self.given(3, 1)

@@ -85,7 +85,8 @@ class Report(unittest.TestCase):
         yield self.config("spheres", "threads=1")
         yield self.config("paper-spheres-coarse", 'stages=["elevate","reinsert"]')
         yield self.config("annulus-2d", "stages/curve/objective=shape")
-        yield self.config("annulus-2d", "stages/curve/boundary_nodes=length")
+        yield self.config("annulus-2d", "stages/curve/boundary_nodes=length",
+                          'geometry={"analytic": [{"references": [1], "sphere": {"radius": 3}}]}')
         yield self.config("annulus-2d", 'stages=["remesh"]', 'metric={"constant": {"sizes": [0.5]}}')
         self.write("cube.mesh", ascii_file(cube(2)))
         self.run_camber("curve", "cube.mesh", "-o", "out.meshb", "--report", "r.json", "--set", "output/distances=both")

@@ -77,6 +77,7 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
         mesh->notices.push_back(
             {fmt::format("{} fields of the file were not kept: runs carry none", mesh->fields.size())});
     run::Inputs inputs{std::move(*mesh), {}};
+    inputs.memory = available_memory();
     if (metric == nullptr && !pipeline.metric_mesh.empty())
         return fail(ErrorKind::usage, "is the mesh of a metric file, and the metric is none", "/metric_mesh", {},
                     "give \"metric\": {\"file\": …}, or leave it out");
@@ -118,6 +119,11 @@ std::size_t of_linear(const AnyMesh& mesh, F&& f) {
                 return f(m);
         },
         mesh);
+}
+
+run::AvailableMemory available_memory() {
+    const MemoryLimit limit = memory_limit();
+    return {limit.bytes, limit.source};
 }
 
 /// Runs that cannot end well are refused before they begin.
@@ -301,6 +307,12 @@ std::string writable(const std::string& path) {
     return at == std::filesystem::path(path) ? "writable" : "writable, in a new folder";
 }
 
+/// An error of a run that says no place, as one of its input.
+Error of_input(Error error, const config::Pipeline& pipeline) {
+    const auto* file = std::get_if<config::FilePath>(&pipeline.input.source);
+    return of_file(std::move(error), file != nullptr ? file->path : "the generated mesh");
+}
+
 /// Steps of one name are one row.
 void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
     const auto same = std::ranges::find(times, step.stage, &run::StageTime::stage);
@@ -331,7 +343,12 @@ Outcome<std::string> plan(const config::Pipeline& pipeline) {
     const Execution execution{.threads = pipeline.threads, .stop = stop_on_signals()};
     auto inputs = read_inputs(pipeline, execution);
     if (!inputs) return fail(inputs.error());
-    std::string text = run::plan_text(pipeline, run::plan_size(inputs->mesh.mesh), threads_used(pipeline));
+    if (auto enough = check_memory(inputs->mesh.mesh); !enough) return fail(enough.error());
+    const run::PlanSize size = run::plan_size(inputs->mesh.mesh);
+    const auto growth = run::planned_growth(pipeline, std::move(*inputs),
+                                            [&](std::string_view, const auto& body) { return body(execution); });
+    if (!growth) return fail(of_input(growth.error(), pipeline));
+    std::string text = run::plan_text(pipeline, size, *growth, threads_used(pipeline));
     for (const std::string& path : named_outputs(pipeline.output)) text += "  " + path + ": " + writable(path) + "\n";
     return text;
 }
@@ -399,10 +416,7 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
     if (run::keeps_elements(pipeline))
         progress.of_mesh(of_linear(inputs->mesh.mesh, [](const auto& m) { return m.elements.size(); }));
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
-    if (!run) {
-        const auto* file = std::get_if<config::FilePath>(&pipeline.input.source);
-        return fail(of_file(run.error(), file != nullptr ? file->path : "the generated mesh"));
-    }
+    if (!run) return fail(of_input(run.error(), pipeline));
     OutputWriter writer{*run, pipeline.output, around, written, {}, always_in_space};
     if (lift) {
         auto placed = raised(*run, *lift, around);

@@ -115,6 +115,7 @@ Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadMo
     const auto elsewhere = shares->elsewhere();
     auto made = make_cad_geometry(model, mesh, edges, elsewhere, execution);
     if (!made) return made;
+    if (!shares->on_analytic.empty()) made->off_surfaces = off_surfaces<D>(mesh, *analytic);
     const Geometry<D> surfaces(std::move(*analytic));
     const auto with_analytic = [&](const Geometry<D>& rest) {
         return shares->on_analytic.empty() ? rest : Geometry<D>(MixedGeometry<D>{shares->on_analytic, surfaces, rest});

@@ -222,6 +222,7 @@ class Checker {
         return step("metric", [&](const Execution& e) -> Outcome<Done> {
             const auto metric = log_metrics_of_file<D>(*metric_, linear_.points.size(), part_of(e, 0, 0.2));
             if (!metric) return fail(metric.error());
+            report_.notices.insert(report_.notices.end(), metric->notices.begin(), metric->notices.end());
             auto measured =
                 measure_unit_mesh(linear_, mesh_->edges, metric->log_metrics, metric_->name, part_of(e, 0.2, 0.3));
             if (!measured) return fail(measured.error());

@@ -1,5 +1,7 @@
 module;
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -108,6 +110,27 @@ double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 }  // namespace
 
 template <int D>
+OffSurfacesReport off_surfaces(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry) {
+    constexpr double rounding = 1e-5;  // of the facet's size; files of four-byte reals have 1e-7
+    std::vector<std::uint8_t> is_off(mesh.points.size(), 0);
+    OffSurfacesReport report;
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
+        const AnalyticSurface<D>* const surface = surface_of(geometry, mesh.facets.references[f]);
+        if (surface == nullptr) continue;
+        Box<D> box;
+        for (const VertexId v : mesh.facets.vertices[f]) box.include(mesh.points[v]);
+        for (const VertexId v : mesh.facets.vertices[f]) {
+            const double off = distance(mesh.points[v], closest_point<D>(*surface, mesh.points[v]).point);
+            if (!(off > rounding * box.diagonal())) continue;
+            report.vertices += is_off[v.index()] == 0 ? 1 : 0;
+            is_off[v.index()] = 1;
+            report.largest = std::max(report.largest, off);
+        }
+    }
+    return report;
+}
+
+template <int D>
 Outcome<AnalyticGeometry<D>> make_analytic(const std::vector<config::AnalyticSurface>& surfaces,
                                            const std::string& where, const LinearMesh<D>& mesh,
                                            const Execution& execution) {
@@ -167,7 +190,11 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const G
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
         auto surfaces = make_analytic<D>(analytic->surfaces, "/geometry/analytic", mesh, without_progress(execution));
         if (!surfaces) return fail(surfaces.error());
-        return with_surrogate<D>(std::move(*surfaces), mesh, make_surrogate).map(made);
+        const OffSurfacesReport off = off_surfaces<D>(mesh, *surfaces);
+        return with_surrogate<D>(std::move(*surfaces), mesh, make_surrogate).map(made).map([&](MadeGeometry<D> all) {
+            all.off_surfaces = off;
+            return all;
+        });
     }
     auto surrogate = make_surrogate(StraightGeometry<D>{});
     if (!surrogate) return fail(surrogate.error());
@@ -175,6 +202,7 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const G
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                        \
+    template OffSurfacesReport off_surfaces<D>(const LinearMesh<D>&, const AnalyticGeometry<D>&);                    \
     template Outcome<AnalyticGeometry<D>> make_analytic<D>(                                                          \
         const std::vector<config::AnalyticSurface>&, const std::string&, const LinearMesh<D>&, const Execution&);    \
     template Outcome<MadeGeometry<D>> make_geometry<D>(                                                              \

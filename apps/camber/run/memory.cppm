@@ -1,5 +1,8 @@
 module;
+#include <cmath>
 #include <cstddef>
+#include <limits>
+#include <string>
 export module camber.run:memory;
 
 export namespace camber::run {
@@ -18,6 +21,32 @@ export namespace camber::run {
         program + a_vertex * static_cast<double>(vertices) + an_element * static_cast<double>(elements);
     constexpr double most = 9.2e18;
     return static_cast<std::size_t>(bytes < most ? bytes : most);
+}
+
+/// The memory that there is for a run, and who says so.
+struct AvailableMemory {
+    std::size_t bytes = std::numeric_limits<std::size_t>::max();
+    std::string source;
+};
+
+/// What passes that split make of a mesh, and the largest resident memory of that (bytes).
+struct Growth {
+    double elements = 0;  ///< that the metric asks for
+    std::size_t peak_bytes = 0;
+};
+
+/// `complexity`: ∫ sqrt(det M) over the mesh. A mesh whose edges end below √2 has some 11.5 tetrahedra, 2.5 triangles
+/// for each unit of it, as meshes came out; shorter edges so many times more. Memory is at its peak where the changed
+/// mesh is made one as any other: 256 and 263 bytes a tetrahedron (10^5 and 3·10^5 of them, one thread), 347 a triangle
+/// (1.2·10^5), 450 a tetrahedron of degree 2 (7·10^4).
+[[nodiscard]] inline Growth expected_growth(double complexity, double longest_edge, std::size_t elements_before,
+                                            int dimension, int degree) {
+    const double refined = std::pow(std::sqrt(2.0) / longest_edge, dimension);
+    const double elements = (dimension == 2 ? 2.5 : 11.5) * complexity * refined;
+    const double program = 13e6, an_element = (dimension == 2 ? 347 : 263) * (degree == 2 ? 1.7 : 1);
+    const double bytes = program + an_element * (elements + static_cast<double>(elements_before));
+    constexpr double most = 9.2e18;
+    return {elements, static_cast<std::size_t>(bytes < most ? bytes : most)};
 }
 
 }  // namespace camber::run

@@ -8,6 +8,8 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include <fmt/format.h>
 module camber.run;
 import camber.core;
 import camber.bezier;
@@ -89,7 +91,7 @@ Outcome<FileField<D>> field_on(const MetricFile& file, const QuadraticMesh<D>& m
     if (!back) return fail(back.error());
     metric->report.complexity = *volume;
     metric->report.largest_anisotropy = *largest;
-    return FileField<D>{std::move(*back), std::move(metric->report)};
+    return FileField<D>{std::move(*back), std::move(metric->report), std::move(metric->notices)};
 }
 
 template <int D>
@@ -107,7 +109,7 @@ Outcome<FileField<D>> field_on(const MetricFile& file, const LinearMesh<D>& mesh
     if (!back) return fail(back.error());
     metric->report.complexity = *volume;
     metric->report.largest_anisotropy = *largest;
-    return FileField<D>{std::move(*back), std::move(metric->report)};
+    return FileField<D>{std::move(*back), std::move(metric->report), std::move(metric->notices)};
 }
 
 }  // namespace
@@ -143,12 +145,88 @@ const MetricFile* file_with_mesh(const config::Pipeline& config, std::span<const
     return file == files.end() ? nullptr : &*file;
 }
 
+namespace {
+
 template <int D>
-Outcome<FileField<D>> field_of_file(const MetricFile& file, const Execution& execution) {
+Vec<D> place_of(const Location<D>& at, const LinearMesh<D>& mesh) {
+    Vec<D> place;
+    for (int i = 0; i <= D; ++i)
+        place += at.xi[static_cast<std::size_t>(i)] *
+                 mesh.points[mesh.elements.vertices[at.element.index()][static_cast<std::size_t>(i)]];
+    return place;
+}
+template <int D>
+Vec<D> place_of(const Location<D>& at, const QuadraticMesh<D>& mesh) {
+    const auto& v = mesh.linear.elements.vertices[at.element.index()];
+    Vec<D> place;
+    for (std::size_t i = 0; i <= D; ++i) place += at.xi[i] * (2 * at.xi[i] - 1) * mesh.linear.points[v[i]];
+    for (std::size_t k = 0; k < static_cast<std::size_t>(edges_per_simplex<D>); ++k) {
+        const auto& [i, j] = local_edges<D>[k];
+        place += 4 * at.xi[static_cast<std::size_t>(i)] * at.xi[static_cast<std::size_t>(j)] *
+                 mesh.mid_nodes[mesh.edges.of_elements[at.element.index()][k]].point;
+    }
+    return place;
+}
+
+/// Points that are outside the mesh of a metric, and how far one is.
+struct Outside {
+    std::size_t points = 0;
+    double farthest = 0;
+    std::size_t first = 0;  ///< the farthest
+};
+Outside joined(const Outside& a, const Outside& b) {
+    const Outside& farther = b.farthest > a.farthest ? b : a;
+    return {a.points + b.points, farther.farthest, farther.first};
+}
+
+/// A metric takes the values of the nearest point for what is outside of its mesh. That is meant for walls that are
+/// not quite the same; a mesh in another place, or another unit, gets a metric that has nothing to do with it.
+template <int D, class Mesh>
+Outcome<Done> check_place(const MetricFile& file, const Mesh& mesh, const Column<Vec<D>>& asked, FileField<D>& field,
+                          const Execution& execution) {
+    constexpr double refused = 0.1, told = 1e-3;  // of the mesh's size
+    Box<D> box;
+    for (const Vec<D>& p : asked) box.include(p);
+    const double size = box.diagonal();
+    const auto outside = reduce_each(
+        execution, asked.size(), Outside{},
+        [&](Outside& all, std::size_t v) {
+            const FieldSample<D> sample = sample_value(field.back, asked[v], ElementId(0));
+            if (sample.location.placement == Placement::inside) return;
+            all = joined(all, {1, distance(asked[v], place_of(sample.location, mesh)), v + 1});
+        },
+        joined, 512);
+    if (!outside) return fail(outside.error());
+    if (outside->farthest > refused * size)
+        return fail(
+            ErrorKind::input,
+            fmt::format("is in another place than the mesh: {} of its {} vertices are outside, by up to {:.4g}, "
+                        "and it is {:.4g} large",
+                        outside->points, asked.size(), outside->farthest, size),
+            "/metric_mesh", {},
+            "give the mesh of " + file.name + " in the mesh's place and unit, or the metric of this mesh");
+    if (outside->farthest > told * size)
+        field.notices.push_back(
+            fmt::format("{} vertices are outside the metric's mesh, by up to {:.4g}: they have the metric of its "
+                        "nearest points",
+                        outside->points, outside->farthest));
+    return Done{};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<FileField<D>> field_of_file(const MetricFile& file, const Column<Vec<D>>& asked, const Execution& execution) {
     return std::visit(
         [&]<class Mesh>(const Mesh& mesh) -> Outcome<FileField<D>> {
             if constexpr (Mesh::dimension == D)
-                return guarded([&] { return field_on(file, mesh, execution); });
+                return guarded([&]() -> Outcome<FileField<D>> {
+                    auto field = field_on(file, mesh, part_of(execution, 0, 0.9));
+                    if (!field || file.mesh->of == MetricMesh::Of::input) return field;
+                    return check_place(file, mesh, asked, *field, part_of(execution, 0.9, 1)).map([&](Done) {
+                        return std::move(*field);
+                    });
+                });
             else
                 return fail(ErrorKind::input,
                             "is in " + std::to_string(Mesh::dimension) + "D, the mesh in " + std::to_string(D) + "D",
@@ -160,7 +238,7 @@ Outcome<FileField<D>> field_of_file(const MetricFile& file, const Execution& exe
 template <int D>
 Outcome<SourcedMetric<D>> sampled_file(const MetricFile& file, const Column<Vec<D>>& points,
                                        const Execution& execution) {
-    const auto field = field_of_file<D>(file, part_of(execution, 0, 0.5));
+    const auto field = field_of_file<D>(file, points, part_of(execution, 0, 0.5));
     if (!field) return fail(field.error());
     return guarded([&]() -> Outcome<SourcedMetric<D>> {
         Buffer<LogMetric<D>> logs(points.size());
@@ -173,12 +251,12 @@ Outcome<SourcedMetric<D>> sampled_file(const MetricFile& file, const Column<Vec<
             }
         });
         if (!done) return fail(done.error());
-        return SourcedMetric<D>{Column<LogMetric<D>>(std::move(logs)), field->report, {}};
+        return SourcedMetric<D>{Column<LogMetric<D>>(std::move(logs)), field->report, field->notices};
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                             \
-    template Outcome<FileField<D>> field_of_file<D>(const MetricFile&, const Execution&); \
+#define CAMBER_INSTANTIATE(D)                                                                                    \
+    template Outcome<FileField<D>> field_of_file<D>(const MetricFile&, const Column<Vec<D>>&, const Execution&); \
     template Outcome<SourcedMetric<D>> sampled_file<D>(const MetricFile&, const Column<Vec<D>>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

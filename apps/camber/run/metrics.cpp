@@ -124,6 +124,7 @@ struct Operation {
         if (!other) return fail(other.error());
         field.report.source += " and " + other->report.source;
         field.report.floored += other->report.floored;
+        field.notices.insert(field.notices.end(), other->notices.begin(), other->notices.end());
         return intersection(field.log_metrics, other->log_metrics, part_of(execution, 0.5, 1));
     }
     Outcome<Column<LogMetric<D>>> operator()(const config::Gradation& gradation) {

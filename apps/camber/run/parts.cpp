@@ -4,6 +4,8 @@ module;
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <fmt/format.h>
 module camber.run;
 import camber.core;
 import camber.repair;
@@ -92,12 +94,21 @@ void add(Report& report, const Notices& notices) {
 }
 
 void add(Report& report, const MetricReport& part) { report.metric = part; }
-void add(Report& report, const BoundaryReport& part) { report.boundary = part; }
 void add(Report& report, const BoundaryNodesReport& part) { report.boundary->nodes = part; }
 void add(Report& report, const CurveReport& part) { report.curve = part; }
 void add(Report& report, const MeshReport& part) { report.mesh = part; }
 void add(Report& report, const BeforeReport& part) { report.validity_before = part.summary; }
 void add(Report& report, const CommitReport&) { report.committed = true; }
+
+void add(Report& report, const BoundaryReport& part) {
+    report.boundary = part;
+    if (!part.off_surfaces || part.off_surfaces->vertices == 0) return;
+    const OffSurfacesReport& off = *part.off_surfaces;
+    report.notices.push_back(fmt::format(
+        "{} {} not on the analytic surface of their reference, by up to {:.4g}: kept there, while the nodes "
+        "beside them go onto the surface",
+        off.vertices, off.vertices == 1 ? "vertex is" : "vertices are", off.largest));
+}
 
 void add(Report& report, const PlanReport& part) {
     if (report.committed && part.is_mesh) return;

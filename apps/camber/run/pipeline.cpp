@@ -21,6 +21,7 @@ import camber.curving;
 import :fields;
 import :numbering;
 import :report;
+import :memory;
 import :order;
 import :parts;
 import :runner;
@@ -106,8 +107,8 @@ Outcome<Done> settle_and_apply(Runner<D>& run, const Options& stage) {
 /// A run of a mesh that was prepared.
 template <int D>
 Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const config::Pipeline& pipeline,
-                        GeometrySource geometry, const Around& around) {
-    Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, std::move(geometry), around);
+                        GeometrySource geometry, AvailableMemory memory, const Around& around) {
+    Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, std::move(geometry), std::move(memory), around);
     run.tell(notices);
     if (auto done = move_vertices(run); !done) return fail(done.error());
     for (std::size_t i = 0; i < pipeline.stages.size(); ++i) {
@@ -138,18 +139,60 @@ Outcome<Run> given_back(Outcome<Run> run, const BetterOrder& order, const Around
 /// The whole of a run.
 template <int D>
 Outcome<Run> run_on(StageInputs<D> given, const config::Pipeline& pipeline, const OrderingOptions& ordering,
-                    GeometrySource geometry, const Around& around) {
+                    GeometrySource geometry, AvailableMemory memory, const Around& around) {
     const int degree = std::holds_alternative<LinearMesh<D>>(given.mesh) ? 1 : 2;
     if (auto order = check_order(pipeline.stages, degree); !order) return fail(order.error());
     auto sound = step(around, "prepare", [&](const Execution& e) {
         return prepare_stage(std::move(given), pipeline.stages, ordering, e);
     });
     if (!sound) return fail(sound.error());
-    auto run = run_stages(std::move(sound->inputs), sound->notices, pipeline, std::move(geometry), around);
+    auto run =
+        run_stages(std::move(sound->inputs), sound->notices, pipeline, std::move(geometry), std::move(memory), around);
     return sound->order ? given_back<D>(std::move(run), *sound->order, around) : run;
 }
 
+/// All metric files, taken out of the inputs.
+std::vector<MetricFile> files_of(const config::Pipeline& pipeline, Inputs& inputs) {
+    std::vector<MetricFile> files = std::move(inputs.operands);
+    if (inputs.metric)
+        files.push_back({std::get<config::FilePath>(pipeline.metric).path, std::move(*inputs.metric),
+                         std::move(inputs.metric_mesh)});
+    return files;
+}
+
+/// The stages up to the first pass, where they are nothing but `elevate`, and then what it begins with.
+template <int D>
+Outcome<std::optional<Growth>> growth_on(StageInputs<D> given, const config::Pipeline& pipeline, Inputs& inputs,
+                                         const Around& around) {
+    const int degree = std::holds_alternative<LinearMesh<D>>(given.mesh) ? 1 : 2;
+    if (auto order = check_order(pipeline.stages, degree); !order) return fail(order.error());
+    const auto first = std::ranges::find_if(
+        pipeline.stages, [](const config::Stage& s) { return !std::holds_alternative<config::Elevate>(s); });
+    const auto changes = []<class S>(const S&) { return changes_topology<S>(); };
+    if (first == pipeline.stages.end() || !std::visit(changes, *first)) return std::nullopt;
+    auto sound = step(around, "prepare", [&](const Execution& e) {
+        return prepare_stage(std::move(given), pipeline.stages, inputs.ordering, e);
+    });
+    if (!sound) return fail(sound.error());
+    Runner<D> run(pipeline, std::move(sound->inputs.mesh), sound->inputs.files, std::move(inputs.geometry),
+                  std::move(inputs.memory), around);
+    if (auto done = move_vertices(run); !done) return fail(done.error());
+    if (first != pipeline.stages.begin())
+        if (auto done = apply(run, std::get<config::Elevate>(pipeline.stages.front())); !done)
+            return fail(done.error());
+    return asked_growth(run);
+}
+
 }  // namespace
+
+Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
+    std::vector<MetricFile> files = files_of(pipeline, inputs);
+    return std::visit(
+        [&]<class Mesh>(Mesh mesh) {
+            return growth_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(files)}, pipeline, inputs, around);
+        },
+        std::move(inputs.mesh.mesh));
+}
 
 bool shows_fields(const config::Output& output) {
     const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh);
@@ -162,14 +205,11 @@ bool keeps_elements(const config::Pipeline& pipeline) {
 }
 
 Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
-    std::vector<MetricFile> files = std::move(inputs.operands);
-    if (inputs.metric)
-        files.push_back({std::get<config::FilePath>(pipeline.metric).path, std::move(*inputs.metric),
-                         std::move(inputs.metric_mesh)});
+    std::vector<MetricFile> files = files_of(pipeline, inputs);
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
             return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(files)}, pipeline, inputs.ordering,
-                          std::move(inputs.geometry), around);
+                          std::move(inputs.geometry), std::move(inputs.memory), around);
         },
         std::move(inputs.mesh.mesh));
     if (!run) return run;

@@ -9,6 +9,7 @@ import camber.config;
 import camber.io;
 import camber.ordering;
 import :geometry_source;
+import :memory;
 import :report;
 import :runner;
 import :stages;
@@ -23,6 +24,7 @@ struct Inputs {
     std::vector<MetricFile> operands = {};       ///< metric files that the operations intersect with
     OrderingOptions ordering = {};               ///< when the stages work in an order of their own
     GeometrySource geometry = {};
+    AvailableMemory memory = {};
 };
 
 struct Run {
@@ -39,6 +41,12 @@ struct Run {
 
 /// The mesh prepared, then the stages of a config, one after the other. Errors name the stage's JSON path.
 [[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around);
+
+/// What passes will make of the mesh, by the metric that they go by, where no stage but `elevate` comes before them;
+/// none: no stage splits, or the metric is not known before others are done. Errors: those of the run so far, and
+/// memory: the same as where the run comes there.
+[[nodiscard]] Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs,
+                                                            const Around& around);
 
 /// The mesh of a config's shape.
 [[nodiscard]] Outcome<DecodedMesh> generate_shape(const config::Shape& shape, const Execution& execution = {});

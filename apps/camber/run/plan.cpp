@@ -1,5 +1,7 @@
 module;
+#include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <variant>
@@ -73,7 +75,8 @@ std::string time_class(const PlanSize& size, int threads) {
     return mean < 3600 ? "minutes" : "hours";
 }
 
-std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, int threads) {
+std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, const std::optional<Growth>& growth,
+                      int threads) {
     const auto parts = config::parts_of(pipeline);
     std::string text =
         row("input", parts.input) + row("dimension, degree", fmt::format("{}D, P{}", size.dimension, size.degree)) +
@@ -88,11 +91,13 @@ std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, in
         if (const auto limit = repair_limit(pipeline.stages[i], threads); !limit.empty())
             text += row("  repair ends after", limit);
         if (asks_for_elements(pipeline.stages[i]))
-            text +=
-                row("  not counted below", "what it makes: some 200 bytes for each element that the metric asks for");
+            text += growth ? row("  the metric asks for", fmt::format("some {:.2g} {}", growth->elements,
+                                                                      size.dimension == 2 ? "triangles" : "tetrahedra"))
+                           : row("  not counted below", "what it makes: known when the stages before it are done");
     }
+    const std::size_t peak = std::max(size.peak_bytes, growth ? growth->peak_bytes : 0);
     return text + row("threads", fmt::format("{}", threads)) +
-           row("peak memory", fmt::format("about {:.0f} MiB", static_cast<double>(size.peak_bytes) / 1048576)) +
+           row("peak memory", fmt::format("about {:.0f} MiB", static_cast<double>(peak) / 1048576)) +
            row("time", time_class(size, threads));
 }
 

@@ -1,9 +1,11 @@
 module;
 #include <cstddef>
+#include <optional>
 #include <string>
 export module camber.run:plan;
 import camber.config;
 import camber.io;
+import :memory;
 
 export namespace camber::run {
 
@@ -20,7 +22,8 @@ struct PlanSize {
 [[nodiscard]] std::string time_class(const PlanSize& size, int threads);
 
 /// What a run would do, for `--dry-run`: input and sizes, metric, geometry, each stage with the options that are not
-/// the defaults, memory and time expected.
-[[nodiscard]] std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, int threads);
+/// the defaults, memory and time expected. `growth`: what passes will make, where that is known.
+[[nodiscard]] std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size,
+                                    const std::optional<Growth>& growth, int threads);
 
 }  // namespace camber::run

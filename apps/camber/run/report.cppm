@@ -87,6 +87,12 @@ struct CadReport {
     std::optional<CadMovesReport> moves = {};
 };
 
+/// Vertices that are not on the analytic surface of their facets' reference, and stay where they are.
+struct OffSurfacesReport {
+    std::size_t vertices = 0;
+    double largest = 0;  ///< distance (model units)
+};
+
 /// What became of nodes of boundary edges that were to go elsewhere than to the projected middle.
 struct BoundaryNodesReport {
     std::string by;  ///< the aim's word
@@ -108,12 +114,14 @@ struct BoundaryReport {
     std::optional<DistancesReport> distances = {};  ///< both ways, by entity, where that is asked for
     std::optional<BoundaryNodesReport> nodes = {};
     std::optional<CurvedPatchesReport> curved_patches = {};
+    std::optional<OffSurfacesReport> off_surfaces = {};  ///< where analytic surfaces are given
 };
 
 struct CurveReport {
     std::size_t edges = 0, volume_edges = 0, curved_edges = 0;
     std::size_t polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;
-    EdgeReport before;  ///< correction
+    std::size_t drawn_back = 0;  ///< nodes inside or in planes that go a part of their way, for `least_jacobian`
+    EdgeReport before;           ///< correction
     std::optional<EdgeReport> after;
     std::optional<EdgeReport> in_straight_field;  ///< after correction, where the field is carried
     double edges_per_second = 0;

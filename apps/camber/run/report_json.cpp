@@ -125,6 +125,10 @@ Json json(const BoundaryReport& b) {
     if (b.straight_distance) j["largest_distance_straight"] = *b.straight_distance;
     if (b.curved_distance) j["largest_distance"] = *b.curved_distance;
     if (b.cad) j["cad"] = json(*b.cad);
+    if (b.off_surfaces) {
+        j["vertices_off_surfaces"] = b.off_surfaces->vertices;
+        j["largest_vertex_distance"] = b.off_surfaces->largest;
+    }
     if (b.distances) j["distances"] = Json::parse(distances_json(*b.distances));
     if (b.nodes) j["nodes"] = json(*b.nodes);
     if (b.curved_patches)
@@ -162,6 +166,7 @@ Json json(const CurveReport& c) {
            {"shortened", c.shortened},
            {"outside", c.outside},
            {"lost", c.lost},
+           {"drawn_back", c.drawn_back},
            {"edges_per_second", c.edges_per_second},
            {"before_correction", json(c.before)}};
     if (c.after) j["after_correction"] = json(*c.after);

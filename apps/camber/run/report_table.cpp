@@ -139,6 +139,7 @@ std::string curve_rows(const CurveReport& c) {
                   join_before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}")) +
         table_row("edges longer than straight", longer_edges(after == nullptr ? c.before : *after, c.volume_edges)) +
         table_row("edges per second", grouped(static_cast<std::size_t>(c.edges_per_second)));
+    if (c.drawn_back > 0) text += table_row("nodes drawn back by least_jacobian", c.drawn_back);
     if (c.outside > 0) text += table_row("edges that leave the back mesh", c.outside);
     if (c.lost > 0) text += table_row("edges with samples not located", c.lost);
     return text;
@@ -225,6 +226,10 @@ std::string boundary_rows(const Report& report) {
         text += table_row("patches through the nodes, as read",
                           fmt::format("{}, {}; kinks of {:.2g} degrees at most", grouped(of->smooth),
                                       grouped(of->as_read), of->largest_kink));
+    if (b.off_surfaces && b.off_surfaces->vertices > 0)
+        text +=
+            table_row("vertices off analytic surfaces",
+                      fmt::format("{}, by up to {:.4g}", grouped(b.off_surfaces->vertices), b.off_surfaces->largest));
     if (b.nodes)
         text += table_row(
             "boundary nodes by " + b.nodes->by,

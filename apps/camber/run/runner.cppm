@@ -14,6 +14,7 @@ import camber.config;
 import camber.metric;
 import camber.cad;
 import :geometry_source;
+import :memory;
 import :order;
 import :parts;
 import :report;
@@ -58,16 +59,18 @@ template <int D>
 class Runner {
   public:
     Runner(const config::Pipeline& config, GivenMesh<D> mesh, std::span<const MetricFile> files,
-           GeometrySource geometry, const Around& around)
+           GeometrySource geometry, AvailableMemory memory, const Around& around)
         : config(config),
           files(files),
           geometry(std::move(geometry)),
+          memory(std::move(memory)),
           state(beginning_with<D>(std::move(mesh))),
           around_(around) {}
 
     const config::Pipeline& config;
     const std::span<const MetricFile> files;  ///< all metric files that the config names
     const GeometrySource geometry;
+    const AvailableMemory memory;
     State<D> state;
 
     /// Of the state, which must be so far: `check_order` has seen that it is.

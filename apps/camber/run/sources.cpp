@@ -6,6 +6,8 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include <fmt/format.h>
 module camber.run;
 import camber.core;
 import camber.bezier;
@@ -80,6 +82,12 @@ Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_
     }
     SourcedMetric<D> metric = sourced(Column<LogMetric<D>>(std::move(logs->log_metrics)), file.name);
     metric.report.floored = logs->floored;
+    if (logs->floored > 0)
+        metric.notices.push_back(
+            fmt::format("{} of the {} tensors of {} are flat to the rounding of their numbers: the sizes of their flat "
+                        "directions were "
+                        "made smaller, to what that can tell",
+                        logs->floored, vertices, file.name));
     return metric;
 }
 

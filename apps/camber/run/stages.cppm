@@ -99,6 +99,7 @@ struct CurveInput {
     /// nothing is displaced. Of a mesh that was read with its curves too: curved again it comes out the same.
     Column<LagrangeNode<D>> extended = {};
     std::optional<BoundaryNodesReport> placed = {};  ///< where `base` has them elsewhere than projected
+    std::size_t drawn_back = 0;                      ///< slides that go a part of their way, for their elements
 };
 /// Boundary nodes on the geometry; of a mesh that was read with its curves only those on analytic surfaces. Volume
 /// edges start at the mesh's nodes.
@@ -150,6 +151,7 @@ struct MadeGeometry {
     std::vector<EdgeId> ridges = {};  ///< edges of the mesh on edges of the model, and vertices on its vertices, rising
     std::vector<VertexId> corners = {};
     std::optional<CurvedPatchesReport> curved_patches = {};
+    std::optional<OffSurfacesReport> off_surfaces = {};  ///< of analytic surfaces
 };
 template <int D>
 [[nodiscard]] Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const GeometrySource& source,
@@ -167,6 +169,10 @@ template <int D>
 [[nodiscard]] Outcome<AnalyticGeometry<D>> make_analytic(const std::vector<config::AnalyticSurface>& surfaces,
                                                          const std::string& where, const LinearMesh<D>& mesh,
                                                          const Execution& execution);
+/// Vertices that are farther from the surface of a facet than rounding explains: `check_fit` lets pass a tenth of the
+/// edges, since meshes are made on surfaces that are not quite those of the model.
+template <int D>
+[[nodiscard]] OffSurfacesReport off_surfaces(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry);
 /// The CAD model alone, of the facets that are not of the references `elsewhere` (rising). Errors: in 2D (usage).
 template <int D>
 [[nodiscard]] Outcome<MadeGeometry<D>> make_cad_geometry(const CadModel& model, const LinearMesh<D>& mesh,
@@ -216,10 +222,14 @@ template <int D>
 struct FileField {
     BackMesh<D> back;
     MetricReport report;
+    Notices notices;
 };
-/// Errors: those of log_metrics_of_file; a mesh of another dimension.
+/// Where it is another mesh than `asked`, which is to take its metric, it must be in the same place: notices of
+/// vertices that are outside. Errors: those of log_metrics_of_file; a mesh of another dimension, or in another place
+/// (input).
 template <int D>
-[[nodiscard]] Outcome<FileField<D>> field_of_file(const MetricFile& file, const Execution& execution);
+[[nodiscard]] Outcome<FileField<D>> field_of_file(const MetricFile& file, const Column<Vec<D>>& asked,
+                                                  const Execution& execution);
 /// That field at points.
 template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> sampled_file(const MetricFile& file, const Column<Vec<D>>& points,

@@ -8,6 +8,7 @@ import camber.curving;
 import camber.io;
 import camber.metric;
 import camber.validity;
+import :memory;
 import :report;
 import :runner;
 import :stages;
@@ -71,6 +72,11 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<OwnField<D>> make_own_field(Runner<D>& run, const QuadraticMesh<D>& mesh,
                                                   const Boundary<D>& boundary);
+
+/// Before any work of passes: what those of the config will make of the run's mesh; none where none of them splits.
+/// Errors: those of describe_boundary and make_own_field; memory: more than there is room for.
+template <int D>
+[[nodiscard]] Outcome<std::optional<Growth>> asked_growth(Runner<D>& run);
 
 /// A mesh that passes have changed becomes one as any other; nothing where none has.
 template <int D>

@@ -117,6 +117,7 @@ Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& bou
     auto borne = lessen_by_element<D>(at.mesh, present.view(), input.shells, options.least_jacobian, slides,
                                       part_of(execution, 0.82, 1));
     if (!borne) return fail(borne.error());
+    input.drawn_back += *borne;
     for (std::size_t e = 0; e < slides.size(); ++e) (*nodes)[e].point = present[e].point + slides[e];
     input.base = std::move(*nodes);
     return input;

@@ -67,6 +67,7 @@ CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) 
             s.shortened,
             s.outside,
             s.lost,
+            s.drawn_back,
             edge_report(mesh, curved.proposal, curved.straight_lengths, curved.lengths),
             {},
             {},
@@ -113,6 +114,7 @@ Outcome<Done> curve_within(Runner<D>& run, Boundary<D> boundary, CurveInput<D>& 
     run.tell(input.notices);
     auto found = run.timed([&] { return find(execution); });
     if (!found.value) return fail(found.value.error());
+    found.value->report.drawn_back += input.drawn_back;
     tell_curve(run, std::move(found.value->report), found.seconds);
     Proposal<D> proposal = found.value->curved.proposal;
     run.quadratic().plan = Plan<D>{Wanted<D>{std::move(boundary), std::move(input.shells),

@@ -196,10 +196,10 @@ const MetricFile* whole_field(const Runner<D>& run) {
     return file_with_mesh(run.config, run.files);
 }
 template <int D>
-Outcome<MadeField<D>> given_field(const MetricFile& file, const Execution& execution) {
-    auto field = field_of_file<D>(file, execution);
+Outcome<MadeField<D>> given_field(const MetricFile& file, const Column<Vec<D>>& asked, const Execution& execution) {
+    auto field = field_of_file<D>(file, asked, execution);
     if (!field) return fail(field.error());
-    return MadeField<D>{std::move(field->back), {}, {}, std::move(field->report), {}};
+    return MadeField<D>{std::move(field->back), {}, {}, std::move(field->report), std::move(field->notices)};
 }
 
 template <int D>
@@ -229,7 +229,7 @@ Outcome<OwnField<D>> make_own_field(Runner<D>& run, const LinearMesh<D>& mesh, c
                                     const Boundary<D>& boundary) {
     const MetricFile* const file = whole_field(run);
     auto made = run.step("metric", [&](const Execution& e) {
-        if (file) return given_field<D>(*file, e);
+        if (file) return given_field<D>(*file, mesh.points, e);
         return straight_field<D>(metric_input(run, mesh, edges, boundary), run.config, e);
     });
     return told(run, std::move(made));
@@ -239,7 +239,7 @@ template <int D>
 Outcome<OwnField<D>> make_own_field(Runner<D>& run, const QuadraticMesh<D>& mesh, const Boundary<D>& boundary) {
     const MetricFile* const file = whole_field(run);
     auto made = run.step("metric", [&](const Execution& e) {
-        if (file) return given_field<D>(*file, e);
+        if (file) return given_field<D>(*file, mesh.linear.points, e);
         return curved_field<D>(metric_input(run, mesh.linear, mesh.edges, boundary), mesh, run.config, e);
     });
     return told(run, std::move(made));
@@ -252,7 +252,7 @@ Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, C
     const MetricFile* file = whole_field(run);
     if (file && file->mesh->of != MetricMesh::Of::input) file = nullptr;
     auto made = run.step("metric", [&](const Execution& e) {
-        if (file) return given_field<D>(*file, e);
+        if (file) return given_field<D>(*file, mesh.linear.points, e);
         const MetricInput<D> from = metric_input(run, mesh.linear, mesh.edges, boundary);
         return input.extended.empty() ? straight_field<D>(from, run.config, e)
                                       : carried_field<D>(from, mesh, input, aim, run.config, e);

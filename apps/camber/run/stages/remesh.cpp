@@ -1,7 +1,9 @@
 module;
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,6 +20,7 @@ import camber.dynamic;
 import camber.metric;
 import camber.remesh;
 import camber.surface;
+import :memory;
 import :parts;
 import :report;
 import :runner;
@@ -77,14 +80,45 @@ Outcome<Begun<D>> begun(const QuadraticMesh<D>& mesh, const Features<D>& feature
     return Begun<D>{std::move(*made), std::move(*measured)};
 }
 
-/// Whether a mesh that is unit for the metric can be counted.
-Outcome<Done> check_complexity(double complexity, int dimension) {
-    const double elements = (dimension == 2 ? 2.5 : 11.5) * complexity;  // as meshes came out
-    if (elements < static_cast<double>(max_entities)) return Done{};
-    return fail(
-        ErrorKind::unsupported,
-        fmt::format("the metric asks for some {:.1g} {}", elements, dimension == 2 ? "triangles" : "tetrahedra"), {},
-        {}, "make it coarser: metric_operations bound or complexity");
+/// The longest edges that the config's passes leave, in lengths in the metric; none: no pass splits.
+std::optional<double> longest_edge_left(std::span<const config::Stage> stages) {
+    std::optional<double> least;
+    const auto see = [&](const SplitOptions& split) {
+        // An edge that would be split into shorter ones than `shortest` stays.
+        const double longest = std::max(split.longest, 2 * split.shortest);
+        least = std::min(longest, least.value_or(longest));
+    };
+    for (const config::Stage& stage : stages) {
+        if (const auto* split = std::get_if<config::Split>(&stage)) see(*split);
+        if (const auto* remesh = std::get_if<config::Remesh>(&stage)) see(remesh->split);
+    }
+    return least;
+}
+
+/// Whether there is room for what passes will make of the mesh, and 32 bits can number it.
+template <int D>
+Outcome<std::optional<Growth>> check_growth(const Runner<D>& run, double complexity, std::size_t elements, int degree) {
+    const auto longest = longest_edge_left(run.config.stages);
+    if (!longest) return std::nullopt;
+    Growth growth = expected_growth(complexity, *longest, elements, D, degree);
+    const auto curves = [](const config::Stage& s) { return std::holds_alternative<config::Curve>(s); };
+    if (growth.elements < static_cast<double>(max_entities) && std::ranges::any_of(run.config.stages, curves)) {
+        const auto made = static_cast<std::size_t>(growth.elements);
+        growth.peak_bytes = std::max(growth.peak_bytes, estimated_peak_bytes(made / (D == 2 ? 2 : 5), made, D));
+    }
+    const std::string asked =
+        fmt::format("the metric asks for some {:.2g} {}", growth.elements, D == 2 ? "triangles" : "tetrahedra");
+    const char* const remedy = "make it coarser: metric_operations bound or complexity, or a larger split/longest";
+    constexpr double gib = 1024.0 * 1024 * 1024;
+    if (growth.peak_bytes > run.memory.bytes)
+        return fail(ErrorKind::memory,
+                    fmt::format("{}, which need about {:.3g} GiB of memory, and {} gives {:.3g} GiB", asked,
+                                static_cast<double>(growth.peak_bytes) / gib, run.memory.source,
+                                static_cast<double>(run.memory.bytes) / gib),
+                    {}, {}, remedy);
+    if (!(growth.elements < static_cast<double>(max_entities)))
+        return fail(ErrorKind::unsupported, asked + ", more than 32 bits can number", {}, {}, remedy);
+    return growth;
 }
 
 /// Where new inner edges of a mesh of degree 2 have their nodes.
@@ -99,7 +133,6 @@ void set_objective(RemeshingGoal<D>& goal, const CurveOptions& options) {
 /// told of them. `begin`: of the goal, the corners of curves and the name of the metric.
 template <int D, class Curves, class Begin>
 Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, Geometry<D> geometry, Curves&& curves, Begin&& begin) {
-    if (auto bearable = check_complexity(field.report.complexity, D); !bearable) return fail(bearable.error());
     RemeshingGoal<D> goal{std::move(field.back), std::move(geometry)};
     set_objective(goal, run.state.curving);
     auto made = run.step("topology", [&](const Execution& e) -> Outcome<Begun<D>> {
@@ -115,34 +148,69 @@ Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, Geometry<D> geometry
     return Done{};
 }
 
-/// The state's mesh becomes one that changes: its boundary is described and its field made first.
+/// What passes go by: the boundary is described and the field made before anything is done, and there is room for what
+/// it asks for.
 template <int D>
-Outcome<Done> begin_changing(Runner<D>& run, LinearMesh<D> mesh) {
-    const auto edges = run.step("edges", [&](const Execution& e) { return unique_edges(mesh, e); });
-    if (!edges) return fail(edges.error());
-    auto boundary = describe_boundary(run, mesh, *edges);
-    if (!boundary) return fail(boundary.error());
-    auto field = make_own_field(run, mesh, *edges, *boundary);
+struct Aims {
+    Boundary<D> boundary;
+    OwnField<D> field;
+    std::optional<Growth> growth;
+};
+template <int D>
+Outcome<Aims<D>> aims(const Runner<D>& run, Boundary<D> boundary, Outcome<OwnField<D>> field, std::size_t elements,
+                      int degree) {
     if (!field) return fail(field.error());
-    const auto curves = [&](const Geometry<D>& geometry, const Execution& e) {
-        return find_embedded_curves(mesh, *edges, boundary->features, geometry, {}, e);
-    };
-    return go_on_with(run, std::move(*field), std::move(boundary->geometry), curves,
-                      [&](const auto&... of) { return begun(mesh, *edges, boundary->features, of...); });
+    auto growth = check_growth(run, field->report.complexity, elements, degree);
+    if (!growth) return fail(growth.error());
+    return Aims<D>{std::move(boundary), std::move(*field), *growth};
 }
 template <int D>
-Outcome<Done> begin_changing(Runner<D>& run, QuadraticMesh<D> mesh) {
-    const bool is_own = run.quadratic().boundary_is_given();
-    const auto nodes = is_own ? mesh.mid_nodes.view() : std::span<const LagrangeNode<D>>();
+Outcome<Aims<D>> aims_for(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges) {
+    auto boundary = describe_boundary(run, mesh, edges);
+    if (!boundary) return fail(boundary.error());
+    auto field = make_own_field(run, mesh, edges, *boundary);
+    return aims(run, std::move(*boundary), std::move(field), mesh.elements.size(), 1);
+}
+template <int D>
+Outcome<Aims<D>> aims_for(Runner<D>& run, const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> nodes) {
     auto boundary = describe_boundary(run, mesh.linear, mesh.edges, nodes);
     if (!boundary) return fail(boundary.error());
     auto field = make_own_field(run, mesh, *boundary);
-    if (!field) return fail(field.error());
+    return aims(run, std::move(*boundary), std::move(field), mesh.linear.elements.size(), 2);
+}
+/// The nodes by which the boundary's own curves are told: none where they are not the file's.
+template <int D>
+std::span<const LagrangeNode<D>> own_boundary_nodes(Runner<D>& run, const QuadraticMesh<D>& mesh) {
+    return run.quadratic().boundary_is_given() ? mesh.mid_nodes.view() : std::span<const LagrangeNode<D>>();
+}
+template <int D>
+Outcome<EdgeSet<D>> edges_of(Runner<D>& run, const LinearMesh<D>& mesh) {
+    return run.step("edges", [&](const Execution& e) { return unique_edges(mesh, e); });
+}
+
+/// The state's mesh becomes one that changes.
+template <int D>
+Outcome<Done> begin_changing(Runner<D>& run, LinearMesh<D> mesh) {
+    const auto edges = edges_of(run, mesh);
+    if (!edges) return fail(edges.error());
+    auto by = aims_for(run, mesh, *edges);
+    if (!by) return fail(by.error());
     const auto curves = [&](const Geometry<D>& geometry, const Execution& e) {
-        return find_embedded_curves(mesh.linear, mesh.edges, boundary->features, geometry, nodes, e);
+        return find_embedded_curves(mesh, *edges, by->boundary.features, geometry, {}, e);
     };
-    return go_on_with(run, std::move(*field), std::move(boundary->geometry), curves,
-                      [&](const auto&... of) { return begun(mesh, boundary->features, of...); });
+    return go_on_with(run, std::move(by->field), std::move(by->boundary.geometry), curves,
+                      [&](const auto&... of) { return begun(mesh, *edges, by->boundary.features, of...); });
+}
+template <int D>
+Outcome<Done> begin_changing(Runner<D>& run, QuadraticMesh<D> mesh) {
+    const auto nodes = own_boundary_nodes(run, mesh);
+    auto by = aims_for(run, mesh, nodes);
+    if (!by) return fail(by.error());
+    const auto curves = [&](const Geometry<D>& geometry, const Execution& e) {
+        return find_embedded_curves(mesh.linear, mesh.edges, by->boundary.features, geometry, nodes, e);
+    };
+    return go_on_with(run, std::move(by->field), std::move(by->boundary.geometry), curves,
+                      [&](const auto&... of) { return begun(mesh, by->boundary.features, of...); });
 }
 template <int D>
 Outcome<Done> begin_changing(Runner<D>& run) {
@@ -200,6 +268,16 @@ Outcome<Done> apply_pass(Runner<D>& run, const Options& options,
 }  // namespace
 
 template <int D>
+Outcome<std::optional<Growth>> asked_growth(Runner<D>& run) {
+    const auto growth = [](Aims<D> by) { return by.growth; };
+    const auto* const straight = std::get_if<LinearMesh<D>>(&run.state.mesh);
+    if (straight == nullptr) return aims_for(run, run.quadratic().mesh).map(growth);
+    const auto edges = edges_of(run, *straight);
+    if (!edges) return fail(edges.error());
+    return aims_for(run, *straight, *edges).map(growth);
+}
+
+template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Collapse& options) {
     return apply_pass(run, options, &collapse<D>);
 }
@@ -251,6 +329,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
 }
 
 #define CAMBER_INSTANTIATE(D)                                             \
+    template Outcome<std::optional<Growth>> asked_growth<D>(Runner<D>&);  \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Collapse&); \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Split&);    \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Swap&);     \

@@ -84,17 +84,16 @@ Outcome<Described<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edg
                                    inherited ? listed_breaks<D> : by_angle<D>(options), without_progress(execution));
     if (!features) return fail(features.error());
     if (made->cad) made->cad->moves = run.state.cad_moves;
-    const BoundaryReport report{features->surface_edges,
-                                features->ridge_edges,
-                                features->corners,
-                                features->patch_count,
-                                {},
-                                {},
-                                {},
-                                made->cad,
-                                {},
-                                {},
-                                made->curved_patches};
+    BoundaryReport report{features->surface_edges,
+                          features->ridge_edges,
+                          features->corners,
+                          features->patch_count,
+                          {},
+                          {},
+                          {},
+                          made->cad};
+    report.curved_patches = made->curved_patches;
+    report.off_surfaces = made->off_surfaces;
     return Described<D>{{std::move(*features), options.required_boundary, std::move(made->geometry)}, report};
 }
 
