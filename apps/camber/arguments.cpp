@@ -129,6 +129,12 @@ void add_geometry(CLI::App* verb, GeometryArguments& a) {
     add_words(verb, "--cad-unit", a.cad_unit,
               "The unit of the mesh's coordinates, to which the CAD model is converted. Default: file, coordinates are "
               "as the model's file has them");
+    verb->add_option("--cad-seconds", a.cad_seconds,
+                     "How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file")
+        ->check(CLI::NonNegativeNumber);
+    verb->add_option("--cad-memory", a.cad_memory,
+                     "How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file")
+        ->check(CLI::NonNegativeNumber);
 }
 
 void add_run(CLI::App& app, Verb& verb) {

@@ -1,5 +1,6 @@
 // The program: arguments to verbs.
 #include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -92,6 +93,7 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error) {
 int main(int argc, char** argv) {
     hold_standard_streams();
     try {
+        if (const auto code = cad_reader({argv, static_cast<std::size_t>(argc)})) return *code;
         CLI::App app{description, "camber"};
         app.formatter(std::make_shared<Help>());
         app.set_version_flag("--version", CAMBER_VERSION);

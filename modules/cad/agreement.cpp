@@ -8,12 +8,15 @@ module;
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "occ/kernel.hpp"
 module camber.cad;
 import camber.core;
+import camber.surface;
 import :in_plane;
 import :parts;
+import :sampled;
 
 namespace camber {
 
@@ -29,27 +32,40 @@ Box<D> box_of(const LinearMesh<D>& mesh, IsPart&& is_part) {
     return box;
 }
 
-/// In 2D that of the curves, at whichever height they are.
-template <int D>
-Box<D> box_of_model(const CadParts& parts) {
-    if constexpr (D == 2)
-        return in_plane(parts.of_edges);
-    else
-        return parts.bounds;
+Box<3> box_of_face(const CadParts& parts, std::size_t face) {
+    constexpr std::size_t places = 16;
+    const occ::FaceFacts& facts = parts.kernel->faces[face];
+    if (facts.is_plane) return parts.faces[face].bounds;  // that of its edges
+    Box<3> box;
+    for (const std::size_t edge : facts.edges) box.include(parts.edges[edge].bounds);
+    const auto at = [&](std::size_t k, std::size_t i) {
+        return facts.low[k] + (facts.high[k] - facts.low[k]) * static_cast<double>(i) / places;
+    };
+    for (std::size_t i = 0; i <= places; ++i)
+        for (std::size_t j = 0; j <= places; ++j)
+            if (parts.kernel->has(face, at(0, i), at(1, j)))
+                box.include(vec(parts.kernel->on_surface(face, at(0, i), at(1, j)).point));
+    return box;
 }
+
+/// Of some faces (in 2D curves, at whichever height): of their edges, and of points within them. Boxes of parameters
+/// reach beyond the edges of a face that is cut askew.
 template <int D>
-Box<D> box_of_face(const CadParts& parts, std::size_t face) {
-    if constexpr (D == 2)
-        return in_plane(parts.edges[face].bounds);
-    else
-        return parts.faces[face].bounds;
+Box<D> box_of(const CadParts& parts, std::span<const std::size_t> faces) {
+    Box<D> box;
+    for (const std::size_t face : faces) {
+        if constexpr (D == 2)
+            box.include(in_plane(parts.edges[face].bounds));
+        else
+            box.include(box_of_face(parts, face));
+    }
+    return box;
 }
 
 /// Whether the box of a straight mesh's boundary is that of a model multiplied by `factor`, but for its chords.
 template <int D>
 bool agree(const Box<D>& mesh, const Box<D>& model, double factor) {
-    constexpr double within = 0.1;
-    const double most = within * mesh.diagonal();
+    const double most = near_enough * mesh.diagonal();
     for (std::size_t k = 0; k < D; ++k)
         if (std::abs(mesh.low[k] - factor * model.low[k]) > most ||
             std::abs(mesh.high[k] - factor * model.high[k]) > most)
@@ -72,83 +88,127 @@ std::string text(const Box<D>& box) {
     return text(box.low) + " to " + text(box.high);
 }
 
-/// The unit of the mesh in which it would agree with the model.
-template <int D>
-std::optional<std::string> fitting_unit(const Box<D>& mesh, const Box<D>& model, const CadParts& parts) {
-    const double here = parts.kernel->millimetres;  // of the unit in which the model is
+std::string text(double x) {
+    std::array<char, 32> out{};
+    std::snprintf(out.data(), out.size(), "%.3g", x);
+    return out.data();
+}
+
+/// The first unit of the mesh, but for that in which the model is, with which something fits: by the factor from it to
+/// the model's.
+template <class Fits>
+Outcome<std::optional<std::string>> fitting_unit(const CadParts& parts, Fits&& fits) {
+    const double here = parts.kernel->millimetres;
     for (const auto& [unit, word] : words(CadUnit{})) {
         if (unit == CadUnit::file || millimetres_of(unit) == here) continue;
-        if (agree(mesh, model, here / millimetres_of(unit))) return std::string(word);
+        const Outcome<bool> does_fit = fits(millimetres_of(unit) / here);
+        if (!does_fit) return fail(does_fit.error());
+        if (*does_fit) return std::optional(std::string(word));
     }
-    return std::nullopt;
+    return std::optional<std::string>();
 }
 
-/// What would bring the model to the mesh, as far as it is a matter of units.
+std::string remedy(const std::optional<std::string>& unit, bool is_whole) {
+    if (unit) return "the mesh is in " + *unit + ": give that as the unit of the CAD model";
+    return std::string("give the CAD model of ") + (is_whole ? "this mesh" : "these references") +
+           ", in the mesh's place; if the file's unit is not the mesh's, say the mesh's; if it has only a part of the "
+           "boundary, name the references of that";
+}
+
+/// What is to lie on the model.
+const char* subject(bool is_whole) {
+    return is_whole ? "the mesh's boundary" : "the part of the mesh's boundary that is to lie on the CAD model";
+}
+
 template <int D>
-std::string remedy(const Box<D>& mesh, const Box<D>& model, const CadParts& parts) {
-    if (const auto unit = fitting_unit(mesh, model, parts))
-        return "the mesh is in " + *unit + ": give that as the unit of the CAD model";
-    return "give the CAD model of this mesh, in the mesh's place; if the file's unit is not the mesh's, say the mesh's";
+double distance_from(const CadModel& model, std::span<const std::size_t> candidates, const Vec<D>& p) {
+    if constexpr (D == 2)
+        return closest_on_curve(model, *nearest_curve(model, candidates, p), p).distance;
+    else
+        return closest_on_face(model, *nearest_face(model, candidates, p), p).distance;
 }
 
-constexpr const char* part = "the part of the mesh's boundary that is to lie on the CAD model";
+/// The corner of a facet that is farthest from the model, and how far.
+template <int D>
+std::pair<VertexId, double> farthest_corner(const LinearMesh<D>& mesh, const CadModel& model,
+                                            std::span<const std::size_t> candidates, FacetId facet) {
+    std::pair<VertexId, double> found{mesh.facets.vertices[facet][0], 0};
+    for (const VertexId v : mesh.facets.vertices[facet])
+        if (const double away = distance_from<D>(model, candidates, mesh.points[v]); away > found.second)
+            found = {v, away};
+    return found;
+}
+
+/// Which of the facets that were looked at are not on the model.
+std::string strays_of(const Verdict& verdict, const char* facets) {
+    const bool is_one = verdict.share <= 0.1 && verdict.lost != nullptr;
+    const auto counted = [&](std::size_t astray, std::size_t all) {
+        return std::to_string(astray) + " of the " + std::to_string(all) + " " + facets;
+    };
+    const std::string which = is_one ? counted(verdict.lost_astray, verdict.lost->facets.size()) + " of reference " +
+                                           std::to_string(verdict.lost->reference)
+                                     : counted(verdict.astray, verdict.facets);
+    return which + " looked at do not lie on it";
+}
 
 }  // namespace
 
 template <int D>
-Outcome<Done> check_inclusion(const LinearMesh<D>& mesh, const CadModel& model, std::span<const Reference> elsewhere) {
+Outcome<Done> check_sample(const LinearMesh<D>& mesh, const CadModel& model, std::span<const std::size_t> candidates,
+                           std::span<const Reference> elsewhere, const Execution& execution) {
+    const bool is_whole = elsewhere.empty();
+    const auto sample = sampled(mesh, elsewhere);
+    const auto verdict = judged<D>(mesh, model, sample, candidates, 1, execution);
+    if (!verdict) return fail(verdict.error());
+    if (verdict->fits()) return Done{};
+    const auto unit = fitting_unit(model.parts(), [&](double factor) -> Outcome<bool> {
+        const auto scaled = judged<D>(mesh, model, sample, candidates, factor, execution);
+        if (!scaled) return fail(scaled.error());
+        return scaled->fits();
+    });
+    if (!unit) return fail(unit.error());
     const Box<D> of_part = box_of(mesh, [&](std::size_t f) {
         return !std::binary_search(elsewhere.begin(), elsewhere.end(), mesh.facets.references[f]);
     });
-    const Box<D> of_model = box_of_model<D>(model.parts());
-    const double most = near_enough * of_part.diagonal();
-    bool is_within = is_finite(of_part.low) && is_finite(of_part.high);
-    for (std::size_t k = 0; k < D; ++k)
-        is_within = is_within && of_part.low[k] >= of_model.low[k] - most && of_part.high[k] <= of_model.high[k] + most;
-    if (is_within) return Done{};
+    const auto [vertex, away] = farthest_corner(mesh, model, candidates, verdict->farthest);
     return fail(ErrorKind::input,
-                std::string(part) + " reaches from " + text(of_part) + ", the model from " + text(of_model), {}, {},
-                remedy(of_part, of_model, model.parts()));
+                std::string(subject(is_whole)) + " reaches from " + text(of_part) + ", the CAD model from " +
+                    text(box_of<D>(model.parts(), candidates)) + ": " +
+                    strays_of(*verdict, D == 2 ? "edges" : "triangles") + ", the farthest by " + text(away),
+                {}, Entity{"vertex", vertex.index() + 1}, remedy(*unit, is_whole));
 }
 
 template <int D>
 Outcome<Done> check_part(const LinearMesh<D>& mesh, const CadModel& model, const CadAssociation& association) {
+    const bool is_whole = association.facets == mesh.facets.size();
     const Box<D> of_part = box_of(mesh, [&](std::size_t f) { return association.faces[f] != no_face; });
-    Box<D> met;
-    for (const auto& [reference, faces] : association.of_references)
-        for (const std::size_t face : faces) met.include(box_of_face<D>(model.parts(), face));
-    const auto unit = agree(of_part, met, 1) ? std::nullopt : fitting_unit(of_part, met, model.parts());
-    if (unit)
-        return fail(
-            ErrorKind::input,
-            std::string(part) + " reaches from " + text(of_part) + ", what it met of the model from " + text(met), {},
-            {}, remedy(of_part, met, model.parts()));
+    std::vector<std::size_t> faces;
+    for (const auto& [reference, some] : association.of_references) faces.insert(faces.end(), some.begin(), some.end());
+    std::sort(faces.begin(), faces.end());
+    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+    const Box<D> met = box_of<D>(model.parts(), faces);
+    if (!agree(of_part, met, 1)) {
+        const auto unit = fitting_unit(model.parts(),
+                                       [&](double factor) -> Outcome<bool> { return agree(of_part, met, 1 / factor); });
+        if (unit && *unit)
+            return fail(ErrorKind::input,
+                        std::string(subject(is_whole)) + " reaches from " + text(of_part) +
+                            ", what it met of the CAD model from " + text(met),
+                        {}, {}, remedy(*unit, is_whole));
+    }
     constexpr double most = 0.1;
     const auto& [strays, all] = std::pair(association.stray_vertices, association.vertices);
     if (static_cast<double>(strays) <= most * static_cast<double>(all)) return Done{};
-    std::array<char, 32> digits{};
-    std::snprintf(digits.data(), digits.size(), "%.3g", association.largest_vertex_distance);
     return fail(ErrorKind::input,
-                std::to_string(strays) + " of the " + std::to_string(all) + " vertices of " + part +
-                    " are farther from it than a tenth of their edges, the farthest by " + digits.data(),
-                {}, Entity{"vertex", association.farthest_vertex.index() + 1},
-                "give the CAD model of these references, in the mesh's place and unit, or name others");
+                std::to_string(strays) + " of the " + std::to_string(all) + " vertices of " + subject(is_whole) +
+                    " are farther from the CAD model than their edges are long, the farthest by " +
+                    text(association.largest_vertex_distance),
+                {}, Entity{"vertex", association.farthest_vertex.index() + 1}, remedy(std::nullopt, is_whole));
 }
 
-template <int D>
-Outcome<Done> check_agreement(const LinearMesh<D>& mesh, const CadModel& model) {
-    const Box<D> of_mesh = box_of(mesh, [](std::size_t) { return true; });
-    const Box<D> of_model = box_of_model<D>(model.parts());
-    if (mesh.facets.size() == 0) return fail(ErrorKind::input, "the mesh has no boundary to put onto the CAD model");
-    if (agree(of_mesh, of_model, 1)) return Done{};
-    return fail(ErrorKind::input,
-                "the mesh's boundary reaches from " + text(of_mesh) + ", the CAD model from " + text(of_model), {}, {},
-                remedy(of_mesh, of_model, model.parts()));
-}
-
-#define CAMBER_INSTANTIATE(D)                                                                                     \
-    template Outcome<Done> check_agreement<D>(const LinearMesh<D>&, const CadModel&);                             \
-    template Outcome<Done> check_inclusion<D>(const LinearMesh<D>&, const CadModel&, std::span<const Reference>); \
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template Outcome<Done> check_sample<D>(const LinearMesh<D>&, const CadModel&, std::span<const std::size_t>, \
+                                           std::span<const Reference>, const Execution&);                       \
     template Outcome<Done> check_part<D>(const LinearMesh<D>&, const CadModel&, const CadAssociation&);
 
 CAMBER_INSTANTIATE(2)

@@ -4,6 +4,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -103,13 +104,17 @@ struct Met {
     std::int64_t entity = -1;  ///< of the kind that as many faces make
     std::uint32_t faces = 0;
     double distance = 0;
+    double nearest = 0;  ///< of the faces around: where a mesh leaves out a fillet its edges are far and its faces near
     bool is_doubtful = false, is_corner = false, is_stray = false;
 };
 
 Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p, double size) {
-    Met out{.faces = static_cast<std::uint32_t>(faces.size())};
-    for (const std::size_t face : faces)
-        out.distance = std::max(out.distance, closest_on_face(model, face, p).distance);
+    Met out{.faces = static_cast<std::uint32_t>(faces.size()), .nearest = std::numeric_limits<double>::infinity()};
+    for (const std::size_t face : faces) {
+        const double away = closest_on_face(model, face, p).distance;
+        out.distance = std::max(out.distance, away);
+        out.nearest = std::min(out.nearest, away);
+    }
     if (faces.size() == 2) {
         const auto edge = edge_between(model, faces, std::span(&p, 1));
         if (!edge) return out;
@@ -134,9 +139,12 @@ Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, con
 
 /// In 2D, where faces are curves.
 Met met_by_vertex(const CadModel& model, std::span<const std::size_t> curves, const Vec<2>& p, double size) {
-    Met out{.faces = static_cast<std::uint32_t>(curves.size())};
-    for (const std::size_t curve : curves)
-        out.distance = std::max(out.distance, closest_on_curve(model, curve, p).distance);
+    Met out{.faces = static_cast<std::uint32_t>(curves.size()), .nearest = std::numeric_limits<double>::infinity()};
+    for (const std::size_t curve : curves) {
+        const double away = closest_on_curve(model, curve, p).distance;
+        out.distance = std::max(out.distance, away);
+        out.nearest = std::min(out.nearest, away);
+    }
     const auto vertex = end_between(model, curves, p);
     const double away = vertex ? distance(vertex_in_plane(model, *vertex), p) : size;
     out.is_corner = away <= near_enough * size;
@@ -186,7 +194,9 @@ Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, co
         const auto corners = corners_of<D>(mesh, facets.front().index());
         const double size = distance(corners[0], corners[1]);
         Met met = met_by_vertex(model, faces, mesh.points[v], size);
-        met.is_stray = met.distance > near_enough * size;
+        double longest = 0;
+        for (const FacetId f : facets) longest = std::max(longest, longest_side(corners_of<D>(mesh, f.index())));
+        met.is_stray = !(met.nearest <= astray * longest);
         return met;
     });
     if (!met) return fail(met.error());
@@ -267,11 +277,11 @@ Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& e
     const auto is_on_model = [&](std::size_t f) {
         return !std::binary_search(elsewhere.begin(), elsewhere.end(), mesh.facets.references[f]);
     };
-    const bool is_whole = elsewhere.empty();
-    if (auto agreed = is_whole ? check_agreement(mesh, model) : check_inclusion(mesh, model, elsewhere); !agreed)
-        return fail(agreed.error());
+    if (mesh.facets.size() == 0) return fail(ErrorKind::input, "the mesh has no boundary to put onto the CAD model");
     return guarded([&]() -> Outcome<CadAssociation> {
         const std::vector<std::size_t> all = candidates<D>(model);
+        if (auto fit = check_sample<D>(mesh, model, all, elsewhere, without_progress(execution)); !fit)
+            return fail(fit.error());
         const auto fits = map_each(
             part_of(execution, 0, 0.7), mesh.facets.size(),
             [&](std::size_t f) {
@@ -289,8 +299,7 @@ Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& e
             met_faces.insert(met_faces.end(), faces.begin(), faces.end());
         out.faces_met = count_distinct(std::move(met_faces));
         if (auto met = meet_vertices(mesh, model, part_of(execution, 0.7, 0.9), out); !met) return fail(met.error());
-        if (auto agreed = is_whole ? Outcome<Done>(Done{}) : check_part(mesh, model, out); !agreed)
-            return fail(agreed.error());
+        if (auto agreed = check_part(mesh, model, out); !agreed) return fail(agreed.error());
         if constexpr (D == 2) {
             count_met(model, out);
         } else if (auto met = meet_edges(mesh, edges, model, part_of(execution, 0.9, 1), out); !met) {

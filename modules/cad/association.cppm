@@ -37,31 +37,26 @@ struct CadAssociation {
     std::size_t doubtful_edges = 0;      ///< between facets of two faces that have no edge in common
     std::size_t doubtful_vertices = 0;   ///< where three faces or more meet, and the model has no vertex near
     std::size_t vertices = 0;            ///< of facets on the model
-    std::size_t stray_vertices = 0;      ///< of those: farther from it than a tenth of a facet's edge
+    std::size_t stray_vertices = 0;      ///< of those: farther from it than the longest edge around
     double largest_vertex_distance = 0;  ///< of a vertex of the boundary from its face, edge or vertex
     VertexId farthest_vertex = {};
 };
 
 /// The face of each facet: that to which its vertices and its middle are nearest and its normal is nearest, of those in
-/// doubt the one that the sure facets of the same reference and entity lie on, where that is one. Errors (input): the
-/// mesh's boundary and the model are not of one size and place, with the unit in which they would be; the model has no
-/// faces, in 2D it is not in a plane z = constant.
+/// doubt the one that the sure facets of the same reference and entity lie on, where that is one. Errors (input): more
+/// than a tenth of the boundary is farther from the model than half of its edges or across its faces, or more than
+/// half of a reference is (told by some facets of each, then by all vertices), with the unit in which it would lie
+/// there; the model has no faces, in 2D it is not in a plane z = constant.
 template <int D>
 [[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                 const CadModel& model, const Execution& execution);
 
 /// The same of a model of a part of the boundary: facets of the references `elsewhere` (rising) lie on something else.
-/// The model may have more than the mesh, too. Errors (input) then: the part is not within the model's box; its box is
-/// that of the faces that it met but for the unit; more than a tenth of its vertices are farther from the model than a
-/// tenth of their facets' edges.
+/// The model may have more than the mesh, too.
 template <int D>
 [[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                 const CadModel& model, std::span<const Reference> elsewhere,
                                                 const Execution& execution);
-
-/// Errors (input): the boundary of the mesh and the model (in 2D its edges) are not of one size and place.
-template <int D>
-[[nodiscard]] Outcome<Done> check_agreement(const LinearMesh<D>& mesh, const CadModel& model);
 
 /// How well a face of a model fits a facet, in model units.
 struct CadFit {

@@ -21,10 +21,6 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-double longest_side(const std::array<Vec<3>, 3>& c) {
-    return std::max({distance(c[0], c[1]), distance(c[1], c[2]), distance(c[2], c[0])});
-}
-
 /// The largest distance of the vertices, that of the middle, and the sine of the angle between the normals by the
 /// facet's size; `enough`: where it is no matter how much more it is.
 double misfit(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& corners, double enough) {

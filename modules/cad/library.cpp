@@ -19,6 +19,7 @@ namespace {
 
 struct Library {
     occ::Open* open = nullptr;
+    occ::Restore* restore = nullptr;
     std::string missing;  ///< why it cannot be used
 };
 
@@ -34,10 +35,27 @@ Library loaded() {
             continue;
         }
         library.open = reinterpret_cast<occ::Open*>(dlsym(handle, "camber_occ_open"));
-        if (library.open != nullptr) break;
+        library.restore = reinterpret_cast<occ::Restore*>(dlsym(handle, "camber_occ_restore"));
+        if (library.open != nullptr && library.restore != nullptr) break;
+        library.open = nullptr;
         library.missing = std::string(name) + " is not of this version of Camber";
     }
     return library;
+}
+
+/// The kernel that `open(library, opened)` makes; errors name `path`.
+template <class Open>
+Outcome<std::unique_ptr<const occ::Kernel>> kernel_by(const std::string& path, Open&& open) {
+    static const Library library = loaded();
+    if (library.open == nullptr)
+        return fail(ErrorKind::unsupported, "OpenCASCADE cannot be loaded: " + library.missing, path, {},
+                    "install it again (Debian: libocct-data-exchange-7.6), or take another geometry");
+    occ::Opened opened;
+    open(library, opened);
+    if (opened.is_out_of_memory)
+        return fail(ErrorKind::memory, "not enough memory to read the model", path, {}, "give it more memory");
+    if (!opened.kernel) return fail(ErrorKind::input, opened.fault, path, {}, opened.remedy);
+    return std::unique_ptr<const occ::Kernel>(std::move(opened.kernel));
 }
 
 }  // namespace
@@ -46,14 +64,14 @@ bool knows_cad() { return true; }
 
 Outcome<std::unique_ptr<const occ::Kernel>> open_kernel(const std::string& path, occ::Format format,
                                                         double millimetres) {
-    static const Library library = loaded();
-    if (library.open == nullptr)
-        return fail(ErrorKind::unsupported, "OpenCASCADE cannot be loaded: " + library.missing, path, {},
-                    "install it again (Debian: libocct-data-exchange-7.6), or take another geometry");
-    occ::Opened opened;
-    library.open(path.c_str(), format, millimetres, opened);
-    if (!opened.kernel) return fail(ErrorKind::input, opened.fault, path, {}, opened.remedy);
-    return std::unique_ptr<const occ::Kernel>(std::move(opened.kernel));
+    return kernel_by(path, [&](const Library& library, occ::Opened& opened) {
+        library.open(path.c_str(), format, millimetres, opened);
+    });
+}
+
+Outcome<std::unique_ptr<const occ::Kernel>> restored_kernel(const std::string& bytes, double millimetres) {
+    return kernel_by({},
+                     [&](const Library& library, occ::Opened& opened) { library.restore(bytes, millimetres, opened); });
 }
 
 #else
@@ -63,6 +81,10 @@ bool knows_cad() { return false; }
 Outcome<std::unique_ptr<const occ::Kernel>> open_kernel(const std::string& path, occ::Format, double) {
     return fail(ErrorKind::unsupported, "this build of Camber reads no CAD files", path, {},
                 "install OpenCASCADE (Debian: libocct-data-exchange-dev) and build again, or take another geometry");
+}
+
+Outcome<std::unique_ptr<const occ::Kernel>> restored_kernel(const std::string&, double millimetres) {
+    return open_kernel({}, {}, millimetres);
 }
 
 #endif

@@ -46,6 +46,13 @@ struct CadOptions {
     friend bool operator==(const CadOptions&, const CadOptions&) = default;
 };
 
+/// What a file has and the model made of it has not.
+struct CadLosses {
+    std::size_t faces = 0;        ///< that no face could be made of
+    std::size_t entities = 0;     ///< whose transfer failed
+    std::size_t open_shells = 0;  ///< of solids
+};
+
 /// A CAD model, an immutable value that any number of threads may ask. Faces, edges and vertices are numbered from 0 in
 /// the order in which a walk through the file's shape meets them first; edges without a curve (at the pole of a sphere)
 /// are left out.
@@ -60,6 +67,7 @@ class CadModel {
     [[nodiscard]] Vec<3> vertex(std::size_t vertex) const;
     /// As the file calls it; empty: it says none.
     [[nodiscard]] std::string file_unit() const;
+    [[nodiscard]] CadLosses losses() const;
 
     [[nodiscard]] const CadParts& parts() const { return *parts_; }
 
@@ -77,6 +85,13 @@ inline constexpr std::string_view cad_endings = ".step, .stp, .iges, .igs or .br
 /// that it stands on.) Faces of an IGES file are sewn together at edges that coincide within 1e-5 of the size. A file
 /// that says no unit counts as one in millimetres. Errors: of another ending (usage); OpenCASCADE is not there
 /// (unsupported); broken, or without a face and without an edge (input).
+/// The library may crash, run without end or take all memory on a file that is damaged: where that matters, read in
+/// another process and hand the model over by the two below, as the program does.
 [[nodiscard]] Outcome<CadModel> read_cad(const std::string& path, const CadOptions& options);
+
+/// A model as bytes, and the model of such bytes: the same, to the last bit, in any unit. They are for a process of the
+/// same version. Errors: of the second, as of read_cad.
+[[nodiscard]] Outcome<std::string> packed_cad(const CadModel& model);
+[[nodiscard]] Outcome<CadModel> unpacked_cad(const std::string& bytes, const CadOptions& options);
 
 }  // namespace camber

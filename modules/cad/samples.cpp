@@ -82,11 +82,13 @@ std::size_t parts_of(double length, double step, std::size_t least, std::size_t 
 }
 
 Samples of_face(const CadModel& model, std::size_t face, double step) {
-    constexpr std::size_t least = 6, most = 1024, finer = 8;
+    constexpr std::size_t least = 6, most = 1024, finer = 8, finest = 512;
     const auto extents = extents_of(model, face);
     const std::size_t n = parts_of(extents[0], step, least, most), m = parts_of(extents[1], step, least, most);
     Samples samples = grid_on_face(model, face, n, m);
-    return samples.points.empty() ? grid_on_face(model, face, finer * n, finer * m) : samples;
+    if (!samples.points.empty()) return samples;
+    // A face so narrow, or so broken, that it has none of them: a finer grid, which costs no more than others.
+    return grid_on_face(model, face, std::min(finer * n, finest), std::min(finer * m, finest));
 }
 
 Samples of_edge(const CadModel& model, std::size_t edge, double step) {

@@ -2,12 +2,14 @@
 
 #include "occ/read.hpp"
 
+#include <BRepAlgoAPI_Common.hxx>
 #include <BRepAlgoAPI_Cut.hxx>
 #include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepBuilderAPI_MakeWire.hxx>
 #include <BRepBuilderAPI_NurbsConvert.hxx>
 #include <BRepFilletAPI_MakeFillet.hxx>
+#include <BRepMesh_IncrementalMesh.hxx>
 #include <BRepPrimAPI_MakeBox.hxx>
 #include <BRepPrimAPI_MakeCone.hxx>
 #include <BRepPrimAPI_MakeCylinder.hxx>
@@ -15,17 +17,20 @@
 #include <BRepPrimAPI_MakeTorus.hxx>
 #include <BRepTools.hxx>
 #include <BRep_Builder.hxx>
+#include <BRep_Tool.hxx>
 #include <GeomAPI_Interpolate.hxx>
 #include <Geom_BSplineCurve.hxx>
 #include <IGESControl_Writer.hxx>
 #include <Interface_Static.hxx>
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
+#include <Poly_Triangulation.hxx>
 #include <STEPControl_Controller.hxx>
 #include <STEPControl_Writer.hxx>
 #include <TColgp_HArray1OfPnt.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
+#include <TopLoc_Location.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Compound.hxx>
 #include <TopoDS_Edge.hxx>
@@ -36,11 +41,13 @@
 #include <gp_Dir.hxx>
 #include <gp_Elips.hxx>
 #include <gp_Pnt.hxx>
+#include <gp_Vec.hxx>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -116,6 +123,37 @@ TopoDS_Shape two_boxes(double a, double b, double c) {
     return compound;
 }
 
+gp_Ax2 axes(const gp_Pnt& at, double angle) {
+    return {at, gp_Dir(std::sin(angle), 0.3 * std::sin(angle), std::cos(angle))};
+}
+
+TopoDS_Shape plate() {
+    const TopoDS_Shape box = BRepPrimAPI_MakeBox(gp_Pnt(-1, -1, 0), gp_Pnt(1, 1, 0.5)).Shape();
+    return BRepAlgoAPI_Cut(box, BRepPrimAPI_MakeCylinder(0.5, 1).Shape()).Shape();
+}
+
+TopoDS_Shape tilted_hole(double radius, double angle) {
+    const gp_Ax2 at = axes(gp_Pnt(0.5 - std::sin(angle), 0.5 - 0.3 * std::sin(angle), 0.5 - std::cos(angle)), angle);
+    return BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(1, 1, 1).Shape(), BRepPrimAPI_MakeCylinder(at, radius, 2).Shape())
+        .Shape();
+}
+
+/// What of a shape is on the far side of a plane through a point.
+TopoDS_Shape beyond(const TopoDS_Shape& shape, const gp_Pnt& at, double angle, double size) {
+    const gp_Ax2 plane = axes(at, angle);
+    const gp_Pnt corner = at.Translated(-size * (gp_Vec(plane.XDirection()) + gp_Vec(plane.YDirection())));
+    const TopoDS_Shape half =
+        BRepPrimAPI_MakeBox(gp_Ax2(corner, plane.Direction(), plane.XDirection()), 2 * size, 2 * size, 2 * size)
+            .Shape();
+    return BRepAlgoAPI_Common(shape, half).Shape();
+}
+
+TopoDS_Shape groove(double major, double minor) {
+    const gp_Ax2 top(gp_Pnt(2, 2, 1), gp_Dir(0.2, 0.1, 1));
+    return BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(4, 4, 1).Shape(), BRepPrimAPI_MakeTorus(top, major, minor).Shape())
+        .Shape();
+}
+
 TopoDS_Shape shape_of(Kind kind, const std::array<double, 3>& s) {
     constexpr double half = 3.141592653589793;
     switch (kind) {
@@ -136,6 +174,13 @@ TopoDS_Shape shape_of(Kind kind, const std::array<double, 3>& s) {
         case Kind::ellipse: return ellipse(s[0], s[1]);
         case Kind::spline: return spline(s[0]);
         case Kind::half_disc: return half_disc(s[0]);
+        case Kind::plate: return plate();
+        case Kind::tilted_hole: return tilted_hole(s[0], s[1]);
+        case Kind::cap:
+            return beyond(BRepPrimAPI_MakeSphere(s[0]).Shape(), gp_Pnt(0.5 * s[0], 0, 0.5 * s[0]), s[1], 2 * s[0]);
+        case Kind::groove: return groove(s[0], s[1]);
+        case Kind::skew_cone:
+            return beyond(BRepPrimAPI_MakeCone(s[0], s[1], s[2]).Shape(), gp_Pnt(0, 0, 0.4 * s[2]), 0.7, 4 * s[2]);
         case Kind::nothing: return empty();
     }
     return {};
@@ -176,6 +221,34 @@ void write_model(Kind kind, const std::array<double, 3>& sizes, const File& file
     CAMBER_OCC_KEEPS;
     Message::DefaultMessenger()->ChangePrinters().Clear();
     write(shape_of(kind, sizes), file.path(), unit);
+}
+
+Triangles triangles_of(Kind kind, const std::array<double, 3>& sizes, double deflection) {
+    CAMBER_OCC_KEEPS;
+    const TopoDS_Shape shape = shape_of(kind, sizes);
+    const BRepMesh_IncrementalMesh mesher(shape, deflection, Standard_False, 0.5, Standard_False);
+    Triangles out;
+    int number = 0;
+    for (TopExp_Explorer at(shape, TopAbs_FACE); at.More(); at.Next()) {
+        ++number;
+        TopLoc_Location place;
+        const auto mesh = BRep_Tool::Triangulation(TopoDS::Face(at.Current()), place);
+        if (mesh.IsNull()) continue;
+        const std::size_t first = out.points.size();
+        for (int i = 1; i <= mesh->NbNodes(); ++i) {
+            const gp_Pnt p = mesh->Node(i).Transformed(place);
+            out.points.push_back({p.X(), p.Y(), p.Z()});
+        }
+        for (int i = 1; i <= mesh->NbTriangles(); ++i) {
+            std::array<int, 3> c{};
+            mesh->Triangle(i).Get(c[0], c[1], c[2]);
+            std::array<std::size_t, 3> triangle{};
+            for (std::size_t k = 0; k < 3; ++k) triangle[k] = first + static_cast<std::size_t>(c[k] - 1);
+            out.triangles.push_back(triangle);
+            out.faces.push_back(number);
+        }
+    }
+    return out;
 }
 
 }  // namespace cad_tests

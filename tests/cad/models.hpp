@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace cad_tests {
 
@@ -24,8 +26,22 @@ enum class Kind {
     ellipse,    // a plane face within half axes a, b
     spline,     // a plane face within a closed cubic spline around the origin, about radius a
     half_disc,  // a plane face of radius a where y > 0
-    nothing,    // a shape without faces
+    plate,      // a box from (-1, -1, 0) to (1, 1, 1/2) with a hole of radius 1/2 along z
+    // Cut askew, so that the parameters of a face reach far beyond its edges:
+    tilted_hole,  // a unit box with a hole of radius a at an angle b
+    cap,          // of a ball of radius a, cut by a plane at an angle b
+    groove,       // a box of sizes 4, 4, 1 with that of a torus of radii a, b around its upper face
+    skew_cone,    // of radii a, b and height c, cut by a tilted plane
+    nothing,      // a shape without faces
 };
+
+/// The triangles of a model, each face with vertices of its own.
+struct Triangles {
+    std::vector<std::array<double, 3>> points;
+    std::vector<std::array<std::size_t, 3>> triangles;
+    std::vector<int> faces;  ///< of each triangle, from 1
+};
+[[nodiscard]] Triangles triangles_of(Kind kind, const std::array<double, 3>& sizes, double deflection);
 
 /// A file that is removed with the value.
 class File {

@@ -8,6 +8,7 @@ module;
 /// code: 0 done; 1 done, but the result misses what was asked; 2 bad usage or config; 3 bad input or output file; 4
 /// not enough memory, or internal; 130 interrupted.
 export module camber.commands;
+export import :cad_reader;
 export import :ending;
 export import :suggestion;
 import camber.core;
@@ -42,6 +43,7 @@ struct GeometryArguments {
     std::optional<std::string> geometry;  ///< a word or JSON
     std::optional<std::string> cad;       ///< a CAD file instead
     std::optional<CadUnit> cad_unit;
+    double cad_seconds = 0, cad_memory = 0;  ///< of reading the model (s, MB); 0: by the size of its file
 };
 
 struct CurveArguments : PipelineArguments {

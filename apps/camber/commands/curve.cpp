@@ -43,12 +43,12 @@ Outcome<Done> set_metric(const std::optional<std::string>& metric, config::Pipel
 }
 
 Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline& pipeline) {
-    const auto& [geometry, cad, unit] = arguments;
+    const auto& [geometry, cad, unit, seconds, memory] = arguments;
     if (unit && !cad)
         return fail(ErrorKind::usage, "is the unit of a CAD model, and there is none", "--cad-unit", {},
                     "give --cad too");
     config::Cad model;
-    if (cad) model = {.file = {*cad}, .unit = unit.value_or(config::Cad{}.unit)};
+    if (cad) model = {.file = {*cad}, .unit = unit.value_or(config::Cad{}.unit), .seconds = seconds, .memory = memory};
     if (cad) pipeline.geometry = model;
     if (!geometry) return Done{};
     auto read = config::read_geometry(*geometry, "--geometry");

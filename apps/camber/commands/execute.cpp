@@ -24,6 +24,7 @@ import camber.app_shell;
 import camber.config;
 import camber.io;
 import camber.run;
+import :cad_reader;
 import :ending;
 import :execute;
 import :formats;
@@ -326,7 +327,7 @@ void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
 Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution) {
     run::GeometrySource source;
     if (const auto* cad = std::get_if<config::Cad>(&geometry)) {
-        auto model = read_cad(cad->file.path, {cad->unit});
+        auto model = read_cad_apart(*cad, execution);
         if (!model) return fail(model.error());
         source.cad = std::move(*model);
     }

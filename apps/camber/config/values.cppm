@@ -236,6 +236,7 @@ struct Cad {
     std::vector<Reference> references = {};  ///< empty: all that are not among the analytic ones
     std::vector<AnalyticSurface> analytic = {};
     CadVertices vertices = CadVertices::keep;
+    double seconds = 0, memory = 0;
 
     [[nodiscard]] static constexpr auto options() {
         using S = Cad;
@@ -248,7 +249,14 @@ struct Cad {
                 .count(0, 100000),
             option("analytic", &S::analytic, "surfaces by their equations beside it, as in \"analytic\""),
             option("vertices", &S::vertices,
-                   "vertices that are off the model: keep, where they are; move, onto it, as far as elements allow"));
+                   "vertices that are off the model: keep, where they are; move, onto it, as far as elements allow"),
+            option("seconds", &S::seconds,
+                   "how long reading the model may take; 0: 10, and 1 for each megabyte of its file")
+                .unit("s")
+                .at_least(0),
+            option("memory", &S::memory, "how much memory reading the model may take; 0: 1000, and 50 times its file")
+                .unit("MB")
+                .at_least(0));
     }
     friend bool operator==(const Cad&, const Cad&) = default;
 };

@@ -32,7 +32,10 @@ CadReport cad_report(const CadModel& model, const CadAssociation& a) {
             .doubtful_edges = a.doubtful_edges,
             .doubtful_vertices = a.doubtful_vertices,
             .largest_vertex_distance = a.largest_vertex_distance,
-            .largest_node_distance = {}};
+            .largest_node_distance = {},
+            .lost_faces = model.losses().faces,
+            .failed_entities = model.losses().entities,
+            .open_shells = model.losses().open_shells};
 }
 
 }  // namespace

@@ -85,6 +85,7 @@ struct CadReport {
     double largest_vertex_distance = 0;           ///< (model units)
     std::optional<double> largest_node_distance;  ///< of boundary edges, in the end (model units)
     std::optional<CadMovesReport> moves = {};
+    std::size_t lost_faces = 0, failed_entities = 0, open_shells = 0;  ///< of the file, and not in the model
 };
 
 /// Vertices that are not on the analytic surface of their facets' reference, and stay where they are.

@@ -28,6 +28,10 @@ std::string cad_rows(const CadReport& c) {
         table_row("CAD faces, edges, vertices met",
                   fmt::format("{} of {}, {} of {}, {} of {}", grouped(c.faces_met), grouped(c.faces),
                               grouped(c.edges_met), grouped(c.edges), grouped(c.vertices_met), grouped(c.vertices)));
+    if (c.lost_faces + c.failed_entities + c.open_shells > 0)
+        text += table_row("CAD faces lost, failures, open shells",
+                          fmt::format("{}, {}, {}: the file may be damaged", grouped(c.lost_faces),
+                                      grouped(c.failed_entities), grouped(c.open_shells)));
     if (c.analytic_facets + c.surrogate_facets > 0)
         text += table_row(
             "facets: CAD, analytic, surrogate",

@@ -1,5 +1,6 @@
 /// What touches the system: files, terminal, clocks, memory and signals.
 export module camber.app_shell;
+export import :child;
 export import :files;
 export import :interrupt;
 export import :memory;

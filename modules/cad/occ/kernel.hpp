@@ -39,6 +39,13 @@ struct EdgeFacts {
     std::vector<std::size_t> faces;     ///< around it, each once
 };
 
+/// What a file has and the model made of it has not.
+struct Losses {
+    std::size_t faces = 0;        ///< that no face could be made of
+    std::size_t entities = 0;     ///< whose transfer failed
+    std::size_t open_shells = 0;  ///< of solids
+};
+
 /// An immutable model, asked by any number of threads.
 class Kernel {
   public:
@@ -52,7 +59,11 @@ class Kernel {
     std::vector<Point> vertices;
     std::string file_unit;   ///< as the file calls it; empty: it says none
     double millimetres = 1;  ///< of the unit in which it answers
+    Losses losses;
 
+    /// The model for another process: `Restore` makes the same of it, to the last bit.
+    [[nodiscard]] virtual std::string packed() const = 0;
+    /// Of points and derivatives: no numbers where there are none.
     [[nodiscard]] virtual SurfaceJet on_surface(std::size_t face, double u, double v) const = 0;
     [[nodiscard]] virtual CurveJet on_curve(std::size_t edge, double t) const = 0;
     /// Of the point of the whole surface, not only of the face, that is nearest to p.
@@ -67,13 +78,18 @@ enum class Format { step, iges, brep };
 struct Opened {
     std::unique_ptr<Kernel> kernel;
     std::string fault, remedy;  ///< why there is none
+    bool is_out_of_memory = false;
 };
 
 /// `millimetres`: of the unit that coordinates are wanted in; 0: that of the file.
 using Open = void(const char* path, Format format, double millimetres, Opened& opened);
+/// Of what `packed` gave.
+using Restore = void(const std::string& bytes, double millimetres, Opened& opened);
 
 }  // namespace camber::occ
 
-/// The one function of the library.
+/// The functions of the library.
 extern "C" __attribute__((visibility("default"))) void camber_occ_open(const char* path, camber::occ::Format format,
                                                                        double millimetres, camber::occ::Opened& opened);
+extern "C" __attribute__((visibility("default"))) void camber_occ_restore(const std::string& bytes, double millimetres,
+                                                                          camber::occ::Opened& opened);

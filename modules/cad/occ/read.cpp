@@ -4,10 +4,12 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstddef>
 #include <exception>
 #include <fstream>
 #include <iostream>
 #include <mutex>
+#include <new>
 #include <sstream>
 #include <streambuf>
 #include <string>
@@ -18,16 +20,25 @@
 #include <BRepLib.hxx>
 #include <BRepTools.hxx>
 #include <BRep_Builder.hxx>
+#include <BRep_Tool.hxx>
 #include <Bnd_Box.hxx>
 #include <IGESControl_Reader.hxx>
 #include <IGESData_GlobalSection.hxx>
 #include <IGESData_IGESModel.hxx>
+#include <Interface_Check.hxx>
+#include <Interface_InterfaceModel.hxx>
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
 #include <STEPControl_Reader.hxx>
 #include <Standard_Failure.hxx>
+#include <Standard_OutOfMemory.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
 #include <TopExp_Explorer.hxx>
+#include <TransferBRep.hxx>
+#include <Transfer_Binder.hxx>
+#include <Transfer_TransientProcess.hxx>
+#include <XSControl_TransferReader.hxx>
+#include <XSControl_WorkSession.hxx>
 
 namespace camber::occ {
 
@@ -82,13 +93,39 @@ Read in_unit(TopoDS_Shape shape, std::string unit) {
     return out;
 }
 
+/// Faces and other entities of a file of which nothing came.
+Losses losses_of(const Handle(XSControl_WorkSession) & session) {
+    Losses losses;
+    const auto model = session->Model();
+    const auto process = session->TransferReader()->TransientProcess();
+    for (int i = 1; i <= model->NbEntities(); ++i) {
+        const auto& entity = model->Value(i);
+        const bool is_face = entity->IsKind("StepShape_FaceSurface") || entity->IsKind("IGESGeom_TrimmedSurface") ||
+                             entity->IsKind("IGESSolid_Face");
+        if (is_face && TransferBRep::ShapeResult(process, entity).IsNull()) ++losses.faces;
+        const auto binder = process->Find(entity);
+        if (!binder.IsNull() && !binder->Check().IsNull() && binder->Check()->HasFailed()) ++losses.entities;
+    }
+    return losses;
+}
+
+std::size_t open_shells_of(const TopoDS_Shape& shape) {
+    std::size_t count = 0;
+    for (TopExp_Explorer solid(shape, TopAbs_SOLID); solid.More(); solid.Next())
+        for (TopExp_Explorer shell(solid.Current(), TopAbs_SHELL); shell.More(); shell.Next())
+            count += BRep_Tool::IsClosed(shell.Current()) ? 0 : 1;
+    return count;
+}
+
 Read read_step(const char* path) {
     STEPControl_Reader reader;
     if (reader.ReadFile(path) != IFSelect_RetDone) return failed("it is no STEP file, or a broken one");
     TColStd_SequenceOfAsciiString lengths, angles, solid_angles;
     reader.FileUnits(lengths, angles, solid_angles);
     if (reader.TransferRoots() == 0) return failed("no shape could be made of what it holds");
-    return in_unit(reader.OneShape(), lengths.IsEmpty() ? "" : lengths.First().ToCString());
+    Read out = in_unit(reader.OneShape(), lengths.IsEmpty() ? "" : lengths.First().ToCString());
+    out.losses = losses_of(reader.WS());
+    return out;
 }
 
 /// Faces of an IGES file know nothing of each other: edges that coincide are made one.
@@ -110,7 +147,9 @@ Read read_iges(const char* path) {
     if (const auto model = reader.IGESModel(); !model.IsNull())
         if (const auto name = model->GlobalSection().UnitName(); !name.IsNull()) unit = name->ToCString();
     if (reader.TransferRoots() == 0) return failed("no shape could be made of what it holds");
-    return in_unit(sewn(reader.OneShape()), unit);
+    Read out = in_unit(sewn(reader.OneShape()), unit);
+    out.losses = losses_of(reader.WS());
+    return out;
 }
 
 Read read_brep(const char* path) {
@@ -125,35 +164,50 @@ Read read(const char* path, Format format) {
     Read out = format == Format::step ? read_step(path) : format == Format::iges ? read_iges(path) : read_brep(path);
     if (out.fault.empty() && out.shape.IsNull()) return failed("it holds no shape");
     if (out.fault.empty()) BRepLib::BuildCurves3d(out.shape);
+    if (out.fault.empty()) out.losses.open_shells = open_shells_of(out.shape);
     return out;
 }
 
 }  // namespace camber::occ
 
-extern "C" void camber_occ_open(const char* path, camber::occ::Format format, double millimetres,
-                                camber::occ::Opened& opened) {
+namespace {
+
+/// The kernel of what `make` reads, or why there is none.
+template <class Make>
+void open_with(camber::occ::Opened& opened, double millimetres, Make&& make) {
     // The readers have settings and messages that all threads share.
     static std::mutex one_at_a_time;
     const std::lock_guard lock(one_at_a_time);
     CAMBER_OCC_KEEPS;
+    opened.remedy = "export the model again";
     try {
-        if (!std::ifstream(path)) {
-            opened.fault = "cannot be opened";
-            opened.remedy = "check the path";
-            return;
-        }
         const camber::occ::Quiet quiet;
-        camber::occ::Read read = camber::occ::read(path, format);
+        camber::occ::Read read = make();
         opened.fault = read.fault;
-        opened.remedy = "export the model again";
-        if (!read.fault.empty()) return;
-        const double unit = millimetres > 0 ? millimetres : read.millimetres;
-        opened.kernel = camber::occ::kernel_of(read.shape, 1 / unit);
-        opened.kernel->millimetres = unit;
-        opened.kernel->file_unit = read.unit;
+        if (read.fault.empty()) opened.kernel = camber::occ::kernel_of(std::move(read), millimetres);
+    } catch (const Standard_OutOfMemory&) {
+        opened.is_out_of_memory = true;
+    } catch (const std::bad_alloc&) {
+        opened.is_out_of_memory = true;
     } catch (const Standard_Failure& failure) {
         opened.fault = std::string("OpenCASCADE gives up: ") + failure.GetMessageString();
     } catch (const std::exception& failure) {
         opened.fault = std::string("it cannot be read: ") + failure.what();
     }
+}
+
+}  // namespace
+
+extern "C" void camber_occ_open(const char* path, camber::occ::Format format, double millimetres,
+                                camber::occ::Opened& opened) {
+    if (!std::ifstream(path)) {
+        opened.fault = "cannot be opened";
+        opened.remedy = "check the path";
+        return;
+    }
+    open_with(opened, millimetres, [&] { return camber::occ::read(path, format); });
+}
+
+extern "C" void camber_occ_restore(const std::string& bytes, double millimetres, camber::occ::Opened& opened) {
+    open_with(opened, millimetres, [&] { return camber::occ::unpacked(bytes); });
 }

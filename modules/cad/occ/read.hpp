@@ -24,11 +24,16 @@ struct Read {
     TopoDS_Shape shape;
     std::string unit;        ///< as the file calls it; empty: it says none
     double millimetres = 1;  ///< of that unit
-    std::string fault;       ///< why there is no shape
+    Losses losses;
+    std::string fault;  ///< why there is no shape
 };
 [[nodiscard]] Read read(const char* path, Format format);
 
-/// The model of a shape, its coordinates multiplied by `scale`.
-[[nodiscard]] std::unique_ptr<Kernel> kernel_of(const TopoDS_Shape& shape, double scale);
+/// A shape as bytes, and the shape of such bytes: the same to the last bit.
+[[nodiscard]] std::string packed(const Read& read);
+[[nodiscard]] Read unpacked(const std::string& bytes);
+
+/// The model of a shape in a unit of so many millimetres; 0: that of its file.
+[[nodiscard]] std::unique_ptr<Kernel> kernel_of(Read read, double millimetres);
 
 }  // namespace camber::occ

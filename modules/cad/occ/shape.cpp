@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <utility>
 #include <BRepTools.hxx>
 #include <BRepTopAdaptor_FClass2d.hxx>
@@ -17,6 +19,7 @@
 #include <Geom_Surface.hxx>
 #include <Geom_TrimmedCurve.hxx>
 #include <Precision.hxx>
+#include <Standard_Failure.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
@@ -106,9 +109,25 @@ std::size_t cells_of(const GeomAdaptor_Curve& kind) {
     }
 }
 
+/// Of what OpenCASCADE refuses to tell, as derivatives at the apex of some surfaces: no numbers.
+template <class T, class F>
+T told_or(const T& none, F&& f) {
+    try {
+        return f();
+    } catch (const Standard_Failure&) {
+        return none;
+    }
+}
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr Point nowhere{nan, nan, nan};
+
 class Shape final : public Kernel {
   public:
-    Shape(const TopoDS_Shape& shape, double scale) : scale_(scale) {
+    Shape(Read read, double unit) : read_(std::move(read)), scale_(1 / (unit > 0 ? unit : read_.millimetres)) {
+        millimetres = unit > 0 ? unit : read_.millimetres;
+        file_unit = read_.unit;
+        losses = read_.losses;
+        const TopoDS_Shape& shape = read_.shape;
         // The order of TopExp: that in which a walk through the shape meets them first.
         TopTools_IndexedMapOfShape all_faces, all_edges, all_vertices;
         TopExp::MapShapes(shape, TopAbs_FACE, all_faces);
@@ -124,19 +143,25 @@ class Shape final : public Kernel {
         for (int i = 1; i <= all_faces.Extent(); ++i) add_face(TopoDS::Face(all_faces(i)), all_edges, numbers);
     }
 
+    [[nodiscard]] std::string packed() const override { return occ::packed(read_); }
+
     [[nodiscard]] SurfaceJet on_surface(std::size_t face, double u, double v) const override {
-        gp_Pnt p;
-        gp_Vec du, dv, duu, dvv, duv;
-        surfaces_[face].geometry->D2(u, v, p, du, dv, duu, dvv, duv);
-        const auto s = [&](const gp_XYZ& x) { return scaled(x, scale_); };
-        return {s(p.XYZ()), s(du.XYZ()), s(dv.XYZ()), s(duu.XYZ()), s(duv.XYZ()), s(dvv.XYZ())};
+        return told_or<SurfaceJet>({nowhere, nowhere, nowhere, nowhere, nowhere, nowhere}, [&]() -> SurfaceJet {
+            gp_Pnt p;
+            gp_Vec du, dv, duu, dvv, duv;
+            surfaces_[face].geometry->D2(u, v, p, du, dv, duu, dvv, duv);
+            const auto s = [&](const gp_XYZ& x) { return scaled(x, scale_); };
+            return {s(p.XYZ()), s(du.XYZ()), s(dv.XYZ()), s(duu.XYZ()), s(duv.XYZ()), s(dvv.XYZ())};
+        });
     }
 
     [[nodiscard]] CurveJet on_curve(std::size_t edge, double t) const override {
-        gp_Pnt p;
-        gp_Vec first, second;
-        curves_[edge]->D2(t, p, first, second);
-        return {scaled(p.XYZ(), scale_), scaled(first.XYZ(), scale_), scaled(second.XYZ(), scale_)};
+        return told_or<CurveJet>({nowhere, nowhere, nowhere}, [&]() -> CurveJet {
+            gp_Pnt p;
+            gp_Vec first, second;
+            curves_[edge]->D2(t, p, first, second);
+            return {scaled(p.XYZ(), scale_), scaled(first.XYZ(), scale_), scaled(second.XYZ(), scale_)};
+        });
     }
 
     [[nodiscard]] std::array<double, 2> nearest_parameters(std::size_t face, const Point& p) const override {
@@ -157,8 +182,10 @@ class Shape final : public Kernel {
         if (!surfaces_[face].domain) return is_within(faces[face], {u, v});
         // Whether it may be asked by several threads at once is not said; a wrong answer was seen with them.
         const std::lock_guard alone(*surfaces_[face].asked);
-        const TopAbs_State state = surfaces_[face].domain->Perform(gp_Pnt2d(u, v));
-        return state == TopAbs_IN || state == TopAbs_ON;
+        return told_or(false, [&] {
+            const TopAbs_State state = surfaces_[face].domain->Perform(gp_Pnt2d(u, v));
+            return state == TopAbs_IN || state == TopAbs_ON;
+        });
     }
 
   private:
@@ -219,6 +246,7 @@ class Shape final : public Kernel {
         surfaces_.push_back(std::move(surface));
     }
 
+    Read read_;
     double scale_;
     std::vector<Surface> surfaces_;
     std::vector<Handle(Geom_Curve)> curves_;
@@ -226,8 +254,8 @@ class Shape final : public Kernel {
 
 }  // namespace
 
-std::unique_ptr<Kernel> kernel_of(const TopoDS_Shape& shape, double scale) {
-    return std::make_unique<Shape>(shape, scale);
+std::unique_ptr<Kernel> kernel_of(Read read, double millimetres) {
+    return std::make_unique<Shape>(std::move(read), millimetres);
 }
 
 }  // namespace camber::occ

@@ -1,0 +1,132 @@
+// Right models, cut askew so that boxes say little, are taken; wrong ones, and wrong units, are not.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <utility>
+
+#include "read.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.shapes;
+import camber.surface;
+import camber.cad;
+
+using namespace camber;
+using namespace cad_tests;
+
+namespace {
+
+LinearMesh<3> mesh_of(const Triangles& triangles, double scale) {
+    LinearMesh<3> mesh;
+    Buffer<Vec<3>> points;
+    for (const auto& p : triangles.points) points.push_back(scale * Vec<3>{p});
+    Buffer<SimplexVertices<2>> facets;
+    Buffer<Reference> references;
+    for (std::size_t t = 0; t < triangles.triangles.size(); ++t) {
+        const auto& c = triangles.triangles[t];
+        facets.push_back({VertexId(c[0]), VertexId(c[1]), VertexId(c[2])});
+        references.push_back(triangles.faces[t]);
+    }
+    mesh.point_references = Buffer<Reference>(points.size(), 0);
+    mesh.points = std::move(points);
+    mesh.facets = {std::move(facets), std::move(references), {}};
+    return mesh;
+}
+
+Outcome<CadAssociation> associated(const LinearMesh<3>& mesh, const CadModel& model) {
+    const auto edges = unique_edges(mesh, {});
+    if (!edges) return fail(edges.error());
+    return associate(mesh, *edges, model, {});
+}
+
+struct Askew {
+    Kind kind;
+    std::array<double, 3> sizes;
+};
+constexpr std::array<Askew, 4> askew{{{Kind::tilted_hole, {0.2, 0.5236, 0}},
+                                      {Kind::cap, {1, 0.6, 0}},
+                                      {Kind::groove, {1.2, 0.3, 0}},
+                                      {Kind::skew_cone, {1, 0.4, 2}}}};
+
+}  // namespace
+
+TEST_CASE("models that are cut askew are those of their meshes, in each format") {
+    for (const auto& [kind, sizes] : askew) {
+        const LinearMesh<3> mesh = mesh_of(triangles_of(kind, sizes, 0.02), 1);
+        REQUIRE(mesh.facets.size() > 20);
+        for (const char* const ending : {".step", ".iges", ".brep"}) {
+            CAPTURE(static_cast<int>(kind));
+            CAPTURE(ending);
+            const CadModel model = model_of(kind, sizes, ending);
+            const auto found = associated(mesh, model);
+            if (!found) FAIL(describe(found.error()));
+            CHECK(found->faces_met == model.faces());
+            CHECK(found->largest_vertex_distance <= 1e-4);
+            const CadLosses losses = model.losses();
+            CHECK(losses.faces + losses.entities + losses.open_shells == 0);
+        }
+    }
+}
+
+TEST_CASE("other units and other models are refused, with figures and the unit") {
+    for (const auto& [kind, sizes] : askew) {
+        CAPTURE(static_cast<int>(kind));
+        const CadModel model = model_of(kind, sizes);
+        const Triangles triangles = triangles_of(kind, sizes, 0.02);
+        for (const auto& [scale, unit] :
+             {std::pair(1e-3, "in m:"), std::pair(1 / 25.4, "in in:"), std::pair(1e3, "in um:")}) {
+            const auto found = associated(mesh_of(triangles, scale), model);
+            REQUIRE(!found);
+            CHECK(found.error().kind == ErrorKind::input);
+            CHECK(found.error().what.find("reaches from") != std::string::npos);
+            CHECK(found.error().remedy.find(unit) != std::string::npos);
+        }
+        for (const auto& other : askew) {
+            if (other.kind == kind) continue;
+            const auto found = associated(mesh_of(triangles, 1), model_of(other.kind, other.sizes));
+            REQUIRE(!found);
+            CHECK(found.error().what.find("the farthest by") != std::string::npos);
+        }
+    }
+}
+
+TEST_CASE("a model that has lost a face is refused by the reference that lay there") {
+    // All faces of a box of sizes 40, 1, 1 but the last, as the mesh of a longer one has them.
+    BoxOptions<3> options;
+    options.high = {{44, 1, 1}};
+    options.cells = {88, 2, 2};
+    options.jitter = 0;
+    const auto mesh = generate(options);
+    REQUIRE(mesh);
+    const auto found = associated(*mesh, model_of(Kind::box, {40, 1, 1}));
+    REQUIRE(!found);
+    CHECK(found.error().what.find("of reference") != std::string::npos);
+}
+
+TEST_CASE("a model is the same in another process, to the last bit") {
+    const File file(".step");
+    write_model(Kind::filleted_box, {2, 0.3, 0}, file, "INCH");
+    for (const CadUnit unit : {CadUnit::file, CadUnit::m}) {
+        const auto here = read_cad(file.path(), {unit}), plain = read_cad(file.path(), {});
+        REQUIRE(here);
+        REQUIRE(plain);
+        const auto bytes = packed_cad(*plain);
+        REQUIRE(bytes);
+        const auto there = unpacked_cad(*bytes, {unit});
+        REQUIRE(there);
+        CHECK(there->file_unit() == here->file_unit());
+        REQUIRE(there->faces() == here->faces());
+        REQUIRE(there->vertices() == here->vertices());
+        for (std::size_t v = 0; v < here->vertices(); ++v) CHECK(there->vertex(v) == here->vertex(v));
+        for (std::size_t f = 0; f < here->faces(); ++f) {
+            const Vec<3> p{{0.31, 0.17, 0.05}};
+            CHECK(closest_on_face(*there, f, p).point == closest_on_face(*here, f, p).point);
+        }
+    }
+    const auto cut = unpacked_cad("camber-cad-1 1 0", {});
+    REQUIRE(!cut);
+    CHECK(cut.error().kind == ErrorKind::input);
+}
