@@ -4,9 +4,9 @@
     python3 cmake/together.py write TEXT FILE… [--beside INTERFACE…]      writes the text; #line tells where each line is from
 
 Units of a module go together if they import the same (what the module's own interface units import, all of its units see anyway), include
-the same headers of other libraries and of our own, and define no local name twice: so each of them still compiles by itself. Headers of the
-standard library are another matter (tests/includes/check_includes.py). Of units of no module, which are those of tests and programs, local
-names alone decide. Where `write` finds that units no longer go together it fails, after it has touched the stamp beside the text that CMake
+the same headers of other libraries and of our own, and have no local name in each other's way: so each of them still compiles by itself. Headers of the
+standard library are another matter (tests/includes/check_includes.py). Units of no module, which are those of tests and programs, may
+import what they like. Where `write` finds that units no longer go together it fails, after it has touched the stamp beside the text that CMake
 watches: the next build groups them anew.
 """
 import re
@@ -20,6 +20,8 @@ INCLUDE = re.compile(r'^#include ([<"])([^>"]+)[>"]')
 LOCAL_TYPE = re.compile(r"^(?:template <[^>]*>\s*)?(?:(?:struct|class|enum class|enum|union|concept)\s+(\w+)\b(?!\s*;)|using (\w+) =)")
 LOCAL_VALUE = re.compile(r"^(?:static |inline |constexpr |const )+[\w:<>, ]+?\s(\w+)(?:\[\w*\])?(?:\s*=|\{|;)")
 INSTANTIATED = re.compile(r"^\s*template (?:class (\w+)<|[^<(].*?\s(\w+)<\w+>::)")  # a class, or a member of it: not both in one text
+DECLARED = re.compile(r"[\w>&*\]] [&*]?(\w+)\s*(?=[=;,){\[:])")  # a variable or a parameter, perhaps
+USED = re.compile(r"(?<![\w.>:])(\w+)\s*(?=[(<{])")  # a function or a type, perhaps; `a.b(`, `a->b(` and `a::b(` are looked up elsewhere
 LOCAL_FUNCTION = re.compile(r"^[\w\[\]:<>,*& ]+?[\s*&](\w+)\(")
 
 
@@ -31,10 +33,10 @@ class Source:
     exported: str  # of a module's primary interface unit; empty: of another unit
 
     def begins(self) -> int:
-        """The line after the head: after `module NAME;`, or the first that is no comment, directive or import."""
+        """The line after the head: after `module NAME;`, or the first that is no comment or directive (headers behind imports want them)."""
         if self.module:
             return next(i for i, line in enumerate(self.lines) if MODULE.match(line)) + 1
-        told = re.compile(r"^(\s*$|//|#|import )")
+        told = re.compile(r"^(\s*$|//|#)")
         return next((i for i, line in enumerate(self.lines) if not told.match(line)), len(self.lines))
 
     def imports(self) -> frozenset:
@@ -44,6 +46,17 @@ class Source:
         """What it includes, but for the standard library."""
         found = (INCLUDE.match(line) for line in self.lines)
         return frozenset(match[2] for match in found if match and (match[1] == '"' or re.search("[./]", match[2])))
+
+    def values(self) -> set:
+        """Names of variables at namespace scope, which nothing in another unit of the text is to shadow."""
+        return {match[1] for line in self.lines if (match := LOCAL_VALUE.match(line))}
+
+    def declared(self) -> set:
+        return {name for line in self.lines for name in DECLARED.findall(line)}
+
+    def used(self) -> set:
+        """Names that a local one of another unit would hide, or overload."""
+        return {name for line in self.lines if not line.lstrip().startswith("//") for name in USED.findall(line)}
 
     def locals(self) -> set:
         """What two units of one text must not both define, guessed from the text. Functions of one name are as often overloads, but
@@ -68,9 +81,24 @@ class Source:
 class Text:
     units: list = field(default_factory=list)
     names: set = field(default_factory=set)
+    values: set = field(default_factory=set)
+    declared: set = field(default_factory=set)
+    used: set = field(default_factory=set)
 
     def size(self) -> int:
         return sum(len(unit.lines) for unit in self.units)
+
+    def takes(self, unit: Source) -> bool:
+        """Whether no name is in the way."""
+        return not (self.names & (unit.locals() | unit.used()) or self.used & unit.locals()
+                    or self.values & unit.declared() or self.declared & unit.values())
+
+    def add(self, unit: Source) -> None:
+        self.units.append(unit)
+        self.names |= unit.locals()
+        self.values |= unit.values()
+        self.declared |= unit.declared()
+        self.used |= unit.used()
 
 
 def read_source(path: Path) -> Source:
@@ -86,20 +114,18 @@ def texts_of(units: list, key, most: int) -> list:
     texts: dict = {}
     for unit in sorted(units, key=lambda unit: (-len(unit.lines), str(unit.path))):
         places = texts.setdefault(key(unit), [])
-        names = unit.locals()
-        place = next((text for text in places if text.size() + len(unit.lines) <= most and not text.names & names), None)
+        place = next((text for text in places if text.size() + len(unit.lines) <= most and text.takes(unit)), None)
         if place is None:
             place = Text()
             places.append(place)
-        place.units.append(unit)
-        place.names |= names
+        place.add(unit)
     return [text for places in texts.values() for text in places]
 
 
 def key_of(beside: list):
     """What units that may go together have in common."""
     seen = frozenset(line for source in beside for line in source.imports())
-    return lambda unit: unit.module and (unit.module, unit.imports() - seen, unit.headers())
+    return lambda unit: (unit.module, unit.imports() - seen if unit.module else None, unit.headers())
 
 
 def joined(units: list) -> list:

@@ -151,7 +151,7 @@ def main() -> int:
     modules = [unit for unit in units if unit.exported]
     reached = {file for unit in modules for file in [unit.output, *unit.given.values()]}
     alone = [unit for unit in units if not unit.output]
-    texts = [Text(text.units, text.names)
+    texts = [Text(text.units)
              for text in together.texts_of(alone, lambda unit: (unit.module or str(unit.path), *unit.command), LINES)]
     texts += [Text([unit]) for unit in units if unit.output and unit.output not in reached]
     if arguments.paths:

@@ -65,6 +65,11 @@ Outcome<DecodedSolution> read_metric_of(const config::Pipeline& pipeline, const 
     return solution;
 }
 
+run::AvailableMemory available_memory() {
+    const MemoryLimit limit = memory_limit();
+    return {limit.bytes, limit.source};
+}
+
 Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Execution& execution) {
     const config::Input& input = pipeline.input;
     const auto* file = std::get_if<config::FilePath>(&input.source);
@@ -120,11 +125,6 @@ std::size_t of_linear(const AnyMesh& mesh, F&& f) {
                 return f(m);
         },
         mesh);
-}
-
-run::AvailableMemory available_memory() {
-    const MemoryLimit limit = memory_limit();
-    return {limit.bytes, limit.source};
 }
 
 /// Runs that cannot end well are refused before they begin.

@@ -271,7 +271,10 @@ template <int D>
 Outcome<std::optional<Growth>> asked_growth(Runner<D>& run) {
     const auto growth = [](Aims<D> by) { return by.growth; };
     const auto* const straight = std::get_if<LinearMesh<D>>(&run.state.mesh);
-    if (straight == nullptr) return aims_for(run, run.quadratic().mesh).map(growth);
+    if (straight == nullptr) {
+        const QuadraticMesh<D>& mesh = run.quadratic().mesh;
+        return aims_for(run, mesh, own_boundary_nodes(run, mesh)).map(growth);
+    }
     const auto edges = edges_of(run, *straight);
     if (!edges) return fail(edges.error());
     return aims_for(run, *straight, *edges).map(growth);
