@@ -193,6 +193,7 @@ class Remesh(unittest.TestCase):
         """Before any pass, with the numbers, and by `--dry-run` in the same words."""
         for dim in (2, 3):
             self.given(dim, 1)
+            (self.folder.path / "out.mesh").unlink(missing_ok=True)
             tiny = {"longest": 1e-4, "shortest": 0} if dim == 3 else {"longest": 1e-6, "shortest": 0}
             for stages, size in ((["remesh"], 1e-9), (["remesh"], 1e-4 if dim == 3 else 1e-6), ([{"split": tiny}], 1),
                                  (["collapse", {"remesh": {"split": tiny}}], 1), (["elevate", "split"], 1e-9),
@@ -305,8 +306,8 @@ class Remesh(unittest.TestCase):
         mesh = self.read("round.mesh")
         lines = (self.folder.path / "round.mesh").read_text().split("\n")
         first = lines.index("Vertices") + 2
-        for a, b, m in cells(mesh, 1)[0]:  # bowed a fifth more than a circle
-            lines[first + m] = " ".join(map(repr, map(float, 1.2 * mesh.points[m] - 0.1 * (mesh.points[a] + mesh.points[b])))) + " 0"
+        for a, b, m in cells(mesh, 1)[0]:  # bowed by half more than a circle, so that it is smooth at no vertex
+            lines[first + m] = " ".join(map(repr, map(float, 1.5 * mesh.points[m] - 0.25 * (mesh.points[a] + mesh.points[b])))) + " 0"
         (self.folder.path / "curved.mesh").write_text("\n".join(lines))
         self.camber("remesh", "curved.mesh", "-o", "out.mesh", "--metric", '{"constant": {"sizes": [0.3]}}')
         was, now = self.read("curved.mesh"), self.read("out.mesh")

@@ -15,7 +15,8 @@ using namespace surface_tests;
 namespace {
 
 const Execution one_thread{.threads = 1};
-constexpr Reference given = 1, own = 2;
+constexpr Reference given = 1;
+constexpr Reference own = 2;
 
 /// Reference `given` where the facet's middle is in `part`, else `own`: the cut runs along edges, in zigzags.
 template <int D>
