@@ -88,10 +88,10 @@ class Report(unittest.TestCase):
         yield self.config("annulus-2d", "stages/curve/boundary_nodes=length",
                           'geometry={"analytic": [{"references": [1], "sphere": {"radius": 3}}]}')
         yield self.config("annulus-2d", 'stages=["remesh"]', 'metric={"constant": {"sizes": [0.5]}}')
-        self.run_camber("generate", "annulus", "-o", "ring.mesh", "--elements", "60")
-        self.run_camber("curve", "ring.mesh", "-o", "round.mesh")
+        self.run_camber("generate", "shell", "-o", "ball.mesh", "--set", "outer_radius=2", "--set", "inner_size=0.7", "--set", "outer_size=1.2")
+        self.run_camber("curve", "ball.mesh", "-o", "round.mesh")
         for before, after in (("round.mesh", "once.mesh"), ("once.mesh", "twice.mesh")):
-            self.run_camber("remesh", before, "-o", after, "--metric", '{"constant": {"sizes": [0.5]}}', "--report", "r.json")
+            self.run_camber("remesh", before, "-o", after, "--metric", '{"constant": {"sizes": [0.8]}}', "--report", "r.json")
         yield report_of(self.folder.path / "r.json")
         self.write("cube.mesh", ascii_file(cube(2)))
         self.run_camber("curve", "cube.mesh", "-o", "out.meshb", "--report", "r.json", "--set", "output/distances=both")
