@@ -143,7 +143,7 @@ std::string curve_rows(const CurveReport& c) {
                   join_before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}")) +
         table_row("edges longer than straight", longer_edges(after == nullptr ? c.before : *after, c.volume_edges)) +
         table_row("edges per second", grouped(static_cast<std::size_t>(c.edges_per_second)));
-    if (c.drawn_back > 0) text += table_row("nodes drawn back by least_jacobian", c.drawn_back);
+    if (c.drawn_back > 0) text += table_row("nodes drawn back", c.drawn_back);
     if (c.outside > 0) text += table_row("edges that leave the back mesh", c.outside);
     if (c.lost > 0) text += table_row("edges with samples not located", c.lost);
     return text;
