@@ -44,7 +44,7 @@ struct Reader {
     const Library& lib;
     int file = 0;
     int cell_dimension = 0;
-    UnpackedBudget budget;  ///< what counts announce: nothing is reserved beyond it
+    UnpackedBudget budget = UnpackedBudget(0);  ///< what counts announce: nothing is reserved beyond it
     listing::Mesh<D> mesh = {};
     std::vector<Notice> notices = {};
     std::vector<Section> sections = {};

@@ -25,6 +25,7 @@ class Removals final : public Pass<D> {
 
     [[nodiscard]] std::vector<Task> tasks(const Remeshing<D>& r) const {
         std::vector<Task> tasks;
+        tasks.reserve(astray_.size());
         for (const VertexId v : astray_) tasks.push_back(task(0, v));
         for (std::size_t e = 0; e < r.mesh.elements.size(); ++e) add_tasks(r, ElementId(e), tasks);
         return tasks;

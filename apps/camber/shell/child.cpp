@@ -33,6 +33,8 @@ class Child {
     Child(pid_t pid, int pipe) : pid_(pid), pipe_(pipe) {}
     Child(const Child&) = delete;
     Child& operator=(const Child&) = delete;
+    Child(Child&&) = delete;
+    Child& operator=(Child&&) = delete;
     ~Child() {
         close(pipe_);
         if (pid_ < 0) return;
