@@ -285,7 +285,7 @@ Outcome<Buffer<PlacedNode<D>>> placed_nodes(const QuadraticMesh<D>& mesh, const 
         const EdgeRules rules = edge_rules(search);
         const auto is_asked = [&](std::size_t e) {
             return options.boundary_nodes != BoundaryNodeAim::projection && !shells[e].empty() &&
-                   (kinds[e] == EdgeKind::surface || kinds[e] == EdgeKind::ridge);
+                   kinds[e] == features.edge_kinds[e] && kinds[e] != EdgeKind::volume;
         };
         const auto placement_of = [&](std::size_t e, auto&& use) {
             return with_placement<D>(geometry, boundary.site(e), nodes[e], boundary.thin(e), back,

@@ -9,6 +9,17 @@
 #include <mutex>
 #include <string>
 
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#include <sanitizer/lsan_interface.h>
+/// What the library keeps of a damaged file is not ours to free.
+#define CAMBER_CGNS_KEEPS __lsan::ScopedDisabler keeps
+#endif
+#endif
+#ifndef CAMBER_CGNS_KEEPS
+#define CAMBER_CGNS_KEEPS
+#endif
+
 namespace camber::cgns {
 
 /// The functions of it that are called, by their names without `cg_`.

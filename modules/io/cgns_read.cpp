@@ -103,6 +103,11 @@ Outcome<std::string> path_of(std::span<const std::byte> bytes, const std::string
     return folder->file();
 }
 
+int open_to_read(const Library& lib, const std::string& path, int& file) {
+    CAMBER_CGNS_KEEPS;
+    return lib.open_(path.c_str(), CG_MODE_READ, &file);
+}
+
 struct Zone {
     int cell_dimension = 0, physical_dimension = 0;
     std::size_t vertices = 0;
@@ -160,7 +165,7 @@ Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_v
         if (auto bearable = cgns::check_nodes(lib, *path, bytes.size(), title); !bearable)
             return fail(std::move(bearable.error()));
         int file = 0;
-        if (lib.open_(path->c_str(), CG_MODE_READ, &file) != CG_OK)
+        if (cgns::open_to_read(lib, *path, file) != CG_OK)
             return fail(cgns::error_of(lib.get_error_(), ErrorKind::input, "the file cannot be opened as CGNS", title));
         const cgns::OpenFile open(lib, file);
         const auto zone = cgns::zone_of(lib, file, title);

@@ -11,7 +11,6 @@ export module camber.remesh:on_geometry;
 import camber.core;
 import camber.dynamic;
 import camber.surface;
-import :embedded_curves;
 import :state;
 
 /// Where points of the boundary belong.

@@ -1,7 +1,6 @@
 /// A mesh, straight or of degree 2, brought to a metric: the cavity operator on wishes, and the passes split, collapse,
 /// swap and smooth.
 export module camber.remesh;
-export import :embedded_curves;
 export import :state;
 export import :measures;
 export import :wish;

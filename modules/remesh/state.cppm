@@ -7,7 +7,6 @@ import camber.metric;
 import camber.crossing;
 import camber.dynamic;
 import camber.surface;
-import :embedded_curves;
 
 export namespace camber {
 

@@ -15,6 +15,7 @@ export import :edge_sheet;
 export import :seams;
 export import :makers;
 export import :boundary;
+export import :embedded_curves;
 export import :distances;
 export import :inspection;
 import :analytic_parameters;

@@ -6,6 +6,7 @@ import json
 import sys
 import unittest
 
+import made_meshes
 from program import Folder, report_of
 
 import gmf  # noqa: E402  (program puts the oracle on the path)
@@ -74,6 +75,26 @@ class Geometry(unittest.TestCase):
             self.assertGreater(on.sum(), 20)
             np.testing.assert_array_equal(metrics["mixed"][on], metrics[other][on])
         self.assertTrue((metrics["surrogate"] != metrics["analytic"]).any())
+
+    def test_nodes_of_a_listed_curve_stay_on_it(self):
+        """A square on a plane face, and a line inside: a field that slides nodes within the face leaves theirs."""
+        mesh = made_meshes.lattice(3, 4)
+        number = {tuple(p): i + 1 for i, p in enumerate(mesh.points.astype(int).tolist())}
+        corners = [(1, 1), (1, 2), (1, 3), (2, 3), (3, 3), (3, 2), (3, 1), (2, 1)]
+        curve = [(*corners[i - 1], 4) for i in range(9)], [(i, 2, 2) for i in range(5)]
+        rows = [f"{number[a]} {number[b]} 9" for line in curve for a, b in zip(line, line[1:])]
+        text = mesh.text().replace("End\n", f"Edges {len(rows)}\n" + "\n".join(rows) + "\nEnd\n")
+        (self.folder.path / "in.mesh").write_text(text)
+        self.camber("curve", "in.mesh", "--metric", '{"field": {"polar-1": {}}}', "-o", "out.meshb")
+        out = gmf.read(self.folder.path / "out.meshb")
+        edges = out.cells["EdgesP2"]
+        a, b, node = (out.points[edges.nodes[edges.refs == 9][:, i]] for i in range(3))
+        self.assertEqual(len(node), len(rows))
+        np.testing.assert_array_equal(node, (a + b) / 2)
+        facets = out.cells["TrianglesP2"].nodes
+        moved = [np.linalg.norm(out.points[facets[:, 3 + i]] - (out.points[facets[:, i]] + out.points[facets[:, (i + 1) % 3]]) / 2, axis=1)
+                 for i in range(3)]
+        self.assertGreater(np.max(moved), 1e-3)  # the others slide
 
     def refused(self, surfaces, *figures):
         """By `run` and by `curve`: exit code 2, one line with the place and the figures, and no file more."""

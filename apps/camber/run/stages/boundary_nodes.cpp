@@ -27,9 +27,11 @@ namespace {
 
 template <int D>
 Outcome<Buffer<LagrangeNode<D>>> on_geometry(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                             const Execution& execution) {
-    const bool keeps = boundary.required == RequiredBoundary::keep;
-    return boundary_nodes(keeps ? mesh : without_required(mesh), boundary.features, boundary.geometry, execution);
+                                             const EmbeddedCurves<D>& curves, const Execution& execution) {
+    const QuadraticMesh<D> free = boundary.required == RequiredBoundary::keep ? mesh : without_required(mesh);
+    auto nodes = boundary_nodes(free, boundary.features, boundary.geometry, part_of(execution, 0, 0.9));
+    if (!nodes) return nodes;
+    return nodes_on_curves(free, std::move(*nodes), curves, boundary.geometry, part_of(execution, 0.9, 1));
 }
 
 /// What holds each edge: elements, or the triangles of a surface alone.
@@ -48,20 +50,21 @@ Outcome<Incidence<ElementId>> holders(const QuadraticMesh<D>& mesh, const Execut
 
 template <int D>
 Outcome<CurveInput<D>> input_of(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                Buffer<LagrangeNode<D>> nodes, Notices notices, const Execution& execution) {
+                                const EmbeddedCurves<D>& curves, Buffer<LagrangeNode<D>> nodes, Notices notices,
+                                const Execution& execution) {
     auto around = holders(mesh, execution);
     if (!around) return fail(around.error());
-    return CurveInput<D>{held_kinds(mesh, boundary.features.edge_kinds, boundary.required),
+    return CurveInput<D>{held_kinds(mesh, kinds_with_curves(boundary.features.edge_kinds, curves), boundary.required),
                          Column<LagrangeNode<D>>(std::move(nodes)), std::move(*around), std::move(notices)};
 }
 
 /// Boundary nodes on the geometry.
 template <int D>
 Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                         const Execution& execution) {
-    auto nodes = on_geometry(mesh, boundary, part_of(execution, 0, 0.33));
+                                         const EmbeddedCurves<D>& curves, const Execution& execution) {
+    auto nodes = on_geometry(mesh, boundary, curves, part_of(execution, 0, 0.33));
     if (!nodes) return fail(nodes.error());
-    return input_of(mesh, boundary, std::move(*nodes), {}, part_of(execution, 0.33, 1));
+    return input_of(mesh, boundary, curves, std::move(*nodes), {}, part_of(execution, 0.33, 1));
 }
 
 template <int D>
@@ -74,8 +77,8 @@ bool is_prescribed(const LinearMesh<D>& mesh, const Boundary<D>& boundary, std::
 /// surfaces.
 template <int D>
 Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                     const Execution& execution) {
-    auto nodes = on_geometry(mesh, boundary, part_of(execution, 0, 0.33));
+                                     const EmbeddedCurves<D>& curves, const Execution& execution) {
+    auto nodes = on_geometry(mesh, boundary, curves, part_of(execution, 0, 0.33));
     if (!nodes) return fail(nodes.error());
     const auto around = facet_shells(mesh.edges, without_progress(execution));
     if (!around) return fail(around.error());
@@ -86,7 +89,7 @@ Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundar
         (*nodes)[e] = mesh.mid_nodes[e];
         ++kept;
     }
-    return input_of(mesh, boundary, std::move(*nodes),
+    return input_of(mesh, boundary, curves, std::move(*nodes),
                     {fmt::format("{} edges of the boundary keep the nodes that the mesh was read with", kept)},
                     part_of(execution, 0.33, 1));
 }
@@ -95,8 +98,13 @@ Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundar
 
 template <int D>
 Outcome<CurveInput<D>> curve_input(const Quadratic<D>& at, const Boundary<D>& boundary, const Execution& execution) {
-    return at.nodes == NodesOf::file ? input_of_read(at.mesh, boundary, execution)
-                                     : input_of_elevated(at.mesh, boundary, execution);
+    const bool is_read = at.nodes == NodesOf::file;
+    const auto curves = find_embedded_curves<D>(at.mesh.linear, at.mesh.edges, boundary.features, boundary.geometry,
+                                                is_read ? at.mesh.mid_nodes.view() : std::span<const LagrangeNode<D>>{},
+                                                without_progress(execution));
+    if (!curves) return fail(curves.error());
+    return is_read ? input_of_read(at.mesh, boundary, *curves, execution)
+                   : input_of_elevated(at.mesh, boundary, *curves, execution);
 }
 
 template <int D>

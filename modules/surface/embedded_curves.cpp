@@ -11,9 +11,8 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-module camber.remesh;
+module camber.surface;
 import camber.core;
-import camber.surface;
 
 namespace camber {
 
@@ -114,6 +113,7 @@ Buffer<VertexId> corners_of_curves(const LinearMesh<3>& mesh, const EdgeSet<3>& 
 Outcome<EmbeddedCurves<3>> found_curves(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
                                         const Geometry<3>& geometry, std::span<const LagrangeNode<3>> nodes,
                                         const Execution& execution) {
+    if (mesh.edges.size() == 0 && mesh.facets.entities.empty()) return EmbeddedCurves<3>{};
     const auto shells = facet_shells(edges, execution);
     if (!shells) return fail(shells.error());
     const auto embedded = embedded_edges(mesh, edges, features, *shells);
@@ -144,7 +144,9 @@ Outcome<EmbeddedCurves<3>> found_curves(const LinearMesh<3>& mesh, const EdgeSet
                                                 : smooth.edge_curves[smooth.row(edge)].curve;
         for (const Vec<3>& p : pieces[i].curve.control) boxes[i].include(p);
     }
-    return EmbeddedCurves<3>{std::move(pieces), BoxTree<3>(boxes),
+    Buffer<EdgeId> of_pieces(embedded.size());
+    std::ranges::transform(embedded, of_pieces.begin(), &EmbeddedEdge::edge);
+    return EmbeddedCurves<3>{std::move(pieces), std::move(of_pieces), BoxTree<3>(boxes),
                              corners_of_curves(mesh, edges, embedded, is_straight)};
 }
 
@@ -172,11 +174,46 @@ std::optional<Vec<D>> closest_on_curves(const EmbeddedCurves<D>& curves, Referen
     return closest_on(curves.pieces[nearest.item].curve, p).point;
 }
 
+template <int D>
+Outcome<Buffer<LagrangeNode<D>>> nodes_on_curves(const QuadraticMesh<D>& mesh, Buffer<LagrangeNode<D>> nodes,
+                                                 const EmbeddedCurves<D>& curves, const Geometry<D>& geometry,
+                                                 const Execution& execution) {
+    if (curves.edges.empty()) return nodes;
+    const auto shells = facet_shells(mesh.edges, without_progress(execution));
+    if (!shells) return fail(shells.error());
+    const auto required = required_edges(mesh);
+    const auto placed = [&](std::size_t i) -> Vec<D> {
+        const EdgeId e = curves.edges[i];
+        const auto facets = facet_sites<D>(mesh.linear, (*shells)[e]);
+        if (facets.empty() || required[e.index()] != 0) return nodes[e.index()].point;
+        const Vec<D> middle = point_at(curves.pieces[i].curve, Barycentric<1>{0.5, 0.5});
+        const GeometryEntity surface = geometry->surface_at(facets[0]);
+        if (surface.kind != GeometryKind::surface) return middle;
+        return geometry->project({facets[0].id, facets[0].reference, surface}, middle).point;
+    };
+    const auto points = map_each(execution, curves.edges.size(), placed);
+    if (!points) return fail(points.error());
+    for (std::size_t i = 0; i < points->size(); ++i) nodes[curves.edges[i].index()] = {(*points)[i]};
+    return nodes;
+}
+
+template <int D>
+Column<EdgeKind> kinds_with_curves(const Column<EdgeKind>& kinds, const EmbeddedCurves<D>& curves) {
+    if (curves.edges.empty()) return kinds;
+    Buffer<EdgeKind> with(kinds.begin(), kinds.end());
+    for (const EdgeId e : curves.edges) with[e.index()] = EdgeKind::ridge;
+    return Column<EdgeKind>(std::move(with));
+}
+
 #define CAMBER_INSTANTIATE(D)                                                                                        \
     template Outcome<EmbeddedCurves<D>> find_embedded_curves<D>(const LinearMesh<D>&, const EdgeSet<D>&,             \
                                                                 const Features<D>&, const Geometry<D>&,              \
                                                                 std::span<const LagrangeNode<D>>, const Execution&); \
-    template std::optional<Vec<D>> closest_on_curves<D>(const EmbeddedCurves<D>&, Reference, const Vec<D>&);
+    template std::optional<Vec<D>> closest_on_curves<D>(const EmbeddedCurves<D>&, Reference, const Vec<D>&);          \
+    template Outcome<Buffer<LagrangeNode<D>>> nodes_on_curves<D>(const QuadraticMesh<D>&, Buffer<LagrangeNode<D>>,   \
+                                                                 const EmbeddedCurves<D>&, const Geometry<D>&,       \
+                                                                 const Execution&);                                  \
+    template Column<EdgeKind> kinds_with_curves<D>(const Column<EdgeKind>&, const EmbeddedCurves<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -3,9 +3,11 @@ module;
 #include <cstddef>
 #include <optional>
 #include <span>
-export module camber.remesh:embedded_curves;
+export module camber.surface:embedded_curves;
 import camber.core;
-import camber.surface;
+import :cubic;
+import :features;
+import :geometry;
 
 export namespace camber {
 
@@ -20,6 +22,7 @@ struct EmbeddedCurves {
         Reference reference = 0;
     };
     Column<Piece> pieces;
+    Column<EdgeId> edges;      ///< of the mesh that they were found in, one a piece
     BoxTree<D> tree;           ///< over their control points
     Column<VertexId> corners;  ///< of the mesh that they were found in, rising: where a curve turns
 };
@@ -38,5 +41,18 @@ template <int D>
 template <int D>
 [[nodiscard]] std::optional<Vec<D>> closest_on_curves(const EmbeddedCurves<D>& curves, Reference reference,
                                                       const Vec<D>& p);
+
+/// `nodes` (one a unique edge of the mesh) with those of the curves' edges on the boundary in the middles of their
+/// pieces, put onto the surface that the geometry has there. Edges that are required keep theirs, and edges inside the
+/// volume. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> nodes_on_curves(const QuadraticMesh<D>& mesh,
+                                                               Buffer<LagrangeNode<D>> nodes,
+                                                               const EmbeddedCurves<D>& curves,
+                                                               const Geometry<D>& geometry, const Execution& execution);
+
+/// `kinds` with the curves' edges as ridges: what moves nodes within a surface, or in the volume, leaves them.
+template <int D>
+[[nodiscard]] Column<EdgeKind> kinds_with_curves(const Column<EdgeKind>& kinds, const EmbeddedCurves<D>& curves);
 
 }  // namespace camber
