@@ -4,6 +4,7 @@ module;
 #include <cstdint>
 #include <numeric>
 #include <optional>
+#include <string>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -205,10 +206,20 @@ class Rounds {
         r_.astray = std::move(astray);
         if (r_.mesh.is_curved()) follow_walls(r_.walls, r_.mesh, changed->changes.facets);
         ++statistics_.rounds;
+        if (r_.mesh.element_count() > goal_.most_elements) return fail(too_many_elements());
         std::vector<Task> followers;
         pass_.follow(r_, changed->changes, followers);
         for (const Task& task : followers) put(task);
         return Done{};
+    }
+
+    [[nodiscard]] Error too_many_elements() const {
+        return {ErrorKind::memory,
+                "the metric asks for more than " + std::to_string(goal_.most_elements) +
+                    " elements, which is what there is room for",
+                {},
+                {},
+                "make it coarser: metric_operations bound, gradation or complexity, or a larger split/longest"};
     }
 
     Remeshing<D>& r_;

@@ -56,6 +56,9 @@ struct RemeshingGoal {
     EdgeAccuracyOptions accuracy = {};
     std::optional<NodeSearch> search = {};
     EmbeddedCurves<D> curves = {};  ///< on which the mesh's embedded lines lie
+    /// A pass that comes beyond it ends with an error (memory): no field that asks for more than anybody expected takes
+    /// the machine along.
+    std::size_t most_elements = max_entities;
 };
 
 /// The mesh with its metric at each vertex, which is asked of the field. Errors: a mesh without elements (input), those

@@ -198,6 +198,19 @@ TEST_CASE("the field may be on another mesh, coarser than this one") {
     CHECK(check_consistency(one_round(r, goal, alone, all).mesh, alone).has_value());
 }
 
+TEST_CASE("a pass that makes more elements than there is room for ends with an error") {
+    const LinearMesh<2> mesh = random_domain<2>(1);
+    Dice dice(1);
+    RemeshingGoal<2> goal = goal_over(mesh, 0.05, dice);
+    const std::size_t made = must(split<2>(begun(mesh, goal), goal, {}, alone)).state.mesh.element_count();
+    goal.most_elements = made;
+    CHECK(split<2>(begun(mesh, goal), goal, {}, alone).has_value());
+    goal.most_elements = made / 2;
+    const auto refused = split<2>(begun(mesh, goal), goal, {}, alone);
+    REQUIRE(!refused.has_value());
+    CHECK(refused.error().kind == ErrorKind::memory);
+}
+
 TEST_CASE("options out of range are refused") {
     const LinearMesh<2> mesh = random_domain<2>(1);
     Dice dice(1);

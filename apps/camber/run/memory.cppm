@@ -35,6 +35,12 @@ struct Growth {
     std::size_t peak_bytes = 0;
 };
 
+inline constexpr double bytes_of_program = 13e6;
+/// Of a mesh that passes changed, where it is made one as any other.
+[[nodiscard]] constexpr double bytes_of_element(int dimension, int degree) {
+    return (dimension == 2 ? 347 : 263) * (degree == 2 ? 1.7 : 1);
+}
+
 /// `complexity`: ∫ sqrt(det M) over the mesh. A mesh whose edges end below √2 has some 11.5 tetrahedra, 2.5 triangles
 /// for each unit of it, as meshes came out; shorter edges so many times more. Memory is at its peak where the changed
 /// mesh is made one as any other: 256 and 263 bytes a tetrahedron (10^5 and 3·10^5 of them, one thread), 347 a triangle
@@ -43,10 +49,16 @@ struct Growth {
                                             int dimension, int degree) {
     const double refined = std::pow(std::sqrt(2.0) / longest_edge, dimension);
     const double elements = (dimension == 2 ? 2.5 : 11.5) * complexity * refined;
-    const double program = 13e6, an_element = (dimension == 2 ? 347 : 263) * (degree == 2 ? 1.7 : 1);
-    const double bytes = program + an_element * (elements + static_cast<double>(elements_before));
+    const double bytes =
+        bytes_of_program + bytes_of_element(dimension, degree) * (elements + static_cast<double>(elements_before));
     constexpr double most = 9.2e18;
     return {elements, static_cast<std::size_t>(bytes < most ? bytes : most)};
+}
+
+/// How many elements passes may make with so many bytes.
+[[nodiscard]] inline std::size_t most_elements_within(std::size_t bytes, int dimension, int degree) {
+    const double room = static_cast<double>(bytes) - bytes_of_program;
+    return room > 0 ? static_cast<std::size_t>(room / bytes_of_element(dimension, degree)) : 0;
 }
 
 }  // namespace camber::run

@@ -134,6 +134,8 @@ void set_objective(RemeshingGoal<D>& goal, const CurveOptions& options) {
 template <int D, class Curves, class Begin>
 Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, Geometry<D> geometry, Curves&& curves, Begin&& begin) {
     RemeshingGoal<D> goal{std::move(field.back), std::move(geometry)};
+    const int degree = std::holds_alternative<LinearMesh<D>>(run.state.mesh) ? 1 : 2;
+    goal.most_elements = std::min(most_elements_within(run.memory.bytes, D, degree), max_entities);
     set_objective(goal, run.state.curving);
     auto made = run.step("topology", [&](const Execution& e) -> Outcome<Begun<D>> {
         auto found = curves(*goal.geometry, without_progress(e));
