@@ -21,15 +21,16 @@ TYPE = re.compile(r"^(?:struct|class|enum class|enum|concept|using) (\w+)")
 SPACE = re.compile(r"^namespace camber::(\w+)")
 VALUE = re.compile(r"^(?:inline |static |constexpr |const )+[\w:<>, ]+?\s(\w+)(?:\[\w*\])?(?:\s*=|\{|;)")
 FUNCTION = re.compile(r"^(?![#/}]|return|namespace|export |template|import|module)[\w\[\]:<>,*& ]+?[\s*&](\w+)\(")
-USED = re.compile(r"(?<![\w.>:~])(?:([A-Z]\w*)|(?!sizeof|operator|static_assert|camber)(\w+)(?=[(<]|::))")
+USED = re.compile(r"(?:(?<![\w.>:~])|(?<=[a-z]::))(?:([A-Z]\w*)|(?!sizeof|operator|static_assert|camber\b|std\b)(\w+)(?=[(<]|::))")
 OWN = re.compile(r"[\w\]>][>&*]*(?<!return)(?<!throw)(?<!else)(?<!case)(?<!requires) (\w+)\s*(?=[=;,){(\[]|:(?!:))|, (\w+) =")
 PARAMETER = re.compile(r"(?:class|typename|auto|int)(?:[.]{3})? (\w+)")
 BESIDE = {"model_of", "words"}  # found beside an argument's type, by concepts
 
 
 def plain(path: Path) -> str:
-    """Without comments and literals."""
-    return NOISE.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), path.read_text())
+    """Without comments, literals and names of the standard library."""
+    text = NOISE.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), path.read_text())
+    return re.sub(r"\bstd(::\w+)+", "std", text)
 
 
 def declared(text: str) -> set:
