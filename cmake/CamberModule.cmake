@@ -2,6 +2,7 @@
 #
 #   camber_module(NAME
 #       INTERFACE a.cppm b.cppm …     its interface units, installed with it
+#       PARTS c.cppm …                interface units that only its implementation units import: not installed
 #       IMPL a.cpp …                  its implementation units
 #       USES core bezier …            modules of lower floors that its interface imports
 #       LINK_PUBLIC tl::expected …    libraries that its interface units include
@@ -90,7 +91,7 @@ endfunction()
 set(CAMBER_HEADER_ONLY Boost::headers Eigen3::Eigen range-v3::range-v3 nlohmann_json::nlohmann_json fmt::fmt-header-only CLI11::CLI11)
 
 function(camber_module NAME)
-    cmake_parse_arguments(PARSE_ARGV 1 MODULE "" "" "INTERFACE;IMPL;USES;LINK_PUBLIC;LINK_PRIVATE;PACKAGES")
+    cmake_parse_arguments(PARSE_ARGV 1 MODULE "" "" "INTERFACE;PARTS;IMPL;USES;LINK_PUBLIC;LINK_PRIVATE;PACKAGES")
     if(MODULE_UNPARSED_ARGUMENTS)
         message(FATAL_ERROR "camber_module(${NAME}): unknown: ${MODULE_UNPARSED_ARGUMENTS}")
     endif()
@@ -99,7 +100,7 @@ function(camber_module NAME)
     add_library(camber::${NAME} ALIAS ${target})
     camber_common(${target})
     set_target_properties(${target} PROPERTIES EXPORT_NAME ${NAME})
-    camber_sources(${target} INTERFACE ${MODULE_INTERFACE} IMPL ${MODULE_IMPL})
+    camber_sources(${target} INTERFACE ${MODULE_INTERFACE} PARTS ${MODULE_PARTS} IMPL ${MODULE_IMPL})
 
     foreach(used IN LISTS MODULE_USES)
         if(NOT TARGET camber::${used})
@@ -138,6 +139,9 @@ function(camber_module NAME)
         install(TARGETS ${target} EXPORT camberTargets
             ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
             FILE_SET CXX_MODULES DESTINATION "${CAMBER_INSTALL_MODULES}/${NAME}")
+        if(camber_together) # in its place the text without this machine's folders
+            install(FILES "${camber_together_install}/${target}.cppm" DESTINATION "${CAMBER_INSTALL_MODULES}/${NAME}")
+        endif()
     endif()
 endfunction()
 

@@ -1,21 +1,30 @@
 """Units of one library compiled as one text. With modules most of what a unit costs is to read what it imports: several units read it once.
 
+    python3 cmake/together.py interfaces INTERFACE…                       the interface units, a text a line: "a.cppm|b.cppm", then those left alone
     python3 cmake/together.py group LINES FILE… [--beside INTERFACE…]     the files, a text of about so many lines a line, "a.cpp|b.cpp"
-    python3 cmake/together.py write TEXT FILE… [--beside INTERFACE…]      writes the text; #line tells where each line is from
+    python3 cmake/together.py write TEXT FILE… [--beside INTERFACE…] [--install TEXT]
+                                                                          writes the text; #line tells where each line is from
 
-Units of a module go together if they import the same (what the module's own interface units import, all of its units see anyway), include
-the same headers of other libraries and of our own, and have no local name in each other's way: so each of them still compiles by itself. Headers of the
-standard library are another matter (tests/includes/check_includes.py). Units of no module, which are those of tests and programs, may
-import what they like. Where `write` finds that units no longer go together it fails, after it has touched the stamp beside the text that CMake
-watches: the next build groups them anew.
+Interface units are one text, the module's primary unit and all partitions that it reaches by imports, each behind what it imports. What a
+partition exports that the primary unit does not export again is not exported by the text. A partition that the primary unit does not
+reach stays alone, and imports the module instead of the partitions that are in it: what it includes is not to reach whoever imports the module.
+With --install a second text is written, for other machines: its #line name no folder of this one.
+
+Implementation units of a module go together if they import the same (what the module's own interface units import, all of its units see anyway),
+include the same headers of other libraries and of our own, and have no local name in each other's way: so each of them still compiles by
+itself. Headers of the standard library are another matter (tests/includes/check_includes.py). Units of no module, which are those of tests and
+programs, may import what they like. Where `write` finds that units no longer go together it fails, after it has touched the stamp beside
+the text that CMake watches: the next build groups them anew.
 """
+import argparse
 import re
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 MODULE = re.compile(r"^(export )?module (camber[\w.]*)(:\w+)?;")
 IMPORT = re.compile(r"^(?:export )?import ")
+PARTITION = re.compile(r"^(export )?import (:\w+);")
 INCLUDE = re.compile(r'^#include ([<"])([^>"]+)[>"]')
 LOCAL_TYPE = re.compile(r"^(?:template <[^>]*>\s*)?(?:(?:struct|class|enum class|enum|union|concept)\s+(\w+)\b(?!\s*;)|using (\w+) =)")
 LOCAL_VALUE = re.compile(r"^(?:static |inline |constexpr |const )+[\w:<>, ]+?\s(\w+)(?:\[\w*\])?(?:\s*=|\{|;)")
@@ -29,12 +38,26 @@ LOCAL_FUNCTION = re.compile(r"^[\w\[\]:<>,*& ]+?[\s*&](\w+)\(")
 class Source:
     path: Path
     lines: list
-    module: str  # of an implementation unit; empty: of another unit
-    exported: str  # of a module's primary interface unit; empty: of another unit
+    of: str = ""  # the module; empty: of none
+    partition: str = ""  # ":name"; empty: of another unit
+    exports: bool = False
+
+    @property
+    def module(self) -> str:
+        """Of an implementation unit; empty: of another unit."""
+        return "" if self.exports or self.partition else self.of
+
+    @property
+    def exported(self) -> str:
+        """Of a module's primary interface unit; empty: of another unit."""
+        return self.of if self.exports and not self.partition else ""
+
+    def declaration(self) -> str:
+        return f"{'export ' if self.exports else ''}module {self.of}{self.partition};" if self.of else ""
 
     def begins(self) -> int:
         """The line after the head: after `module NAME;`, or the first that is no comment or directive (headers behind imports want them)."""
-        if self.module:
+        if self.of:
             return next(i for i, line in enumerate(self.lines) if MODULE.match(line)) + 1
         told = re.compile(r"^(\s*$|//|#)")
         return next((i for i, line in enumerate(self.lines) if not told.match(line)), len(self.lines))
@@ -103,10 +126,45 @@ class Text:
 
 def read_source(path: Path) -> Source:
     lines = path.read_text().splitlines()
-    named = [match for line in lines if (match := MODULE.match(line))]
-    module = named[0][2] if named and not named[0][1] and not named[0][3] else ""
-    exported = named[0][2] if named and named[0][1] and not named[0][3] else ""
-    return Source(path, lines, module, exported)
+    named = next((match for line in lines if (match := MODULE.match(line))), None)
+    return Source(path, lines, named[2], named[3] or "", bool(named[1])) if named else Source(path, lines)
+
+
+def partitions_of(unit: Source) -> dict:
+    """The partitions that it imports, and whether it exports them again."""
+    return {match[2]: bool(match[1]) for line in unit.lines if (match := PARTITION.match(line))}
+
+
+def one_interface(units: list) -> list:
+    """Of a module's interface units those that are one text: the primary one and what it reaches, each behind what it imports."""
+    named = {unit.partition: unit for unit in units if unit.partition}
+    ordered: dict = {}
+
+    def visit(unit: Source, above: tuple = ()) -> None:
+        if unit.partition in above:
+            raise SystemExit(f"{unit.path}: partitions import each other: {' '.join([*above, unit.partition])}")
+        for name in partitions_of(unit):
+            if name in named and name not in ordered:
+                visit(named[name], (*above, unit.partition))
+        ordered[unit.partition] = unit
+
+    for unit in units:
+        if unit.exported:
+            visit(unit)
+    return list(ordered.values())
+
+
+def without_partitions(unit: Source, interface: list) -> Source:
+    """The unit as it sees a module whose interface is one text: imports of what is in that go, line by line. A partition beside it imports
+    the module in their place; implementation units do so without a word."""
+    there = {other.partition for other in interface}
+    lines, wanted = [], f"import {interface[-1].exported};" if unit.partition and unit.partition not in there else ""
+    for line in unit.lines:
+        match = PARTITION.match(line)
+        gone = match and match[2] in there
+        lines.append(wanted if gone else line)
+        wanted = "" if gone else wanted
+    return replace(unit, lines=lines)
 
 
 def texts_of(units: list, key, most: int) -> list:
@@ -128,10 +186,27 @@ def key_of(beside: list):
     return lambda unit: (unit.module, unit.imports() - seen if unit.module else None, unit.headers())
 
 
+def hidden(unit: Source) -> Source:
+    """A partition that exports nothing: for whoever imports the module it is not there."""
+    return replace(unit, lines=[re.sub(r"^export (?!module)", "", line) for line in unit.lines])
+
+
+def interface_text(interface: list) -> list:
+    """The interface units in their order as the module's primary one, by lines, each with its unit's path and line."""
+    exported = {"": True} | partitions_of(interface[-1])
+    units = [unit if exported.get(unit.partition) else hidden(unit) for unit in interface]
+    return united([without_partitions(unit, interface) for unit in units], interface[-1].declaration())
+
+
 def joined(units: list) -> list:
     """The units as one text, by lines, each with the unit's path and line; without, it is the text's own."""
+    units = sorted(units, key=lambda unit: "template <>" not in unit.lines)  # before what they specialise is used
+    return united(units, units[0].declaration())
+
+
+def united(units: list, declaration: str) -> list:
     head, imports, rest = [], [], []
-    for unit in sorted(units, key=lambda unit: "template <>" not in unit.lines):  # before what they specialise is used
+    for unit in units:
         begins = unit.begins()
         for i, line in enumerate(unit.lines):
             where = (unit.path, i + 1)
@@ -145,17 +220,32 @@ def joined(units: list) -> list:
             else:
                 rest.append((line, where))
         rest += [(f"#undef {match[1]}", None) for line in unit.lines if (match := re.match(r"#\s*define (\w+)", line))]
-    module = units[0].module
-    named = [(f"module {module};", None)] if module else []
-    return [*([("module;", None)] if module else []), *head, *named, *imports, *rest]
+    if not declaration:
+        return [*head, *imports, *rest]
+    return [("module;", None), *once(head, INCLUDE), (declaration, None), *once(imports, IMPORT), *rest]
 
 
-def told(lines: list) -> str:
-    """The text, with #line wherever its lines do not go on."""
+def once(lines: list, kind: re.Pattern) -> list:
+    """The lines without those of a kind that are there before, unless a condition is upon them. An import that is exported goes before its like."""
+    seen, kept, depth = set(), [], 0
+    exported = {line.removeprefix("export ") for line, _ in lines if line.startswith("export ")}
+    for line, where in lines:
+        depth += line.startswith("#if") - line.startswith("#endif")
+        if kind.match(line) and not depth:
+            line = f"export {line}" if line in exported else line
+            if line in seen:
+                continue
+            seen.add(line)
+        kept.append((line, where))
+    return kept
+
+
+def told(lines: list, name=str) -> str:
+    """The text, with #line wherever its lines do not go on; `name` is what a path is called there."""
     written, before = [], None
     for line, where in lines:
         if where and (not before or where[0] != before[0] or where[1] != before[1] + 1):
-            written.append(f'#line {where[1]} "{where[0]}"')
+            written.append(f'#line {where[1]} "{name(where[0])}"')
         written.append(line)
         before = where
     return "\n".join(written) + "\n"
@@ -169,33 +259,94 @@ def members(text: Path) -> list:
     return [Path(path) for path in line.removeprefix("// together: ").strip().split("|")] if line.startswith("// together: ") else []
 
 
-def write(out: Path, paths: list, beside: list) -> int:
-    units = [read_source(path) for path in paths]
-    if len(texts_of(units, key_of([read_source(path) for path in beside]), sys.maxsize)) > 1:
+def places(text: Path) -> list:
+    """Of each line of such a text on disk the path and line that it is from; None: it is the text's own."""
+    found, where = [], None
+    for line in text.read_text().splitlines():
+        begins = re.match(r'#line (\d+) "(.*)"$', line)
+        found.append(None if begins else where)
+        if begins:
+            where = (Path(begins[2]), int(begins[1]))
+        elif where:
+            where = (where[0], where[1] + 1)
+    return found
+
+
+def for_others(lines: list, module: str) -> str:
+    """An interface's text as it is installed, where a path is MODULE/FILE. A header of ours is not there."""
+    for line, where in lines:
+        if line.startswith('#include "'):
+            raise SystemExit(f"{where[0]}:{where[1]}: an interface unit that is installed includes a header that is not")
+    return told(lines, lambda path: f"{module.replace('.', '/')}/{path.name}")
+
+
+def put(out: Path, text: str) -> None:
+    if not out.exists() or out.read_text() != text:  # else nothing is compiled again
+        out.write_text(text)
+
+
+def text_of(units: list, beside: list):
+    """What the units are as one text, by lines; None: they do not go together."""
+    interface = one_interface(beside)
+    inside = {unit.path for unit in interface}
+    if {unit.path for unit in units} == inside:
+        return interface_text(interface)
+    if units[0].path in {unit.path for unit in beside}:
+        return joined([without_partitions(units[0], interface)]) if units[0].path not in inside and len(units) == 1 else None
+    units = [without_partitions(unit, interface) for unit in units]
+    return joined(units) if len(texts_of(units, key_of(beside), sys.maxsize)) == 1 else None
+
+
+def write(out: Path, paths: list, beside: list, installed: list) -> int:
+    units, beside = ([read_source(path) for path in some] for some in (paths, beside))
+    lines = text_of(units, beside)
+    if lines is None:
         (out.parent / "stamp").touch()
         print(f"{out}: {', '.join(path.name for path in paths)} no longer go together: build again, then they are grouped anew", file=sys.stderr)
         return 1
-    text = told(joined(units))
+    text = told(lines)
     note = "// together: " + "|".join(str(path) for path in paths)
-    text = text.replace("module;\n", f"module;\n{note}\n", 1) if text.startswith("module;") else f"{note}\n{text}"
-    if not out.exists() or out.read_text() != text:  # else nothing is compiled again
-        out.write_text(text)
+    put(out, text.replace("module;\n", f"module;\n{note}\n", 1) if text.startswith("module;") else f"{note}\n{text}")
+    for other in installed:
+        put(other, for_others(lines, next(unit.exported for unit in units if unit.exported)))
     return 0
 
 
 def group(most: int, paths: list, beside: list) -> int:
-    for text in texts_of([read_source(path) for path in paths], key_of([read_source(path) for path in beside]), most):
+    beside = [read_source(path) for path in beside]
+    interface = one_interface(beside)
+    units = [without_partitions(read_source(path), interface) for path in paths]
+    for text in texts_of(units, key_of(beside), most):
         print("|".join(str(unit.path) for unit in text.units))
     return 0
 
 
+def interfaces(paths: list) -> int:
+    units = [read_source(path) for path in paths]
+    inside = [unit.path for unit in one_interface(units)]
+    print("|".join(str(path) for path in inside))
+    for unit in units:
+        if unit.path not in inside:
+            print(unit.path)
+    return 0
+
+
 def main(words: list) -> int:
-    if len(words) < 3 or words[0] not in ("group", "write"):
-        print(__doc__, file=sys.stderr)
-        return 2
-    cut = words.index("--beside") if "--beside" in words else len(words)
-    paths, beside = [Path(word) for word in words[2:cut]], [Path(word) for word in words[cut + 1:]]
-    return group(int(words[1]), paths, beside) if words[0] == "group" else write(Path(words[1]), paths, beside)
+    parser = argparse.ArgumentParser(usage=__doc__)
+    verbs = parser.add_subparsers(dest="verb", required=True)
+    for verb, first in (("interfaces", None), ("group", int), ("write", Path)):
+        one = verbs.add_parser(verb)
+        if first:
+            one.add_argument("first", type=first)
+        one.add_argument("paths", nargs="+", type=Path)
+        one.add_argument("--beside", nargs="*", type=Path, default=[])
+        one.add_argument("--install", nargs=1, type=Path, default=[])
+    given = parser.parse_args(words)
+    if given.verb == "interfaces":
+        return interfaces(given.paths)
+    if given.verb == "group":
+        return group(given.first, given.paths, given.beside)
+    return write(given.first, given.paths, given.beside, given.install)
 
 
 if __name__ == "__main__":

@@ -62,9 +62,9 @@ class Source {
     /// `name: line N`, `name: byte N` of here.
     [[nodiscard]] std::string place() const {
         if (binary) return name_ + ": byte " + std::to_string(at_);
-        const auto lines =
+        const auto before =
             std::count(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(at_), std::byte{'\n'});
-        return name_ + ": line " + std::to_string(lines + 1);
+        return name_ + ": line " + std::to_string(before + 1);
     }
     [[nodiscard]] auto error(std::string what, std::string remedy = {}) const {
         return fail(ErrorKind::input, std::move(what), place(), {}, std::move(remedy));

@@ -8,7 +8,7 @@ With modules clang-tidy walks for each unit through all that it imports, the sta
 what lint cost. So it walks once for many:
 
 - Interface units are no runs of their own: one text imports all modules, and the filter of headers lets the diagnostics of what it imports
-  pass. A unit that no module's interface reaches is linted alone.
+  pass. A unit that no module's interface reaches is linted alone. Named by a PATH, they are linted as the text that they were compiled as.
 - Implementation units of one module are put together into one text under BUILD/lint/, as for compiling (cmake/together.py), more of them:
   what they import is united. Diagnostics are told where they are in the sources. Where a text does not compile all the same, its units are
   linted one by one. So what goes together is a matter of time alone.
@@ -24,6 +24,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -39,6 +40,7 @@ class Unit(together.Source):
     command: list = field(default_factory=list)  # without its output, and without what is not the same under another name
     given: dict = field(default_factory=dict)  # module: its compiled interface
     output: str = ""  # the interface that it compiles itself; empty: none
+    compiled: Path = Path()  # the unit, or the text of it and of others
 
 
 @dataclass
@@ -47,7 +49,18 @@ class Text(together.Text):
     all_imports: bool = False
 
 
-def read_units(entry: dict) -> list:
+def files_of(entry: dict) -> list:
+    return together.members(Path(entry["file"])) or [Path(entry["file"])]
+
+
+def read_interfaces(entries: list) -> dict:
+    """Of each module the interface units that were compiled as one text."""
+    texts = ([together.read_source(path) for path in files_of(entry)] for entry in entries if entry["file"].endswith(".cppm"))
+    texts = (together.one_interface(units) for units in texts)
+    return {units[-1].exported: units for units in texts if units}
+
+
+def read_units(entry: dict, interfaces: dict) -> list:
     """The units of an entry of compile_commands.json: several where they were compiled as one text."""
     directory = Path(entry["directory"])
     words, command, given, output = shlex.split(entry["command"]), [], {}, ""
@@ -64,8 +77,15 @@ def read_units(entry: dict) -> list:
                     output = line.removeprefix("-fmodule-output=")
         elif not word.startswith("-W"):  # clang-tidy's own remain; a text of several units has other warnings than each
             command.append(word)
-    paths = together.members(Path(entry["file"])) or [Path(entry["file"])]
-    return [Unit(**vars(together.read_source(path)), command=command, given=given, output=output) for path in paths]
+    sources = [together.read_source(path) for path in files_of(entry)]
+    sources = [together.without_partitions(source, interfaces.get(source.of, [])) for source in sources]
+    return [Unit(**vars(source), command=command, given=given, output=output, compiled=Path(entry["file"])) for source in sources]
+
+
+@cache
+def places_in(path: str) -> list:
+    """Of each line of a text that was compiled as several units its place in them; empty: of a source."""
+    return together.places(Path(path)) if together.members(Path(path)) else []
 
 
 def write_text(text: Text, path: Path) -> list:
@@ -75,10 +95,16 @@ def write_text(text: Text, path: Path) -> list:
     return [where for _, where in lines]
 
 
+def asked_for(told: str, text: Text) -> bool:
+    """Not of a unit that is only compiled in the same text."""
+    return (not DIAGNOSTIC.match(told) or "[clang-diagnostic-error" in told
+            or told.startswith(tuple(f"{unit.path}:" for unit in text.units)))
+
+
 def run(arguments, text: Text, number: int) -> tuple:
     """What clang-tidy says of a text, by diagnostic with its notes, and whether it compiled."""
     first = text.units[0]
-    source, places = first.path, []
+    source, places = first.compiled, []
     imports = {name: file for unit in text.units for name, file in unit.given.items()}
     header_filter = ""
     command = [*first.command, *(f"-iquote{folder}" for folder in sorted({str(unit.path.parent) for unit in text.units}))]
@@ -86,12 +112,12 @@ def run(arguments, text: Text, number: int) -> tuple:
         source = arguments.build / "lint" / "interfaces.cpp"
         source.write_text("".join(f"import {unit.exported};\n" for unit in text.units))
         imports |= {unit.exported: unit.output for unit in text.units}
-        header_filter = f"^{re.escape(str(ROOT))}/(modules|apps)/.*[.]cppm$"
-    elif len(text.units) > 1:
-        source = arguments.build / "lint" / f"{first.module}-{number}.cpp"
-        places = write_text(text, source)
+        header_filter = f"^({re.escape(str(ROOT))}/(modules|apps)|{re.escape(str(arguments.build))}/together)/.*[.]cppm$"
     elif first.output:
         command += ["-x", "c++-module"]
+    elif len(text.units) > 1 or first.compiled != first.path:
+        source = arguments.build / "lint" / f"{first.of}-{number}.cpp"
+        places = write_text(text, source)
     command += [f"-fmodule-file={name}={file}" for name, file in imports.items()]
     result = subprocess.run(
         [arguments.clang_tidy, "-quiet", f"--config-file={ROOT}/.clang-tidy", "--checks=-readability-duplicate-include",
@@ -100,21 +126,24 @@ def run(arguments, text: Text, number: int) -> tuple:
     found, compiled = [], "[clang-diagnostic-error" not in result.stdout
     for line in result.stdout.splitlines():
         match = DIAGNOSTIC.match(line)
-        if match and places and match[1] == str(source):
-            where = places[int(match[2]) - 1]
-            line = (f"{where[0]}:{where[1]}" if where else f"{source}:{match[2]}") + line[match.end(2):]
+        if match:
+            there = places if places and match[1] == str(source) else places_in(match[1])
+            where = there[int(match[2]) - 1] if there else None
+            line = (f"{where[0]}:{where[1]}" if where else f"{match[1]}:{match[2]}") + line[match.end(2):]
         if match and match[4] != "note" or not found:
             found.append(line)
         else:
             found[-1] += "\n" + line
     if compiled and result.returncode != 0 and not found:
         found = [f"{source}: {arguments.clang_tidy} failed\n{result.stderr}"]
+    if first.output and not text.all_imports:
+        found = [told for told in found if asked_for(told, text)]
     return found, compiled
 
 
 def lint(arguments, text: Text, number: int) -> list:
     found, compiled = run(arguments, text, number)
-    if compiled or text.all_imports or len(text.units) == 1:
+    if compiled or text.all_imports or text.units[0].output or len(text.units) == 1:
         return found
     print("lint: these do not compile together, so each is linted alone: " + " ".join(unit.path.name for unit in text.units)
           + "\n" + next(line for line in found if "clang-diagnostic-error" in line).split("\n")[0], file=sys.stderr)
@@ -145,7 +174,8 @@ def main() -> int:
 
     entries = json.loads((arguments.build / "compile_commands.json").read_text())
     ours = re.compile(rf"{re.escape(str(ROOT))}/(modules|apps)/")
-    units = {unit.path: unit for entry in entries for unit in read_units(entry) if ours.match(str(unit.path))}.values()
+    interfaces = read_interfaces(entries)
+    units = {unit.path: unit for entry in entries for unit in read_units(entry, interfaces) if ours.match(str(unit.path))}.values()
     if arguments.paths:
         units = [unit for unit in units if any(part in str(unit.path) for part in arguments.paths)]
     modules = [unit for unit in units if unit.exported]
@@ -155,7 +185,8 @@ def main() -> int:
              for text in together.texts_of(alone, lambda unit: (unit.module or str(unit.path), *unit.command), LINES)]
     texts += [Text([unit]) for unit in units if unit.output and unit.output not in reached]
     if arguments.paths:
-        texts = [Text([unit]) for unit in units]
+        texts = [Text([unit]) for unit in alone]
+        texts += [Text([unit for unit in units if unit.output == output]) for output in dict.fromkeys(unit.output for unit in units) if output]
     else:
         texts.append(Text(list(modules), all_imports=True))
     texts.sort(key=lambda text: -text.size())
