@@ -209,7 +209,7 @@ Column<EdgeKind> kinds_with_curves(const Column<EdgeKind>& kinds, const Embedded
     template Outcome<EmbeddedCurves<D>> find_embedded_curves<D>(const LinearMesh<D>&, const EdgeSet<D>&,             \
                                                                 const Features<D>&, const Geometry<D>&,              \
                                                                 std::span<const LagrangeNode<D>>, const Execution&); \
-    template std::optional<Vec<D>> closest_on_curves<D>(const EmbeddedCurves<D>&, Reference, const Vec<D>&);          \
+    template std::optional<Vec<D>> closest_on_curves<D>(const EmbeddedCurves<D>&, Reference, const Vec<D>&);         \
     template Outcome<Buffer<LagrangeNode<D>>> nodes_on_curves<D>(const QuadraticMesh<D>&, Buffer<LagrangeNode<D>>,   \
                                                                  const EmbeddedCurves<D>&, const Geometry<D>&,       \
                                                                  const Execution&);                                  \

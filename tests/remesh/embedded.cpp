@@ -145,8 +145,8 @@ CompactMesh<D> remeshed(const LinearMesh<D>& mesh, const std::optional<AnalyticG
         r = must(begin_remeshing(mesh, edges, breaks, goal, alone));
     } else {
         QuadraticMesh<D> curved = must(elevate(mesh, alone));
-        curved.mid_nodes =
-            must(nodes_on_curves(curved, must(boundary_nodes(curved, features, geometry, alone)), curves, geometry, alone));
+        curved.mid_nodes = must(
+            nodes_on_curves(curved, must(boundary_nodes(curved, features, geometry, alone)), curves, geometry, alone));
         goal.curves = must(find_embedded_curves(mesh, edges, features, geometry, curved.mid_nodes.view(), alone));
         r = must(begin_remeshing(curved, breaks, goal, alone));
     }
