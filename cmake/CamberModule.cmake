@@ -139,10 +139,20 @@ function(camber_module NAME)
         install(TARGETS ${target} EXPORT camberTargets
             ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
             FILE_SET CXX_MODULES DESTINATION "${CAMBER_INSTALL_MODULES}/${NAME}")
-        if(camber_together) # in its place the text without this machine's folders
-            install(FILES "${camber_together_install}/${target}.cppm" DESTINATION "${CAMBER_INSTALL_MODULES}/${NAME}")
+        if(camber_together)
+            camber_install_text("${camber_together_install}/${target}.cppm" "${CAMBER_INSTALL_MODULES}/${NAME}")
         endif()
     endif()
+endfunction()
+
+# camber_install_text(TEXT FOLDER): in place of the text that was compiled, which has just been installed, the one without this machine's
+# folders. Not by install(FILES), which leaves a file that is as old.
+function(camber_install_text TEXT FOLDER)
+    cmake_path(GET TEXT FILENAME name)
+    install(CODE "
+        set(text \"${FOLDER}/${name}\")
+        cmake_path(ABSOLUTE_PATH text BASE_DIRECTORY \"\${CMAKE_INSTALL_PREFIX}\")
+        file(COPY_FILE \"${TEXT}\" \"\$ENV{DESTDIR}\${text}\")")
 endfunction()
 
 # camber_install(): once, after the last module: the package file, with one component a module.
