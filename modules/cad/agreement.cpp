@@ -196,6 +196,13 @@ Outcome<Done> check_part(const LinearMesh<D>& mesh, const CadModel& model, const
                             ", what it met of the CAD model from " + text(met),
                         {}, {}, remedy(*unit, is_whole));
     }
+    if (association.torn_vertices > 0)
+        return fail(ErrorKind::input,
+                    std::to_string(association.torn_vertices) + " vertices of " + subject(is_whole) +
+                        " are farther from the edges of the CAD model between the faces on which they lie than their "
+                        "own edges are long, the farthest by " +
+                        text(association.largest_vertex_distance),
+                    {}, Entity{"vertex", association.farthest_vertex.index() + 1}, remedy(std::nullopt, is_whole));
     constexpr double most = 0.1;
     const auto& [strays, all] = std::pair(association.stray_vertices, association.vertices);
     if (static_cast<double>(strays) <= most * static_cast<double>(all)) return Done{};

@@ -106,6 +106,7 @@ struct Met {
     double distance = 0;
     double nearest = 0;  ///< of the faces around: where a mesh leaves out a fillet its edges are far and its faces near
     bool is_doubtful = false, is_corner = false, is_stray = false;
+    bool is_torn = false;  ///< near its faces, and far from the edge or the vertex that they have in common
 };
 
 Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p, double size) {
@@ -197,6 +198,7 @@ Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, co
         double longest = 0;
         for (const FacetId f : facets) longest = std::max(longest, longest_side(corners_of<D>(mesh, f.index())));
         met.is_stray = !(met.nearest <= astray * longest);
+        met.is_torn = met.entity >= 0 && met.faces > 1 && !(met.distance <= astray * longest);
         return met;
     });
     if (!met) return fail(met.error());
@@ -209,6 +211,7 @@ Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, co
         }
         out.vertices += m.faces > 0 ? 1 : 0;
         out.stray_vertices += m.is_stray ? 1 : 0;
+        out.torn_vertices += m.is_torn ? 1 : 0;
         out.doubtful_vertices += m.is_doubtful ? 1 : 0;
         if (!m.is_corner) continue;
         corners.push_back(m.entity);

@@ -38,6 +38,7 @@ struct CadAssociation {
     std::size_t doubtful_vertices = 0;   ///< where three faces or more meet, and the model has no vertex near
     std::size_t vertices = 0;            ///< of facets on the model
     std::size_t stray_vertices = 0;      ///< of those: farther from it than the longest edge around
+    std::size_t torn_vertices = 0;       ///< between faces: as far from the edge or vertex that these have in common
     double largest_vertex_distance = 0;  ///< of a vertex of the boundary from its face, edge or vertex
     VertexId farthest_vertex = {};
 };

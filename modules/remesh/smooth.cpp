@@ -58,6 +58,7 @@ class Moves final : public Pass<D> {
         if (is_poor) {
             const Vec<D> apex = apex_of_worst(r, wish.cavity.elements, v);
             for (const double share : {1.0, 0.5, 0.25, 0.1}) look(apex, share);
+            look_around(r, wish.cavity, cones, v, best);
         }
         if (!(best.shape > least)) return {};
         wish.point = v;
@@ -103,6 +104,16 @@ class Moves final : public Pass<D> {
         const VertexMetric<D> metric(sample.log_metric, sample.location.element);
         const double shape = cones.worst(place->point, metric.measure, best.shape);
         if (shape > best.shape) best = {*place, metric, shape};
+    }
+    /// Along the axes of v's metric, to both sides: the worst element may want v where neither its neighbours nor the
+    /// element alone would have it.
+    void look_around(const Remeshing<D>& r, const CavityParts<D>& around, ConeShapes<D>& cones, VertexId v,
+                     BestPlace& best) const {
+        for (const Vec<D>& row : r.metrics[v].measure.rows) {
+            const Vec<D> unit = row / norm_squared(row);  // of length 1 in the metric: the rows are orthogonal
+            for (const double length : {0.5, 0.25, 0.1, -0.1, -0.25, -0.5})
+                look_at(r, around, cones, v, r.mesh.points[v] + length * unit, best);
+        }
     }
     /// Where v would make the worst of its elements regular, as v's metric sees its opposite face.
     [[nodiscard]] static Vec<D> apex_of_worst(const Remeshing<D>& r, const std::vector<ElementId>& around, VertexId v) {

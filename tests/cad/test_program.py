@@ -314,6 +314,17 @@ class Program(unittest.TestCase):
         broken.write_bytes(MODEL.read_bytes()[:700])
         self.assertIn("broken", self.refused(3, "--cad", broken))
 
+    def test_an_edge_of_the_model_that_is_elsewhere_is_refused(self):
+        """Each face fits, and the edge between two of them is eleven away along its line: nodes would go there."""
+        self.path.joinpath("plate.mesh").write_text(plate.text(*plate.plate()))
+        moved = self.path / "moved.brep"
+        text = PLATE.read_text()
+        self.assertIn("1 -1 -1 0 -0 1 0 ", text)
+        moved.write_text(text.replace("1 -1 -1 0 -0 1 0 ", "1 -1 -12 0 -0 1 0 ", 1))
+        done = camber("curve", self.path / "plate.mesh", "-o", self.path / "plate-p2.mesh", "--cad", moved)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn("from the edges of the CAD model between the faces on which they lie", done.stderr)
+
     def test_a_mesh_in_2d_wants_a_plane_model(self):
         flat = self.path / "flat.mesh"
         self.assertEqual(camber("generate", "annulus", "-o", flat).returncode, 0)
