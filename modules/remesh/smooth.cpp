@@ -28,6 +28,7 @@ class Moves final : public Pass<D> {
           wanted_(shape_of_quality(options.wanted, D)),
           gain_(shape_of_quality(options.gain, D)),
           poor_(shape_of_quality(0.3, D)),
+          worst_(shape_of_quality(0.1, D)),
           touched_(std::move(touched)),
           shapes_(std::move(shapes)) {}
 
@@ -58,7 +59,7 @@ class Moves final : public Pass<D> {
         if (is_poor) {
             const Vec<D> apex = apex_of_worst(r, wish.cavity.elements, v);
             for (const double share : {1.0, 0.5, 0.25, 0.1}) look(apex, share);
-            look_around(r, wish.cavity, cones, v, best);
+            if (before < worst_) look_around(r, wish.cavity, cones, v, best);
         }
         if (!(best.shape > least)) return {};
         wish.point = v;
@@ -170,8 +171,8 @@ class Moves final : public Pass<D> {
     }
 
     const RemeshingGoal<D>& goal_;
-    double wanted_, gain_, poor_;        ///< of shapes
-    std::vector<std::uint8_t> touched_;  ///< of each vertex: an element of it has changed
+    double wanted_, gain_, poor_, worst_;  ///< of shapes
+    std::vector<std::uint8_t> touched_;    ///< of each vertex: an element of it has changed
     std::optional<KeptShapes<D>> shapes_;
 };
 
