@@ -28,7 +28,7 @@ class Moves final : public Pass<D> {
           wanted_(shape_of_quality(options.wanted, D)),
           gain_(shape_of_quality(options.gain, D)),
           poor_(shape_of_quality(0.3, D)),
-          worst_(shape_of_quality(0.1, D)),
+          worst_(shape_of_quality(0.2, D)),
           touched_(std::move(touched)),
           shapes_(std::move(shapes)) {}
 
