@@ -203,9 +203,11 @@ Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, co
     });
     if (!met) return fail(met.error());
     std::vector<std::int64_t> corners;
+    std::pair<bool, double> farthest;  // one that is torn tells of itself, however far others are
     for (std::size_t v = 0; v < met->size(); ++v) {
         const Met& m = (*met)[v];
-        if (m.distance > out.largest_vertex_distance) {
+        if (const std::pair far(m.is_torn, m.distance); far > farthest) {
+            farthest = far;
             out.largest_vertex_distance = m.distance;
             out.farthest_vertex = VertexId(v);
         }

@@ -19,7 +19,6 @@ import together  # noqa: E402
 OTHER = re.compile(r"^(?:export )?import (camber\.\w+);")
 TYPE = re.compile(r"^(?:struct|class|enum class|enum|concept|using) (\w+)")
 SPACE = re.compile(r"^namespace camber::(\w+)")
-VALUE = re.compile(r"^(?:inline |static |constexpr |const )+[\w:<>, ]+?\s(\w+)(?:\[\w*\])?(?:\s*=|\{|;)")
 FUNCTION = re.compile(r"^(?![#/}]|return|namespace|export |template|import|module)[\w\[\]:<>,*& ]+?[\s*&](\w+)\(")
 USED = re.compile(r"(?:(?<![\w.>:~])|(?<=[a-z]::))(?:([A-Z]\w*)|(?!sizeof|operator|static_assert|camber\b|std\b)(\w+)(?=[(<]|::))")
 OWN = re.compile(r"[\w\]>][>&*]*(?<!return)(?<!throw)(?<!else)(?<!case)(?<!requires) (\w+)\s*(?=[=;,){(\[]|:(?!:))|, (\w+) =")
@@ -36,7 +35,7 @@ def plain(path: Path) -> str:
 def declared(text: str) -> set:
     """Names at namespace scope, and of namespaces, where nothing is indented."""
     lines = (re.sub(r"^(?:export |template <[^>]*> )+", "", line) for line in text.splitlines())
-    return {match[1] for line in lines if (match := TYPE.match(line) or VALUE.match(line) or FUNCTION.match(line) or SPACE.match(line))}
+    return {match[1] for line in lines if (match := TYPE.match(line) or together.LOCAL_VALUE.match(line) or FUNCTION.match(line) or SPACE.match(line))}
 
 
 def own(text: str) -> set:

@@ -126,9 +126,8 @@ const Description<Remesh>& Described<Remesh>::get() {
         "Brings a mesh to the metric, of degree 1, or of degree 2 with its curves (after commit, or as it was read): "
         "rounds of collapse, split, swap and smooth, until edges are of unit length and nothing changes much; mend at "
         "last. References, materials, interfaces, ridges, listed curves, corners and whatever is required are kept, "
-        "and no valid "
-        "element becomes an invalid one. The metric is made of the mesh as it is before; the geometry too, and what "
-        "follows is curved onto it.",
+        "and no valid element becomes an invalid one. The metric is made of the mesh as it is before; the geometry "
+        "too, and what follows is curved onto it.",
         listed<Remesh>(),
         {}};
     return description;

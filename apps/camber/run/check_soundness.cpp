@@ -19,7 +19,7 @@ constexpr std::array<ConcernText, concern_count> texts{{
     {"orientation", "no element reversed, inverted or flat"},
     {"nodes", "none unused, none at the place of another"},
     {"boundary", "all of it listed, once, and nothing else"},
-    {"closure", "the boundary is closed, and does not touch itself"},
+    {"closure", "the boundary is closed, and meets itself at no vertex or edge"},
     {"walls", "no element has two faces on one smooth wall"},
 }};
 
