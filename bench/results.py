@@ -36,7 +36,7 @@ PAPERS = {"stages/curve/objective": "energy", "stages/curve/back_mesh": "straigh
 
 
 REINSERT = ('stages=["elevate",{"reinsert":{"curve":{"objective":"energy","back_mesh":"straight"},'
-            '"relax":{"repair":"cavity","min_scaled_jacobian":1e-9,"target":0.01}}}]')
+            '"relax":{"min_scaled_jacobian":1e-9,"target":0.01}}}]')
 
 
 def settings(options):

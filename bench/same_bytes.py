@@ -19,7 +19,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RELAX = 'stages/relax/repair={}'
-REINSERT = 'stages=["elevate", {{"reinsert": {{"relax": {{"repair": "{}"}}}}}}]'
+REINSERT = 'stages=["elevate", "reinsert"]'
 
 
 def runs_of(meshes):
@@ -36,7 +36,7 @@ def runs_of(meshes):
         for way in ('edge', 'segment', 'relax'):
             yield f'{name}.{way}', ['curve', straight, *field, '--set', RELAX.format(way)]
         yield f'{name}.bound', ['curve', straight, *field, '--min-scaled-jacobian', '0.2']
-        yield f'{name}.reinsert', ['curve', straight, *field, '--set', REINSERT.format('segment')]
+        yield f'{name}.reinsert', ['curve', straight, *field, '--set', REINSERT]
         yield f'{name}.unrepaired', ['curve', straight, *field, '--set', 'stages=["elevate", "curve", "commit"]']
         yield f'{name}.repair', ['repair', f'@{name}.unrepaired']
         yield f'{name}.repair-tolerance', ['repair', f'@{name}.unrepaired', '--boundary-tolerance', '0.1']

@@ -11,7 +11,6 @@ import camber.metric;
 import camber.validity;
 import camber.shapes;
 import camber.surface;
-import camber.cavity;
 import camber.curving;
 import camber.repair;
 

@@ -53,6 +53,7 @@ class CurvingStar {
         while (fault.reason != RejectionReason::none && draw_back()) fault = judge();
         if (fault.reason == RejectionReason::volume && raise()) fault = judge();
         if (fault.reason != RejectionReason::none) return fault;
+        approach();
         if (const RejectionReason reason = judge_lengths(); reason != RejectionReason::none) return {reason};
         out_.nodes.clear();
         for (const Spoke<D>& spoke : w_.spokes) out_.nodes.push_back({spoke.node});
@@ -114,16 +115,22 @@ class CurvingStar {
         }
         return best == nullptr ? bent(w_.pieces, p) : bent(*best, p);
     }
-    /// The node of the edge that a vertex which stays where it is has to v in the cavity already.
-    [[nodiscard]] std::optional<Vec<D>> node_there(const Vec<D>& origin, VertexId v) const {
-        if (!wish_.point.valid() || origin != r_.mesh.points[wish_.point]) return {};
+    /// The edge from the point to v that the cavity has already; invalid: none.
+    [[nodiscard]] EdgeId edge_there(VertexId v) const {
+        if (!wish_.point.valid()) return {};
         for (const ElementId e : out_.removed.elements) {
             const auto& vertices = r_.mesh.elements.vertices[e];
             const int from = local_vertex(vertices, wish_.point);
             const int to = local_vertex(vertices, v);
-            if (from >= 0 && to >= 0) return r_.mesh.nodes[r_.mesh.edges_of[e][edge_between<D>[from][to]]].point;
+            if (from >= 0 && to >= 0) return r_.mesh.edges_of[e][edge_between<D>[from][to]];
         }
         return {};
+    }
+    /// The node of the edge that a vertex which stays where it is has to v in the cavity already.
+    [[nodiscard]] std::optional<Vec<D>> node_there(const Vec<D>& origin, VertexId v) const {
+        if (!wish_.point.valid() || origin != r_.mesh.points[wish_.point]) return {};
+        const EdgeId edge = edge_there(v);
+        return edge.valid() ? std::optional(r_.mesh.nodes[edge].point) : std::nullopt;
     }
     /// Half of what the point is off the cavity's old curves goes along, as where it ends.
     void put_extended(bool is_bent) {
@@ -179,18 +186,22 @@ class CurvingStar {
         return best.point;
     }
     void put_on_geometry() {
-        if (!goal_.geometry) return;
+        if (!goal_.geometry && goal_.wanted.empty()) return;
         for (std::size_t s = 0; s < w_.spokes.size(); ++s) {
             Spoke<D>& spoke = w_.spokes[s];
             if (spoke.kind != EdgeKind::surface && spoke.kind != EdgeKind::ridge) continue;
             const std::optional<Vec<D>> target = target_on_geometry(s);
             if (!target) continue;
-            spoke.extended += wish_.share * (*target - spoke.extended);
+            if (wish_.share == 1 && !goal_.wanted.empty())
+                spoke.extended = *target;  // to the bit
+            else
+                spoke.extended += wish_.share * (*target - spoke.extended);
             spoke.wanted = spoke.node = spoke.extended;
         }
     }
     /// Nothing where the geometry has no surface at the spoke, but for embedded lines: these have their curve.
     [[nodiscard]] std::optional<Vec<D>> target_on_geometry(std::size_t s) const {
+        if (!goal_.wanted.empty()) return goal_.wanted[edge_there(vertex(s))].point;
         const auto& geometry = *goal_.geometry;
         const LineId line = w_.spokes[s].line;
         EdgeSite<D> site{{}, w_.spokes[s].kind, {wish_.place, end(s)}, {}};
@@ -209,6 +220,7 @@ class CurvingStar {
         for (std::uint32_t s = 0; s < w_.spokes.size(); ++s)
             if (w_.spokes[s].kind == EdgeKind::volume) w_.free.push_back(s);
         w_.offsets.resize(w_.free.size());
+        if (!goal_.wanted.empty()) return take_wanted();
         if (goal_.search)
             search_offsets();
         else
@@ -218,6 +230,10 @@ class CurvingStar {
             if (!is_free(w_.free[i])) continue;
             spoke.wanted = spoke.node = middle(w_.free[i]) + w_.offsets[i];
         }
+    }
+    void take_wanted() {
+        for (const std::uint32_t s : w_.free)
+            w_.spokes[s].wanted = w_.spokes[s].node = goal_.wanted[edge_there(vertex(s))].point;
     }
     void find_accurate_offsets() {
         w_.chords.clear();
@@ -290,16 +306,22 @@ class CurvingStar {
             if (cone.is_stale) refresh(cone);
         for (std::size_t j = 0; j < w_.cones.size(); ++j)
             if (w_.cones[j].verdict != Verdict::valid) {
-                if (bound_ == 0 || !replaces_worse()) return {RejectionReason::volume, j};
-                bound_ = 0;
+                if (bound_ == limits_.lowest_jacobian && may_stay_invalid(j)) continue;
+                if (bound_ == limits_.lowest_jacobian || !replaces_worse()) return {RejectionReason::volume, j};
+                bound_ = limits_.lowest_jacobian;
                 for (Cone<D>& cone : w_.cones) cone.is_stale = cone.verdict != Verdict::valid;
                 return judge();
             }
         for (std::size_t j = 0; j < w_.cones.size(); ++j)
             if (w_.cones[j].is_flat) return {RejectionReason::height, j};
         for (std::size_t j = 0; j < w_.cones.size(); ++j)
-            if (!is_good(w_.cones[j])) return {RejectionReason::quality, j};
+            if (w_.cones[j].verdict == Verdict::valid && !is_good(w_.cones[j])) return {RejectionReason::quality, j};
         return {};
+    }
+    /// Of the element with the same vertices, which the joined face is of.
+    [[nodiscard]] bool may_stay_invalid(std::size_t joined) const {
+        return limits_.invalid_before == InvalidBefore::may_stay &&
+               decide(NodalSimplex<D>{nodes_of(r_.mesh, out_.star.joined[joined].element)}, bound_) != Verdict::valid;
     }
     [[nodiscard]] bool is_good(const Cone<D>& cone) {
         return cone.verdict == Verdict::valid && !cone.is_flat && bar_.is_met(cone.shape);
@@ -361,21 +383,49 @@ class CurvingStar {
             if (!raised) return false;
         }
     }
-    [[nodiscard]] bool raise(std::uint32_t s) {
+    [[nodiscard]] EdgeShell<D> shell_of(std::uint32_t s) const {
         EdgeShell<D> shell{{w_.spokes[s].node}, {}};
         for (const Cone<D>& cone : w_.cones)
             for (int i = 0; i <= D; ++i)
                 if (i != cone.point && cone.spokes[i] == s)
                     shell.elements.push_back({{cone.nodes}, edge_between<D>[i][cone.point], {}});
+        return shell;
+    }
+    void put(std::uint32_t s, const Vec<D>& node) {
+        w_.spokes[s].node = node;
+        mark_stale();
+        for (Cone<D>& cone : w_.cones)
+            if (cone.is_stale) refresh(cone);
+    }
+    /// Nodes that were drawn back go as near to where they are wanted as their elements stay good, one after the other:
+    /// a quadratic programme each.
+    void approach() {
+        QuadraticModel<D> model;
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j <= i; ++j) {
+                model.hessian(i, j) = 0;
+                for (const Vec<D>& row : wish_.metric.measure.rows) model.hessian(i, j) += row[i] * row[j];
+            }
+        for (std::uint32_t s = 0; s < w_.spokes.size() && w_.programmes < limits_.approaches; ++s) {
+            const Spoke<D>& spoke = w_.spokes[s];
+            if (spoke.share == 1 || !is_free(s) || spoke.node == spoke.wanted) continue;
+            ++w_.programmes;
+            model.centre = spoke.wanted;
+            const Vec<D> before = spoke.node;
+            const auto nearest = nearest_node(shell_of(s), model, bound_, {.most_cuts = 8});
+            if (!nearest || !(model(nearest->node.point) < model(before))) continue;
+            put(s, nearest->node.point);
+            if (judge().reason != RejectionReason::none) put(s, before);
+        }
+    }
+    [[nodiscard]] bool raise(std::uint32_t s) {
+        const EdgeShell<D> shell = shell_of(s);
         constexpr double worthwhile = 1e-3;
         const double before = smallest_scaled_jacobian(shell, shell.node, bound_);
         const auto highest = highest_node(shell, {.most_cuts = 0, .enough = 2 * bound_, .least = before + worthwhile});
         if (!highest) return false;
-        w_.spokes[s].node = highest->node.point;
         w_.spokes[s].share = 0;
-        mark_stale();
-        for (Cone<D>& cone : w_.cones)
-            if (cone.is_stale) refresh(cone);
+        put(s, highest->node.point);
         return true;
     }
     [[nodiscard]] RejectionReason judge_lengths() const {

@@ -129,35 +129,6 @@ template <int D>
 [[nodiscard]] Outcome<Remeshed<D>> smooth(Remeshing<D> state, const RemeshingGoal<D>& goal,
                                           const SmoothOptions& options, const Execution& execution);
 
-/// Of a mesh of degree 2: every vertex is put in again where it is, so that nodes of inner edges which other passes or
-/// repairs have drawn back go to where the goal has them, for the mesh as it is now, as far as elements stay valid: all
-/// of the way or half of it. No element is worse for it than the worst of its cavity, unless it is above least_quality.
-/// Nodes of the boundary go onto the geometry.
-struct ReinsertionOptions {
-    double least_jacobian = 0.1;
-    double least_quality = 0.05;
-    int turns = 20;
-
-    [[nodiscard]] static constexpr auto options() {
-        using S = ReinsertionOptions;
-        return std::tuple(
-            option("least_jacobian", &S::least_jacobian,
-                   "of new elements the scaled Jacobian, unless one before is worse")
-                .at_least(0)
-                .below(1),
-            option("least_quality", &S::least_quality, "of new elements, unless what they replace is worse")
-                .at_least(0)
-                .below(1),
-            option("turns", &S::turns, "turns over the vertices whose elements have changed")
-                .at_least(1)
-                .at_most(1000));
-    }
-    friend bool operator==(const ReinsertionOptions&, const ReinsertionOptions&) = default;
-};
-template <int D>
-[[nodiscard]] Outcome<Remeshed<D>> reinsert_vertices(Remeshing<D> state, const RemeshingGoal<D>& goal,
-                                                     const ReinsertionOptions& options, const Execution& execution);
-
 /// Swaps and moves for bad elements alone, in turns, until there are none or no turn finds anything to do.
 struct MendOptions {
     double wanted = 0.3;

@@ -3,40 +3,36 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 module camber.remesh;
 import camber.core;
 import camber.metric;
 import camber.dynamic;
+import camber.validity;
 
 namespace camber {
 
 namespace {
 
-/// Every vertex put in again where it is: its cavity's inner nodes are wanted at their targets, and what would break an
-/// element for it stays, or goes half of the way (see curve_star).
 template <int D>
 class Reinsertions final : public Pass<D> {
   public:
-    Reinsertions(const ReinsertionOptions& options, std::size_t vertices) : options_(options), touched_(vertices, 1) {}
+    Reinsertions(const Remeshing<D>& r, const RemeshingGoal<D>& goal, const ReinsertionOptions& options)
+        : goal_(goal), options_(options), touched_(r.mesh.points.size(), 1) {}
 
     [[nodiscard]] std::optional<LimitedWish<D>> wish(const Remeshing<D>& r, const Task& task) const override {
-        const VertexId v(std::size_t{task.id});
-        if (r.mesh.is_free(v) || r.mesh.states[v].marks.has(Mark::held)) return {};
-        LimitedWish<D> wished;
-        cavity_of_vertex(r.mesh, v, wished.wish.cavity);
-        wished.wish.join_to(r, v);
-        wished.limits.least_shape = shape_of_quality(options_.least_quality, D);
-        wished.limits.below_least = BelowLeast::not_if_no_worse;
-        wished.limits.least_jacobian = options_.least_jacobian;
-        wished.limits.programmes = 0;
-        wished.limits.corrections = 0;
-        return wished;
+        return wish_at(r, task, 1);
     }
-    /// A patch that moves no node noticeably is not worth a commit.
+    /// Nodes of the boundary go a part of their way.
+    [[nodiscard]] std::optional<LimitedWish<D>> shortened(const Remeshing<D>& r, const Task& task,
+                                                          double share) const override {
+        if (r.mesh.states[VertexId(std::size_t{task.id})].place == VertexPlace::inside) return {};
+        return wish_at(r, task, share);
+    }
+    /// A patch that moves no node noticeably, and brings none to its place, is not worth a commit.
     [[nodiscard]] PatchVerdict judge(const Remeshing<D>& r, const TopologyPatch<D>& patch) const override {
-        constexpr double noticeable = 1e-3;  // lengths in the metric
         const VertexId point = patch.point.vertex;
         for (const ElementId e : patch.removed.elements) {
             const auto& vertices = r.mesh.elements.vertices[e];
@@ -44,11 +40,10 @@ class Reinsertions final : public Pass<D> {
             for (int i = 0; i <= D; ++i) {
                 if (i == at) continue;
                 const auto spoke = std::ranges::find(patch.star.boundary, vertices[i]) - patch.star.boundary.begin();
-                const Vec<D> shift = patch.nodes[static_cast<std::size_t>(spoke)].point -
-                                     r.mesh.nodes[r.mesh.edges_of[e][edge_between<D>[i][at]]].point;
-                if (r.metrics[point].measure.length_squared(shift) > noticeable * noticeable ||
-                    r.metrics[vertices[i]].measure.length_squared(shift) > noticeable * noticeable)
-                    return {RejectionReason::none};
+                const EdgeId edge = r.mesh.edges_of[e][edge_between<D>[i][at]];
+                const LagrangeNode<D>& node = patch.nodes[static_cast<std::size_t>(spoke)];
+                const bool arrives = node == goal_.wanted[edge] && node != r.mesh.nodes[edge];
+                if (arrives || is_noticeable(r, edge, node.point)) return {RejectionReason::none};
             }
         }
         return {RejectionReason::gain};
@@ -57,44 +52,143 @@ class Reinsertions final : public Pass<D> {
         for (const ElementId e : changes.elements.created)
             for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
     }
-    /// All vertices at first, then those whose elements have changed since the last call.
-    [[nodiscard]] std::vector<Task> tasks(const DynamicMesh<D>& mesh) {
+    /// All vertices at first, then those whose elements have changed since the last call; of them those that have a node
+    /// elsewhere than it is wanted. Those inside come first.
+    [[nodiscard]] std::vector<Task> tasks(const Remeshing<D>& r) {
+        std::vector<std::uint8_t> is_short(r.mesh.points.size(), 0);
+        for (std::size_t e = 0; e < r.mesh.edges.size(); ++e)
+            if (r.mesh.nodes[e] != goal_.wanted[e])
+                for (const VertexId v : r.mesh.edges[e]) is_short[v.index()] = 1;
         std::vector<Task> tasks;
-        tasks.reserve(mesh.points.size());
-        for (std::size_t v = 0; v < mesh.points.size(); ++v)
-            if (touched_[v] != 0 && !mesh.is_free(VertexId(v))) tasks.push_back(task(0, VertexId(v)));
-        touched_.assign(mesh.points.size(), 0);
+        for (std::size_t v = 0; v < is_short.size(); ++v)
+            if (is_short[v] != 0 && touched_[v] != 0)
+                tasks.push_back(task(r.mesh.states[v].place == VertexPlace::inside ? 0 : 1, VertexId(v)));
+        touched_.assign(r.mesh.points.size(), 0);
         return tasks;
     }
 
+    /// From now on nodes come as near to their places as elements allow. Not before halves of the way are of no more use:
+    /// nodes that others are in the way of would be in the way of them.
+    [[nodiscard]] bool begin_approaching() {
+        if (is_approaching_) return false;
+        touched_.assign(touched_.size(), 1);
+        return is_approaching_ = true;
+    }
+
   private:
+    [[nodiscard]] std::optional<LimitedWish<D>> wish_at(const Remeshing<D>& r, const Task& task, double share) const {
+        const VertexId v(std::size_t{task.id});
+        if (r.mesh.is_free(v) || r.mesh.states[v].marks.has(Mark::held)) return {};
+        LimitedWish<D> wished;
+        cavity_of_vertex(r.mesh, v, wished.wish.cavity);
+        wished.wish.join_to(r, v);
+        wished.wish.share = share;
+        wished.limits.below_least = BelowLeast::not_if_no_worse;
+        wished.limits.least_jacobian = std::max(options_.target, options_.min_scaled_jacobian);
+        wished.limits.lowest_jacobian = options_.min_scaled_jacobian;
+        wished.limits.invalid_before = InvalidBefore::may_stay;
+        wished.limits.facet_cosine = any_facet;
+        wished.limits.corrections = 0;
+        wished.limits.approaches = is_approaching_ ? most_approaches : 0;
+        return wished;
+    }
+    /// Whether a node moves noticeably to get there: in the metric, and of what it is short of its place.
+    [[nodiscard]] bool is_noticeable(const Remeshing<D>& r, EdgeId edge, const Vec<D>& to) const {
+        constexpr double length = 1e-3, share = 0.05;
+        const Vec<D>& here = r.mesh.nodes[edge].point;
+        return std::ranges::any_of(r.mesh.edges[edge], [&](VertexId v) {
+            const MeasuringMetric<D>& metric = r.metrics[v].measure;
+            const double least =
+                std::max(length * length, share * share * metric.length_squared(goal_.wanted[edge].point - here));
+            return metric.length_squared(to - here) > least;
+        });
+    }
+
+    static constexpr int most_approaches = 16;
+    static constexpr double any_facet = -2;  ///< of cosines: corners of facets stay where they are
+    const RemeshingGoal<D>& goal_;
     ReinsertionOptions options_;
+    bool is_approaching_ = false;
     std::vector<std::uint8_t> touched_;  ///< of each vertex: an element of it has changed
 };
+
+/// The nodes of a mesh that kept its edges, as a proposal.
+template <int D>
+Proposal<D> proposal_of(const QuadraticMesh<D>& mesh, const DynamicMesh<D>& made, const Proposal<D>& wanted) {
+    Buffer<EdgeChange> changes(mesh.edges.size());
+    for (std::size_t e = 0; e < changes.size(); ++e)
+        changes[e] = made.nodes[e] == wanted.mid_nodes[e] ? wanted.changes[e] : EdgeChange::relaxed;
+    return {mesh.linear.points, made.nodes, wanted.kinds, std::move(changes)};
+}
+
+/// Edges that no cavity holds (of facets without elements) go straight to their places: no element is in the way.
+template <int D>
+QuadraticMesh<D> with_bare_edges(QuadraticMesh<D> mesh, const Column<LagrangeNode<D>>& wanted) {
+    std::vector<std::uint8_t> is_held(mesh.edges.size(), 0);
+    for (const auto& edges : mesh.edges.of_elements)
+        for (const EdgeId e : edges) is_held[e.index()] = 1;
+    if (std::ranges::find(is_held, std::uint8_t{0}) == is_held.end()) return mesh;
+    auto nodes = take(std::move(mesh.mid_nodes));
+    for (std::size_t e = 0; e < nodes.size(); ++e)
+        if (is_held[e] == 0) nodes[e] = wanted[e];
+    mesh.mid_nodes = std::move(nodes);
+    return mesh;
+}
+
+template <int D>
+Outcome<Reinserted<D>> reinserted(const QuadraticMesh<D>& mesh, const Proposal<D>& wanted, const BreaksOfMesh& breaks,
+                                  const BackMesh<D>& field, const ReinsertionOptions& options,
+                                  const Execution& execution) {
+    RemeshingGoal<D> goal{field, {}};
+    goal.wanted = wanted.mid_nodes;
+    auto begun = begin_remeshing(mesh, breaks, goal, part_of(execution, 0, 0.05));
+    if (!begun) return fail(begun.error());
+    Reinserted<D> out;
+    Reinsertions<D> pass(*begun, goal, options);
+    std::vector<Task> tasks = pass.tasks(*begun);
+    while (static_cast<int>(out.turns) < options.max_turns) {
+        if (tasks.empty() && !pass.begin_approaching()) break;
+        if (tasks.empty()) tasks = pass.tasks(*begun);
+        if (tasks.empty()) break;
+        auto statistics = run_pass<D>(*begun, goal, pass, std::move(tasks), part_of(execution, 0.05, 1));
+        if (!statistics) return fail(statistics.error());
+        out.statistics += *statistics;
+        ++out.turns;
+        tasks = pass.tasks(*begun);
+    }
+    out.left = tasks.size();
+    out.proposal = proposal_of(mesh, begun->mesh, wanted);
+    return out;
+}
 
 }  // namespace
 
 template <int D>
-Outcome<Remeshed<D>> reinsert_vertices(Remeshing<D> state, const RemeshingGoal<D>& goal,
-                                       const ReinsertionOptions& options, const Execution& execution) {
+Outcome<Reinserted<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>& wanted, const BreaksOfMesh& breaks,
+                                const BackMesh<D>& field, const ReinsertionOptions& options,
+                                const Execution& execution) {
+    const std::size_t n = mesh.edges.size();
+    if (wanted.mid_nodes.size() != n || wanted.kinds.size() != n || wanted.changes.size() != n)
+        return fail(ErrorKind::internal, "reinsert needs a wanted node for each of the " + std::to_string(n) +
+                                             " edges, not " + std::to_string(wanted.mid_nodes.size()));
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    Remeshed<D> out{std::move(state), {}};
-    if (!out.state.mesh.is_curved()) return out;
-    return guarded([&]() -> Outcome<Remeshed<D>> {
-        Reinsertions<D> pass(options, out.state.mesh.points.size());
-        for (int turn = 0; turn < options.turns; ++turn) {
-            auto statistics = run_pass<D>(out.state, goal, pass, pass.tasks(out.state.mesh), execution);
-            if (!statistics) return fail(statistics.error());
-            out.statistics += *statistics;
-            if (statistics->accepted == 0) break;
+    return guarded([&]() -> Outcome<Reinserted<D>> {
+        const QuadraticMesh<D> begin = with_bare_edges(mesh, wanted.mid_nodes);
+        if (mesh.linear.elements.size() == 0) {  // a surface alone
+            Reinserted<D> out;
+            out.proposal = {mesh.linear.points, begin.mid_nodes, wanted.kinds, wanted.changes};
+            return out;
         }
-        return std::move(out);
+        return reinserted(begin, wanted, breaks, field, options, execution);
     });
 }
 
-template Outcome<Remeshed<2>> reinsert_vertices<2>(Remeshing<2>, const RemeshingGoal<2>&, const ReinsertionOptions&,
-                                                   const Execution&);
-template Outcome<Remeshed<3>> reinsert_vertices<3>(Remeshing<3>, const RemeshingGoal<3>&, const ReinsertionOptions&,
-                                                   const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template Outcome<Reinserted<D>> reinsert<D>(const QuadraticMesh<D>&, const Proposal<D>&, const BreaksOfMesh&, \
+                                                const BackMesh<D>&, const ReinsertionOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

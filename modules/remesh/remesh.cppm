@@ -12,6 +12,7 @@ export import :delaunay;
 export import :near_geometry;
 export import :rounds;
 export import :passes;
+export import :reinsertion;
 export import :node_moves;
 export import :to_metric;
 export import :settled;

@@ -145,7 +145,7 @@ class Rounds {
             share = share > 0.2 ? share / 2 : 0;
             const Vec<D> before = wish->wish.place;
             wish = pass_.shortened(r_, task, share);
-            if (wish && wish->wish.place == before) return;  // the geometry is where the chord is
+            if (wish && !wish->wish.point.valid() && wish->wish.place == before) return;  // the geometry is the chord
         }
     }
     [[nodiscard]] static bool lies_badly(RejectionReason reason) {

@@ -55,6 +55,9 @@ struct RemeshingGoal {
     // Of degree 2, where inner nodes are wanted: by a search, or without one by the closed form of accuracy.
     EdgeAccuracyOptions accuracy = {};
     std::optional<NodeSearch> search = {};
+    /// Of degree 2, where the topology stays: where the node of each edge is wanted, the boundary's too. Then neither the
+    /// field nor the geometry is asked.
+    Column<LagrangeNode<D>> wanted = {};
     EmbeddedCurves<D> curves = {};  ///< on which the mesh's embedded lines lie
     /// A pass that comes beyond it ends with an error (memory): no field that asks for more than anybody expected takes
     /// the machine along.

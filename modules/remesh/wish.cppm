@@ -46,6 +46,9 @@ struct CavityWish {
 /// that is replaced.
 enum class BelowLeast : std::uint8_t { refused, not_if_no_worse };
 
+/// What becomes of a new element that is not valid, as the one with its vertices was not before.
+enum class InvalidBefore : std::uint8_t { refused, may_stay };
+
 /// What is asked of the new simplices.
 struct PatchLimits {
     double least_shape = 0;                                                  ///< shape_of each new element: above this
@@ -54,8 +57,14 @@ struct PatchLimits {
     double least_height = 0;                                                 ///< of new elements, in the point's metric
     /// Of degree 2: of new elements the scaled Jacobian, unless one that is replaced is worse.
     double least_jacobian = 0.1;
+    /// And this, if one that is replaced is worse.
+    double lowest_jacobian = 0;
+    /// Where every new element has the vertices of one that it replaces: what was not valid may stay so.
+    InvalidBefore invalid_before = InvalidBefore::refused;
     /// Linear programmes, each for one inner edge, that may be spent where the old curves do not make a star valid.
     int programmes = 8;
+    /// Quadratic ones, each for one inner edge, by which nodes that were drawn back come nearer to where they are wanted.
+    int approaches = 0;
     /// The least cosine between a new facet's normal and those of the facets that it replaces.
     double facet_cosine = 0.8;
     /// Elements that may join the cavity, or leave it, to make it fit.

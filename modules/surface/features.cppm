@@ -2,6 +2,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <tuple>
+#include <vector>
 export module camber.surface:features;
 import camber.core;
 
@@ -55,6 +56,15 @@ struct Features {
 
     friend bool operator==(const Features&, const Features&) = default;
 };
+
+/// The vertices that are corners, rising.
+template <int D>
+[[nodiscard]] inline std::vector<VertexId> corners_of(const Features<D>& features) {
+    std::vector<VertexId> corners;
+    for (std::size_t v = 0; v < features.vertex_kinds.size(); ++v)
+        if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
+    return corners;
+}
 
 /// Errors: `edges` is not of this mesh (ErrorKind::internal), stopped.
 template <int D>

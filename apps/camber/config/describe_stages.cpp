@@ -10,7 +10,6 @@ module camber.config;
 import camber.core;
 import camber.metric;
 import camber.validity;
-import camber.cavity;
 import camber.curving;
 import camber.remesh;
 import camber.repair;
@@ -61,13 +60,10 @@ const Description<Commit>& Described<Commit>::get() {
 const Description<Reinsert>& Described<Reinsert>::get() {
     static const Description<Reinsert> description{
         "reinsert",
-        "The global algorithm of the P2 cavity operator: every vertex is reinserted, its ball as the cavity, which "
-        "curves, "
-        "validates, relaxes and commits its edges. No element that is valid stops being so at any time. In place of "
-        "curve, "
-        "validate, relax and commit. Behind passes that changed the mesh it is one of them: nodes of inner edges go "
-        "back "
-        "to their targets where they can.",
+        "The paper's global algorithm: every vertex is put in again where it is, by the cavity operator with its ball as "
+        "the cavity, and the nodes of its edges go to where curve wants them, or a part of the way. No element that is "
+        "valid stops being so at any time. In place of curve, validate, relax and commit. Of the options of relax its "
+        "bounds count.",
         listed<Reinsert>(),
         {}};
     return description;

@@ -18,7 +18,6 @@ import camber.fields;
 import camber.shapes;
 import camber.metric;
 import camber.io;
-import camber.cavity;
 import :codec;
 import :description;
 import :json;

@@ -14,7 +14,6 @@ import camber.validity;
 import camber.io;
 import camber.surface;
 import camber.cad;
-import camber.cavity;
 import camber.curving;
 import camber.remesh;
 import camber.repair;
@@ -328,11 +327,11 @@ using Relax = RepairOptions;
 struct Commit {
     friend bool operator==(const Commit&, const Commit&) = default;
 };
-/// `ReinsertAllOptions` with the stages' own options for the cavities.
+/// With the stages' own options for the cavities.
 struct Reinsert {
     Curve curve;
     Relax relax;
-    int max_turns = ReinsertAllOptions{}.max_turns;
+    int max_turns = ReinsertionOptions{}.max_turns;
 
     [[nodiscard]] static constexpr auto options() {
         using S = Reinsert;
@@ -340,7 +339,7 @@ struct Reinsert {
             option("curve", &S::curve, "how a cavity's edges find their nodes: the options of the stage curve"),
             option("relax", &S::relax,
                    "what a cavity does about elements that are not valid: the options of the stage relax"),
-            option_of(&ReinsertAllOptions::max_turns).as(&S::max_turns));
+            option_of(&ReinsertionOptions::max_turns).as(&S::max_turns));
     }
     friend bool operator==(const Reinsert&, const Reinsert&) = default;
 };

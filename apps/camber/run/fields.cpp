@@ -13,7 +13,6 @@ module;
 module camber.run;
 import camber.core;
 import camber.bezier;
-import camber.cavity;
 import camber.io;
 import camber.metric;
 import camber.surface;

@@ -12,7 +12,6 @@ module;
 module camber.run;
 import camber.core;
 import camber.bezier;
-import camber.cavity;
 import camber.validity;
 import camber.curving;
 import camber.config;

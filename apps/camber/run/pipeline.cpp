@@ -96,10 +96,10 @@ AnyMesh taken_mesh(State<D>& state) {
     return std::move(std::get<LinearMesh<D>>(state.mesh));
 }
 
-/// Passes change a mesh one after the other, behind them `reinsert` too; every other stage takes what they leave.
+/// Passes change a mesh one after the other; every other stage takes what they leave.
 template <int D, class Options>
 Outcome<Done> settle_and_apply(Runner<D>& run, const Options& stage) {
-    if constexpr (!changes_topology<Options>() && !std::is_same_v<Options, config::Reinsert>)
+    if constexpr (!changes_topology<Options>())
         if (auto done = settle(run); !done) return done;
     return apply(run, stage);
 }

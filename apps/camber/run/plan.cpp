@@ -9,7 +9,6 @@ module;
 #include <fmt/format.h>
 module camber.run;
 import camber.core;
-import camber.cavity;
 import camber.config;
 import camber.io;
 import camber.repair;

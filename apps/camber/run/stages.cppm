@@ -6,7 +6,6 @@ module;
 #include <vector>
 export module camber.run:stages;
 import camber.core;
-import camber.cavity;
 import camber.config;
 import camber.curving;
 import camber.io;

@@ -82,10 +82,6 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> settle(Runner<D>& run);
 
-/// The stage `reinsert` behind passes, as one of them: on the field and the geometry that they have.
-template <int D>
-[[nodiscard]] Outcome<Done> reinsert_between_passes(Runner<D>& run, const config::Reinsert& options);
-
 /// What edges are curved from, before the field.
 template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> begin_curving(Runner<D>& run, const Boundary<D>& boundary,

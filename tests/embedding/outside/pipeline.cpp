@@ -10,7 +10,6 @@ import camber.metric;
 import camber.validity;
 import camber.shapes;
 import camber.surface;
-import camber.cavity;
 import camber.programmes;
 import camber.curving;
 import camber.repair;

@@ -2,14 +2,18 @@ module;
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <variant>
 module camber.run;
 import camber.core;
-import camber.cavity;
 import camber.config;
+import camber.curving;
+import camber.dynamic;
 import camber.metric;
+import camber.remesh;
 import camber.repair;
+import camber.surface;
 import camber.validity;
 import :parts;
 import :report;
@@ -22,37 +26,66 @@ namespace camber::run {
 
 namespace {
 
+/// Options of `relax` that a cavity has no use for are refused where they are not the defaults.
+Outcome<Done> check_options(const config::Reinsert& options) {
+    if (options.curve.objective == config::Objective::shape)
+        return fail(ErrorKind::usage, "reinsert: the objective shape is of whole meshes, not of cavities", {}, {},
+                    "take the stage curve, or another objective");
+    const config::Relax defaults;
+    std::string foreign;
+    const auto look = [&](const auto& of) {
+        const bool is_own = of.name == "min_scaled_jacobian" || of.name == "target";
+        if (!is_own && !(options.relax.*(of.member) == defaults.*(of.member))) foreign = of.name;
+    };
+    std::apply([&](const auto&... of) { (look(of), ...); }, config::Relax::options());
+    if (foreign.empty()) return Done{};
+    return fail(ErrorKind::usage,
+                "reinsert: relax/" + foreign + " is of repair, which works on whole meshes; a cavity draws back the nodes "
+                "at its point",
+                {}, {}, "leave it out, or take the stages curve, validate and relax");
+}
+
 /// What the walk over the vertices made.
 template <int D>
 struct Walked {
-    Reinserted<D> done;
-    Validation<D> wanted, validation;  ///< of the targets, and in the end
+    Curved<D> wanted;  ///< the targets of all edges: what `curve` would propose
+    Proposal<D> proposal;
+    Validation<D> before, after;  ///< of the targets, and in the end
     CurveReport curve;
     CavitiesReport report;
     Notices notices;
 };
 template <int D>
-Outcome<Walked<D>> walk_cavities(const QuadraticMesh<D>& mesh, const CurveInput<D>& input, const BackMesh<D>& field,
-                                 const config::Reinsert& options, const Execution& execution) {
-    const ReinsertAllOptions all{{edge_options(options.curve), options.relax}, options.max_turns};
-    auto done = reinsert_all(mesh, input.kinds, input.base, field, all, part_of(execution, 0, 0.98));
-    if (!done) return fail(done.error());
-    const double bound = options.relax.min_scaled_jacobian;
-    const auto judged = validate(mesh, done->wanted.proposal, bound, part_of(execution, 0.98, 0.99));
+Outcome<Walked<D>> walk_cavities(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary, const CurveInput<D>& input,
+                                 const BackMesh<D>& field, const config::Reinsert& options,
+                                 const Execution& execution) {
+    auto wanted = curve(mesh, input.kinds, input.base, input.shells, field, edge_options(options.curve),
+                        part_of(execution, 0, 0.2));
+    if (!wanted) return fail(wanted.error());
+    const JacobianBound& bound = options.relax.min_scaled_jacobian;
+    const ReinsertionOptions by{.min_scaled_jacobian = bound.is_asked ? bound.value : least_bound,
+                                .target = options.relax.aim(),
+                                .max_turns = options.max_turns};
+    const auto corners = corners_of(boundary.features);
+    auto made = reinsert(mesh, wanted->proposal, {boundary.features.edge_kinds.view(), corners}, field, by,
+                         part_of(execution, 0.2, 0.98));
+    if (!made) return fail(made.error());
+    const auto judged = validate(mesh, wanted->proposal, bound, part_of(execution, 0.98, 0.99));
     if (!judged) return fail(judged.error());
-    const Validation<D>& wanted = judged->validation();
-    const auto now = validate(mesh, done->proposal, bound, part_of(execution, 0.99, 1));
+    const auto now = validate(mesh, made->proposal, bound, part_of(execution, 0.99, 1));
     if (!now) return fail(now.error());
 
-    const ReinsertStatistics& s = done->statistics;
-    CavitiesReport report{verdicts_report(wanted, options.relax.min_scaled_jacobian.is_asked).summary,
+    const PassStatistics& s = made->statistics;
+    CavitiesReport report{verdicts_report(judged->validation(), bound.is_asked).summary,
                           relax_report(changes_between(*judged, *now), 0, options.relax.method),
-                          ReinsertReport{s.turns, s.rounds, s.patches, s.not_valid, s.no_gain}};
+                          ReinsertReport{made->turns, s.rounds, s.accepted, s.of(RejectionReason::volume),
+                                         s.of(RejectionReason::gain)}};
     Notices notices;
-    if (s.left > 0) notices.push_back(std::to_string(s.left) + " vertices could have another turn: max_turns ended it");
-    CurveReport curve = curve_report(mesh, done->wanted);
-    return Walked<D>{std::move(*done),  wanted, now->validation(), std::move(curve), std::move(report),
-                     std::move(notices)};
+    if (made->left > 0)
+        notices.push_back(std::to_string(made->left) + " vertices could have another turn: max_turns ended it");
+    CurveReport curve = curve_report(mesh, *wanted);
+    return Walked<D>{std::move(*wanted), std::move(made->proposal), judged->validation(), now->validation(),
+                     std::move(curve),   std::move(report),         std::move(notices)};
 }
 
 }  // namespace
@@ -61,11 +94,8 @@ template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Reinsert& given) {
     config::Reinsert options = given;
     options.relax.min_scaled_jacobian = bound_for(run, given.relax.min_scaled_jacobian);
-    if (options.curve.objective == config::Objective::shape)
-        return fail(ErrorKind::usage, "reinsert: the objective shape is of whole meshes, not of cavities", {}, {},
-                    "take the stage curve, or another objective");
+    if (auto checked = check_options(given); !checked) return checked;
     run.state.curving = edge_options(options.curve);
-    if (std::holds_alternative<Changing<D>>(run.state.mesh)) return reinsert_between_passes(run, options);
     auto boundary = describe_boundary(run, run.quadratic().mesh.linear, run.quadratic().mesh.edges);
     if (!boundary) return fail(boundary.error());
     auto input = begin_curving(run, *boundary, options.curve);
@@ -77,17 +107,17 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& given) {
         input = moved_input(run, *boundary, std::move(*input), *run.field(), options.curve, without_progress(e));
         if (!input) return fail(input.error());
         run.tell(input->notices);
-        auto timed = run.timed([&] { return walk_cavities(at.mesh, *input, *run.field(), options, e); });
+        auto timed = run.timed([&] { return walk_cavities(at.mesh, *boundary, *input, *run.field(), options, e); });
         if (!timed.value) return fail(timed.value.error());
         Walked<D>& made = *timed.value;
         run.tell(made.report);
         run.tell(made.notices);
         tell_curve(run, made.curve, timed.seconds);
-        run.state.history = Corrected<D>{std::move(made.wanted)};
-        at.mesh = std::move(made.done.mesh);
-        at.plan = Plan<D>{Wanted<D>{std::move(*boundary), std::move(input->shells), std::move(made.done.wanted),
+        run.state.history = Corrected<D>{std::move(made.before)};
+        at.mesh.mid_nodes = made.proposal.mid_nodes;
+        at.plan = Plan<D>{Wanted<D>{std::move(*boundary), std::move(input->shells), std::move(made.wanted),
                                     edge_options(options.curve).aim, std::move(input->extended)},
-                          Settled<D>{std::move(made.done.proposal), std::move(made.validation)}};
+                          Settled<D>{std::move(made.proposal), std::move(made.after)}};
         enter(run, *at.validation());
         run.tell(CommitReport{});
         return Done{};

@@ -43,8 +43,8 @@ struct Begun {
 template <int D>
 std::vector<VertexId> corners_of(const Features<D>& features, const Column<VertexId>& of_curves) {
     std::vector<VertexId> corners(of_curves.begin(), of_curves.end());
-    for (std::size_t v = 0; v < features.vertex_kinds.size(); ++v)
-        if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
+    const auto of_features = corners_of(features);
+    corners.insert(corners.end(), of_features.begin(), of_features.end());
     return corners;
 }
 template <int D>
@@ -304,15 +304,6 @@ Outcome<Done> apply(Runner<D>& run, const config::Mend& options) {
 }
 
 template <int D>
-Outcome<Done> reinsert_between_passes(Runner<D>& run, const config::Reinsert& options) {
-    set_objective(std::get<Changing<D>>(run.state.mesh).goal, run.state.curving);
-    const ReinsertionOptions pass{.least_jacobian = options.relax.min_scaled_jacobian, .turns = options.max_turns};
-    return change(run, options, [&](Remeshing<D> mesh, const RemeshingGoal<D>& goal, const Execution& e) {
-        return reinsert_vertices(std::move(mesh), goal, pass, e);
-    });
-}
-
-template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     if (auto done = begin_changing(run); !done) return done;
     auto& changing = std::get<Changing<D>>(run.state.mesh);
@@ -340,8 +331,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     template Outcome<Done> apply<D>(Runner<D>&, const config::Swap&);     \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Smooth&);   \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Mend&);     \
-    template Outcome<Done> apply<D>(Runner<D>&, const config::Remesh&);   \
-    template Outcome<Done> reinsert_between_passes<D>(Runner<D>&, const config::Reinsert&);
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Remesh&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
