@@ -17,9 +17,10 @@
 import camber.core;
 import camber.metric;
 import camber.shapes;
-import camber.dynamic;
+import camber.cavity;
 import camber.surface;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 
 using namespace camber;
 
@@ -34,8 +35,8 @@ LogMetric<2> metric_of(const Vec<2>& sizes) {
 
 /// A square whose edges are of unit length in a metric of these sizes.
 struct Square {
-    RemeshingGoal<2> goal;
-    Remeshing<2> state;
+    AdaptationGoal<2> goal;
+    Adaptation<2> state;
 };
 Square unit_square(const Vec<2>& sizes, const Execution& execution) {
     BoxOptions<2> options;
@@ -44,42 +45,42 @@ Square unit_square(const Vec<2>& sizes, const Execution& execution) {
     Buffer<LogMetric<2>> metrics(mesh.points.size(), metric_of(sizes));
     Square square;
     square.goal.field = must(make_back_mesh(mesh, must(balls(mesh, execution)), Column(std::move(metrics)), execution));
-    square.state = must(begin_remeshing(mesh, must(unique_edges(mesh, execution)), {}, square.goal, execution));
+    square.state = must(begin_adaptation(mesh, must(unique_edges(mesh, execution)), {}, square.goal, execution));
     square.state = must(bring_to_metric<2>(std::move(square.state), square.goal, {}, execution)).state;
     return square;
 }
 
-CavityWish<2> insertion_wish(const Square& square, const Vec<2>& place) {
-    CavityWish<2> wish;
-    wish.cavity = must(insertion(square.state.mesh, place)).cavity;
-    wish.holders = wish.cavity.elements.size();
-    wish.place = place;
-    wish.metric = {metric_of({{0.32, 0.08}}), ElementId{}};
-    grow_delaunay(square.state, place, wish.metric.measure, 64, 0, wish.cavity);
-    return wish;
+CavityRequest<2> insertion_request(const Square& square, const Vec<2>& place) {
+    CavityRequest<2> request;
+    request.cavity = must(insertion(square.state.mesh, place)).cavity;
+    request.holders = request.cavity.elements.size();
+    request.place = place;
+    request.metric = {metric_of({{0.32, 0.08}}), ElementId{}};
+    grow_delaunay(square.state, place, request.metric.measure, 64, 0, request.cavity);
+    return request;
 }
 
 /// The mesh is isotropic yet, the point's metric not. Of places near the middle with a large cavity, the one that is
 /// farthest from the vertices around it.
 void insert_one(const Square& square) {
-    PlanWorkspace<2> workspace;
-    TopologyPatch<2> patch, best;
+    OperationWorkspace<2> workspace;
+    Patch<2> patch, best;
     double farthest = 0;
-    CavityWish<2> best_wish;
+    CavityRequest<2> best_request;
     for (int i = 0; i <= 50; ++i)
         for (int j = 0; j <= 50; ++j) {
-            const CavityWish<2> wish = insertion_wish(square, {{0.25 + 0.01 * i, 0.25 + 0.01 * j}});
-            if (plan(square.state, square.goal, wish, {}, workspace, patch).rejected != RejectionReason::none) continue;
+            const CavityRequest<2> request = insertion_request(square, {{0.25 + 0.01 * i, 0.25 + 0.01 * j}});
+            if (operate(square.state, square.goal, request, {}, workspace, patch).rejected != RejectionReason::none) continue;
             double near = 1;
             for (const VertexId v : patch.star.boundary)
-                near = std::min(near, distance(square.state.mesh.points[v], wish.place));
+                near = std::min(near, distance(square.state.mesh.points[v], request.place));
             if (!(near > farthest) || patch.removed.elements.size() < 8) continue;
             farthest = near;
             best = patch;
-            best_wish = wish;
+            best_request = request;
         }
     // The rows of the metric's root: the unit ellipse is where |R (x − p)| = 1.
-    const auto& rows = best_wish.metric.measure.rows;
+    const auto& rows = best_request.metric.measure.rows;
     std::array<char, 160> ellipse{};
     std::snprintf(ellipse.data(), ellipse.size(), "\"root\": [[%.6f, %.6f], [%.6f, %.6f]],", rows[0][0], rows[0][1],
                   rows[1][0], rows[1][1]);
@@ -100,16 +101,16 @@ VertexId inner_vertex(const DynamicMesh<2>& mesh, const Vec<2>& place) {
 void collapse_one(const Square& square, const Vec<2>& place) {
     const DynamicMesh<2>& mesh = square.state.mesh;
     const VertexId v = inner_vertex(mesh, place);
-    TopologyPatch<2> patch, best;
+    Patch<2> patch, best;
     double best_shape = 0;
-    CavityWish<2> wish;
-    cavity_of_vertex(mesh, v, wish.cavity);
-    PlanWorkspace<2> workspace;
-    for (const ElementId e : wish.cavity.elements)
+    CavityRequest<2> request;
+    cavity_of_vertex(mesh, v, request.cavity);
+    OperationWorkspace<2> workspace;
+    for (const ElementId e : request.cavity.elements)
         for (const VertexId w : mesh.elements.vertices[e]) {
             if (w == v) continue;
-            wish.join_to(square.state, w);
-            const PlanResult result = plan(square.state, square.goal, wish, {}, workspace, patch);
+            request.join_to(square.state, w);
+            const OperationResult result = operate(square.state, square.goal, request, {}, workspace, patch);
             if (result.rejected != RejectionReason::none || !(result.worst_shape > best_shape)) continue;
             best_shape = result.worst_shape;
             best = patch;
@@ -122,16 +123,16 @@ void collapse_one(const Square& square, const Vec<2>& place) {
 /// The edge of an element whose swap gives the best elements.
 void swap_one(const Square& square, const Vec<2>& place) {
     const ElementId e = must(locate(square.state.mesh, place)).element;
-    TopologyPatch<2> patch, best;
+    Patch<2> patch, best;
     double best_shape = 0;
-    PlanWorkspace<2> workspace;
+    OperationWorkspace<2> workspace;
     for (int k = 0; k < 3; ++k) {
-        CavityWish<2> wish;
-        cavity_of_edge(square.state.mesh, e, k, wish.cavity);
-        if (!wish.cavity.facets.empty()) continue;
+        CavityRequest<2> request;
+        cavity_of_edge(square.state.mesh, e, k, request.cavity);
+        if (!request.cavity.facets.empty()) continue;
         const auto [i, j] = local_edges<2>[k];
-        wish.join_to(square.state, square.state.mesh.elements.vertices[e][3 - i - j]);
-        const PlanResult result = plan(square.state, square.goal, wish, {}, workspace, patch);
+        request.join_to(square.state, square.state.mesh.elements.vertices[e][3 - i - j]);
+        const OperationResult result = operate(square.state, square.goal, request, {}, workspace, patch);
         if (result.rejected != RejectionReason::none || !(result.worst_shape > best_shape)) continue;
         best_shape = result.worst_shape;
         best = patch;
@@ -163,7 +164,7 @@ void swap_in_space() {
     mesh.elements = {std::move(elements), Buffer<Reference>(n, 1), {}};
     mesh.facets = {std::move(facets), Buffer<Reference>(2 * n, 1), {}};
     const DynamicMesh<3> dynamic = must(make_dynamic(mesh, must(unique_edges(mesh, {})), {}, {}));
-    TopologyPatch<3> patch{dynamic.stamp, {VertexId(3)}, {}, {}};
+    Patch<3> patch{dynamic.stamp, {VertexId(3)}, {}, {}};
     cavity_of_edge(dynamic, ElementId(0), 0, patch.removed);
     StarWorkspace<3> workspace;
     if (star(dynamic, patch.removed, patch.point.vertex, workspace, patch.star) != StarFailure::none) std::exit(1);

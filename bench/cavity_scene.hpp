@@ -11,7 +11,7 @@
 
 import camber.core;
 import camber.bezier;
-import camber.dynamic;
+import camber.cavity;
 
 namespace camber {
 
@@ -62,7 +62,7 @@ void print_mesh(const char* name, const DynamicMesh<D>& mesh, const std::vector<
 
 /// A mesh before and after a patch. The last number of an element: whether it is of the cavity, or of the star.
 template <int D>
-void print_patch(const char* name, DynamicMesh<D> mesh, const TopologyPatch<D>& patch, const char* more) {
+void print_patch(const char* name, DynamicMesh<D> mesh, const Patch<D>& patch, const char* more) {
     std::printf("%s\"%s\": {%s\n", std::string(name) == "insertion" ? "" : ",\n", name, more);
     print_mesh("before", mesh, patch.removed.elements);
     auto [after, changes] = must(commit<D>(std::move(mesh), {&patch, 1}));

@@ -61,7 +61,7 @@ def steep(first, growth, count):
 
 
 WALL = layers(SPHERE, (0.05, 0.2)) | fronts(SPHERE, 1.1, (0.05,))
-SHOCK = {"field": {"spherical-shock": {"centre": [0, 0], "radius": 0.5, "least_size": 0.03, "size": 0.08, "width": 0.1}}}
+SHOCK = {"field": {"spherical-shock": {"centre": [0, 0], "radius": 0.5, "min_size": 0.03, "size": 0.08, "width": 0.1}}}
 CASES = {
     "polar-100k": Case(fronts(CIRCLE, 0.5, (0.005, 0.01, 0.03)) | generic(0.5)),
     "layer-single": Case(layers(SPHERE, (0.05, 0.2)) | fronts(SPHERE, 1.1, (0.05,)) | generic(5)),

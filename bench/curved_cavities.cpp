@@ -15,9 +15,10 @@ import camber.core;
 import camber.bezier;
 import camber.metric;
 import camber.shapes;
-import camber.dynamic;
+import camber.cavity;
 import camber.surface;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 
 using namespace camber;
 
@@ -54,8 +55,8 @@ QuadraticMesh<2> bowed_layer(const Execution& execution) {
 }
 
 struct Layer {
-    RemeshingGoal<2> goal;
-    Remeshing<2> state;
+    AdaptationGoal<2> goal;
+    Adaptation<2> state;
 };
 Layer begun_layer(const Execution& execution) {
     const QuadraticMesh<2> mesh = bowed_layer(execution);
@@ -70,18 +71,18 @@ Layer begun_layer(const Execution& execution) {
     std::vector<VertexId> corners;
     for (std::size_t v = 0; v < mesh.linear.points.size(); ++v)
         if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
-    layer.state = must(begin_remeshing(mesh, {features.edge_kinds.view(), corners}, layer.goal, execution));
+    layer.state = must(begin_adaptation(mesh, {features.edge_kinds.view(), corners}, layer.goal, execution));
     return layer;
 }
 
-/// The best of what is wished for: where an element would be inverted if it were straight, otherwise by the worst
+/// The best of what is candidate for: where an element would be inverted if it were straight, otherwise by the worst
 /// shape.
 class Best {
   public:
     explicit Best(const Layer& layer) : layer_(layer) {}
-    void look_at(const CavityWish<2>& wish, std::size_t least_elements, VertexId goes = {}) {
-        const PlanResult result = plan(layer_.state, layer_.goal, wish, {}, workspace_, patch_);
-        if (result.rejected != RejectionReason::none || patch_.removed.elements.size() < least_elements) return;
+    void look_at(const CavityRequest<2>& request, std::size_t min_elements, VertexId goes = {}) {
+        const OperationResult result = operate(layer_.state, layer_.goal, request, {}, workspace_, patch_);
+        if (result.rejected != RejectionReason::none || patch_.removed.elements.size() < min_elements) return;
         if (!(result.worst_shape > 0.3)) return;
         const double worth = result.worst_shape + (result.straight_inverted ? 1 : 0);
         if (!(worth > worth_)) return;
@@ -97,8 +98,8 @@ class Best {
 
   private:
     const Layer& layer_;
-    PlanWorkspace<2> workspace_;
-    TopologyPatch<2> patch_, best_;
+    OperationWorkspace<2> workspace_;
+    Patch<2> patch_, best_;
     double worth_ = 0;
     VertexId goes_;
 };
@@ -109,21 +110,21 @@ void split_one(const Layer& layer) {
     Best best(layer);
     for (std::size_t e = 0; e < mesh.elements.size(); ++e)
         for (int k = 0; k < 3; ++k) {
-            CavityWish<2> wish;
-            cavity_of_edge(mesh, ElementId(e), k, wish.cavity);
+            CavityRequest<2> request;
+            cavity_of_edge(mesh, ElementId(e), k, request.cavity);
             const EdgeId edge = mesh.edges_of[ElementId(e)][k];
             const auto& [a, b] = mesh.edges[edge];
             const QuadraticEdge<2> curve{mesh.points[a], mesh.nodes[edge], mesh.points[b]};
-            if (!wish.cavity.facets.empty() || norm(curve.offset()) < 0.06 * norm(curve.chord())) continue;
-            wish.origin = midpoint(mesh.points[a], mesh.points[b]);
-            wish.place = curve.point(0.5);
-            wish.halves = {a, b};
-            const FieldSample<2> sample = sample_with_recovered_gradient(layer.goal.field, wish.place, {});
-            wish.metric = {sample.log_metric, sample.location.element};
-            wish.gradient = sample.gradient;
-            wish.holders = wish.cavity.elements.size();
-            grow_delaunay(layer.state, wish.place, wish.metric.measure, 64, 0, wish.cavity);
-            best.look_at(wish, 4);
+            if (!request.cavity.facets.empty() || norm(curve.offset()) < 0.06 * norm(curve.chord())) continue;
+            request.origin = midpoint(mesh.points[a], mesh.points[b]);
+            request.place = curve.point(0.5);
+            request.halves = {a, b};
+            const FieldSample<2> sample = sample_with_recovered_gradient(layer.goal.field, request.place, {});
+            request.metric = {sample.log_metric, sample.location.element};
+            request.gradient = sample.gradient;
+            request.holders = request.cavity.elements.size();
+            grow_delaunay(layer.state, request.place, request.metric.measure, 64, 0, request.cavity);
+            best.look_at(request, 4);
         }
     best.print("curved-insertion");
 }
@@ -134,13 +135,13 @@ void collapse_one(const Layer& layer) {
     for (std::size_t i = 0; i < mesh.points.size(); ++i) {
         const VertexId v(i);
         if (mesh.states[v].place == VertexPlace::corner) continue;
-        CavityWish<2> wish;
-        cavity_of_vertex(mesh, v, wish.cavity);
-        for (const ElementId e : std::vector(wish.cavity.elements))
+        CavityRequest<2> request;
+        cavity_of_vertex(mesh, v, request.cavity);
+        for (const ElementId e : std::vector(request.cavity.elements))
             for (const VertexId w : mesh.elements.vertices[e])
                 if (w != v) {
-                    wish.join_to(layer.state, w);
-                    best.look_at(wish, 3, v);
+                    request.join_to(layer.state, w);
+                    best.look_at(request, 3, v);
                 }
     }
     best.print("curved-collapse");
@@ -151,12 +152,12 @@ void swap_one(const Layer& layer) {
     Best best(layer);
     for (std::size_t e = 0; e < mesh.elements.size(); ++e)
         for (int k = 0; k < 3; ++k) {
-            CavityWish<2> wish;
-            cavity_of_edge(mesh, ElementId(e), k, wish.cavity);
-            if (!wish.cavity.facets.empty()) continue;
+            CavityRequest<2> request;
+            cavity_of_edge(mesh, ElementId(e), k, request.cavity);
+            if (!request.cavity.facets.empty()) continue;
             const auto [i, j] = local_edges<2>[k];
-            wish.join_to(layer.state, mesh.elements.vertices[ElementId(e)][3 - i - j]);
-            best.look_at(wish, 2);
+            request.join_to(layer.state, mesh.elements.vertices[ElementId(e)][3 - i - j]);
+            best.look_at(request, 2);
         }
     best.print("curved-swap");
 }

@@ -20,10 +20,11 @@
 import camber.core;
 import camber.bezier;
 import camber.metric;
-import camber.dynamic;
+import camber.cavity;
 import camber.surface;
 import camber.validity;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 
 #include "curved_runs.hpp"
 #include "operation_names.hpp"

@@ -10,7 +10,7 @@
 #include "named_domains.hpp"
 
 import camber.core;
-import camber.dynamic;
+import camber.cavity;
 import camber.io;
 import camber.surface;
 

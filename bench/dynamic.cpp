@@ -14,7 +14,7 @@
 
 import camber.core;
 import camber.shapes;
-import camber.dynamic;
+import camber.cavity;
 
 using namespace camber;
 
@@ -33,19 +33,19 @@ double bytes(const Column<T>& column) {
     return static_cast<double>(column.size() * sizeof(T));
 }
 double topology_bytes(const DynamicMesh<3>& m) {
-    return bytes(m.states) + bytes(m.element_of) + bytes(m.elements.marks) + bytes(m.across) + bytes(m.edges_of) +
+    return bytes(m.states) + bytes(m.element_of) + bytes(m.elements.marks) + bytes(m.face_neighbours) + bytes(m.edges_of) +
            bytes(m.edges) + bytes(m.line_of) + bytes(m.facets.marks) + bytes(m.sides) + bytes(m.lines) +
            bytes(m.line_references) + bytes(m.line_entities) + bytes(m.line_marks);
 }
 
-std::vector<TopologyPatch<3>> splits(const DynamicMesh<3>& mesh, std::size_t count, std::size_t shift) {
+std::vector<Patch<3>> splits(const DynamicMesh<3>& mesh, std::size_t count, std::size_t shift) {
     StarWorkspace<3> workspace;
-    std::vector<TopologyPatch<3>> patches;
+    std::vector<Patch<3>> patches;
     std::vector<ElementId> taken;
     const std::size_t stride = mesh.elements.size() / (2 * count);
     for (std::size_t i = 0; i < count; ++i) {
         const ElementId e((2 * i + 1) * stride + shift % (stride / 2));
-        TopologyPatch<3> patch{mesh.stamp, {}, {}, {}};
+        Patch<3> patch{mesh.stamp, {}, {}, {}};
         if (mesh.is_free(e)) continue;
         cavity_of_edge(mesh, e, 0, patch.removed);
         const auto& [a, b] = mesh.edges[mesh.edges_of[e][0]];

@@ -111,10 +111,10 @@ inline EdgeCase file_case(const std::string& paths) {
 inline EdgeCase polar_case(const char* file) {
     if (file != nullptr) return file_case(file);
     const PolarOneField field{.scale = 0.77};
-    const double growth = 2 * (field.size - field.least_size);
+    const double growth = 2 * (field.size - field.min_size);
     // ∫ dr/h_r from the layer, and back.
-    const auto coordinate = [&](double distance) { return std::log1p(growth * distance / field.least_size) / growth; };
-    const auto distance = [&](double rho) { return field.least_size / growth * std::expm1(growth * rho); };
+    const auto coordinate = [&](double distance) { return std::log1p(growth * distance / field.min_size) / growth; };
+    const auto distance = [&](double rho) { return field.min_size / growth * std::expm1(growth * rho); };
     BoxOptions<3> box;
     box.low = {{-coordinate(0.3), 0, 0}};
     box.high = {{coordinate(0.4), 10, 1}};
@@ -135,7 +135,7 @@ inline EdgeCase rotating_case() {
     BoxOptions<3> box;
     box.cells = {20, 20, 20};
     const LinearMesh<3> mesh = generate(box).value();
-    const RotatingField field{.least_size = 1e-7, .size = 0.1, .period = 1};
+    const RotatingField field{.min_size = 1e-7, .size = 0.1, .period = 1};
     return case_of(mesh, log_metrics_of<3>(AnalyticField<3>(field), mesh.points.view(), Execution{}).value());
 }
 

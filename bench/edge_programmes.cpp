@@ -13,7 +13,7 @@
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 
 using namespace camber;
 
@@ -71,7 +71,7 @@ void coefficients_alone(benchmark::State& state) {
 }
 
 void highest_by_coefficients(benchmark::State& state) {
-    run(state, [](const EdgeShell<3>& s) { return highest_node(s, {.most_cuts = 0}); });
+    run(state, [](const EdgeShell<3>& s) { return highest_node(s, {.max_cuts = 0}); });
 }
 
 void highest_with_cuts(benchmark::State& state) {
@@ -87,7 +87,7 @@ void nearest_inside(benchmark::State& state) {
 }
 
 void nearest_held_back(benchmark::State& state) {
-    run(state, [](const EdgeShell<3>& s) { return nearest_node(s, model(s, 0.5), 0, {.most_cuts = 0}); });
+    run(state, [](const EdgeShell<3>& s) { return nearest_node(s, model(s, 0.5), 0, {.max_cuts = 0}); });
 }
 
 void nearest_with_cuts(benchmark::State& state) {

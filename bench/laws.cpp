@@ -22,7 +22,7 @@
 #include "random_operations.hpp"
 
 import camber.core;
-import camber.dynamic;
+import camber.cavity;
 
 using namespace camber;
 using namespace camber::testing;
@@ -75,8 +75,8 @@ bool holds(const Arguments& a, const char* what, RunOptions options, Run&& run) 
 }
 template <int D>
 bool all_hold(const Arguments& a) {
-    const RunOptions small{.steps = 200, .most_elements = 300};
-    const bool of_domains = holds<D>(a, "of the domain", {.most_elements = D == 2 ? 200 : 600}, run_operations<D>);
+    const RunOptions small{.steps = 200, .max_elements = 300};
+    const bool of_domains = holds<D>(a, "of the domain", {.max_elements = D == 2 ? 200 : 600}, run_operations<D>);
     return holds<D>(a, "topology alone", small, run_topology<D>) && of_domains;
 }
 

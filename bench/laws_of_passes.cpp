@@ -22,8 +22,9 @@
 #include "program_arguments.hpp"
 
 import camber.core;
-import camber.dynamic;
-import camber.remesh;
+import camber.cavity;
+import camber.operation;
+import camber.adapt;
 
 using namespace camber;
 using namespace camber::testing;

@@ -194,9 +194,9 @@ struct Solved {
 
 /// Direct while the factor is small, else by conjugate gradients. Errors: a residual that is not small.
 inline Outcome<Solved> solve(const System& system) {
-    constexpr int most_direct = 5000;  // unknowns; 20 000 in 3D take 17 s, and conjugate gradients one
+    constexpr int max_direct = 5000;  // unknowns; 20 000 in 3D take 17 s, and conjugate gradients one
     Solved solved;
-    if (system.matrix.rows() <= most_direct) {
+    if (system.matrix.rows() <= max_direct) {
         const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(system.matrix);
         solved.values = factor.solve(system.right);
         solved.method = "LDLT";

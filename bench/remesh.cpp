@@ -24,10 +24,11 @@ import camber.core;
 import camber.bezier;
 import camber.metric;
 import camber.io;
-import camber.dynamic;
+import camber.cavity;
 import camber.surface;
 import camber.validity;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 
 #include "mesh_files.hpp"
 
@@ -74,7 +75,7 @@ Arguments arguments(std::span<char*> given) {
     return a;
 }
 
-void tell(const Remeshing<3>& r, const Execution& execution) {
+void tell(const Adaptation<3>& r, const Execution& execution) {
     const auto s = must(unit_mesh_statistics(r, execution));
     std::printf(
         "    %zu vertices, %zu elements; unit edges %.2f %%, lengths %.3f to %.3f, mean %.3f; quality %.2e, mean "
@@ -94,7 +95,7 @@ void check(const DynamicMesh<3>& mesh, const Execution& execution) {
 }
 
 template <class Pass>
-Remeshing<3> step(const char* name, Remeshing<3> r, const Arguments& a, const Execution& execution, Pass&& pass) {
+Adaptation<3> step(const char* name, Adaptation<3> r, const Arguments& a, const Execution& execution, Pass&& pass) {
     const auto begin = std::chrono::steady_clock::now();
     const std::clock_t processor = std::clock();
     auto done = must(pass(std::move(r)));
@@ -134,25 +135,25 @@ int main(int argc, char** argv) {
         if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
     const BreaksOfMesh breaks{features.edge_kinds.view(), corners};
     const auto around = must(balls(mesh, execution));
-    RemeshingGoal<3> goal{must(make_back_mesh(mesh, around, metrics_of(a, execution), execution)), {}};
+    AdaptationGoal<3> goal{must(make_back_mesh(mesh, around, metrics_of(a, execution), execution)), {}};
     const bool is_curved = a.curved || curved.edges.size() > 0;
     if (is_curved)
         goal.geometry = Geometry<3>(must(build_surrogate(mesh, edges, features, SurrogateOptions{}, execution)));
     if (a.curved && curved.edges.size() == 0) curved = must(elevate(mesh, execution));
-    Remeshing<3> r = is_curved ? must(begin_remeshing(curved, breaks, goal, execution))
-                               : must(begin_remeshing(mesh, edges, breaks, goal, execution));
+    Adaptation<3> r = is_curved ? must(begin_adaptation(curved, breaks, goal, execution))
+                               : must(begin_adaptation(mesh, edges, breaks, goal, execution));
     tell(r, execution);
     for (int round = 0; round < a.rounds; ++round) {
         r = step("collapse", std::move(r), a, execution,
-                 [&](Remeshing<3> state) { return collapse<3>(std::move(state), goal, {}, execution); });
+                 [&](Adaptation<3> state) { return collapse<3>(std::move(state), goal, {}, execution); });
         r = step("split", std::move(r), a, execution,
-                 [&](Remeshing<3> state) { return split<3>(std::move(state), goal, {}, execution); });
+                 [&](Adaptation<3> state) { return split<3>(std::move(state), goal, {}, execution); });
         r = step("swap", std::move(r), a, execution,
-                 [&](Remeshing<3> state) { return swap<3>(std::move(state), goal, {}, execution); });
+                 [&](Adaptation<3> state) { return swap<3>(std::move(state), goal, {}, execution); });
         r = step("smooth", std::move(r), a, execution,
-                 [&](Remeshing<3> state) { return smooth<3>(std::move(state), goal, {}, execution); });
+                 [&](Adaptation<3> state) { return smooth<3>(std::move(state), goal, {}, execution); });
     }
     r = step("mend", std::move(r), a, execution,
-             [&](Remeshing<3> state) { return mend<3>(std::move(state), goal, {}, execution); });
+             [&](Adaptation<3> state) { return mend<3>(std::move(state), goal, {}, execution); });
     return 0;
 }

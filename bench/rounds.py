@@ -83,13 +83,13 @@ def show(program, mesh, counts, radii):
     start, out, sizes = folder / 'start.meshb', folder / 'out.meshb', folder / 'out.solb'
     program('curve', mesh, '-o', start)
     for count in counts:
-        program.pipeline(start, 'natural', [{'remesh': {'rounds': count, 'least_change': 0}}], out, sizes)
+        program.pipeline(start, 'natural', [{'remesh': {'rounds': count, 'min_change': 0}}], out, sizes)
         row(program, count, out, sizes, radii)
     again = folder / 'again.meshb'
     program.pipeline(out, {'file': str(sizes)}, ['curve', 'validate', 'relax', 'commit'], again, folder / 'again.solb')
     row(program, 'again', again, sizes, radii)
     program.pipeline(mesh, 'natural',
-                     [{'remesh': {'rounds': 5, 'least_change': 0}}, 'elevate', 'curve', 'validate', 'relax', 'commit'], out, sizes)
+                     [{'remesh': {'rounds': 5, 'min_change': 0}}, 'elevate', 'curve', 'validate', 'relax', 'commit'], out, sizes)
     row(program, 'degree 1, then curved', out, sizes, radii)
 
 

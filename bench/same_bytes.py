@@ -38,6 +38,8 @@ def runs_of(meshes):
         yield f'{name}.bound', ['curve', straight, *field, '--min-scaled-jacobian', '0.2']
         yield f'{name}.reinsert', ['curve', straight, *field, '--set', REINSERT]
         yield f'{name}.unrepaired', ['curve', straight, *field, '--set', 'stages=["elevate", "curve", "commit"]']
+        yield f'{name}.remesh', ['remesh', straight, *field]
+        yield f'{name}.remesh-curved', ['remesh', f'@{name}.curve', '--metric', '{"constant": {"sizes": [0.4]}}' if not metric else 'natural']
         yield f'{name}.repair', ['repair', f'@{name}.unrepaired']
         yield f'{name}.repair-tolerance', ['repair', f'@{name}.unrepaired', '--boundary-tolerance', '0.1']
 

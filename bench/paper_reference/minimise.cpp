@@ -26,14 +26,14 @@ void update(Symmetric& h, const Vector& step, const Vector& change) {
 }
 
 constexpr double armijo = 1e-4;
-constexpr int most_steps = 8;
+constexpr int max_steps = 8;
 constexpr double longest_step = 0.25;  ///< in chords
 
 /// The length of the step along `direction` that Armijo's rule takes, by quadratic interpolation; 0 where none lowers
 /// the value, which becomes that of the step.
 double line_search(Edge& edge, const Vector& node, const Vector& direction, double slope, double& value) {
     double step = 1;
-    for (int attempt = 0; attempt < most_steps; ++attempt) {
+    for (int attempt = 0; attempt < max_steps; ++attempt) {
         const double trial = edge.value(node + step * direction);
         if (trial < value + armijo * step * slope) {
             value = trial;

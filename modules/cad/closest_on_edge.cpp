@@ -30,10 +30,10 @@ OnCurve at(const CadParts& parts, std::size_t edge, double t, const Vec<3>& p) {
 
 /// Newton on (c(t) − p)·c'(t) = 0 between two parameters; where |c − p|² is not convex, by its Gauss part.
 OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, double high, const Vec<3>& p) {
-    constexpr int most_steps = 30;
+    constexpr int max_steps = 30;
     const double tiny = rounding(parts, p);
     OnCurve best = at(parts, edge, 0.5 * (low + high), p);
-    for (int step = 0; step < most_steps; ++step) {
+    for (int step = 0; step < max_steps; ++step) {
         const Vec<3> r = best.point() - p, first = vec(best.jet.first);
         const double gauss = dot(first, first), slope = dot(r, first);
         if (!(gauss > 0)) break;

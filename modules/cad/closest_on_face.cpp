@@ -74,15 +74,15 @@ bool leads_on(const Step& step, const Parameters& uv, const occ::FaceFacts& fact
 
 OnSurface nearest_within(const CadParts& parts, std::size_t face, const Parameters& from, const Cell& within,
                          const Vec<3>& p) {
-    constexpr int most_steps = 40, most_pressed = 2;
+    constexpr int max_steps = 40, max_pressed = 2;
     const double tiny = rounding(parts, p);
     OnSurface best = at(parts, face, from, p);
     int pressed = 0;
-    for (int n = 0; n < most_steps; ++n) {
+    for (int n = 0; n < max_steps; ++n) {
         const auto [change, held] = step(best, within, p);
         if (!std::isfinite(change[0]) || !std::isfinite(change[1])) break;
         pressed = leads_on({change, held}, best.uv, parts.kernel->faces[face]) ? pressed + 1 : 0;
-        if (pressed == most_pressed) break;
+        if (pressed == max_pressed) break;
         OnSurface next = at(parts, face, clamped({best.uv[0] + change[0], best.uv[1] + change[1]}, within), p);
         // As on an edge: the last steps look as if they led nowhere.
         const double most = best.distance_squared * (1 + 1e-13) + tiny * tiny;

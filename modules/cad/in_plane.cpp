@@ -57,12 +57,12 @@ double misfit(const CadModel& model, std::size_t edge, const std::array<Vec<2>, 
 
 /// Whether an edge begins where it ends, in another direction.
 bool has_kink(const occ::Kernel& kernel, std::size_t edge) {
-    constexpr double least_sine = 1e-3;
+    constexpr double min_sine = 1e-3;
     const occ::EdgeFacts& facts = kernel.edges[edge];
     if (facts.vertices.size() != 1) return false;
     const Vec<3> first = vec(kernel.on_curve(edge, facts.first).first);
     const Vec<3> last = vec(kernel.on_curve(edge, facts.last).first);
-    return dot(first, last) < 0 || norm(cross(first, last)) > least_sine * norm(first) * norm(last);
+    return dot(first, last) < 0 || norm(cross(first, last)) > min_sine * norm(first) * norm(last);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ namespace camber {
 namespace {
 
 /// So many facets of each reference, and of all together where references are few.
-constexpr std::size_t least_of_each = 24, wanted = 512;
+constexpr std::size_t min_of_each = 24, wanted = 512;
 
 /// How far a facet is from the model, and which share of it is astray.
 struct Looked {
@@ -83,7 +83,7 @@ std::vector<SampledReference> sampled(const LinearMesh<D>& mesh, std::span<const
     }
     std::vector<SampledReference> sample;
     for (const auto& [reference, facets] : all) {
-        const std::size_t most = std::max(least_of_each, wanted / all.size()), count = facets.size();
+        const std::size_t most = std::max(min_of_each, wanted / all.size()), count = facets.size();
         const std::size_t taken = std::min(count, most);
         SampledReference some{reference, count, {}};
         some.facets.reserve(taken);
@@ -110,7 +110,7 @@ Outcome<Verdict> judged(const LinearMesh<D>& mesh, const CadModel& model, std::s
     if (!looked) return fail(looked.error());
     Verdict verdict;
     verdict.facets = facets.size();
-    double strays = 0, all = 0, farthest = -1, most_lost = half;
+    double strays = 0, all = 0, farthest = -1, max_lost = half;
     std::size_t i = 0;
     for (const auto& some : sample) {
         double share = 0;
@@ -127,8 +127,8 @@ Outcome<Verdict> judged(const LinearMesh<D>& mesh, const CadModel& model, std::s
         strays += share * static_cast<double>(some.count);
         all += static_cast<double>(some.count);
         verdict.astray += touched;
-        if (share <= most_lost) continue;
-        most_lost = share;
+        if (share <= max_lost) continue;
+        max_lost = share;
         verdict.lost = &some;
         verdict.lost_astray = touched;
     }

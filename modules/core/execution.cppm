@@ -27,7 +27,7 @@ struct Execution {
 }
 
 /// For loops that `each` does not know.
-inline void tell(const Execution& execution, std::size_t done, std::size_t total) {
+inline void report_progress(const Execution& execution, std::size_t done, std::size_t total) {
     if (execution.progress) execution.progress(done, total);
 }
 

@@ -16,7 +16,7 @@ export namespace camber {
 struct Limits {
     double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
     bool low_open = false, high_open = false;
-    std::size_t least_count = 0, most_count = std::numeric_limits<std::size_t>::max();
+    std::size_t min_count = 0, max_count = std::numeric_limits<std::size_t>::max();
 
     [[nodiscard]] constexpr bool hold(double x) const {
         return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high);
@@ -50,8 +50,8 @@ struct Option {
     [[nodiscard]] constexpr Option below(double x) const { return high(x, true); }
     [[nodiscard]] constexpr Option count(std::size_t least, std::size_t most) const {
         Option o = *this;
-        o.limits.least_count = least;
-        o.limits.most_count = most;
+        o.limits.min_count = least;
+        o.limits.max_count = most;
         return o;
     }
     /// It has no default that could be meant.

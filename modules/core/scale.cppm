@@ -7,8 +7,8 @@ export module camber.core:scale;
 export namespace camber {
 
 /// Elements and facets are at least as large as this in some coordinate; sizes of metrics are no smaller.
-inline constexpr double least_length = 1e-60;
+inline constexpr double min_length = 1e-60;
 /// Coordinates are no larger than this, neither are sizes of metrics.
-inline constexpr double most_length = 1e60;
+inline constexpr double max_length = 1e60;
 
 }  // namespace camber

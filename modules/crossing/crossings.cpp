@@ -139,7 +139,7 @@ Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, std::span<const 
             [&](Looking& looking, std::size_t f) { facets.look_at(f, first_effort, looking); },
             [](Looking a, const Looking& b) { return std::move(a) + b; }, default_grain);
         if (!looked) return fail(looked.error());
-        auto closer = look_closer(facets, std::move(*looked), most_steps(n), without_progress(execution));
+        auto closer = look_closer(facets, std::move(*looked), max_steps(n), without_progress(execution));
         if (!closer) return fail(closer.error());
         return told(std::move(*closer));
     });

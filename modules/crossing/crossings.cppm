@@ -17,7 +17,7 @@ struct FacetCrossing {
 };
 
 /// Pairs of pieces that a mesh's open pairs of facets may take in all.
-[[nodiscard]] constexpr std::size_t most_steps(std::size_t facets) { return 100'000 + 16 * facets; }
+[[nodiscard]] constexpr std::size_t max_steps(std::size_t facets) { return 100'000 + 16 * facets; }
 
 /// What became of all pairs of a mesh's facets.
 struct Crossings {
@@ -33,7 +33,7 @@ struct Crossings {
 
 /// Whether the mesh's facets (boundary and interfaces) cross each other or themselves. Elements may all be valid and
 /// walls yet pass through each other: det J > 0 speaks of each element alone. Every pair has a first look; what that
-/// leaves open shares `most_steps`. Time: n log n and what pairs of near facets take. Errors: memory, stopped.
+/// leaves open shares `max_steps`. Time: n log n and what pairs of near facets take. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, const Execution& execution);
 

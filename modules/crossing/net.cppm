@@ -17,8 +17,8 @@ namespace camber {
 /// The pieces of a pair of facets have a common origin near to both and a unit such that no Bézier point has a
 /// coordinate above 1. What rounding does to a coordinate, u = 2⁻⁵³: a node minus the origin errs by u/4 (nodes are
 /// below 1/4), a Bézier point by 2 u, and each division adds at most 4 u, for it takes means, which do not magnify
-/// errors, of two and two. At most `most_divisions` of them make less than 128 u.
-inline constexpr int most_divisions = 24;
+/// errors, of two and two. At most `max_divisions` of them make less than 128 u.
+inline constexpr int max_divisions = 24;
 inline constexpr double coordinate_blur = 0x1p-46;
 
 /// Edges are divided at this share from their first end: not in the middle, where facets that someone has thought up

@@ -64,7 +64,7 @@ class Search {
         if (--left_ < 0) return Crossing::undecided;
         const std::array<Sheet, 1> sheet{sheet_of(net)};
         if (is_graph(sheet)) return Crossing::clear;
-        if (net.divisions == most_divisions) return Crossing::undecided;
+        if (net.divisions == max_divisions) return Crossing::undecided;
         const auto parts = pieces(named(net));
         Crossing worst = Crossing::clear;
         for (std::size_t i = 0; i < 4; ++i)
@@ -90,8 +90,8 @@ class Search {
     }
 
     Crossing divided(const Net<D>& first, const Net<D>& second, bool divide_first, bool divide_second) {
-        if ((divide_first && first.divisions == most_divisions) ||
-            (divide_second && second.divisions == most_divisions))
+        if ((divide_first && first.divisions == max_divisions) ||
+            (divide_second && second.divisions == max_divisions))
             return Crossing::undecided;
         Crossing worst = Crossing::clear;
         const auto against = [&](const Net<D>& piece) {

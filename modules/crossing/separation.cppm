@@ -96,10 +96,10 @@ template <int D>
 /// the least product with n, and `proves(n)` looks whether the direction does.
 template <int D, class Lowest, class Proves>
 [[nodiscard]] inline bool finds_direction(Vec<D> start, Lowest&& lowest, Proves&& proves) {
-    constexpr int most_tries = 12;
+    constexpr int max_tries = 12;
     Corral<D> corral;
     Vec<D> n = start;
-    for (int i = 0; i < most_tries; ++i) {
+    for (int i = 0; i < max_tries; ++i) {
         // So products with n do not vanish.
         if (!(norm_squared(n) > 0)) return false;
         if (proves(n)) return true;

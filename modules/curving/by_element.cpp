@@ -17,7 +17,7 @@ namespace camber {
 namespace {
 
 /// More than any stack has layers; what is left is for repair.
-constexpr int most_rounds = 1000;
+constexpr int max_rounds = 1000;
 
 /// Elements, or the triangles of a surface alone (K = 2 in space).
 template <int D, int K>
@@ -124,7 +124,7 @@ Outcome<std::size_t> lessen(const Elements<D, K>& elements, const Incidence<Elem
     std::vector<EdgeId> lessened;
     std::vector<ElementId> looked_at(elements.simplices().size());
     for (std::size_t e = 0; e < looked_at.size(); ++e) looked_at[e] = ElementId(e);
-    for (int round = 0; round < most_rounds && !looked_at.empty(); ++round) {
+    for (int round = 0; round < max_rounds && !looked_at.empty(); ++round) {
         // After the first round few are left.
         const auto shares = shares_of(elements, looked_at, least, round == 0 ? execution : without_progress(execution));
         if (!shares) return fail(shares.error());
@@ -154,7 +154,7 @@ Outcome<std::size_t> lessen(const Elements<D, K>& elements, const Incidence<Elem
 }  // namespace
 
 template <int D>
-Outcome<std::size_t> lessen_by_element(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base,
+Outcome<std::size_t> limit_by_jacobian(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base,
                                        const Incidence<ElementId>& shells, double least, std::span<Vec<D>> offsets,
                                        const Execution& execution) {
     if constexpr (D == 3)
@@ -163,10 +163,10 @@ Outcome<std::size_t> lessen_by_element(const QuadraticMesh<D>& mesh, std::span<c
     return lessen(Elements<D, D>(mesh, base, offsets), shells, least, offsets, execution);
 }
 
-template Outcome<std::size_t> lessen_by_element<2>(const QuadraticMesh<2>&, std::span<const LagrangeNode<2>>,
+template Outcome<std::size_t> limit_by_jacobian<2>(const QuadraticMesh<2>&, std::span<const LagrangeNode<2>>,
                                                    const Incidence<ElementId>&, double, std::span<Vec<2>>,
                                                    const Execution&);
-template Outcome<std::size_t> lessen_by_element<3>(const QuadraticMesh<3>&, std::span<const LagrangeNode<3>>,
+template Outcome<std::size_t> limit_by_jacobian<3>(const QuadraticMesh<3>&, std::span<const LagrangeNode<3>>,
                                                    const Incidence<ElementId>&, double, std::span<Vec<3>>,
                                                    const Execution&);
 

@@ -15,7 +15,7 @@ export namespace camber {
 /// 1/det J, so that a few elements that are nearly flat cost more than all others gain. The number of edges that
 /// were lessened. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<std::size_t> lessen_by_element(const QuadraticMesh<D>& mesh,
+[[nodiscard]] Outcome<std::size_t> limit_by_jacobian(const QuadraticMesh<D>& mesh,
                                                      std::span<const LagrangeNode<D>> base,
                                                      const Incidence<ElementId>& shells, double least,
                                                      std::span<Vec<D>> offsets, const Execution& execution);

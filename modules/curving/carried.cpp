@@ -17,7 +17,7 @@ namespace {
 /// Displacements below this, in the metric, count as none: they turn axes by less than is known of them.
 constexpr double negligible = 0.01;
 /// Scaled Jacobian below which an element of the back mesh counts as folded.
-constexpr double least_back_jacobian = 0.1;
+constexpr double min_back_jacobian = 0.1;
 
 template <int D>
 LagrangeNode<D> middle_of(const QuadraticMesh<D>& mesh, std::size_t e) {
@@ -68,7 +68,7 @@ Outcome<Buffer<LagrangeNode<D>>> carried_nodes(const QuadraticMesh<D>& mesh, std
                                   [&](std::size_t e) { return nodes[e].point - (*middles)[e].point; });
     if (!displacements) return fail(displacements.error());
     const auto lessened =
-        lessen_by_element<D>(mesh, *middles, shells, least_back_jacobian, *displacements, part_of(execution, 0.5, 0.8));
+        limit_by_jacobian<D>(mesh, *middles, shells, min_back_jacobian, *displacements, part_of(execution, 0.5, 0.8));
     if (!lessened) return fail(lessened.error());
     return map_each(part_of(execution, 0.8, 1), mesh.edges.size(), [&](std::size_t e) {
         const Vec<D>& u = (*displacements)[e];

@@ -100,7 +100,7 @@ Outcome<BorneOffsets<D>> offsets_by_element(const QuadraticMesh<D>& mesh, const 
     auto offsets = accurate_offsets(mesh, kinds, EdgeKind::volume, shells, back, options, part_of(execution, 0, 0.84));
     if (!offsets) return fail(offsets.error());
     auto lessened =
-        lessen_by_element<D>(mesh, base.view(), shells, options.least_jacobian, *offsets, part_of(execution, 0.84, 1));
+        limit_by_jacobian<D>(mesh, base.view(), shells, options.min_jacobian, *offsets, part_of(execution, 0.84, 1));
     if (!lessened) return fail(lessened.error());
     return BorneOffsets<D>{std::move(*offsets), *lessened};
 }

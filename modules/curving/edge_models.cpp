@@ -9,7 +9,7 @@ import camber.core;
 import camber.bezier;
 import camber.metric;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 
 namespace camber {
 
@@ -19,8 +19,8 @@ namespace {
 /// (16/3) oᵀ M o. Energy is length squared at constant speed, so half of its share is that of the length.
 constexpr double stretch = 16.0 / 3;
 /// What sliding along the edge weighs, which costs energy but no length: a tenth of the chord as 0.13 % of the length.
-constexpr double least_weight = 0.05;
-constexpr double most_weight = 16;
+constexpr double min_weight = 0.05;
+constexpr double max_weight = 16;
 /// Models are fitted where the energy says that this share of the length is lost.
 constexpr double fitted_loss = 1e-3;
 
@@ -61,7 +61,7 @@ template <int D>
 Sym<D> with_cheap_slides(const Sym<D>& h, const Vec<D>& tangent) {
     Vec<D> weights;
     weights.c.fill(1);
-    weights[0] = least_weight;
+    weights[0] = min_weight;
     return weighted<D>(h, basis_along(h, tangent), weights);
 }
 
@@ -73,7 +73,7 @@ Sym<D> fitted(const Sym<D>& h, const Vec<D>& tangent, Loss&& loss) {
     Vec<D> weights;
     for (int k = 0; k < D; ++k) {
         const double lost = 0.5 * (loss(r * basis[k]) + loss(-r * basis[k]));
-        weights[k] = std::clamp(lost / fitted_loss, least_weight, most_weight);
+        weights[k] = std::clamp(lost / fitted_loss, min_weight, max_weight);
     }
     return weighted<D>(h, basis, weights);
 }

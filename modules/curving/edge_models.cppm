@@ -6,7 +6,7 @@ export module camber.curving:edge_models;
 import camber.core;
 import camber.metric;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import :edge_target;
 
 export namespace camber {

@@ -7,7 +7,7 @@ export module camber.curving:edge_target;
 import camber.core;
 import camber.metric;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 
 export namespace camber {
 
@@ -41,13 +41,13 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
   public:
     CurvingAim aim = CurvingAim::accuracy;
     MeasuredEdges measured = MeasuredEdges::all;
-    double least_jacobian = 0.1;
+    double min_jacobian = 0.1;
 
     [[nodiscard]] static constexpr auto options() {
         using S = CurveOptions;
         return std::tuple_cat(
             EdgeAccuracyOptions::options(),
-            std::tuple(option("least_jacobian", &S::least_jacobian,
+            std::tuple(option("min_jacobian", &S::min_jacobian,
                               "accuracy only: where nodes would bring an element's scaled Jacobian below this, those "
                               "of its volume edges go only a part of their way")
                            .at_least(0)

@@ -360,7 +360,7 @@ class Headway {
         if (gained > 0 && missing < std::numeric_limits<double>::infinity())
             share_ = std::max(share_, gained / (gained + std::max(missing, 0.0)));
         constexpr std::size_t fine = 1000;
-        tell(execution_, static_cast<std::size_t>(share_ * fine), fine);
+        report_progress(execution_, static_cast<std::size_t>(share_ * fine), fine);
     }
 
   private:

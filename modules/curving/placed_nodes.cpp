@@ -18,11 +18,11 @@ namespace camber {
 
 namespace {
 
-constexpr double least_gain = 1e-6;    // a length that falls by less is the same
-constexpr double least_relief = 0.01;  // a distance that falls by less is
+constexpr double min_gain = 1e-6;    // a length that falls by less is the same
+constexpr double min_relief = 0.01;  // a distance that falls by less is
 constexpr double no_distance = 1e-10;  // of the chord
 constexpr double distance_growth = 2;  // by length: of the distance with the projected middle, is allowed
-constexpr int most_halvings = 6;
+constexpr int max_halvings = 6;
 
 /// Energy or length, as SheetSearch asks for it.
 template <int D>
@@ -113,11 +113,11 @@ class NodeSearch {
         const double allowed = largest_allowed();
         const Vec<2> way = search_.coordinates(start_, wanted.point - start_.point);
         double share = 1;
-        for (int halving = 0; halving <= most_halvings; ++halving, share *= 0.5) {
+        for (int halving = 0; halving <= max_halvings; ++halving, share *= 0.5) {
             const auto place = halving == 0 ? std::optional(wanted) : search_.at(start_, share * way);
             if (!place) continue;
             const double after = measure(*place);
-            if (!(after < (1 - (by_length() ? least_gain : least_relief)) * out.before)) continue;
+            if (!(after < (1 - (by_length() ? min_gain : min_relief)) * out.before)) continue;
             if (farthest(*place) > allowed) {
                 out.fate = NodeFate::far;
                 continue;
@@ -301,7 +301,7 @@ Outcome<Buffer<PlacedNode<D>>> placed_nodes(const QuadraticMesh<D>& mesh, const 
         if (!placed) return placed;
         Buffer<Vec<D>> offsets(n);
         for (std::size_t e = 0; e < n; ++e) offsets[e] = (*placed)[e].node.point - nodes[e].point;
-        auto borne = lessen_by_element<D>(mesh, nodes.view(), shells, search.least_jacobian, offsets,
+        auto borne = limit_by_jacobian<D>(mesh, nodes.view(), shells, search.min_jacobian, offsets,
                                           part_of(execution, 0.8, 0.95));
         if (!borne) return fail(borne.error());
         return map_each(

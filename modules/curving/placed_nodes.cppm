@@ -87,7 +87,7 @@ template <int D>
                                         const CurveOptions& search, const PlacementOptions& options);
 
 /// The boundary edges of a mesh: those move whose kind in `kinds` is that of the features; `nodes`: where they are, one
-/// row an edge. Where elements would suffer (`search.least_jacobian`, see lessen_by_element) nodes go a part of their
+/// row an edge. Where elements would suffer (`search.min_jacobian`, see limit_by_jacobian) nodes go a part of their
 /// way. Errors: rows that do not fit the mesh (ErrorKind::internal); stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<PlacedNode<D>>> placed_nodes(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,

@@ -11,7 +11,7 @@ module camber.curving;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import :polish;
 
 namespace camber {
@@ -50,7 +50,7 @@ struct Polish {
     [[nodiscard]] double value(ElementId e) const {
         const auto element = nodal_element<D>(mesh, nodes, e);
         const double by_coefficients = smallest_scaled_coefficient(bounded_jacobian(element));
-        if (options.programme.most_cuts == 0 || by_coefficients >= options.enough) return by_coefficients;
+        if (options.programme.max_cuts == 0 || by_coefficients >= options.enough) return by_coefficients;
         return check_element(element, 0).min_scaled_jacobian;
     }
     [[nodiscard]] double smallest() const {
@@ -64,9 +64,9 @@ struct Polish {
         for (const ElementId e : shells[edge]) now = std::min(now, values[e.index()]);
         auto programme = options.programme;
         programme.enough = options.enough;
-        programme.least = now + options.least_gain;
+        programme.least = now + options.min_gain;
         const auto highest = highest_node(edge_shell<D>(mesh, nodes, shells[edge], edge), programme);
-        if (!highest || !(highest->lower - now > options.least_gain)) return {};
+        if (!highest || !(highest->lower - now > options.min_gain)) return {};
         return {highest->node, highest->lower - now};
     }
     [[nodiscard]] bool has_changed(EdgeId edge) const {
@@ -163,7 +163,7 @@ Outcome<std::size_t> raise_low(Polish<D>& polish) {
             polish.turns[e] = Turn::waiting;
             waiting.emplace_back(e);
         }
-    const std::size_t most = polish.options.most_steps * waiting.size();
+    const std::size_t most = polish.options.max_steps * waiting.size();
     std::size_t steps = 0;
     while (!waiting.empty() && steps < most) {
         const auto taken = take_turns(polish, waiting);
@@ -199,17 +199,17 @@ Outcome<Polished<D>> in_bands(Polish<D>& at) {
     double now = at.smallest();
     Polished<D> polished{{}, 0, now, now};
     bool rises = true;
-    for (int turn = 0; turn < at.options.most_bands && now < enough; ++turn) {
+    for (int turn = 0; turn < at.options.max_bands && now < enough; ++turn) {
         const double band = at.options.band * std::max(1.0, std::abs(now));
         at.asked.assign(at.asked.size(), std::min(enough, now + band));
         // Few elements hold the value down: what is around them may give way.
         const bool last = !rises;
-        if (last) ask_around(at, now + at.options.least_gain);
+        if (last) ask_around(at, now + at.options.min_gain);
         const auto steps = raise_low(at);
         if (!steps) return fail(steps.error());
         polished.steps += *steps;
         polished.smallest = at.smallest();
-        rises = polished.smallest >= now + at.options.least_gain;
+        rises = polished.smallest >= now + at.options.min_gain;
         if (last && !rises) break;
         now = polished.smallest;
     }

@@ -6,7 +6,7 @@ module camber.curving;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import :polish;
 
 namespace camber {

@@ -4,7 +4,7 @@ export module camber.curving:shape;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import :extension;
 
 export namespace camber {
@@ -13,14 +13,14 @@ export namespace camber {
 struct ShapeOptions {
     ExtensionOptions extension;
     /// Of the programmes. Without cuts elements count by their coefficients, which are close where shapes are good.
-    EdgeProgrammeOptions programme{.tolerance = 1e-3, .most_cuts = 0};
+    EdgeProgrammeOptions programme{.tolerance = 1e-3, .max_cuts = 0};
     double enough = 0.95;      ///< elements with such a scaled Jacobian are let be
-    double least_gain = 1e-3;  ///< a step must raise the smallest scaled Jacobian around its edge by so much
+    double min_gain = 1e-3;  ///< a step must raise the smallest scaled Jacobian around its edge by so much
     /// Elements are raised together that are less than this above the worst, of max(1, |worst|).
     double band = 0.02;
     int rings = 2;                ///< of elements that are raised with the worst, where these alone do not rise
-    std::size_t most_steps = 20;  ///< in one band, for each of its elements
-    int most_bands = 100;
+    std::size_t max_steps = 20;  ///< in one band, for each of its elements
+    int max_bands = 100;
 };
 
 /// What `shape` came to.

@@ -83,9 +83,9 @@ class SheetSearch {
 
     /// The least that BFGS finds from there.
     template <class Objective>
-    End descend(const Objective& objective, int most_steps, double tolerance, SheetIterate<D>& at) const {
+    End descend(const Objective& objective, int max_steps, double tolerance, SheetIterate<D>& at) const {
         Sym<2> h = inverse_of(at.hessian, Objective::damping);
-        for (int step = 0; step < most_steps; ++step) {
+        for (int step = 0; step < max_steps; ++step) {
             Vec<2> s = -(h * at.gradient);
             const double promised = -0.5 * dot(s, at.gradient);
             if (!(promised > tolerance * std::abs(at.value))) return End::converged;

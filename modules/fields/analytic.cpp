@@ -65,13 +65,13 @@ template <int D>
 LogMetric<D> at(const LinearField& f, const Vec<D>& x) {
     Vec<D> sizes;
     for (double& h : sizes.c) h = f.scale * f.size;
-    sizes[D - 1] = f.scale * layer_size(f.least_size, f.size, std::abs(x[D - 1] - f.position));
+    sizes[D - 1] = f.scale * layer_size(f.min_size, f.size, std::abs(x[D - 1] - f.position));
     return log_metric_of_sizes(sizes);
 }
 template <int D>
 LogMetric<D> at(const PolarOneField& f, const Vec<D>& x) {
     const Polar<D> p = polar(x);
-    return two_sizes(p.radial, f.scale * layer_size(f.least_size, f.size, std::abs(p.r - f.radius)), f.scale * f.size);
+    return two_sizes(p.radial, f.scale * layer_size(f.min_size, f.size, std::abs(p.r - f.radius)), f.scale * f.size);
 }
 template <int D>
 LogMetric<D> at(const PolarTwoField& f, const Vec<D>& x) {
@@ -83,21 +83,21 @@ LogMetric<D> at(const PolarTwoField& f, const Vec<D>& x) {
     axes.column[1] = p.tangential;
     Vec<D> sizes;
     for (double& h : sizes.c) h = f.scale * f.size;
-    sizes[0] = f.scale * layer_size(f.least_size, f.size, distance_to_layer);
+    sizes[0] = f.scale * layer_size(f.min_size, f.size, distance_to_layer);
     sizes[1] = f.scale * (f.size * d + f.tangential_size * (1 - d));
     return log_metric_of_sizes(sizes, axes);
 }
 template <int D>
 LogMetric<D> at(const PlanarShock<D>& f, const Vec<D>& x) {
     const Vec<D> n = normalised(f.normal);
-    return two_sizes(n, shock_size(f.least_size, f.size, dot(n, x - f.point), f.width), f.size);
+    return two_sizes(n, shock_size(f.min_size, f.size, dot(n, x - f.point), f.width), f.size);
 }
 template <int D>
 LogMetric<D> at(const SphericalShock<D>& f, const Vec<D>& x) {
     const Vec<D> offset = x - f.centre;
     const double r = norm(offset);
     const Vec<D> n = r > 0 ? offset / r : first_axis<D>();
-    return two_sizes(n, shock_size(f.least_size, f.size, r - f.radius, f.width), f.size);
+    return two_sizes(n, shock_size(f.min_size, f.size, r - f.radius, f.width), f.size);
 }
 template <int D>
 LogMetric<D> at(const RotatingField& f, const Vec<D>& x) {
@@ -105,7 +105,7 @@ LogMetric<D> at(const RotatingField& f, const Vec<D>& x) {
     Vec<D> n;
     n[0] = std::cos(angle);
     n[1] = std::sin(angle);
-    return two_sizes(n, f.least_size, f.size);
+    return two_sizes(n, f.min_size, f.size);
 }
 
 using Named = std::pair<const char*, double>;
@@ -116,13 +116,13 @@ std::string positive(std::initializer_list<Named> values) {
 }
 
 std::string check(const LinearField& f) {
-    return positive({{"least_size", f.least_size}, {"size", f.size}, {"scale", f.scale}});
+    return positive({{"min_size", f.min_size}, {"size", f.size}, {"scale", f.scale}});
 }
 std::string check(const PolarOneField& f) {
-    return positive({{"least_size", f.least_size}, {"size", f.size}, {"radius", f.radius}, {"scale", f.scale}});
+    return positive({{"min_size", f.min_size}, {"size", f.size}, {"radius", f.radius}, {"scale", f.scale}});
 }
 std::string check(const PolarTwoField& f) {
-    return positive({{"least_size", f.least_size},
+    return positive({{"min_size", f.min_size},
                      {"tangential_size", f.tangential_size},
                      {"size", f.size},
                      {"radius", f.radius},
@@ -132,14 +132,14 @@ std::string check(const PolarTwoField& f) {
 template <int D>
 std::string check(const PlanarShock<D>& f) {
     if (!(norm(f.normal) > 0) || !is_finite(f.normal)) return "the shock's normal is zero";
-    return positive({{"least_size", f.least_size}, {"size", f.size}, {"width", f.width}});
+    return positive({{"min_size", f.min_size}, {"size", f.size}, {"width", f.width}});
 }
 template <int D>
 std::string check(const SphericalShock<D>& f) {
-    return positive({{"radius", f.radius}, {"least_size", f.least_size}, {"size", f.size}, {"width", f.width}});
+    return positive({{"radius", f.radius}, {"min_size", f.min_size}, {"size", f.size}, {"width", f.width}});
 }
 std::string check(const RotatingField& f) {
-    return positive({{"least_size", f.least_size}, {"size", f.size}, {"period", f.period}});
+    return positive({{"min_size", f.min_size}, {"size", f.size}, {"period", f.period}});
 }
 
 }  // namespace

@@ -11,16 +11,16 @@ import camber.metric;
 /// plays the part of z in `linear`, and the polar ones lose z.
 export namespace camber {
 
-/// UGAWG `linear`: thin across the plane z = position. h_x = h_y = size, h_z = least_size + 2 (size − least_size)
+/// UGAWG `linear`: thin across the plane z = position. h_x = h_y = size, h_z = min_size + 2 (size − min_size)
 /// |z − position|.
 struct LinearField {
-    double least_size = 0.001, size = 0.1, position = 0.5;
+    double min_size = 0.001, size = 0.1, position = 0.5;
     double scale = 1;  ///< all sizes times this
 
     [[nodiscard]] static constexpr auto options() {
         using S = LinearField;
         return std::tuple(
-            option("least_size", &S::least_size, "size across, at the plane").unit("model units").above(0),
+            option("min_size", &S::min_size, "size across, at the plane").unit("model units").above(0),
             option("size", &S::size, "size along, and across at a distance of 1/2").unit("model units").above(0),
             option("position", &S::position, "z (2D: y) of the plane").unit("model units"),
             option("scale", &S::scale, "all sizes times this").above(0));
@@ -29,15 +29,15 @@ struct LinearField {
 };
 
 /// UGAWG `polar-1`: a curved layer on the cylinder of this radius about the z axis. h_t = h_z = size,
-/// h_r = least_size + 2 (size − least_size) |r − radius|.
+/// h_r = min_size + 2 (size − min_size) |r − radius|.
 struct PolarOneField {
-    double least_size = 0.001, size = 0.1, radius = 0.5;
+    double min_size = 0.001, size = 0.1, radius = 0.5;
     double scale = 1;  ///< all sizes times this
 
     [[nodiscard]] static constexpr auto options() {
         using S = PolarOneField;
         return std::tuple(
-            option("least_size", &S::least_size, "size along the radius, in the layer").unit("model units").above(0),
+            option("min_size", &S::min_size, "size along the radius, in the layer").unit("model units").above(0),
             option("size", &S::size, "size along the layer").unit("model units").above(0),
             option("radius", &S::radius, "of the layer").unit("model units").above(0),
             option("scale", &S::scale, "all sizes times this").above(0));
@@ -48,13 +48,13 @@ struct PolarOneField {
 /// UGAWG `polar-2`: as polar-1, with shorter edges along the circle near the layer: h_t = size d + tangential_size
 /// (1 − d), d = min(|r − radius|/layer_width, 1). Curvature then asks for no more than h_t.
 struct PolarTwoField {
-    double least_size = 0.001, tangential_size = 0.025, size = 0.1, radius = 0.5, layer_width = 0.1;
+    double min_size = 0.001, tangential_size = 0.025, size = 0.1, radius = 0.5, layer_width = 0.1;
     double scale = 1;  ///< all sizes times this
 
     [[nodiscard]] static constexpr auto options() {
         using S = PolarTwoField;
         return std::tuple(
-            option("least_size", &S::least_size, "size along the radius, in the layer").unit("model units").above(0),
+            option("min_size", &S::min_size, "size along the radius, in the layer").unit("model units").above(0),
             option("tangential_size", &S::tangential_size, "size around the circle, in the layer")
                 .unit("model units")
                 .above(0),
@@ -71,11 +71,11 @@ struct PolarTwoField {
 };
 
 /// Thin across a plane, where a solution tanh(s/width) of the distance s jumps: log of the size along the normal goes
-/// from log size to log least_size with the solution's slope 1 − tanh²(s/width); `size` along the plane.
+/// from log size to log min_size with the solution's slope 1 − tanh²(s/width); `size` along the plane.
 template <int D>
 struct PlanarShock {
     Vec<D> point{}, normal{};  ///< of the plane; the normal of any length
-    double least_size = 0.01, size = 0.1, width = 0.1;
+    double min_size = 0.01, size = 0.1, width = 0.1;
     friend bool operator==(const PlanarShock&, const PlanarShock&) = default;
 };
 
@@ -84,19 +84,19 @@ template <int D>
 struct SphericalShock {
     Vec<D> centre{};
     double radius = 0.5;
-    double least_size = 0.01, size = 0.1, width = 0.1;
+    double min_size = 0.01, size = 0.1, width = 0.1;
     friend bool operator==(const SphericalShock&, const SphericalShock&) = default;
 };
 
-/// Constant sizes whose axes turn with x: least_size along (cos a, sin a, 0), size across it, a = 2π x/period. The
+/// Constant sizes whose axes turn with x: min_size along (cos a, sin a, 0), size across it, a = 2π x/period. The
 /// metric's derivative commutes with it nowhere, which is the case that a wrong D exp gets wrong.
 struct RotatingField {
-    double least_size = 0.01, size = 0.1, period = 1;
+    double min_size = 0.01, size = 0.1, period = 1;
 
     [[nodiscard]] static constexpr auto options() {
         using S = RotatingField;
         return std::tuple(
-            option("least_size", &S::least_size, "size along the turning axis").unit("model units").above(0),
+            option("min_size", &S::min_size, "size along the turning axis").unit("model units").above(0),
             option("size", &S::size, "size across it").unit("model units").above(0),
             option("period", &S::period, "of a whole turn").unit("model units").above(0));
     }

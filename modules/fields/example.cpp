@@ -20,7 +20,7 @@ static Outcome<bool> example(const Execution& execution) {
     const Vec<2> radial{{1, 0}}, tangential{{0, 1}};
 
     // By name: a curved layer on the circle of radius 0.5, thin across it.
-    const PolarOneField layer{.least_size = 0.001, .size = 0.1, .radius = 0.5};
+    const PolarOneField layer{.min_size = 0.001, .size = 0.1, .radius = 0.5};
     const auto polar = log_metrics_of<2>(AnalyticField<2>(layer), points, execution);
     if (!polar) return fail(polar.error());
     // As text: one size for each axis.
@@ -32,7 +32,7 @@ static Outcome<bool> example(const Execution& execution) {
     for (std::size_t i = 0; i < points.size(); ++i) {
         std::printf("x = %.1f: sizes %.4f and %.4f, anisotropy %.1f\n", points[i][0], size_along((*polar)[i], radial),
                     size_along((*polar)[i], tangential), anisotropy((*polar)[i]));
-        // On the axis the two fields differ only in 0.2 for 2 (size − least_size) = 0.198.
+        // On the axis the two fields differ only in 0.2 for 2 (size − min_size) = 0.198.
         difference =
             std::max(difference, std::abs(size_along((*polar)[i], radial) - size_along((*written)[i], radial)));
     }

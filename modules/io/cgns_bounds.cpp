@@ -37,12 +37,12 @@ class Tree {
 
   private:
     /// The standard's own trees are of twelve floors at most.
-    static constexpr int most_depth = 32;
+    static constexpr int max_depth = 32;
     static constexpr std::size_t bytes_of_a_node = 1024;  ///< in the library's memory
 
     [[nodiscard]] Outcome<Done> below(double node, int depth, const std::string& name) {
         int children = 0;
-        if (depth > most_depth) return refused("has nodes nested deeper than " + std::to_string(most_depth), name);
+        if (depth > max_depth) return refused("has nodes nested deeper than " + std::to_string(max_depth), name);
         if (lib_.number_of_children(file_, node, &children) != 0) return Done{};
         for (int c = 1; c <= children; ++c) {
             double child = 0;

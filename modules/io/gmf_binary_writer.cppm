@@ -40,7 +40,7 @@ class BinarySizer {
     [[nodiscard]] std::size_t words() const { return words_; }  ///< in all rows
 
     /// 2 below 2 GiB, 3 beyond, 4 when indices or counts need 64 bits (no index exceeds the largest count).
-    [[nodiscard]] int least_version() const {
+    [[nodiscard]] int min_version() const {
         constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
         if (largest_ > most) return 4;
         return narrow_ > most ? 3 : 2;

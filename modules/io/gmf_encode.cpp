@@ -35,7 +35,7 @@ Outcome<Chunks> encode(const Mesh& mesh, GmfOptions options, const Execution& ex
     BinarySizer sizer;
     if (auto sized = put_mesh(sizer, mesh); !sized) return fail(std::move(sized.error()));
     const bool ascii = options.encoding == GmfEncoding::ascii;
-    const auto version = chosen_version(options, ascii ? 2 : sizer.least_version());
+    const auto version = chosen_version(options, ascii ? 2 : sizer.min_version());
     if (!version) return fail(version.error());
     const std::size_t words = sizer.words();
     if (ascii) return written(AsciiWriter(*version, words, execution), mesh);

@@ -110,8 +110,8 @@ void skip_block(File& file, std::string_view word) {
             return;
         }
     // Noise must not make a list of its own length.
-    constexpr std::size_t most_names = 100;
-    if (file.skipped.size() < most_names) file.skipped.push_back({name, 1});
+    constexpr std::size_t max_names = 100;
+    if (file.skipped.size() < max_names) file.skipped.push_back({name, 1});
 }
 
 std::vector<Notice> notices_of(const File& file) {

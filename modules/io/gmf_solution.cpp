@@ -56,7 +56,7 @@ Outcome<Chunks> encode(const Solution& solution, GmfOptions options, const Execu
     BinarySizer sizer;
     sizer.more(24 + 4 * (solution.fields.size() + 1) + 8 * solution.values.size());
     const bool ascii = options.encoding == GmfEncoding::ascii;
-    const auto version = chosen_version(options, ascii ? 2 : sizer.least_version());
+    const auto version = chosen_version(options, ascii ? 2 : sizer.min_version());
     if (!version) return fail(version.error());
     const std::size_t words = solution.values.size();
     if (ascii) return written(AsciiWriter(*version, words, execution), solution);

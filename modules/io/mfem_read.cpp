@@ -59,10 +59,10 @@ struct Source {
         return value;
     }
     /// A number of rows of so many words at least.
-    [[nodiscard]] Outcome<std::size_t> count(const std::string& what, std::size_t least_words) {
+    [[nodiscard]] Outcome<std::size_t> count(const std::string& what, std::size_t min_words) {
         const auto value = number(what);
         if (!value) return fail(value.error());
-        if (*value < 0 || static_cast<std::uint64_t>(*value) > left() / (2 * least_words) + 1)
+        if (*value < 0 || static_cast<std::uint64_t>(*value) > left() / (2 * min_words) + 1)
             return fail_here("announces " + std::to_string(*value) + " " + what + ", more than follow");
         if (static_cast<std::uint64_t>(*value) > max_entities)
             return refuse_here("has more " + what + " than 32 bits can number", "divide the mesh");

@@ -18,7 +18,7 @@ class Refused {
                 counted += number;
                 return;
             }
-        if (kinds_.size() < most_kinds)
+        if (kinds_.size() < max_kinds)
             kinds_.emplace_back(kind, number);
         else
             others_ += number;
@@ -38,7 +38,7 @@ class Refused {
 
   private:
     /// A damaged file may have any number of kinds.
-    static constexpr std::size_t most_kinds = 64;
+    static constexpr std::size_t max_kinds = 64;
     std::size_t others_ = 0;
     std::vector<std::pair<std::string, std::size_t>> kinds_;
 };

@@ -54,11 +54,11 @@ Outcome<std::string> cut(File& file) {
 }
 
 /// What a file of any number of arrays has; a node costs twenty times the bytes that it is written in.
-constexpr std::ptrdiff_t most_tags = 200'000;
+constexpr std::ptrdiff_t max_tags = 200'000;
 
 Outcome<std::shared_ptr<pugi::xml_document>> parsed(const File& file, const std::string& xml) {
-    if (std::count(xml.begin(), xml.end(), '<') > most_tags)
-        return fail_at(file, 0, "has more than " + std::to_string(most_tags) + " XML tags", "give a .vtu file");
+    if (std::count(xml.begin(), xml.end(), '<') > max_tags)
+        return fail_at(file, 0, "has more than " + std::to_string(max_tags) + " XML tags", "give a .vtu file");
     auto document = std::make_shared<pugi::xml_document>();
     const auto result = document->load_buffer(xml.data(), xml.size(), pugi::parse_default, pugi::encoding_utf8);
     if (result.status == pugi::status_out_of_memory) throw std::bad_alloc();

@@ -125,7 +125,7 @@ struct Block {
 };
 
 /// Deflate makes nothing larger than this many times.
-constexpr std::uint64_t most_expansion = 1032;
+constexpr std::uint64_t max_expansion = 1032;
 
 /// What a header says of its blocks; none: it is cut off, or more than the bytes behind it can hold.
 std::optional<std::vector<Block>> read_blocks(const File& file, Bytes& bytes) {
@@ -140,7 +140,7 @@ std::optional<std::vector<Block>> read_blocks(const File& file, Bytes& bytes) {
     for (Block& block : blocks) {
         const auto size = next_word(file, bytes);
         const std::uint64_t unpacked = &block == &blocks.back() && *last != 0 ? *last : *full;
-        if (!size || *size > bytes.most() || unpacked / most_expansion > *size) return std::nullopt;
+        if (!size || *size > bytes.most() || unpacked / max_expansion > *size) return std::nullopt;
         block = {packed, *size, to, unpacked};
         packed += *size;
         to += unpacked;

@@ -70,7 +70,7 @@ template <class Part, int D>
                 },
                 grain);
             if (!added) return added;
-            tell(execution, last, n);
+            report_progress(execution, last, n);
         }
         return Done{};
     });

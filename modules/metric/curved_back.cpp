@@ -16,7 +16,7 @@ namespace {
 
 /// Newton's method ends with a step that is less than this of the element (barycentric): what is left is its square.
 constexpr double small_step = 1e-5;
-constexpr int most_steps = 10;
+constexpr int max_steps = 10;
 
 /// a + b ⊗ c.
 template <int D>
@@ -93,7 +93,7 @@ Location<D> CurvedBack<D>::locate(const Vec<D>& p, ElementId hint) const {
     Vec<D> seen = hint.valid() ? p - displacement_at_centre(*this, hint) : p;
     Location<D> found = reference.locate(seen, hint);
     if (found.placement != Placement::inside) seen = reference_point(*this, found);
-    for (int step = 0; step < most_steps; ++step) {
+    for (int step = 0; step < max_steps; ++step) {
         const Bent<D> bent = at(found);
         const Vec<D> move = inverse(bent.jacobian) * (p - bent.point);
         if (!is_finite(move)) break;

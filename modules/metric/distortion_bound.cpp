@@ -102,7 +102,7 @@ double largest_square(const SeenPart<D>& part, const Sym<D>& metric) {
 
 /// The least Bézier coefficient of det: the mean over the orders of the corners of each multi-index.
 template <int D>
-double least_determinant(const SeenPart<D>& part) {
+double min_determinant(const SeenPart<D>& part) {
     const auto& m = part.jacobians;
     double least = det(m[0]);
     if constexpr (D == 2) {
@@ -168,7 +168,7 @@ struct Part {
 template <int D>
 Part<D> bounded(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices, const Corners<D>& corners) {
     const SeenPart<D> part = seen<D>(nodes, vertices, corners);
-    const double least = least_determinant<D>(part);
+    const double least = min_determinant<D>(part);
     const double square = largest_square<D>(part, largest_metric<D>(part));
     const double size = D == 2 ? least : std::cbrt(least * least);
     const double bound = D * size / square;
@@ -184,7 +184,7 @@ LeastQuality bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetric
     const auto look = [&](const Barycentric<D>& at) {
         found.attained = std::min(found.attained, quality_at<D>(nodes, vertices, at));
     };
-    std::array<Part<D>, most_bisections + 1> parts;  // a heap, the lowest bound first
+    std::array<Part<D>, max_bisections + 1> parts;  // a heap, the lowest bound first
     std::size_t n = 0;
     const auto higher = [](const Part<D>& a, const Part<D>& b) { return a.bound > b.bound; };
     const auto add = [&](const Corners<D>& corners) {
@@ -197,7 +197,7 @@ LeastQuality bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetric
         look(whole[i]);
     }
     add(whole);
-    const int most = std::min(effort.bisections, most_bisections);
+    const int most = std::min(effort.bisections, max_bisections);
     for (int i = 0; i < most; ++i) {
         // Where 1/η ≤ 0 somewhere there is no bound to be had.
         if (found.attained <= 0 || parts[0].bound >= std::min(effort.enough, effort.share * found.attained)) break;

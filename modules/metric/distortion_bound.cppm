@@ -23,12 +23,12 @@ struct BoundEffort {
     double share = 0.95;
     int bisections = 64;
 };
-inline constexpr int most_bisections = 128;
+inline constexpr int max_bisections = 128;
 
 /// Bounds of det A by its Bézier coefficients and of tr(AᵀA) by its own, with the range of the metric, on parts of the
 /// element: the part of the lowest bound is bisected again and again, along the edge on which A and M change most. The
 /// bound converges to the least quality with the size of the parts. On a straight element in a constant metric it is
-/// the quality at once. Bisections beyond `most_bisections` are not made.
+/// the quality at once. Bisections beyond `max_bisections` are not made.
 template <int D>
 [[nodiscard]] LeastQuality bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
                                          const BoundEffort& effort = {});

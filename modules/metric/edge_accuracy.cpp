@@ -13,12 +13,12 @@ namespace {
 
 /// What changes by more than this within an edge is not resolved by it: the angle by which axes turn, in radians, and
 /// the change of log M by sizes (a factor of 7 of a size).
-constexpr double most_turn = 1;
-constexpr double most_change = 4;
+constexpr double max_turn = 1;
+constexpr double max_change = 4;
 /// The longest edge of a mesh that is unit for the metric has length √2; functions are not resolved by longer ones.
 constexpr double unit_length_squared = 2;
 /// The most that a node is shifted along its chord; at 1/4 the edge folds.
-constexpr double most_shift = 0.2;
+constexpr double max_shift = 0.2;
 
 template <int D>
 using GradientPack = std::array<SymPack<D>, D>;
@@ -145,7 +145,7 @@ template <int D>
             if (i != j) d[j] += turning(f.x[i][j], f.likeness(i, j)) * f.along_chord(i, j) * f.chord[i] / 8;
     }
     // 8 |d|/|e| is the angle by which the axes turn.
-    const Pack kept = resolved(8 * sqrt(dot(d, d)) / sqrt(dot(f.chord, f.chord)), most_turn);
+    const Pack kept = resolved(8 * sqrt(dot(d, d)) / sqrt(dot(f.chord, f.chord)), max_turn);
     for (int j = 0; j < D; ++j) d[j] *= kept;
     return d;
 }
@@ -189,12 +189,12 @@ template <int D>
     const Pack length = metric_length(f, f.chord);
     const Pack unit = min(unit_length_squared / (length * length), packed(1));
     // In one direction d = Δλ e/16.
-    const Pack kept = unit * resolved(16 * metric_length(f, d) / length, most_change);
+    const Pack kept = unit * resolved(16 * metric_length(f, d) / length, max_change);
     for (int j = 0; j < D; ++j) d[j] *= kept;
     return d;
 }
 
-/// F R (by_axes + σ by_sizes), not further along the chord than `most_shift`; nothing where that is no number.
+/// F R (by_axes + σ by_sizes), not further along the chord than `max_shift`; nothing where that is no number.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const VecPack<D>& chord, const EdgeSight<D>& middle,
                                                                     double size_share) {
@@ -205,7 +205,7 @@ template <int D>
     for (int j = 0; j < D; ++j) in_frame[j] = axes[j] + size_share * sizes[j];
     VecPack<D> d = times(f.log_metric.vectors, in_frame);
     const Pack shift = abs(dot(d, chord)) / dot(chord, chord);
-    const Pack kept = select(shift > most_shift, most_shift / shift, packed(1));
+    const Pack kept = select(shift > max_shift, max_shift / shift, packed(1));
     Pack largest = packed(0);
     for (int j = 0; j < D; ++j) {
         d[j] *= kept;

@@ -137,7 +137,7 @@ template <int D>
         const bool regular = s.chord_length[lane] > 0 && s.chord_length[lane] < 1e300 && s.change[lane] < 1e300;
         if (!regular) all.alone[lanes[lane]] = 1;
         if (!regular || lane >= count) s.change[lane] = 0;
-        const bool resolved = s.change[lane] < most_change;
+        const bool resolved = s.change[lane] < max_change;
         s.busy[lane] = promising[lane] != 0 && regular && resolved && lane < count ? 1 : 0;
     }
     all.work.decompositions += static_cast<std::size_t>(count) * (1 + all.rules.objective.size());

@@ -60,7 +60,7 @@ template <int D>
     const std::size_t n_points = all.rules.objective.size();
     const ElementsPack<D> at = entered<D>(all.back, out.element);
     PointElements<D> points{};
-    for (std::size_t q = 0; q < most_points; ++q) points[q] = at;
+    for (std::size_t q = 0; q < max_points; ++q) points[q] = at;
     WalkMarks marks{};
     s.at = located_values(all.back, s.frame, s.y, all.rules.objective, points, marks);
     s.chord_length = s.at.length;
@@ -83,7 +83,7 @@ template <int D>
         const bool regular = found[lane] != 0 && !is_bent(all, points, lane);
         if (!regular) all.alone[lanes[lane]] = 1;
         if (!regular || lane >= count) s.change[lane] = 0;
-        s.busy[lane] = promising[lane] != 0 && regular && s.change[lane] < most_change && lane < count ? 1 : 0;
+        s.busy[lane] = promising[lane] != 0 && regular && s.change[lane] < max_change && lane < count ? 1 : 0;
     }
     all.work.decompositions += static_cast<std::size_t>(count) * (1 + n_points);
     return out;

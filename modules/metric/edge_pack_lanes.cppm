@@ -27,11 +27,11 @@ namespace camber {
 inline constexpr double blocked_step = 1e-3;
 /// |y| of an offset of a unit of length: sqrt(energy_curvature).
 inline constexpr double unit_offset = 3.2659863237109041;
-inline constexpr int most_attempts = 8;
+inline constexpr int max_attempts = 8;
 /// Lengths that differ by less are the same.
 inline constexpr double length_rounding = 1e-11;
-inline constexpr int most_crossings = 6;
-inline constexpr int most_length_steps = 5;
+inline constexpr int max_crossings = 6;
+inline constexpr int max_length_steps = 5;
 /// A step of the energy that promises less than this share is the last, and taken unmeasured: by then the model is
 /// near enough that what it leaves is a small part of that (docs/algorithms/edge-minimisation.md).
 inline constexpr double last_step = 3e-4;
@@ -40,20 +40,20 @@ inline constexpr double rough_last_step = 1e-2;
 
 /// A parabola that leaves its element near an end by less than this, in chords, is searched in the field of that
 /// element as it goes on beyond, and then from there in that of the mesh.
-inline constexpr double most_beyond = 8;
+inline constexpr double max_beyond = 8;
 
 /// What is searched from its chord: edges within which log M, along the chord, to the vertices of the shell and out to
 /// the node, changes by less. Others are full of kinks and false minima, which the mesh does not resolve: they look at
 /// other places first.
-inline constexpr double most_change = 3;
+inline constexpr double max_change = 3;
 /// Where log M changes by more than this, sizes by a factor of 50, slopes tell nothing of what is a step away.
-inline constexpr double most_change_for_slopes = 8;
+inline constexpr double max_change_for_slopes = 8;
 /// Gains below this share of the length are not asked for. Others are believed by a rule of as many points where they
 /// are above what is not sure of the length, too, or, of curves with kinks, above that share times the square of what
 /// log M changes by, if that is more than 1: of 100 000 curves in fields from smooth to random none was wrong by as
 /// much (docs/algorithms/edge-minimisation.md).
-inline constexpr double least_gain = 1e-6;
-inline constexpr std::size_t least_points = 4;
+inline constexpr double min_gain = 1e-6;
+inline constexpr std::size_t min_points = 4;
 inline constexpr double sure_share_with_kinks = 0.03;
 
 /// Eight searches under way.
@@ -187,7 +187,7 @@ template <int D>
 /// Whether the next trial's parabola leaves its element so far that the field there tells nothing of it.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Mask leaves(const SearchPack<D>& s, const EdgeMinimiserOptions& options) {
-    return beyond_ends(s, trial_of(s, options)) > most_beyond;
+    return beyond_ends(s, trial_of(s, options)) > max_beyond;
 }
 
 template <int D>

@@ -20,7 +20,7 @@ namespace camber {
 /// where that point was before.
 
 /// The points of a rule along eight edges.
-inline constexpr std::size_t most_points = 12;
+inline constexpr std::size_t max_points = 12;
 
 /// An element of the mesh for each lane, and what is needed of it: kept from evaluation to evaluation, since points
 /// seldom change their elements.
@@ -35,7 +35,7 @@ struct ElementsPack {
     Mask slim{};  ///< Frame itself finds the coordinates
 };
 template <int D>
-using PointElements = std::array<ElementsPack<D>, most_points>;
+using PointElements = std::array<ElementsPack<D>, max_points>;
 
 /// ∇u of the corners; in lanes that are slim, by Frame.
 template <int D>
@@ -192,8 +192,8 @@ template <int D>
 template <int D>
 [[gnu::always_inline]] inline void locate(const StraightBack<D>& back, std::span<ElementsPack<D>> elements,
                                           std::span<VecPack<D>> x, std::span<LocatedPack<D>> places, WalkMarks& marks) {
-    std::array<Mask, most_points> moved{};
-    std::array<Mask, most_points> open{};
+    std::array<Mask, max_points> moved{};
+    std::array<Mask, max_points> open{};
     for (std::size_t q = 0; q < x.size(); ++q) {
         places[q] = {coordinates_in(back, elements[q], x[q]), {}};
         open[q] = Mask(-1);
@@ -285,8 +285,8 @@ template <int D, class Use>
     for (int i = 0; i < D; ++i) offset[i] = f.scale[i] * y[i];
     EdgeValues<D> out{};
     const MatPack<D> back_to_space = transposed(f.axes);
-    std::array<VecPack<D>, most_points> x;
-    std::array<LocatedPack<D>, most_points> places;
+    std::array<VecPack<D>, max_points> x;
+    std::array<LocatedPack<D>, max_points> places;
     for (std::size_t q = 0; q < rule.size(); ++q) x[q] = place_at(f, offset, rule.t[q]);
     locate<D>(back, std::span(elements).first(rule.size()), std::span(x).first(rule.size()), places, marks);
     // Two points at a time, as in each_point.
@@ -364,8 +364,8 @@ template <int D>
     VecPack<D> offset;
     for (int i = 0; i < D; ++i) offset[i] = f.scale[i] * y[i];
     EdgeValues<D> out{};
-    std::array<VecPack<D>, most_points> x;
-    std::array<LocatedPack<D>, most_points> places;
+    std::array<VecPack<D>, max_points> x;
+    std::array<LocatedPack<D>, max_points> places;
     for (std::size_t q = 0; q < rule.size(); ++q) x[q] = place_at(f, offset, rule.t[q]);
     locate<D>(back, std::span(elements).first(rule.size()), std::span(x).first(rule.size()), places, marks);
     for (std::size_t first = 0; first < rule.size(); first += 2) {

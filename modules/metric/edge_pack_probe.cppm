@@ -37,7 +37,7 @@ inline constexpr int compass_rounds = 2;
 template <int D>
 struct ProbeAxes {
     std::array<VecPack<D>, D> axis;
-    Pack most_along{};  ///< what the shift leaves of the first
+    Pack max_along{};  ///< what the shift leaves of the first
 };
 
 template <int D>
@@ -60,7 +60,7 @@ template <int D>
     const Mask none = ~(within > 1e-6 * chord);
     for (int i = 0; i < D; ++i) along[i] = select(none, finest[(i + 1) % D], along[i] / within);
     ProbeAxes<D> out;
-    out.most_along = select(none, packed(1), options.max_tangential_shift * chord / within);
+    out.max_along = select(none, packed(1), options.max_tangential_shift * chord / within);
     const Pack bound = options.max_offset * unit_offset * least;
     std::array<VecPack<D>, D> directions{};
     directions[0] = along;
@@ -90,7 +90,7 @@ template <int D>
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> y_of(const ProbeAxes<D>& axes, const ProbePlace& place) {
     VecPack<D> y;
-    const Pack along = copysign(min(packed(std::abs(place.along)), axes.most_along), packed(place.along));
+    const Pack along = copysign(min(packed(std::abs(place.along)), axes.max_along), packed(place.along));
     for (int i = 0; i < D; ++i) {
         if constexpr (D == 3)
             y[i] = along * axes.axis[0][i] + place.across * axes.axis[1][i];

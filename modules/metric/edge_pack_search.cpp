@@ -127,7 +127,7 @@ template <int D, class Where>
     const VecPack<D> offset = offsets_of(lanes.pack.frame, lanes.pack.y);
     const Pack gain = lanes.pack.chord_length - lanes.pack.at.length;
     const Pack sure = where.sure_gain(all, lanes);
-    const Mask unresolved = ~(max(lanes.pack.change, change_of(lanes.pack) + where.bulge(lanes)) < most_change);
+    const Mask unresolved = ~(max(lanes.pack.change, change_of(lanes.pack) + where.bulge(lanes)) < max_change);
     for (int lane = 0; lane < pack_size; ++lane) {
         if (out[lane] == 0) continue;
         const std::uint32_t edge = lanes.edge[lane];
@@ -141,7 +141,7 @@ template <int D, class Where>
                 (lanes.pack.probed[lane] != 0 ? to_judge_through : to_probe).push_leaving(lanes, lane);
             else if (gain[lane] > sure[lane])
                 put_node(all, edge, offset, lane);
-            else if (gain[lane] > least_gain * lanes.pack.chord_length[lane])
+            else if (gain[lane] > min_gain * lanes.pack.chord_length[lane])
                 to_judge.push(lanes, lane);
         }
         lanes.pack.busy[lane] = 0;
@@ -161,11 +161,11 @@ template <int D>
     s.probed = packed(1);
     const ElementsPack<D> at = entered<D>(all.back, lanes.element);
     for (std::size_t q = 0; q < all.rules.objective.size(); ++q) points[q] = at;
-    const Mask near = open & (s.change < most_change_for_slopes);
+    const Mask near = open & (s.change < max_change_for_slopes);
     const Probing<D> best = probed(all, s, open, near, points);
     const Mask go_on = best.found & near;
     choose(best.found, s.y, best.y);
-    const Mask judged = ~go_on & (best.found | (s.at.length < (1 - least_gain) * s.chord_length));
+    const Mask judged = ~go_on & (best.found | (s.at.length < (1 - min_gain) * s.chord_length));
     if (any(go_on)) start_there(all, s, go_on, points);
     s.busy = packed(1);
     for (int lane = 0; lane < count; ++lane) {
@@ -256,7 +256,7 @@ void search(Instructions set, const PackedEdges<D>& all) {
                     }
                     fresh_lane = 0;
                     for (int k = 0; k < pack_size; ++k) {
-                        if (!(fresh.pack.change[k] < most_change)) to_probe.push_leaving(fresh, k);
+                        if (!(fresh.pack.change[k] < max_change)) to_probe.push_leaving(fresh, k);
                         if (away[k] == 0) continue;
                         leaving.push_leaving(fresh, k);
                         fresh.pack.busy[k] = 0;

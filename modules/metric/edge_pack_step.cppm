@@ -49,7 +49,7 @@ template <int D>
 [[nodiscard, gnu::always_inline]] inline Mask crossed(const PackedEdges<D>& all, SearchLanes<D>& lanes,
                                                       const WallStep<D>& held, Mask ended) {
     SearchPack<D>& s = lanes.pack;
-    Mask wanted = ended & (s.crossings < most_crossings);
+    Mask wanted = ended & (s.crossings < max_crossings);
     if constexpr (D == 2)
         wanted &= held.held[0];
     else
@@ -115,8 +115,8 @@ struct WithinWedge {
     [[nodiscard, gnu::always_inline]] static inline Pack sure_gain(const PackedEdges<D>& all,
                                                                    const SearchLanes<D>& lanes) {
         const SearchPack<D>& s = lanes.pack;
-        if (all.rules.objective.size() < least_points) return packed(1e300);
-        return least_gain * s.chord_length + s.chord_unsure + unsure_share(s.sums) * s.at.length;
+        if (all.rules.objective.size() < min_points) return packed(1e300);
+        return min_gain * s.chord_length + s.chord_unsure + unsure_share(s.sums) * s.at.length;
     }
     [[nodiscard, gnu::always_inline]] static inline Mask goes_on(const PackedEdges<D>& all, SearchLanes<D>& lanes,
                                                                  const WallStep<D>& held, Mask ended) {
@@ -143,7 +143,7 @@ struct ThroughElements {
     }
     [[nodiscard, gnu::always_inline]] static inline Pack sure_gain(const PackedEdges<D>& all,
                                                                    const SearchLanes<D>& lanes) {
-        if (all.rules.objective.size() < least_points) return packed(1e300);
+        if (all.rules.objective.size() < min_points) return packed(1e300);
         const Pack change = lanes.pack.along;
         return sure_share_with_kinks * max(packed(1), change * change) * lanes.pack.chord_length;
     }
@@ -224,10 +224,10 @@ template <int D, class Where>
     const Mask minimal = ~(-next.slope > tolerance);
     const Mask converged = accepted & (minimal | (from - value < 0.1 * tolerance));
     s.steps += select(accepted, packed(1), packed(0));
-    const Pack most = select(last_phase, packed(most_length_steps), packed(o.max_iterations));
+    const Pack most = select(last_phase, packed(max_length_steps), packed(o.max_iterations));
     out.exhausted = accepted & ~converged & (s.steps >= most);
     s.attempts = select(accepted, packed(0), s.attempts + 1);
-    const Mask stuck = rejected & ((s.attempts >= most_attempts) | (told & minimal));
+    const Mask stuck = rejected & ((s.attempts >= max_attempts) | (told & minimal));
     const Mask back = rejected & ~told;
     s.step = select(back, 0.3 * s.step, s.step);
     const Mask turned = accepted | told;

@@ -142,7 +142,7 @@ std::string check(const MetricBounds& b) {
 /// The size of a metric that is out of range, or is no number; none where all are in it.
 template <int D>
 std::optional<double> size_out_of_range(const LogMetric<D>& log_metric) {
-    const double least = -2 * std::log(most_length), most = -2 * std::log(least_length);
+    const double least = -2 * std::log(max_length), most = -2 * std::log(min_length);
     // The norm bounds every eigenvalue; the slack is rounding's, for sizes at the very end.
     constexpr double slack = 1e-12;
     if (norm(log_metric.l) < std::fmin(-least, most)) return {};
@@ -170,7 +170,7 @@ Outcome<Done> check_sizes(const Column<LogMetric<D>>& field, const Execution& ex
         what << "a size of " << size << " is not between 1e-60 and 1e60";
     else
         what << "is of sizes that are not between 1e-60 and 1e60";
-    static_assert(least_length == 1e-60 && most_length == 1e60);
+    static_assert(min_length == 1e-60 && max_length == 1e60);
     return fail(ErrorKind::input, what.str(), {}, Entity{"metric at vertex", *first + 1},
                 "take another unit of length");
 }

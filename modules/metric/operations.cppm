@@ -28,7 +28,7 @@ template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> intersection(const Column<LogMetric<D>>& a, const Column<LogMetric<D>>& b,
                                                          const Execution& execution);
 
-/// That every size is in the range of lengths (`least_length` to `most_length`): squares of a metric's entries are
+/// That every size is in the range of lengths (`min_length` to `max_length`): squares of a metric's entries are
 /// numbers with all their digits then. Errors (input, entity "metric at vertex N"): a size that is not; stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> check_sizes(const Column<LogMetric<D>>& field, const Execution& execution);

@@ -17,7 +17,7 @@ namespace {
 
 /// Newton's method ends below this step: what is left is its square.
 constexpr double small_step = 1e-6;
-constexpr int most_steps = 12;
+constexpr int max_steps = 12;
 
 template <int D>
 double largest(const Vec<D>& v) {
@@ -255,7 +255,7 @@ RootIterate<D> newton(const CurvedSimplex<D, D>& element, const Vec<D>& r, const
     RootIterate<D> at;
     at.xi = from;
     Barycentrics<D> first = from;
-    for (int step = 0; step < most_steps; ++step) {
+    for (int step = 0; step < max_steps; ++step) {
         at.inverse = inverse(jacobian_at(element, at.xi));
         const Vec<D> move = at.inverse * (r - element.point(at.xi));
         if (!is_finite(move)) break;
@@ -286,13 +286,13 @@ bool may_hold(const CurvedSimplex<D, D>& element, const Vec<D>& r) {
 
 template <int D>
 Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r) {
-    constexpr int most_parts = 4000, deepest = 60;
+    constexpr int max_parts = 4000, deepest = 60;
     Part<D> whole;
     for (int i = 0; i <= D; ++i) whole.corners[i][i] = 1;
     std::vector<Part<D>> parts{whole};
     Found<D> found{Membership::not_inside, {}};
     for (int seen = 0; !parts.empty(); ++seen) {
-        if (seen == most_parts) return {Membership::undecided, found.root};
+        if (seen == max_parts) return {Membership::undecided, found.root};
         const Part<D> part = parts.back();
         parts.pop_back();
         const Mat<D> jacobian = jacobian_at(element, part.centre());

@@ -34,7 +34,7 @@ bool is_out_of_range(const Sym<D>& m) {
     double largest = 0;
     for (const double x : m.c) largest = std::max(largest, std::abs(x));
     constexpr double beyond = 4;
-    return largest * (least_length * least_length) > beyond || largest * (most_length * most_length) * beyond < 1;
+    return largest * (min_length * min_length) > beyond || largest * (max_length * max_length) * beyond < 1;
 }
 
 /// What rounding the entries of M by ε each does to an eigenvalue: ε Σ |r_j| |m_jk| |r_k|, at most ε λ_max D and far
@@ -88,7 +88,7 @@ std::optional<Error> refusal_of(TensorState state, const Entity& vertex) {
         case TensorState::zero:
             return Error{kind, "is zero", {}, vertex, "sizes would be infinite: give each direction a size"};
         case TensorState::out_of_range:
-            static_assert(least_length == 1e-60 && most_length == 1e60);
+            static_assert(min_length == 1e-60 && max_length == 1e60);
             return Error{
                 kind, "is of sizes that are not between 1e-60 and 1e60", {}, vertex, "take another unit of length"};
         case TensorState::singular:

@@ -48,7 +48,7 @@ static Outcome<bool> example(const Execution& execution) {
     if (!given) return fail(given.error());
 
     // By default a mesh that is so small is left as it is.
-    const auto better = better_order(*given, {.least_elements = 1000}, execution);
+    const auto better = better_order(*given, {.min_elements = 1000}, execution);
     if (!better) return fail(better.error());
     if (!*better) return false;
     const Renumbering& order = (*better)->renumbering;

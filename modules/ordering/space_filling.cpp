@@ -122,10 +122,10 @@ Outcome<Renumbering> space_filling_order(const LinearMesh<D>& mesh, const Execut
 template <int D>
 Outcome<std::optional<BetterOrder>> better_order(const LinearMesh<D>& mesh, const OrderingOptions& options,
                                                  const Execution& execution) {
-    if (mesh.elements.size() < options.least_elements) return std::nullopt;
+    if (mesh.elements.size() < options.min_elements) return std::nullopt;
     const auto own = scatter(mesh, part_of(execution, 0, 0.1));
     if (!own) return fail(own.error());
-    if (!(*own > options.most_scatter)) return std::nullopt;
+    if (!(*own > options.max_scatter)) return std::nullopt;
     return space_filling_order(mesh, part_of(execution, 0.1, 1)).map([&](Renumbering made) {
         return std::optional(BetterOrder{std::move(made), *own});
     });

@@ -12,9 +12,9 @@ export namespace camber {
 
 struct OrderingOptions {
     /// Smaller meshes fit into caches in any order.
-    std::size_t least_elements = 100'000;
+    std::size_t min_elements = 100'000;
     /// The scatter above which an order is bad.
-    double most_scatter = 0.02;
+    double max_scatter = 0.02;
 };
 
 /// The mean distance of the lowest vertices of consecutive elements, by the number of vertices: near 0 in a good order,

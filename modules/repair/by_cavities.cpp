@@ -16,18 +16,18 @@ import :vertex_moves;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 
 namespace camber {
 
 namespace {
 
 /// Beyond it a cavity does not grow.
-constexpr std::size_t most_edges = 240;
+constexpr std::size_t max_edges = 240;
 /// What a surface node weighs more than one of the volume.
 constexpr double surface_weight = 1e4;
 /// A joint return that wins less, as a share of an edge's length, is not made.
-constexpr double least_joint_return = 1e-5;
+constexpr double min_joint_return = 1e-5;
 /// What vertices that move are asked to leave of the determinants around them, as shares, one after the other.
 constexpr std::array kept_shares{0.2, 0.02, 0.0};
 
@@ -179,7 +179,7 @@ bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, Moves<D>&
     for (const ElementId e : cavity.elements) {
         const NodalSimplex<D> next = changed_element(state, plan, e);
         const Verdict now = verdict_of(state, e, next);
-        if (spoilt(state, e, next, now) || !keeps_shape(state, e, next, now)) return false;
+        if (is_degraded(state, e, next, now) || !keeps_shape(state, e, next, now)) return false;
         plan.verdicts.emplace_back(e, now);
     }
     return true;
@@ -209,7 +209,7 @@ RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach
         std::vector<EdgeId> wider = cavity.edges;
         for (const ElementId e : around(state, cavity.edges)) add_edges(state, e, reach, wider);
         wider |= ranges::actions::sort | ranges::actions::unique;
-        if (wider.size() > most_edges) break;
+        if (wider.size() > max_edges) break;
         cavity.edges = std::move(wider);
     }
     cavity.elements = around(state, cavity.edges);
@@ -230,14 +230,14 @@ RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach
 
 template <int D>
 Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed, double asked,
-                              double most_work) {
+                              double max_work) {
     if (cavity.edges.empty() && cavity.vertices.empty()) return {};
     const double floor = std::max(state.options.min_scaled_jacobian + floor_slack, asked);
     auto programme = programme_of(state, cavity, [&](ElementId e) { return floor_of(state, cavity, e, seed, floor); });
     if (asked == 0) programme.first_penalty = JointProgramme<D>::strong;
     Planned<D> planned;
     const auto succeeds = [&] {
-        programme.most_work = most_work - planned.work;
+        programme.max_work = max_work - planned.work;
         const auto solution = solve(programme, std::vector<Vec<D>>(programme.unknowns.size()));
         planned.work += solution.work;
         Moves<D> plan = changes_of(state, cavity, solution.offsets);
@@ -251,28 +251,28 @@ Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>
     }
     for (const double share : kept_shares) {
         for (std::size_t i = 0; i < cavity.elements.size(); ++i)
-            programme.elements[i].least = least_of(state, cavity, cavity.elements[i], share);
+            programme.elements[i].least = min_of(state, cavity, cavity.elements[i], share);
         if (succeeds()) break;
     }
     return planned;
 }
 
 template <int D>
-Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity, double most_work) {
+Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity, double max_work) {
     const double target = state.options.aim() + floor_slack;
     auto programme = programme_of(state, cavity, [&](ElementId e) {
         return state.good(e) ? jacobian_to_keep_valid(state, e, target) : jacobian_to_keep(state, e, target);
     });
     std::vector<Vec<D>> as_it_is(programme.unknowns.size());
     const double now = cost_of(programme, as_it_is);
-    double least = now - std::max(least_joint_return, least_returned_share * now);
+    double least = now - std::max(min_joint_return, min_returned_share * now);
     if (!(least > 0)) return {};
     std::vector<Vec<D>> as_wanted;
     as_wanted.reserve(programme.unknowns.size());
     for (const auto& unknown : programme.unknowns) as_wanted.push_back(unknown.centre);
     Planned<D> best;
     for (auto* start : {&as_it_is, &as_wanted}) {
-        programme.most_work = most_work - best.work;
+        programme.max_work = max_work - best.work;
         const auto solution = solve(programme, std::move(*start));
         best.work += solution.work;
         const double cost = cost_of(programme, solution.offsets);

@@ -13,16 +13,16 @@ import :vertex_moves;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 
 namespace camber {
 
 namespace {
 
 /// A return that wins less of an edge's length is not made.
-constexpr double least_return = 1e-7;
+constexpr double min_return = 1e-7;
 /// Nor one on a segment that goes less of the way.
-constexpr double least_step = 0.02;
+constexpr double min_step = 0.02;
 
 /// The elements around an edge with what they are to keep where `asked` is wished for: all that are good, and all that
 /// `keeps` says of the others.
@@ -53,7 +53,7 @@ std::optional<Moves<D>> plan_of(const RepairState<D>& state, EdgeId edge, const 
     for (const ElementId e : state.shells[edge]) {
         const NodalSimplex<D> element = state.moved.element_with(e, edge, node);
         const Verdict now = verdict_of(state, e, element);
-        if (spoilt(state, e, element, now)) return {};
+        if (is_degraded(state, e, element, now)) return {};
         plan.verdicts.emplace_back(e, now);
     }
     return plan;
@@ -112,7 +112,7 @@ Planned<D> plan_return_on_segment(const RepairState<D>& state, EdgeId edge) {
                 constraints.push_back({here.coefficients[i] / scale, there.coefficients[i] / scale, floor});
     }
     const auto interval = feasible(constraints);
-    if (!interval || interval->high < least_step) return {};
+    if (!interval || interval->high < min_step) return {};
     const LagrangeNode<D> node =
         interval->high < 1 ? LagrangeNode<D>{from.point + interval->high * (to.point - from.point)} : to;
     return {plan_of(state, edge, node)};
@@ -122,7 +122,7 @@ template <int D>
 Planned<D> plan_return(const RepairState<D>& state, EdgeId edge) {
     const QuadraticModel<D> model = state.model(edge);
     const double now = model(state.moved.nodes[edge].point);
-    const double worth = std::max(least_return, least_returned_share * now);
+    const double worth = std::max(min_return, min_returned_share * now);
     if (!(now > worth)) return {};
     const double target = state.options.aim();
     const auto nearest = nearest_node(shell_of(state, edge, target, [](ElementId) { return true; }), model, target);

@@ -26,7 +26,7 @@ void shrink(const RepairState<D>& state, Growth<D>& growth) {
     while (!suspects.empty()) {
         std::vector<EdgeId> removed;
         for (const ElementId e : suspects) {
-            if (!spoilt(state, e, growth.element(e), verdict_of(state, e, growth.element(e)))) continue;
+            if (!is_degraded(state, e, growth.element(e), verdict_of(state, e, growth.element(e)))) continue;
             for (const EdgeId edge : state.mesh().edges.of_elements[e]) {
                 if (!growth.is_chosen(edge)) continue;
                 growth.chosen.at(edge) = 0;
@@ -39,7 +39,7 @@ void shrink(const RepairState<D>& state, Growth<D>& growth) {
 }
 
 /// Steps of a node; each but the last takes it half of the way that is left.
-constexpr int most_steps = 4;
+constexpr int max_steps = 4;
 
 /// The next step of all volume nodes of these elements that are not at home.
 template <int D>
@@ -55,7 +55,7 @@ Moves<D> steps_home(const RepairState<D>& state, const std::vector<ElementId>& e
         const auto there = home(edge);
         const LagrangeNode<D>& now = state.moved.nodes[edge];
         if (!there || *there == now) continue;
-        const bool last = ++steps.at(edge) >= most_steps;
+        const bool last = ++steps.at(edge) >= max_steps;
         moves.nodes.emplace_back(edge, last ? *there : LagrangeNode<D>{midpoint(now.point, there->point)});
     }
     return moves;

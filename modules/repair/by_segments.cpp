@@ -15,7 +15,7 @@ import :moved_mesh;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 
 namespace camber {
 
@@ -37,8 +37,8 @@ struct Swept {
     bool valid = false;
     BoundedJacobian<D> at_0, at_1;
     double scale = 1;
-    double least_at_1 = 0;    ///< smallest scaled coefficient at θ = 1
-    double least_needed = 0;  ///< scaled coefficients above it make the element valid, rounding included
+    double min_at_1 = 0;    ///< smallest scaled coefficient at θ = 1
+    double min_needed = 0;  ///< scaled coefficients above it make the element valid, rounding included
 };
 
 template <int D>
@@ -48,8 +48,8 @@ std::vector<Swept<D>> swept_shell(const Trial<D>& trial, EdgeId edge, const Lagr
     for (const ElementId e : trial.state.shells[edge]) {
         Swept<D> s{e, trial.valid(e), jacobian_with(trial, e, edge, from), jacobian_with(trial, e, edge, to), 1, 0, 0};
         s.scale = std::max(scale_of(s.at_0), scale_of(s.at_1));
-        s.least_at_1 = *std::min_element(s.at_1.coefficients.begin(), s.at_1.coefficients.end()) / s.scale;
-        s.least_needed = trial.state.options.min_scaled_jacobian * (1 + 0x1p-40) +
+        s.min_at_1 = *std::min_element(s.at_1.coefficients.begin(), s.at_1.coefficients.end()) / s.scale;
+        s.min_needed = trial.state.options.min_scaled_jacobian * (1 + 0x1p-40) +
                          4 * std::max(s.at_0.error, s.at_1.error) / s.scale;
         shell.push_back(s);
     }
@@ -80,10 +80,10 @@ constexpr std::array<Demand, 4> demands{{{true, true}, {false, true}, {true, fal
 /// Valid elements keep their coefficients, or the target where they have more.
 template <int D>
 double floor_of(const Trial<D>& trial, const Swept<D>& s, ElementId e, Demand demand) {
-    const double target = std::max(trial.state.options.target, s.least_needed);
-    if (s.valid) return std::min(target, s.least_at_1);
-    if (demand.whole_shell || s.element == e) return demand.to_target ? target : s.least_needed;
-    return s.least_at_1;
+    const double target = std::max(trial.state.options.target, s.min_needed);
+    if (s.valid) return std::min(target, s.min_at_1);
+    if (demand.whole_shell || s.element == e) return demand.to_target ? target : s.min_needed;
+    return s.min_at_1;
 }
 
 /// A place for a node, and what it is worth: lower is better.
@@ -203,7 +203,7 @@ bool put_back(Trial<D>& trial, EdgeId edge) {
     std::vector<AffineConstraint> constraints;
     for (const auto& s : swept_shell(trial, edge, from, to)) {
         const double now = *std::min_element(s.at_0.coefficients.begin(), s.at_0.coefficients.end()) / s.scale;
-        append(s, std::min(now, std::max(trial.state.options.target, s.least_needed)), constraints);
+        append(s, std::min(now, std::max(trial.state.options.target, s.min_needed)), constraints);
     }
     const auto interval = feasible(constraints);
     if (!interval || interval->high < 0.01) return false;

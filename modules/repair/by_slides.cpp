@@ -13,14 +13,14 @@ import :vertex_moves;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 
 namespace camber {
 
 namespace {
 
 /// Steps from one tangent plane to the next.
-constexpr int most_steps = 10;
+constexpr int max_steps = 10;
 /// What a slide weighs more than a move in the volume: it takes the surface's best approximation along.
 constexpr double slide_weight = 10;
 /// Beside it the geometry is left at no price.
@@ -162,7 +162,7 @@ JointProgramme<D> programme_at(const Sliding<D>& at, ElementId seed, double wish
                                                     .floor = e == seed       ? wish
                                                              : state.good(e) ? std::max(kept, bound)
                                                                              : kept};
-        if (!at.points.empty()) element.least = least_of(state, at.cavity, e, share);
+        if (!at.points.empty()) element.least = min_of(state, at.cavity, e, share);
         for (int i = 0; i <= D; ++i) {
             const int vertex = position_in(at.cavity.vertices, state.mesh().linear.elements.vertices[e][i]);
             element.unknowns[i] = vertex < 0 ? JointProgramme<D>::fixed : edges + vertex;
@@ -197,7 +197,7 @@ std::optional<Moves<D>> plan_of(const Sliding<D>& at, ElementId seed) {
     for (const ElementId e : at.cavity.elements) {
         const NodalSimplex<D> next = at.element(e);
         const Verdict now = verdict_of(state, e, next);
-        if (spoilt(state, e, next, now) || (e == seed && now != Verdict::valid)) return std::nullopt;
+        if (is_degraded(state, e, next, now) || (e == seed && now != Verdict::valid)) return std::nullopt;
         if (!keeps_shape(state, e, next, now)) return std::nullopt;
         plan.verdicts.emplace_back(e, now);
     }
@@ -210,16 +210,16 @@ std::optional<Moves<D>> plan_of(const Sliding<D>& at, ElementId seed) {
 
 template <int D>
 Planned<D> plan_slide_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed, double asked,
-                             double most_work) {
+                             double max_work) {
     const auto is_volume = [&](EdgeId e) { return state.kinds[e] == EdgeKind::volume; };
     if (std::ranges::all_of(cavity.edges, is_volume)) return {};
     const double wish = std::max<double>(state.options.min_scaled_jacobian, asked) + slack_of_seed;
     Planned<D> planned;
     const auto try_from = [&](SlideStart start, double share) {
         Sliding<D> at = beginning(state, cavity, start);
-        for (int step = 0; step < most_steps && planned.work < most_work && !planned.plan; ++step) {
+        for (int step = 0; step < max_steps && planned.work < max_work && !planned.plan; ++step) {
             auto programme = programme_at(at, seed, wish, share);
-            programme.most_work = most_work - planned.work;
+            programme.max_work = max_work - planned.work;
             const auto solution = solve(programme, std::vector<Vec<D>>(at.unknowns()));
             planned.work += solution.work;
             at.go(solution.offsets);

@@ -7,7 +7,7 @@ import camber.core;
 import camber.bezier;
 import camber.validity;
 import camber.soundness;
-import camber.programmes;
+import camber.optimisation;
 import camber.surface;
 
 namespace camber {

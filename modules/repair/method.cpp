@@ -4,16 +4,16 @@ module;
 #include <utility>
 #include <vector>
 module camber.repair;
-import :by_programmes;
+import :by_optimisation;
 import :guide;
-import :least_invalid;
+import :min_invalid;
 import :local_extension;
 import :moved_mesh;
 import :surface_alone;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import camber.curving;
 
 namespace camber {
@@ -34,7 +34,7 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
 /// What is prescribed is left that elements be valid, for no higher bound.
 template <int D>
 bool stays_on_geometry(const RepairGuide<D>& guide, double bound) {
-    return guide.onto && bound > least_bound;
+    return guide.onto && bound > min_bound;
 }
 
 }  // namespace
@@ -55,7 +55,7 @@ Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const RepairGuide<D
     }
     if (wanted.validation().all_valid()) return Repaired<D>{wanted};
     if (auto fits = check(wanted.mesh(), wanted.proposal(), guide); !fits) return fail(fits.error());
-    return guarded([&] { return repair_by_programmes(wanted, guide, options, execution); });
+    return guarded([&] { return repair_by_optimisation(wanted, guide, options, execution); });
 }
 
 template <int D>
@@ -66,13 +66,13 @@ Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const
         if (stays_on_geometry(guide, wish.min_scaled_jacobian)) by.surface = SurfaceMoves::on_geometry;
         return repair(judged, by, wish, execution);
     };
-    auto kept = least_invalid(wanted, to(wanted, options), options, execution, to);
+    auto kept = min_invalid(wanted, to(wanted, options), options, execution, to);
     if (is_surface_alone(wanted.mesh().linear)) return kept;  // chords were tried
     if (!kept || kept->judged.validation().all_valid() || !has_cavities(options.method)) return kept;
     // The surface is left for no wish.
     RepairOptions demanded = options;
     if (!options.min_scaled_jacobian.is_asked || stays_on_geometry(guide, options.min_scaled_jacobian))
-        demanded.min_scaled_jacobian = least_bound;
+        demanded.min_scaled_jacobian = min_bound;
     const Execution quiet = without_progress(execution);
     const auto judged_for = [&](const JudgedProposal<D>& judged, double bound) {
         return validate(judged.mesh(), judged.proposal(), bound, quiet);

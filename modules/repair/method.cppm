@@ -1,7 +1,7 @@
 export module camber.repair:method;
 import camber.core;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import :guide;
 import :options;
 import :repaired;

@@ -60,7 +60,7 @@ struct RepairOptions {
     double return_effort = 0.05;  ///< the same, of the programmes by which nodes return where they went home
     double theta = 0.75;
     int max_corrections = 40;
-    double most_work = std::numeric_limits<double>::infinity();  ///< what may be spent in all, beside `effort`
+    double max_work = std::numeric_limits<double>::infinity();  ///< what may be spent in all, beside `effort`
 
     /// What repaired elements are to reach where they can.
     [[nodiscard]] constexpr double aim() const {

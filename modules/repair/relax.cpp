@@ -22,7 +22,7 @@ namespace camber {
 namespace {
 
 /// Turns over all elements that are not valid, and over all moved edges.
-constexpr int most_rounds = 20;
+constexpr int max_rounds = 20;
 constexpr int put_back_rounds = 2;
 
 template <int D>
@@ -110,7 +110,7 @@ struct Relaxing {
 
 template <int D>
 Outcome<Done> repair_in_turns(Relaxing<D>& relaxing, std::vector<ElementId>& queue, EdgeGroup group, Steps steps) {
-    for (int turn = 0; turn < most_rounds && !queue.empty(); ++turn) {
+    for (int turn = 0; turn < max_rounds && !queue.empty(); ++turn) {
         const auto any = relaxing.turn(
             queue, [&](ElementId e) { return relaxing.with_claim(e); },
             [&](Trial<D>& trial, ElementId e) { return repair_element(trial, e, group, steps); });

@@ -16,7 +16,7 @@ namespace camber {
 inline constexpr std::size_t plans_at_once = 32;
 
 /// Plans one after the other in the order of their numbers, what does not overlap in parallel (`in_rounds` of
-/// camber.core). `claim(item)`: the elements that its plan looks at; `plan(item, most_work)`: what is planned, for no
+/// camber.core). `claim(item)`: the elements that its plan looks at; `plan(item, max_work)`: what is planned, for no
 /// more work than that; `finished(item, planned)`. Items that are `needless` when their round comes are left out, and
 /// so are all once the state's work is spent. Progress tells of the items that are done with.
 template <int D, class Item, class Needless, class ClaimOf, class Plan, class Finished>

@@ -9,7 +9,7 @@ export module camber.repair:state;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import :guide;
 import :held_vertices;
 import :moved_mesh;
@@ -67,7 +67,7 @@ template <int D>
 /// Whether an element that becomes `next`, with this verdict, is spoilt: it was good enough and is not, or it was valid
 /// below the bound and is not even that.
 template <int D>
-[[nodiscard]] inline bool spoilt(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
+[[nodiscard]] inline bool is_degraded(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
                                  Verdict verdict) {
     if (verdict == Verdict::valid) return false;
     return state.good(e) || (decide(state.element(e), 0) == Verdict::valid && decide(next, 0) != Verdict::valid);
@@ -94,7 +94,7 @@ template <int D>
 [[nodiscard]] Planned<D> plan_return_on_segment(const RepairState<D>& state, EdgeId edge);
 
 /// A return that wins less of what its nodes cost is not made.
-inline constexpr double least_returned_share = 0.01;
+inline constexpr double min_returned_share = 0.01;
 
 /// An edge's node nearer to where it is wanted, as far as the elements around it allow; none if that is not worth it.
 template <int D>
@@ -122,7 +122,7 @@ template <int D>
 /// is good enough stops being so. `asked` 0: to the bound, at whatever cost. None when that is not found.
 template <int D>
 [[nodiscard]] Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
-                                            double asked, double most_work);
+                                            double asked, double max_work);
 
 /// Floors lie this much above the bound: the programme ends within a part of it.
 inline constexpr double floor_slack = 2e-6;
@@ -133,13 +133,13 @@ inline constexpr double floor_slack = 2e-6;
 /// not found in a few steps.
 template <int D>
 [[nodiscard]] Planned<D> plan_slide_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
-                                           double asked, double most_work);
+                                           double asked, double max_work);
 
 /// The cavity's nodes together nearer to where they are wanted, as far as its elements allow: from where they are, and
 /// from where they are wanted, whichever costs less; none if that is not worth it.
 template <int D>
 [[nodiscard]] Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity,
-                                           double most_work);
+                                           double max_work);
 
 /// Where the node of a volume edge goes back to; none: it stays.
 template <int D>

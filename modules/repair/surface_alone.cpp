@@ -17,14 +17,14 @@ import :surface_alone;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 
 namespace camber {
 
 namespace {
 
-constexpr int most_turns = 60;
-constexpr int most_slides = 6;
+constexpr int max_turns = 60;
+constexpr int max_slides = 6;
 constexpr int return_turns = 2;
 constexpr double farthest_share = 0.4;  ///< of the chord, that a node may go
 
@@ -77,7 +77,7 @@ class Surface {
     }
 
     Outcome<Done> repair(const Execution& execution) {
-        for (int turn = 0; turn < most_turns && !bad_.empty(); ++turn) {
+        for (int turn = 0; turn < max_turns && !bad_.empty(); ++turn) {
             if (is_stopped(execution)) return fail(ErrorKind::stopped, "stopped");
             std::vector<std::size_t> looked_at;
             std::swap(looked_at, bad_);
@@ -105,7 +105,7 @@ class Surface {
 
     [[nodiscard]] double bound() const { return options_.min_scaled_jacobian; }
     /// What nodes may leave the geometry for.
-    [[nodiscard]] double hard_bound() const { return options_.min_scaled_jacobian.is_asked ? bound() : least_bound; }
+    [[nodiscard]] double hard_bound() const { return options_.min_scaled_jacobian.is_asked ? bound() : min_bound; }
 
     [[nodiscard]] bool is_free(EdgeId e) const {
         return before_.kinds[e] != EdgeKind::fixed && before_.kinds[e] != EdgeKind::volume;
@@ -166,7 +166,7 @@ class Surface {
     /// The least displacement from `at` in these directions that raises the coefficients of the triangle to `floor`,
     /// and lets none beside it fall below that, or below what it has; none if there is no such.
     template <int M>
-    [[nodiscard]] std::optional<Vec<3>> least_displacement(std::size_t of, EdgeId edge, const Vec<3>& at,
+    [[nodiscard]] std::optional<Vec<3>> min_displacement(std::size_t of, EdgeId edge, const Vec<3>& at,
                                                            const Freedom& freedom, double floor) {
         const double unit = chord(edge);
         std::vector<AffineFunction<M>> functions;
@@ -190,12 +190,12 @@ class Surface {
         for (int m = 0; m < M; ++m) displacement += unit * nearest.x[m] * freedom.basis[m];
         return displacement;
     }
-    [[nodiscard]] std::optional<Vec<3>> least_displacement(std::size_t of, EdgeId edge, const Vec<3>& at,
+    [[nodiscard]] std::optional<Vec<3>> min_displacement(std::size_t of, EdgeId edge, const Vec<3>& at,
                                                            const Freedom& freedom, double floor) {
         switch (freedom.size) {
-            case 1: return least_displacement<1>(of, edge, at, freedom, floor);
-            case 2: return least_displacement<2>(of, edge, at, freedom, floor);
-            case 3: return least_displacement<3>(of, edge, at, freedom, floor);
+            case 1: return min_displacement<1>(of, edge, at, freedom, floor);
+            case 2: return min_displacement<2>(of, edge, at, freedom, floor);
+            case 3: return min_displacement<3>(of, edge, at, freedom, floor);
             default: return std::nullopt;
         }
     }
@@ -213,8 +213,8 @@ class Surface {
         if (!onto_) return std::nullopt;
         const Vec<3>& present = nodes_[edge.index()].point;
         GeometryFoot<3> foot = onto_(edge, present);
-        for (int step = 0; step < most_slides; ++step) {
-            const auto displacement = least_displacement(t, edge, foot.point, along_geometry(foot.across), floor);
+        for (int step = 0; step < max_slides; ++step) {
+            const auto displacement = min_displacement(t, edge, foot.point, along_geometry(foot.across), floor);
             if (!displacement) return std::nullopt;
             foot = onto_(edge, foot.point + *displacement);
             if (!may_go_to(edge, foot.point) || distance(foot.point, present) > farthest_share * chord(edge))
@@ -234,7 +234,7 @@ class Surface {
 
     [[nodiscard]] std::optional<Move> departure(std::size_t t, EdgeId edge, double floor) {
         const Vec<3>& present = nodes_[edge.index()].point;
-        const auto displacement = least_displacement(t, edge, present, all_of_space, floor);
+        const auto displacement = min_displacement(t, edge, present, all_of_space, floor);
         if (!displacement) return std::nullopt;
         const Vec<3> p = present + *displacement;
         if (!may_go_to(edge, p) || !helps(t, edge, p, hard_bound())) return std::nullopt;

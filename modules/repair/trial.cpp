@@ -90,7 +90,7 @@ BoundedJacobian<D> jacobian_with(const Trial<D>& trial, ElementId e, EdgeId edge
 }
 
 /// Elements that one attempt of repair_with_neighbours may relax, repeats counted.
-constexpr std::size_t most_drawn_in = 200;
+constexpr std::size_t max_drawn_in = 200;
 
 template <int D>
 bool repair_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, double scaled_jacobian) {
@@ -104,7 +104,7 @@ bool repair_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, doubl
         const ElementId element = queue[next];
         if (reaches(element)) continue;
         const std::vector<EdgeId> loose = loose_edges(trial, element, group);
-        if (loose.empty() || next >= most_drawn_in) {
+        if (loose.empty() || next >= max_drawn_in) {
             undo(trial, changes);
             return false;
         }

@@ -7,7 +7,7 @@ export module camber.repair:trial;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import :moved_mesh;
 import :options;
 

@@ -11,7 +11,7 @@ import :state;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import camber.soundness;
 
 namespace camber {
@@ -104,7 +104,7 @@ template <class T>
 
 /// What the coefficients of an element with a free vertex are to be above.
 template <int D>
-[[nodiscard]] inline double least_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e,
+[[nodiscard]] inline double min_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e,
                                      double share) {
     constexpr double nothing = -std::numeric_limits<double>::infinity();
     if (share == 0) return nothing;

@@ -7,20 +7,20 @@ module;
 #include <vector>
 module camber.repair;
 import :guide;
-import :least_invalid;
+import :min_invalid;
 import :slides;
 import :surface_alone;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 
 namespace camber {
 
 namespace {
 
 /// Rounds in which nodes that went beyond the tolerance are held.
-constexpr int most_rounds = 12;
+constexpr int max_rounds = 12;
 
 /// The kinds with the boundary edges that are marked not to be moved.
 Column<EdgeKind> with_held(const Column<EdgeKind>& kinds, const std::vector<std::uint8_t>& held) {
@@ -56,7 +56,7 @@ struct Within {
     /// From `start`, with the boundary edges held that are marked.
     Outcome<Repaired<D>> tried(const JudgedProposal<D>& start, const std::vector<std::uint8_t>& held,
                                SurfaceMoves surface = SurfaceMoves::off_geometry) {
-        options.most_work = work_left;
+        options.max_work = work_left;
         RepairGuide<D> by = guide;
         by.surface = surface;
         auto repaired = repair(start.with_kinds(with_held(wanted.proposal().kinds, held)), by, options, execution);
@@ -114,7 +114,7 @@ Outcome<Repaired<D>> repair_to_bound(Within<D>& within) {
         if (done()) return with_all_changes(within.wanted, std::move(*kept));
     }
     std::ranges::fill(held, std::uint8_t{0});
-    for (int round = 0; round < most_rounds; ++round) {
+    for (int round = 0; round < max_rounds; ++round) {
         auto freed = within.tried(kept->judged, held);
         if (!freed) return freed;
         if (!hold_beyond(proposal, freed->judged.proposal(), tolerance, held))
@@ -140,7 +140,7 @@ Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const Repair
         Within<D> within{*start, guide, wish, allowed_work(start->validation().not_valid(), wish.effort), execution};
         return repair_to_bound(within);
     };
-    return least_invalid(wanted, to(wanted, options), options, execution, to);
+    return min_invalid(wanted, to(wanted, options), options, execution, to);
 }
 
 template Outcome<Repaired<2>> repair_within<2>(const JudgedProposal<2>&, const RepairGuide<2>&, const RepairOptions&,

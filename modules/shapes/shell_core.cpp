@@ -148,7 +148,7 @@ Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& 
     for (int k = 0; k < spreads; ++k) {
         if (auto done = triangulate(core, noise); !done) return done;
         if (auto done = spread(core, sizes, quiet); !done) return done;
-        tell(execution, static_cast<std::size_t>(k) + 1, spreads + shakes);
+        report_progress(execution, static_cast<std::size_t>(k) + 1, spreads + shakes);
     }
     ShellCore<D> best;
     double best_worst = -2;
@@ -157,7 +157,7 @@ Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& 
         ShellCore<D> before = core;
         const auto worst = shake(core, sizes, enough, noise.stream(200 + k), quiet);
         if (!worst) return fail(worst.error());
-        tell(execution, static_cast<std::size_t>(spreads + k) + 1, spreads + shakes);
+        report_progress(execution, static_cast<std::size_t>(spreads + k) + 1, spreads + shakes);
         if (*worst > best_worst) {
             best_worst = *worst;
             best = std::move(before);

@@ -27,7 +27,7 @@ struct Wording {
 };
 
 // The words below say so.
-static_assert(least_length == 1e-60 && most_length == 1e60);
+static_assert(min_length == 1e-60 && max_length == 1e60);
 
 /// In the order of Defect.
 constexpr std::array<Wording, defect_count> wordings{{

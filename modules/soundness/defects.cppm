@@ -19,9 +19,9 @@ enum class Defect : std::uint8_t {
     stray_facet,            ///< a facet that is a face of no element
     repeated_facet,         ///< as for elements
     contradicting_facet,
-    distant_vertex,     ///< has a coordinate beyond `most_length`: products of such overflow
+    distant_vertex,     ///< has a coordinate beyond `max_length`: products of such overflow
     distant_node,       ///< a mid node of which the same holds (P2)
-    tiny_element,       ///< its vertices differ by less than `least_length` in each coordinate: products vanish
+    tiny_element,       ///< its vertices differ by less than `min_length` in each coordinate: products vanish
     tiny_facet,         ///< as for elements
     hanging_vertex,     ///< lies inside a face of the boundary that the file does not list as such
     duplicate_vertex,   ///< is at the very place of an earlier one, and not on two sides of a slit

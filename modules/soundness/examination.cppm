@@ -94,7 +94,7 @@ template <int D>
 template <class Point, class Counts, class Meets>
 [[nodiscard]] Outcome<Buffer<std::uint32_t>> coincident(std::size_t n, Point&& point, Counts&& counts, Meets&& meets,
                                                         const Execution& execution) {
-    constexpr int most_asked = 32;
+    constexpr int max_asked = 32;
     auto bucket = map_each(part_of(execution, 0, 0.2), n, [&](std::size_t i) {
         return counts(i) ? static_cast<std::uint32_t>(bucket_of(point(i), n)) : nobody;
     });
@@ -113,7 +113,7 @@ template <class Point, class Counts, class Meets>
         if (b == nobody) return nobody;
         const auto p = point(i);
         int asked = 0;
-        for (std::size_t k = offsets[b]; k < offsets[b + 1] && items[k] < i && asked < most_asked; ++k) {
+        for (std::size_t k = offsets[b]; k < offsets[b + 1] && items[k] < i && asked < max_asked; ++k) {
             if (point(items[k]).c != p.c) continue;
             if (meets(i, items[k])) return items[k];
             ++asked;

@@ -27,7 +27,7 @@ Outcome<Buffer<std::uint32_t>> twins(const Column<std::array<VertexId, N>>& simp
     });
 }
 
-/// Across each face of each element the other one that counts.
+/// FaceNeighbour each face of each element the other one that counts.
 template <int D>
 Outcome<Buffer<std::array<std::uint32_t, D + 1>>> across(const LinearMesh<D>& mesh, const Examination<D>& x,
                                                          const Execution& execution) {

@@ -14,7 +14,7 @@ namespace {
 
 template <int D>
 bool is_distant(const Vec<D>& p) {
-    return std::any_of(p.c.begin(), p.c.end(), [](double x) { return std::abs(x) > most_length; });
+    return std::any_of(p.c.begin(), p.c.end(), [](double x) { return std::abs(x) > max_length; });
 }
 
 /// Whether the simplex has an extent, and one that is too small in every coordinate. Without any its vertices are at
@@ -27,7 +27,7 @@ bool is_tiny(const Column<Vec<D>>& points, const std::array<VertexId, N>& simple
             simplex.begin(), simplex.end(), [&](VertexId a, VertexId b) { return points[a][c] < points[b][c]; });
         extent = std::max(extent, points[*high][c] - points[*low][c]);
     }
-    return extent > 0 && extent < least_length;
+    return extent > 0 && extent < min_length;
 }
 
 }  // namespace

@@ -30,8 +30,8 @@ SurrogateFoot<D> named(FacetId f, const CubicFoot<D - 1, D>& foot) {
 /// Walks across the rim as long as the distance falls.
 template <int D>
 SurrogateFoot<D> walked(const Surrogate<D>& surrogate, SurrogateFoot<D> here, const Vec<D>& p) {
-    constexpr int most_steps = 1000;
-    for (int step = 0; step < most_steps; ++step) {
+    constexpr int max_steps = 1000;
+    for (int step = 0; step < max_steps; ++step) {
         SurrogateFoot<D> best = here;
         for (int i = 0; i < D; ++i) {
             const FacetId next = surrogate.neighbours[here.facet][i];

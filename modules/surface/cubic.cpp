@@ -66,13 +66,13 @@ Vec<D> point_at(const CubicSimplex<K, D>& simplex, const Barycentric<K>& xi) {
 
 template <int D>
 CubicSimplex<1, D> cubic_edge(const Vec<D>& a, const Vec<D>& tangent_a, const Vec<D>& tangent_b, const Vec<D>& b) {
-    constexpr double least_cosine = 0.26;  // 75°
+    constexpr double min_cosine = 0.26;  // 75°
     const Vec<D> e = b - a;
     const double length = norm(e);
     const auto handle = [&](const Vec<D>& tangent) {
         const Vec<D> t = normalised(tangent);
         const double cosine = length > 0 ? dot(t, e) / length : 0;
-        return cosine > least_cosine ? (length * (2.0 / 3.0) / (1 + cosine)) * t : e / 3;
+        return cosine > min_cosine ? (length * (2.0 / 3.0) / (1 + cosine)) * t : e / 3;
     };
     return {{a, a + handle(tangent_a), b - handle(tangent_b), b}};
 }

@@ -57,7 +57,7 @@ Model<K> model_at(const CubicExpansion<K, D>& x) {
 
 /// The model's least point on the segment from `from` to `from + along`, both as steps δ.
 template <int K>
-std::array<double, K> least_on_segment(const Model<K>& m, const std::array<double, K>& from,
+std::array<double, K> min_on_segment(const Model<K>& m, const std::array<double, K>& from,
                                        const std::array<double, K>& along) {
     double slope = 0, curvature = 0;
     for (int a = 0; a < K; ++a) {
@@ -76,10 +76,10 @@ std::array<double, K> least_on_segment(const Model<K>& m, const std::array<doubl
 }
 
 /// The model's least point over the simplex around the place u, as a step from it.
-std::array<double, 1> least_step(const Model<1>& m, const std::array<double, 1>& u) {
-    return least_on_segment<1>(m, {-u[0]}, {1});
+std::array<double, 1> min_step(const Model<1>& m, const std::array<double, 1>& u) {
+    return min_on_segment<1>(m, {-u[0]}, {1});
 }
-std::array<double, 2> least_step(const Model<2>& m, const std::array<double, 2>& u) {
+std::array<double, 2> min_step(const Model<2>& m, const std::array<double, 2>& u) {
     const double determinant = m.h[0][0] * m.h[1][1] - m.h[0][1] * m.h[1][0];
     if (determinant > 0 && m.h[0][0] > 0) {
         const std::array<double, 2> d{(m.h[0][1] * m.g[1] - m.h[1][1] * m.g[0]) / determinant,
@@ -87,8 +87,8 @@ std::array<double, 2> least_step(const Model<2>& m, const std::array<double, 2>&
         if (u[0] + d[0] >= 0 && u[1] + d[1] >= 0 && u[0] + d[0] + u[1] + d[1] <= 1) return d;
     }
     const std::array<double, 2> origin{-u[0], -u[1]};
-    std::array<double, 2> best = least_on_segment<2>(m, origin, {1, 0});
-    for (const auto& d : {least_on_segment<2>(m, origin, {0, 1}), least_on_segment<2>(m, {1 - u[0], -u[1]}, {-1, 1})})
+    std::array<double, 2> best = min_on_segment<2>(m, origin, {1, 0});
+    for (const auto& d : {min_on_segment<2>(m, origin, {0, 1}), min_on_segment<2>(m, {1 - u[0], -u[1]}, {-1, 1})})
         if (m.value(d) < m.value(best)) best = d;
     return best;
 }
@@ -113,7 +113,7 @@ Barycentric<K> moved(const Barycentric<K>& xi, const std::array<double, K>& d, d
 
 template <int K, int D>
 CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p, const Barycentric<K>& start) {
-    constexpr int most_steps = 40;
+    constexpr int max_steps = 40;
     constexpr double small_step = 1e-14;
     constexpr double rounding_step = 1e-9;  // one that does not help is led by rounding: shorter ones are no better
     // From here on p is the origin: far from the model's origin nothing is lost but the input's own rounding.
@@ -122,8 +122,8 @@ CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p,
     Barycentric<K> xi = start;
     auto here = expand(local, xi);
     double least = norm_squared(here.point);
-    for (int step = 0; step < most_steps; ++step) {
-        const auto d = least_step(model_at<K, D>(here), inner_coordinates<K>(xi));
+    for (int step = 0; step < max_steps; ++step) {
+        const auto d = min_step(model_at<K, D>(here), inner_coordinates<K>(xi));
         double length = 0;
         for (const double x : d) length = std::fmax(length, std::fabs(x));
         if (length < small_step) break;

@@ -78,14 +78,14 @@ struct ModelPack {
 
 /// Eight points: their distances, not a number where the method does not end well inside.
 [[nodiscard, gnu::always_inline]] inline Pack distances_of(const Powers& f, Pack u, Pack v, const PointPack& p) {
-    constexpr int most_steps = 8;
+    constexpr int max_steps = 8;
     constexpr double last_step = 1e-7;  // the next would be its square
     constexpr double margin = 0.05;     // how far outside a step may lead
     PointPack r = residual(f, u, v, p);
     const Pack first = dot(r, r);
     Mask sound = first >= 0;  // a number
     Mask open = sound;
-    for (int step = 0; step < most_steps && any(open); ++step) {
+    for (int step = 0; step < max_steps && any(open); ++step) {
         const ModelPack m = model_at(f, u, v, r);
         const Pack determinant = m.huu * m.hvv - m.huv * m.huv;
         // Where second derivatives spoil definiteness, `closest_from` goes another way.

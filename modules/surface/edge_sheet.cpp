@@ -15,11 +15,11 @@ namespace {
 constexpr double same_plane = 1 - 1e-12;
 
 constexpr double farthest_start = 1e-4;   // of the chord
-constexpr double least_tangent = 0.2;     // sine of the angle between the edge and the normal
+constexpr double min_tangent = 0.2;     // sine of the angle between the edge and the normal
 constexpr double farthest_foot = 0.5;     // of a step: beyond it the step is longer than the radius of curvature
 constexpr double largest_sideways = 0.1;  // of a step: a foot that is not below its point is on a rim
 constexpr double longest_move = 2;        // of a step
-constexpr double least_cosine = 0.5;      // between the normals, or tangents, before and after a step
+constexpr double min_cosine = 0.5;      // between the normals, or tangents, before and after a step
 constexpr double difference = 1e-4;       // of the chord: for tangents of curves without parameters
 
 template <int D>
@@ -103,12 +103,12 @@ std::optional<SheetPlace<D>> EdgeSheet<D>::framed(
     SheetPlace<D> place{found.foot.point, {}, {}, found.foot.facet};
     if (kind_ == Kind::curve) {
         place.tangents[0] = direction_at(found);
-        if (!(dot(place.tangents[0], near[0]) >= least_cosine)) return std::nullopt;
+        if (!(dot(place.tangents[0], near[0]) >= min_cosine)) return std::nullopt;
         return place;
     }
     place.normal = normalised(plane_ ? plane_->normal : found.foot.normal);
     const Vec<D> first = near[0] - dot(near[0], place.normal) * place.normal;
-    if (!(norm(first) >= least_tangent)) return std::nullopt;
+    if (!(norm(first) >= min_tangent)) return std::nullopt;
     place.tangents[0] = normalised(first);
     if constexpr (D == 3) {
         const Vec<3> second = cross(place.normal, place.tangents[0]);
@@ -151,7 +151,7 @@ std::optional<SheetPlace<D>> EdgeSheet<D>::moved(const SheetPlace<D>& from, cons
     const auto place = framed(found, from.tangents);
     if (!place) return std::nullopt;
     // A normal has no side: facets of an interface may be turned either way.
-    if (kind_ == Kind::surface && std::abs(dot(place->normal, from.normal)) < least_cosine) return std::nullopt;
+    if (kind_ == Kind::surface && std::abs(dot(place->normal, from.normal)) < min_cosine) return std::nullopt;
     const Vec<D> off = p - place->point;
     for (int i = 0; i < unknowns(); ++i)
         if (std::abs(dot(place->tangents[static_cast<std::size_t>(i)], off)) > largest_sideways * length)

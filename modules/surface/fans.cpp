@@ -70,7 +70,7 @@ double angle_between(const Vec<3>& a, const Vec<3>& b) { return std::atan2(norm(
 /// Whether a facet of the fan turns from the mean normal by more than 20°, or between two ridges by more than 40°.
 /// Around the end of a ridge facets turn anyway.
 bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan) {
-    constexpr double most_turn = 20 * std::numbers::pi / 180;
+    constexpr double max_turn = 20 * std::numbers::pi / 180;
     Vec<3> mean;
     std::vector<VertexId> ridges;  // their other ends
     for (const FacetId f : fans.facets[fan]) {
@@ -83,7 +83,7 @@ bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan) 
     }
     if (ridges.size() == 2 && ridges[0] == ridges[1]) return false;
     return std::ranges::any_of(fans.facets[fan], [&](FacetId f) {
-        return angle_between(area_vector(mesh, fans, f), mean) > (ridges.empty() ? 1 : 2) * most_turn;
+        return angle_between(area_vector(mesh, fans, f), mean) > (ridges.empty() ? 1 : 2) * max_turn;
     });
 }
 
@@ -159,13 +159,13 @@ Vec<3> area_vector(const LinearMesh<3>& mesh, const Fans& fans, FacetId f) {
 
 std::vector<std::uint32_t> rings(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan, const Vec<3>& normal,
                                  const RingOptions& options) {
-    constexpr double least_cosine = 0.3;
+    constexpr double min_cosine = 0.3;
     std::vector<std::uint32_t> found;
     std::vector<FacetId> facets;
     const auto enter = [&](std::uint32_t other) {
         for (const FacetId f : fans.facets[other]) {
             const Vec<3> area = area_vector(mesh, fans, f);
-            if (dot(area, normal) < least_cosine * norm(area)) continue;
+            if (dot(area, normal) < min_cosine * norm(area)) continue;
             if (std::find(facets.begin(), facets.end(), f) == facets.end()) facets.push_back(f);
         }
     };
@@ -175,8 +175,8 @@ std::vector<std::uint32_t> rings(const LinearMesh<3>& mesh, const Fans& fans, st
         for (; seen < facets.size(); ++seen)
             for (const std::uint32_t other : fans.of_facets[facets[seen]])
                 if (other != fan && std::find(found.begin(), found.end(), other) == found.end()) found.push_back(other);
-        if (ring >= options.most_rings || found.size() >= options.most) break;
-        if (ring >= options.least_rings && found.size() >= options.enough) break;
+        if (ring >= options.max_rings || found.size() >= options.most) break;
+        if (ring >= options.min_rings && found.size() >= options.enough) break;
         for (const std::size_t end = found.size(); entered < end; ++entered)
             if (fans.pointed[found[entered]] == 0) enter(found[entered]);
         if (facets.size() == seen) break;

@@ -29,12 +29,12 @@ struct Fans {
 [[nodiscard]] Outcome<Fans> find_fans(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
                                       const Incidence<FacetId>& shells, const Execution& execution);
 
-/// The fans near a fan on the same smooth side, nearest rings first, without the fan itself: `least_rings`, and more
-/// until `enough` are found or `most_rings` walked. Facets that turn away from `normal` are not entered, and nothing is
+/// The fans near a fan on the same smooth side, nearest rings first, without the fan itself: `min_rings`, and more
+/// until `enough` are found or `max_rings` walked. Facets that turn away from `normal` are not entered, and nothing is
 /// reached through a pointed fan.
 struct RingOptions {
     std::size_t enough = 18, most = 80;
-    int least_rings = 2, most_rings = 4;
+    int min_rings = 2, max_rings = 4;
 };
 [[nodiscard]] std::vector<std::uint32_t> rings(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan,
                                                const Vec<3>& normal, const RingOptions& options);

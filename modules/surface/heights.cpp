@@ -15,18 +15,18 @@ namespace camber {
 namespace {
 
 constexpr int highest_degree = 4;
-constexpr int most_terms = 15;
-constexpr int most_rows = 128;
-using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most_rows, most_terms>;
-using Column1 = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_rows, 1>;
-using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_terms, 1>;
+constexpr int max_terms = 15;
+constexpr int max_rows = 128;
+using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, max_rows, max_terms>;
+using Column1 = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, max_rows, 1>;
+using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, max_terms, 1>;
 
 /// Terms of a polynomial in two variables, the constant included.
 constexpr int terms_of(int degree) { return (degree + 1) * (degree + 2) / 2; }
 
 /// The exponents of 1, x, y, xx, xy, … by rising degree.
 constexpr auto exponents = [] {
-    std::array<std::array<std::size_t, 2>, most_terms> out{};
+    std::array<std::array<std::size_t, 2>, max_terms> out{};
     std::size_t k = 0;
     for (std::size_t degree = 0; degree <= highest_degree; ++degree)
         for (std::size_t j = 0; j <= degree; ++j) out[k++] = {degree - j, j};
@@ -74,7 +74,7 @@ std::array<double, highest_degree + 1> powers_of(double x) { return {1, x, x * x
 
 /// The least-squares solution; nothing when the columns are dependent or nearly so.
 std::optional<Coefficients> solved(Design columns, const Column1& right) {
-    constexpr double least_pivot_ratio = 1e-3;
+    constexpr double min_pivot_ratio = 1e-3;
     const Eigen::Index terms = columns.cols();
     if (columns.rows() < terms) return std::nullopt;
     const Coefficients lengths = columns.colwise().norm().transpose();
@@ -82,7 +82,7 @@ std::optional<Coefficients> solved(Design columns, const Column1& right) {
     for (Eigen::Index k = 0; k < terms; ++k) columns.col(k) /= lengths(k);
     const Eigen::ColPivHouseholderQR<Design> qr(columns);
     const auto pivots = qr.matrixQR().diagonal().cwiseAbs();
-    if (!(pivots(terms - 1) > least_pivot_ratio * pivots(0))) return std::nullopt;
+    if (!(pivots(terms - 1) > min_pivot_ratio * pivots(0))) return std::nullopt;
     const Coefficients solution = qr.solve(right);
     if (!solution.allFinite()) return std::nullopt;
     return solution.cwiseQuotient(lengths);
@@ -93,13 +93,13 @@ FittedNormal jet_over(const Vec<3>& normal, std::span<const Vec<3>> offsets) {
     const PlaneFrame frame = principal_frame(normal, offsets);
     if (!frame.spans_plane()) return {};
     const auto rows = static_cast<Eigen::Index>(offsets.size());
-    Design design(rows, most_terms - 1);  // no constant: the height is 0 at the origin
+    Design design(rows, max_terms - 1);  // no constant: the height is 0 at the origin
     Column1 heights(rows);
     for (Eigen::Index r = 0; r < rows; ++r) {
         const Vec<3> at = frame.scaled(offsets[static_cast<std::size_t>(r)]);
         const double weight = std::pow(0.3 + at[0] * at[0] + at[1] * at[1], -1.5);
         const auto x = powers_of(at[0]), y = powers_of(at[1]);
-        for (std::size_t k = 1; k < most_terms; ++k)
+        for (std::size_t k = 1; k < max_terms; ++k)
             design(r, static_cast<Eigen::Index>(k) - 1) = weight * x[exponents[k][0]] * y[exponents[k][1]];
         heights(r) = weight * at[2];
     }
@@ -116,7 +116,7 @@ FittedNormal jet_over(const Vec<3>& normal, std::span<const Vec<3>> offsets) {
 }  // namespace
 
 FittedNormal fitted_normal(const Vec<3>& origin, const Vec<3>& normal, std::span<const Vec<3>> points) {
-    std::vector<Vec<3>> offsets(std::min<std::size_t>(points.size(), most_rows));
+    std::vector<Vec<3>> offsets(std::min<std::size_t>(points.size(), max_rows));
     for (std::size_t i = 0; i < offsets.size(); ++i) offsets[i] = points[i] - origin;
     if (offsets.empty()) return {};
     const FittedNormal first = jet_over(normal, offsets);
@@ -125,23 +125,23 @@ FittedNormal fitted_normal(const Vec<3>& origin, const Vec<3>& normal, std::span
 
 FittedHeight fitted_height(const Vec<3>& origin, const Vec<3>& normal, std::span<const PointAndNormal> samples) {
     constexpr int rows_per_sample = 3;
-    constexpr double least_cosine = 0.2, slope_weight = 0.5, nearness = 0.05;
-    const std::size_t count = std::min<std::size_t>(samples.size(), most_rows / rows_per_sample);
+    constexpr double min_cosine = 0.2, slope_weight = 0.5, nearness = 0.05;
+    const std::size_t count = std::min<std::size_t>(samples.size(), max_rows / rows_per_sample);
     std::vector<Vec<3>> offsets(count);
     for (std::size_t s = 0; s < count; ++s) offsets[s] = samples[s].point - origin;
     if (count == 0) return {};
     const PlaneFrame frame = principal_frame(normal, offsets);
     if (!frame.spans_plane()) return {};
 
-    Design design(rows_per_sample * static_cast<Eigen::Index>(count), most_terms);
+    Design design(rows_per_sample * static_cast<Eigen::Index>(count), max_terms);
     Column1 right(design.rows());
     for (std::size_t s = 0; s < count; ++s) {
         const Vec<3> at = frame.scaled(offsets[s]), n = transposed_times(frame.axes, samples[s].normal);
-        if (!(n[2] > least_cosine)) return {};
+        if (!(n[2] > min_cosine)) return {};
         const double weight = 1 / (nearness + at[0] * at[0] + at[1] * at[1]);
         const auto x = powers_of(at[0]), y = powers_of(at[1]);
         const Eigen::Index row = rows_per_sample * static_cast<Eigen::Index>(s);
-        for (std::size_t k = 0; k < most_terms; ++k) {
+        for (std::size_t k = 0; k < max_terms; ++k) {
             const auto [i, j] = exponents[k];
             const auto column = static_cast<Eigen::Index>(k);
             const double di = static_cast<double>(i), dj = static_cast<double>(j);

@@ -118,7 +118,7 @@ void add_patches(const LinearMesh<D>& mesh, const Features<D>& features, std::sp
 void add_curves(const LinearMesh<3>& mesh, const Features<3>& features, const std::vector<Hinge<3>>& hinges,
                 BoundaryInspection<3>& out) {
     out.curves.resize(features.curve_count);
-    for (CurveFacts& curve : out.curves) curve.least_turn = 180;
+    for (CurveFacts& curve : out.curves) curve.min_turn = 180;
     for (const Hinge<3>& hinge : hinges) {
         if (!hinge.is_ridge || hinge.curve == no_feature) continue;
         CurveFacts& curve = out.curves[hinge.curve];
@@ -127,10 +127,10 @@ void add_curves(const LinearMesh<3>& mesh, const Features<3>& features, const st
         for (const FacetId f : hinge.facets) add_once(curve.references, mesh.facets.references[f]);
         if (hinge.facets.size() != 2) continue;
         const double turn = turn_at(mesh, hinge);
-        curve.least_turn = std::fmin(curve.least_turn, turn);
+        curve.min_turn = std::fmin(curve.min_turn, turn);
         curve.largest_turn = std::fmax(curve.largest_turn, turn);
     }
-    for (CurveFacts& curve : out.curves) curve.least_turn = std::fmin(curve.least_turn, curve.largest_turn);
+    for (CurveFacts& curve : out.curves) curve.min_turn = std::fmin(curve.min_turn, curve.largest_turn);
 }
 
 template <int D>

@@ -23,7 +23,7 @@ struct PatchFacts {
 struct CurveFacts {
     std::size_t edges = 0;
     double length = 0;
-    double least_turn = 0, largest_turn = 0;  ///< degrees between its two facets, of edges that have two
+    double min_turn = 0, largest_turn = 0;  ///< degrees between its two facets, of edges that have two
     std::vector<Reference> references;        ///< of the facets beside it, rising
 };
 

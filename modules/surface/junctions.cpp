@@ -116,15 +116,15 @@ Beyond beyond_fan(const Junctions<3>& junctions, const LinearMesh<3>& mesh, cons
     const auto facets = fans.facets[fan];
     Beyond beyond;
     if (junctions.facets.empty() || junctions.is_prescribed(facets[0])) return beyond;
-    double most_agreement = 0;
+    double max_agreement = 0;
     for (const FacetId f : facets)
         for (const EdgeId e : edges.of_facets[f]) {
             if (edges.vertices[e][0] != v && edges.vertices[e][1] != v) continue;
             for (const FacetId g : shells[e]) {
                 const Vec<3> normal = junctions.normal(mesh, g, v);
                 const double agreement = dot(normal, fitted);
-                if (!(std::fabs(agreement) > most_agreement)) continue;
-                most_agreement = std::fabs(agreement);
+                if (!(std::fabs(agreement) > max_agreement)) continue;
+                max_agreement = std::fabs(agreement);
                 beyond = {g, agreement < 0 ? -normal : normal};
             }
         }

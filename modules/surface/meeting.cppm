@@ -10,10 +10,10 @@ namespace camber {
 /// parallel.
 [[nodiscard]] inline std::optional<Vec<3>> nearest_on_both(const SurfaceFoot<3>& a, const SurfaceFoot<3>& b,
                                                            const Vec<3>& p) {
-    constexpr double least_sine_squared = 0.003;
+    constexpr double min_sine_squared = 0.003;
     const double c = dot(a.normal, b.normal);
     const double determinant = 1 - c * c;
-    if (determinant < least_sine_squared) return std::nullopt;
+    if (determinant < min_sine_squared) return std::nullopt;
     const double to_a = dot(a.point - p, a.normal), to_b = dot(b.point - p, b.normal);
     const double alpha = (to_a - c * to_b) / determinant, beta = (to_b - c * to_a) / determinant;
     return p + alpha * a.normal + beta * b.normal;
@@ -24,11 +24,11 @@ namespace camber {
 /// steps restore the surfaces alone. Nothing where they are nearly tangent (below about 3°) or do not meet near p.
 template <class FootA, class FootB>
 [[nodiscard]] std::optional<Vec<3>> nearest_where_they_meet(FootA&& foot_a, FootB&& foot_b, const Vec<3>& p) {
-    constexpr int most_steps = 60;
+    constexpr int max_steps = 60;
     constexpr int restoring_steps = 3;
     Vec<3> x = p;
     double first_step = 0;
-    for (int step = 0; step < most_steps; ++step) {
+    for (int step = 0; step < max_steps; ++step) {
         const auto next = nearest_on_both(foot_a(x), foot_b(x), p);
         if (!next || !is_finite(*next)) return std::nullopt;
         const double moved_by = distance(*next, x);

@@ -25,7 +25,7 @@ struct Fitter {
     const CurveTangents<3>& tangents;
     const Junctions<3>& junctions;
     GivenAtVertices<3> given;
-    double least_cosine;
+    double min_cosine;
 
     [[nodiscard]] Vec<3> area_weighted(std::uint32_t fan) const {
         Vec<3> sum;
@@ -35,7 +35,7 @@ struct Fitter {
 
     /// The given normal at the fan's vertex that is nearest to `base`, if near enough; else the zero vector.
     [[nodiscard]] Vec<3> given_normal(VertexId v, const Vec<3>& base) const {
-        double best = least_cosine;
+        double best = min_cosine;
         Vec<3> out;
         for (const DirectionRow& at : given.of(v)) {
             const Vec<3> normal = given.unit(at);
@@ -77,7 +77,7 @@ struct Fitter {
 
     /// Well-known tangents of the ridges that bound the fan.
     [[nodiscard]] std::vector<Vec<3>> border_tangents(std::uint32_t fan) const {
-        constexpr int least_support = 3;
+        constexpr int min_support = 3;
         const VertexId v = fans.vertices[fan];
         std::vector<Vec<3>> out;
         for (const FacetId f : fans.facets[fan])
@@ -86,22 +86,22 @@ struct Fitter {
                 const auto& ends = edges.vertices[e];
                 if (ends[0] != v && ends[1] != v) continue;
                 const std::size_t row = tangents.row(e), end = ends[0] == v ? 0 : 1;
-                if (tangents.supports[row][end] >= least_support) out.push_back(tangents.tangents[row][end]);
+                if (tangents.supports[row][end] >= min_support) out.push_back(tangents.tangents[row][end]);
             }
         return out;
     }
 
     [[nodiscard]] Vec<3> perpendicular_to_ridges(std::uint32_t fan, const Vec<3>& normal) const {
-        constexpr double least_sine = 0.3, least_agreement = 0.8;
+        constexpr double min_sine = 0.3, min_agreement = 0.8;
         const auto borders = border_tangents(fan);
         if (borders.empty()) return normal;
         Vec<3> out = normal - dot(normal, borders[0]) * borders[0];
         if (borders.size() == 2) {
             const Vec<3> across = cross(borders[0], borders[1]);
-            if (norm(across) > least_sine) out = dot(across, normal) < 0 ? -across : across;
+            if (norm(across) > min_sine) out = dot(across, normal) < 0 ? -across : across;
         }
         out = normalised(out);
-        return dot(out, normal) > least_agreement ? out : normal;
+        return dot(out, normal) > min_agreement ? out : normal;
     }
 
     [[nodiscard]] std::vector<Vec<3>> points_around(std::uint32_t fan, const Vec<3>& base) const {
@@ -113,18 +113,18 @@ struct Fitter {
 
     /// Of the jet through points around the fan's vertex; the zero vector where there are too few, or it is far off.
     [[nodiscard]] Vec<3> fitted(std::uint32_t fan, const Vec<3>& base, std::span<const Vec<3>> points) const {
-        constexpr double least_agreement = 0.5;
+        constexpr double min_agreement = 0.5;
         const FittedNormal jet = fitted_normal(mesh.points[fans.vertices[fan]], base, points);
-        return jet.degree > 0 && dot(jet.normal, base) > least_agreement ? jet.normal : Vec<3>{};
+        return jet.degree > 0 && dot(jet.normal, base) > min_agreement ? jet.normal : Vec<3>{};
     }
 
     /// The normal of the prescribed surface that the fan goes on in, else the zero vector. One side alone tells it on
     /// either side of a jump of the curvature, both together where this side's part is but a tooth.
     [[nodiscard]] Vec<3> prescribed(std::uint32_t fan, const Vec<3>& one_sided, std::vector<Vec<3>> points) const {
-        constexpr double least_agreement = 0.7;
+        constexpr double min_agreement = 0.7;
         constexpr double both_sides = 0.5;  // what is fitted from there errs less, and a crease shows as half of it
         const Beyond beyond = beyond_fan(junctions, mesh, edges, features, shells, fans, fan, one_sided);
-        if (!beyond.facet.valid() || dot(beyond.normal, one_sided) < least_agreement) return {};
+        if (!beyond.facet.valid() || dot(beyond.normal, one_sided) < min_agreement) return {};
         const auto agrees = [&](const Vec<3>& n, double tolerance) {
             return norm_squared(n) > 0 && std::atan2(norm(cross(n, beyond.normal)), dot(n, beyond.normal)) <= tolerance;
         };
@@ -163,13 +163,13 @@ struct Fitter {
 
 Outcome<FanNormals> fan_normals(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
                                 const Incidence<FacetId>& shells, const Fans& fans, std::span<const FlatPatch<3>> flats,
-                                const CurveTangents<3>& tangents, const Junctions<3>& junctions, double most_degrees,
+                                const CurveTangents<3>& tangents, const Junctions<3>& junctions, double max_degrees,
                                 const Execution& execution) {
-    const double least_cosine = most_degrees > 0 ? std::cos(most_degrees * std::numbers::pi / 180) : 2;
+    const double min_cosine = max_degrees > 0 ? std::cos(max_degrees * std::numbers::pi / 180) : 2;
     const Fitter fit{mesh,        edges,     features,
                      shells,      fans,      flats,
                      tangents,    junctions, GivenAtVertices<3>(mesh.geometry.normals),
-                     least_cosine};
+                     min_cosine};
     Buffer<std::uint8_t> prescribed(fans.size());
     auto normals = map_each(
         execution, fans.size(),

@@ -15,7 +15,7 @@ namespace camber {
 
 namespace {
 
-constexpr std::size_t most_neighbours = 4;
+constexpr std::size_t max_neighbours = 4;
 
 /// The curve edges around each vertex that is not a corner (two), and how to walk along them.
 template <int D>
@@ -36,7 +36,7 @@ struct Chains {
     [[nodiscard]] std::vector<VertexId> walk(VertexId v, EdgeId e) const {
         std::vector<VertexId> out;
         VertexId at = v;
-        while (out.size() < most_neighbours) {
+        while (out.size() < max_neighbours) {
             at = other_end(e, at);
             if (at == v) break;
             out.push_back(at);
@@ -71,12 +71,12 @@ struct Height {
 /// Heights over the tangent as far as the curve still goes forward: |x| must grow by a third of each step.
 template <int D>
 std::vector<Height<D>> heights_over(const Vec<D>& tangent, std::span<const Vec<D>> offsets, double direction) {
-    constexpr double least_advance = 0.33;
+    constexpr double min_advance = 0.33;
     std::vector<Height<D>> out;
     Vec<D> last;
     for (const Vec<D>& d : offsets) {
         const Vec<D> step = d - last;
-        if (!(direction * dot(step, tangent) > least_advance * norm(step))) break;
+        if (!(direction * dot(step, tangent) > min_advance * norm(step))) break;
         const double x = dot(d, tangent);
         out.push_back({norm_squared(d) / x, (d - x * tangent) / x});
         last = d;
@@ -89,8 +89,8 @@ template <int D>
 std::vector<Height<D>> chosen(const std::vector<Height<D>>& ahead, const std::vector<Height<D>>& behind) {
     const std::size_t few_ahead = std::min<std::size_t>(ahead.size(), 2),
                       few_behind = std::min<std::size_t>(behind.size(), 2);
-    const std::size_t from_ahead = std::min(ahead.size(), most_neighbours - few_behind);
-    const std::size_t from_behind = std::min(behind.size(), most_neighbours - std::max(few_ahead, from_ahead));
+    const std::size_t from_ahead = std::min(ahead.size(), max_neighbours - few_behind);
+    const std::size_t from_behind = std::min(behind.size(), max_neighbours - std::max(few_ahead, from_ahead));
     std::vector<Height<D>> out(ahead.begin(), ahead.begin() + static_cast<std::ptrdiff_t>(from_ahead));
     out.insert(out.end(), behind.begin(), behind.begin() + static_cast<std::ptrdiff_t>(from_behind));
     return out;
@@ -133,7 +133,7 @@ Vec<D> first_tangent(std::span<const Vec<D>> ahead, std::span<const Vec<D>> behi
 template <int D>
 Tangent<D> fitted_tangent(std::span<const Vec<D>> ahead, std::span<const Vec<D>> behind) {
     constexpr int passes = 4;
-    constexpr double least_agreement = 0.8;
+    constexpr double min_agreement = 0.8;
     const Vec<D> first = first_tangent<D>(ahead, behind);
     Tangent<D> t{first, static_cast<std::uint8_t>(std::min<std::size_t>(ahead.size() + behind.size(), 2))};
     if (ahead.size() + behind.size() < 2) return t;
@@ -141,7 +141,7 @@ Tangent<D> fitted_tangent(std::span<const Vec<D>> ahead, std::span<const Vec<D>>
         const auto heights = chosen(heights_over<D>(t.direction, ahead, 1), heights_over<D>(t.direction, behind, -1));
         if (heights.size() < 2) break;
         const Vec<D> next = normalised(t.direction + slope_at_zero<D>(heights));
-        if (!is_finite(next) || dot(next, first) < least_agreement) return {first, t.support};
+        if (!is_finite(next) || dot(next, first) < min_agreement) return {first, t.support};
         t = {next, static_cast<std::uint8_t>(heights.size())};
     }
     return t;
@@ -178,15 +178,15 @@ Tangent<D> tangent_at(const LinearMesh<D>& mesh, const Chains<D>& chains, Vertex
 
 /// The given line at v that is nearest to the fitted tangent, if near enough.
 template <int D>
-Tangent<D> preferred(const GivenAtVertices<D>& given, double least_cosine, VertexId v, Tangent<D> fitted) {
-    double best = least_cosine;
+Tangent<D> preferred(const GivenAtVertices<D>& given, double min_cosine, VertexId v, Tangent<D> fitted) {
+    double best = min_cosine;
     Tangent<D> out = fitted;
     for (const DirectionRow& at : given.of(v)) {
         const Vec<D> tangent = given.unit(at);
         const double cosine = dot(tangent, fitted.direction);
         if (!(std::fabs(cosine) > best)) continue;
         best = std::fabs(cosine);
-        out = {cosine < 0 ? -tangent : tangent, most_neighbours};
+        out = {cosine < 0 ? -tangent : tangent, max_neighbours};
     }
     return out;
 }
@@ -200,10 +200,10 @@ Vec<2> prescribed_tangent(const Junctions<2>& junctions, const LinearMesh<2>& me
 /// Where two prescribed surfaces meet at an angle.
 Vec<3> prescribed_tangent(const Junctions<3>& junctions, const LinearMesh<3>& mesh, std::span<const FacetId> shell,
                           VertexId v) {
-    constexpr double least_sine = 0.1;
+    constexpr double min_sine = 0.1;
     if (shell.size() != 2) return {};
     const Vec<3> line = cross(junctions.normal(mesh, shell[0], v), junctions.normal(mesh, shell[1], v));
-    return norm(line) > least_sine ? normalised(line) : Vec<3>{};
+    return norm(line) > min_sine ? normalised(line) : Vec<3>{};
 }
 
 /// The curve edges that end at vertices where prescribed ones do, by vertex.
@@ -232,7 +232,7 @@ struct TangentSources {
     const Junctions<D>& junctions;
     std::vector<EdgeAt> prescribed;
     GivenAtVertices<D> given;
-    double least_cosine = 2;
+    double min_cosine = 2;
 
     /// By how much the curve turns at the end of its first edge; not at all where it ends there.
     [[nodiscard]] double next_turn(VertexId v, EdgeId e) const {
@@ -269,8 +269,8 @@ struct TangentSources {
     [[nodiscard]] Tangent<D> operator()(VertexId v, EdgeId e) const {
         const Tangent<D> fitted = tangent_at<D>(mesh, chains, v, e);
         const Vec<D> beyond = tangent_beyond(v, e, fitted.direction);
-        return preferred<D>(given, least_cosine, v,
-                            norm_squared(beyond) > 0 ? Tangent<D>{beyond, most_neighbours} : fitted);
+        return preferred<D>(given, min_cosine, v,
+                            norm_squared(beyond) > 0 ? Tangent<D>{beyond, max_neighbours} : fitted);
     }
 };
 
@@ -285,7 +285,7 @@ std::size_t CurveTangents<D>::row(EdgeId e) const {
 template <int D>
 Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                          const Features<D>& features, const Incidence<FacetId>& shells,
-                                         const Junctions<D>& junctions, double most_degrees,
+                                         const Junctions<D>& junctions, double max_degrees,
                                          const Execution& execution) {
     Buffer<EdgeId> curve_edges;
     for (std::size_t e = 0; e < edges.size(); ++e)
@@ -297,7 +297,7 @@ Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSe
                                     junctions,
                                     prescribed_ends<D>(mesh, edges, curve_edges, shells, junctions),
                                     GivenAtVertices<D>(mesh.geometry.tangents),
-                                    most_degrees > 0 ? std::cos(most_degrees * std::numbers::pi / 180) : 2};
+                                    max_degrees > 0 ? std::cos(max_degrees * std::numbers::pi / 180) : 2};
     Buffer<std::array<std::uint8_t, 2>> supports(curve_edges.size());
     auto tangents = map_each(execution, curve_edges.size(), [&](std::size_t row) {
         const EdgeId e = curve_edges[row];

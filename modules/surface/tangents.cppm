@@ -23,11 +23,11 @@ struct CurveTangents {
 /// At each vertex of a curve the polynomial through up to four neighbours along it, as heights over the tangent (found
 /// again until it stays), two a side where the curve goes on, one-sided at corners: error O(h⁴). Both edges at a vertex
 /// that is no corner get the same line. Tangents of the file's notes take precedence where they agree within
-/// `most_degrees`; at junctions those of the prescribed curve that the curve goes on in (see Junctions).
+/// `max_degrees`; at junctions those of the prescribed curve that the curve goes on in (see Junctions).
 template <int D>
 [[nodiscard]] Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                        const Features<D>& features, const Incidence<FacetId>& shells,
-                                                       const Junctions<D>& junctions, double most_degrees,
+                                                       const Junctions<D>& junctions, double max_degrees,
                                                        const Execution& execution);
 
 }  // namespace camber

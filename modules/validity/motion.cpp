@@ -154,8 +154,8 @@ std::pair<int, int> failing_corner(const BoundedMotion<D>& motion, const Moving<
 }
 
 /// Parts of a motion looked at in doubles, and of one piece of it in `certified_step`.
-constexpr int most_motion_parts = 2000;
-constexpr int most_piece_parts = 400;
+constexpr int max_motion_parts = 2000;
+constexpr int max_piece_parts = 400;
 
 template <int D>
 int moving_nodes(const NodalSimplex<D>& from, const NodalSimplex<D>& to) {
@@ -170,7 +170,7 @@ MotionCertificate<D> in_doubles(const BoundedMotion<D>& motion) {
     if (!finite(motion)) return certificate;
     int deepest = 0;
     certificate.verdict = search<D, D, double>(
-        motion.whole, {exact_places, most_motion_parts},
+        motion.whole, {exact_places, max_motion_parts},
         [&](const Moving<D>& part) {
             deepest = std::max(deepest, part.depth);
             return judge(motion, part);
@@ -227,7 +227,7 @@ double certified_step(const NodalSimplex<D>& from, const NodalSimplex<D>& to, do
         const Moving<D> piece = pieces.back();
         pieces.pop_back();
         const Verdict verdict = search<D, D, double>(
-            piece, {exact_places, most_piece_parts}, [&](const Moving<D>& part) { return judge(motion, part); },
+            piece, {exact_places, max_piece_parts}, [&](const Moving<D>& part) { return judge(motion, part); },
             [](const Moving<D>&) {});
         const auto steps = place_of(piece).steps;
         if (verdict == Verdict::valid) {

@@ -12,7 +12,7 @@ import :verdict;
 export namespace camber {
 
 /// det J / |det straight| that makes an element valid, rounding included (paper §4.3).
-inline constexpr double least_bound = 1e-9;
+inline constexpr double min_bound = 1e-9;
 /// The same that is wished for where none is asked: what a solver is glad of, and what costs next to nothing
 /// (docs/results.md, The bound).
 inline constexpr double default_bound = 0.1;

@@ -17,8 +17,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Bisections in a row, and in all of one element: beyond them an element is undecided. Corners of parts are whole
 /// multiples of 2⁻⁵² up to that depth, and so exact.
-constexpr int most_depth = 52;
-constexpr int most_parts = 4000;
+constexpr int max_depth = 52;
+constexpr int max_parts = 4000;
 
 template <int D>
 double smallest_coefficient(const std::array<double, jacobian_coefficients<D>>& c) {
@@ -94,13 +94,13 @@ bool finite(const BoundedJacobian<D>& jacobian) {
 /// bisect it; the half with the smaller coefficient is next. False when the search was cut short.
 template <int D, class Visit>
 bool search(const BoundedJacobian<D>& jacobian, Visit&& visit) {
-    std::array<JacobianPart<D>, most_depth + 2> stack;
+    std::array<JacobianPart<D>, max_depth + 2> stack;
     stack[0] = whole(jacobian);
     int top = 1;
     for (int parts = 0; top > 0; ++parts) {
         const JacobianPart<D> part = stack[--top];
         if (!visit(part)) continue;
-        if (part.depth == most_depth || parts >= most_parts) return false;
+        if (part.depth == max_depth || parts >= max_parts) return false;
         const int edge = largest_bend(part).edge;
         const JacobianPart<D> first = half(part, edge, 0);
         const JacobianPart<D> second = half(part, edge, 1);

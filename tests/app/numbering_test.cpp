@@ -30,8 +30,8 @@ using camber::testing::must;
 
 namespace {
 
-constexpr OrderingOptions always{.least_elements = 0, .most_scatter = 0};
-constexpr OrderingOptions never{.least_elements = std::numeric_limits<std::size_t>::max()};
+constexpr OrderingOptions always{.min_elements = 0, .max_scatter = 0};
+constexpr OrderingOptions never{.min_elements = std::numeric_limits<std::size_t>::max()};
 
 template <class EntityId>
 Permutation<EntityId> any_order(std::size_t count) {

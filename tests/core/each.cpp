@@ -151,7 +151,7 @@ Execution listening(Ticks& ticks) {
 void tell_parts(const Execution& execution, Dice& dice, int depth) {
     if (depth == 0) {
         const std::size_t items = 1 + dice.below(40);
-        for (std::size_t done = 1; done <= items; ++done) tell(execution, done, items);
+        for (std::size_t done = 1; done <= items; ++done) report_progress(execution, done, items);
         return;
     }
     std::vector<double> cuts{0, 1};
@@ -191,7 +191,7 @@ TEST_CASE("a part of what nobody listens to tells nothing") {
     const Execution deaf = part_of({.threads = 3}, 0.1, 0.2);
     CHECK(deaf.threads == 3);
     CHECK_FALSE(deaf.progress);
-    tell(deaf, 1, 2);
+    report_progress(deaf, 1, 2);
 }
 
 TEST_CASE("memory that is not there is an error of the loop, in whichever thread") {

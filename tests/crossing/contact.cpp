@@ -142,7 +142,7 @@ QuadraticMesh<3> rings(std::size_t count, std::size_t around, double width, doub
 
 /// What is told does not depend on threads, and what it took is bounded.
 void check_bounds(const QuadraticMesh<3>& mesh, const Crossings& found, std::size_t steps_per_pair) {
-    CHECK(found.steps <= most_steps(mesh.linear.facets.size()) + steps_per_pair * found.pairs);
+    CHECK(found.steps <= max_steps(mesh.linear.facets.size()) + steps_per_pair * found.pairs);
     CHECK(found.cut_short <= found.undecided);
     CHECK(crossings_of(mesh, 2) == found);
 }

@@ -14,7 +14,7 @@ import camber.core;
 import camber.bezier;
 import camber.metric;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import camber.curving;
 
 using namespace camber;
@@ -23,9 +23,9 @@ using namespace camber::testing;
 namespace {
 
 template <int D>
-Outcome<Curved<D>> curved(const Block<D>& b, double least_jacobian, const Execution& execution) {
+Outcome<Curved<D>> curved(const Block<D>& b, double min_jacobian, const Execution& execution) {
     CurveOptions options;
-    options.least_jacobian = least_jacobian;
+    options.min_jacobian = min_jacobian;
     return curve(b.mesh, b.kinds, b.boundary_nodes, b.shells, b.back, options, execution);
 }
 

@@ -79,7 +79,7 @@ struct Carried {
 
 template <int D>
 double smallest(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal) {
-    return must(validate(mesh, proposal, least_bound, alone)).validation().smallest;
+    return must(validate(mesh, proposal, min_bound, alone)).validation().smallest;
 }
 
 template <int D>

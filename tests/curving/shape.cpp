@@ -15,7 +15,7 @@ import camber.core;
 import camber.bezier;
 import camber.metric;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import camber.curving;
 
 using namespace camber;

@@ -70,18 +70,18 @@ TEST_CASE("golden: polar-1 at r = 0.26995 scaled by 1/1.3 has h_r 0.035807 and h
 
 TEST_CASE("shocks are thin at the jump along its normal, and the rotating field turns") {
     const PlanarShock<3> plane{
-        .point = {{0, 0, 1}}, .normal = {{0, 0, -2}}, .least_size = 0.001, .size = 1, .width = 0.1};
+        .point = {{0, 0, 1}}, .normal = {{0, 0, -2}}, .min_size = 0.001, .size = 1, .width = 0.1};
     CHECK(size_along(evaluate<3>(plane, Vec<3>{{5, 5, 1}}), Vec<3>{{0, 0, 1}}) == doctest::Approx(0.001));
     CHECK(size_along(evaluate<3>(plane, Vec<3>{{5, 5, 1}}), Vec<3>{{0, 1, 0}}) == doctest::Approx(1));
     CHECK(size_along(evaluate<3>(plane, Vec<3>{{5, 5, 9}}), Vec<3>{{0, 0, 1}}) == doctest::Approx(1));
     const double u = std::tanh(0.5);
     CHECK(size_along(evaluate<3>(plane, Vec<3>{{0, 0, 1.05}}), Vec<3>{{0, 0, 1}}) ==
           doctest::Approx(std::pow(0.001, 1 - u * u)));
-    const SphericalShock<2> sphere{.centre = {{1, 0}}, .radius = 2, .least_size = 0.01, .size = 0.5};
+    const SphericalShock<2> sphere{.centre = {{1, 0}}, .radius = 2, .min_size = 0.01, .size = 0.5};
     CHECK(size_along(evaluate<2>(sphere, Vec<2>{{3, 0}}), Vec<2>{{1, 0}}) == doctest::Approx(0.01));
     CHECK(size_along(evaluate<2>(sphere, Vec<2>{{1, 2}}), Vec<2>{{0, 1}}) == doctest::Approx(0.01));
     CHECK(size_along(evaluate<2>(sphere, Vec<2>{{1, 2}}), Vec<2>{{1, 0}}) == doctest::Approx(0.5));
-    const RotatingField turning{.least_size = 0.1, .size = 1, .period = 2};
+    const RotatingField turning{.min_size = 0.1, .size = 1, .period = 2};
     CHECK(size_along(evaluate<2>(turning, Vec<2>{{0, 7}}), Vec<2>{{1, 0}}) == doctest::Approx(0.1));
     CHECK(size_along(evaluate<2>(turning, Vec<2>{{0.5, 7}}), Vec<2>{{0, 1}}) == doctest::Approx(0.1));
     CHECK(size_along(evaluate<3>(turning, Vec<3>{{0.25, 7, 1}}), Vec<3>{{1, 1, 0}}) == doctest::Approx(0.1));

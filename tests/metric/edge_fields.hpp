@@ -50,7 +50,7 @@ template <int D>
 struct Field {
     std::string name;
     KnownBack<D> (*made)(std::uint64_t seed, int n);
-    double most_mean;
+    double max_mean;
 };
 template <int D>
 const std::array fields{Field<D>{"natural", own_metric<D>, 1.002}, Field<D>{"layers", layers<D>, 1.005},

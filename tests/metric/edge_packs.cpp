@@ -84,7 +84,7 @@ void laws() {
                                      .length /
                                  chord;
                          }
-                         RC_ASSERT(in_packs <= by_itself * field.most_mean);
+                         RC_ASSERT(in_packs <= by_itself * field.max_mean);
                      },
                      {.count = 6});
             property("an edge has the same bytes in any company and with any instructions",

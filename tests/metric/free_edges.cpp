@@ -69,7 +69,7 @@ void never_longer(const Field<D>& field, const EdgeMinimiserOptions& options, st
         in_packs += length / chord;
         by_itself += minimise_edge<D>(back, a.point, b.point, hint, rules, options).length / chord;
     }
-    RC_ASSERT(in_packs <= by_itself * field.most_mean);
+    RC_ASSERT(in_packs <= by_itself * field.max_mean);
 }
 
 template <int D>

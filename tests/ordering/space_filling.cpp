@@ -29,7 +29,7 @@ LinearMesh<D> lattice(int cells, std::uint64_t seed) {
     return lattice_mesh(options);
 }
 
-constexpr OrderingOptions any_mesh{.least_elements = 0};
+constexpr OrderingOptions any_mesh{.min_elements = 0};
 
 template <class EntityId>
 bool names_each_once(const Permutation<EntityId>& p) {
@@ -51,7 +51,7 @@ void scatter_laws(int cells) {
     CHECK(must(scatter(ordered, alone)) < 0.02);
     CHECK(must(scatter(shuffled, alone)) == doctest::Approx(scatter_at_random<D>).epsilon(0.05));
     CHECK_FALSE(must(better_order(ordered, any_mesh, alone)).has_value());
-    CHECK_FALSE(must(better_order(shuffled, {.least_elements = 1'000'000}, alone)).has_value());
+    CHECK_FALSE(must(better_order(shuffled, {.min_elements = 1'000'000}, alone)).has_value());
     const auto better = must(better_order(shuffled, any_mesh, alone));
     REQUIRE(better.has_value());
     CHECK(better->scatter == must(scatter(shuffled, alone)));

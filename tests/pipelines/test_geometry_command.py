@@ -78,7 +78,7 @@ class GeometryCommand(unittest.TestCase):
             self.assertAlmostEqual(patch["area"], 4)
         for ridge in found["ridges"]:
             self.assertAlmostEqual(ridge["length"], 2)
-            self.assertAlmostEqual(ridge["least_turn"], 90)
+            self.assertAlmostEqual(ridge["min_turn"], 90)
             self.assertAlmostEqual(ridge["largest_turn"], 90)
         self.assertEqual(found["interface_facets"], 0)
         self.assertEqual([found[k]["count"] for k in ("open_edges", "crowded_edges")], [0, 0])

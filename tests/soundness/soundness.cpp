@@ -16,7 +16,7 @@
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import camber.soundness;
 
 #include "generators.hpp"

@@ -15,14 +15,15 @@
 
 import camber.core;
 import camber.metric;
-import camber.dynamic;
+import camber.cavity;
 import camber.validity;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 
 namespace camber::testing {
 
 /// What counts as bowed: a node this share of the chord beside it, before stretching.
-inline constexpr double least_bow = 0.05;
+inline constexpr double min_bow = 0.05;
 
 /// Componentwise.
 template <int D>
@@ -89,7 +90,7 @@ struct BowingPlaces {
 
 /// Nodes of most edges anew, bowed where elements stay valid: on the boundary within its planes and lines.
 template <int D>
-void bow(Remeshing<D>& r, const Vec<D>& stretch, Dice& dice) {
+void bow(Adaptation<D>& r, const Vec<D>& stretch, Dice& dice) {
     const BowingPlaces<D> places(r.mesh, stretch);
     Buffer<LagrangeNode<D>> nodes(r.mesh.nodes.begin(), r.mesh.nodes.end());
     const auto is_valid = [&](ElementId e) {
@@ -107,7 +108,7 @@ void bow(Remeshing<D>& r, const Vec<D>& stretch, Dice& dice) {
             if (!places.free[e][c]) direction[c] = 0;
         if (!(norm(direction) > 0)) continue;
         direction = (norm(unstretched(r.mesh.points[b] - r.mesh.points[a], stretch)) / norm(direction)) * direction;
-        for (double share = dice.uniform(1.1, 3) * least_bow; share > least_bow; share /= 1.5) {
+        for (double share = dice.uniform(1.1, 3) * min_bow; share > min_bow; share /= 1.5) {
             nodes[e].point = midpoint(r.mesh.points[a], r.mesh.points[b]) + stretched(share * direction, stretch);
             if (std::ranges::all_of(places.shells[e], is_valid)) break;
             nodes[e] = before;
@@ -122,8 +123,8 @@ void bow(Remeshing<D>& r, const Vec<D>& stretch, Dice& dice) {
 template <int D>
 struct BowedDomain {
     Vec<D> stretch;
-    RemeshingGoal<D> goal;
-    Remeshing<D> state;
+    AdaptationGoal<D> goal;
+    Adaptation<D> state;
 };
 template <int D>
 Vec<D> random_stretch(Dice& dice) {
@@ -147,7 +148,7 @@ BowedDomain<D> bowed_domain(LinearMesh<D> mesh, Dice& dice) {
         stretch,
         {must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<D>>(std::move(logs)), alone)), {}},
         {}};
-    out.state = must(begin_remeshing(must(elevate(mesh, alone)), {}, out.goal, alone));
+    out.state = must(begin_adaptation(must(elevate(mesh, alone)), {}, out.goal, alone));
     bow(out.state, stretch, dice);
     return out;
 }

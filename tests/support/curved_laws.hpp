@@ -18,9 +18,10 @@
 
 import camber.core;
 import camber.bezier;
-import camber.dynamic;
+import camber.cavity;
 import camber.validity;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 
 namespace camber::testing {
 

@@ -1,4 +1,4 @@
-// Operations of degree 2 at random places of a mesh, as wishes.
+// Operations of degree 2 at random places of a mesh, as requests.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,9 @@
 
 import camber.core;
 import camber.metric;
-import camber.dynamic;
-import camber.remesh;
+import camber.cavity;
+import camber.operation;
+import camber.adapt;
 
 namespace camber::testing {
 
@@ -84,11 +85,11 @@ struct MeantSplit {
 };
 template <int D>
 struct CurvedTry {
-    CavityWish<D> wish;
+    CavityRequest<D> request;
     std::optional<MeantSplit<D>> split;
 };
 
-/// Chooses where an operation is tried, and what is wished there.
+/// Chooses where an operation is tried, and what is candidate there.
 template <int D>
 class CurvedTrying {
   public:
@@ -100,17 +101,17 @@ class CurvedTrying {
             const bool is_anywhere = !kind.splits && kind.kind.place == VertexPlace::inside && dice_.below(2) == 0;
             return is_anywhere ? anywhere() : on_simplex(kind);
         }
-        TopologyPatch<D> patch;
+        Patch<D> patch;
         StarWorkspace<D> workspace;
         if (!Trying<D>(r_.mesh, dice_, workspace).choose(kind.kind, patch)) return {};
         CurvedTry<D> out;
-        out.wish.cavity = std::move(patch.removed);
-        out.wish.join_to(r_, patch.point.vertex);
+        out.request.cavity = std::move(patch.removed);
+        out.request.join_to(r_, patch.point.vertex);
         if (patch.point.place) {
-            out.wish.place = kind.kind.place == VertexPlace::inside
-                                 ? out.wish.place + stretched(0.2 * dice_.vector<D>(), domain_.stretch)
+            out.request.place = kind.kind.place == VertexPlace::inside
+                                 ? out.request.place + stretched(0.2 * dice_.vector<D>(), domain_.stretch)
                                  : *patch.point.place;
-            ask(out.wish);
+            ask(out.request);
         }
         return out;
     }
@@ -120,10 +121,10 @@ class CurvedTrying {
         for (;;)
             if (const ElementId e(dice_.below(r_.mesh.elements.size())); !r_.mesh.is_free(e)) return e;
     }
-    void ask(CavityWish<D>& wish) const {
-        const FieldSample<D> sample = sample_with_recovered_gradient(domain_.goal.field, wish.place, ElementId{});
-        wish.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
-        wish.gradient = sample.gradient;
+    void ask(CavityRequest<D>& request) const {
+        const FieldSample<D> sample = sample_with_recovered_gradient(domain_.goal.field, request.place, ElementId{});
+        request.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
+        request.gradient = sample.gradient;
     }
 
     /// A point that knows of no curves: what holds it among the straight elements.
@@ -131,12 +132,12 @@ class CurvedTrying {
         CurvedTry<D> out;
         const auto& vertices = r_.mesh.elements.vertices[any_element()];
         const auto xi = dice_.barycentric<D>();
-        for (int i = 0; i <= D; ++i) out.wish.place += xi[i] * r_.mesh.points[vertices[i]];
-        auto in = insertion(r_.mesh, out.wish.place);
+        for (int i = 0; i <= D; ++i) out.request.place += xi[i] * r_.mesh.points[vertices[i]];
+        auto in = insertion(r_.mesh, out.request.place);
         if (!in || in->is_at_vertex() || in->place != VertexPlace::inside) return {};
-        out.wish.cavity = std::move(in->cavity);
-        out.wish.holders = out.wish.cavity.elements.size();
-        ask(out.wish);
+        out.request.cavity = std::move(in->cavity);
+        out.request.holders = out.request.cavity.elements.size();
+        ask(out.request);
         return out;
     }
     /// Within a curved simplex of up to D dimensions that lies there; to be split, an edge.
@@ -151,10 +152,10 @@ class CurvedTrying {
             Insertion<D> in = insertion_at(r_.mesh, site);
             if (in.place != kind.kind.place) continue;
             CurvedTry<D> out;
-            out.wish.cavity = std::move(in.cavity);
-            out.wish.holders = out.wish.cavity.elements.size();
+            out.request.cavity = std::move(in.cavity);
+            out.request.holders = out.request.cavity.elements.size();
             put_point(site, out);
-            ask(out.wish);
+            ask(out.request);
             return out;
         }
         return {};
@@ -172,21 +173,21 @@ class CurvedTrying {
         const auto point = [&](int i) { return r_.mesh.points[vertices[i]]; };
         Vec<D> origin = point(spanned[0]);
         for (const int i : spanned) origin += xi[i] * (point(i) - point(spanned[0]));
-        out.wish.origin = out.wish.place = origin;
+        out.request.origin = out.request.place = origin;
         for (int k = 0; k < edges_per_simplex<D>; ++k) {
             const auto [i, j] = local_edges<D>[k];
             const Vec<D> offset = r_.mesh.nodes[r_.mesh.edges_of[site.element][k]].point - midpoint(point(i), point(j));
-            out.wish.place += 4 * xi[i] * xi[j] * offset;
+            out.request.place += 4 * xi[i] * xi[j] * offset;
         }
         if (spanned.size() != 2) return;
         const auto [i, j] = std::array{spanned[0], spanned[1]};
         const EdgeId edge = r_.mesh.edges_of[site.element][edge_between<D>[i][j]];
-        out.wish.halves = {vertices[i], vertices[j]};
-        out.split = MeantSplit<D>{{point(i), r_.mesh.nodes[edge], point(j)}, out.wish.halves, xi[j]};
+        out.request.halves = {vertices[i], vertices[j]};
+        out.split = MeantSplit<D>{{point(i), r_.mesh.nodes[edge], point(j)}, out.request.halves, xi[j]};
     }
 
     const BowedDomain<D>& domain_;
-    const Remeshing<D>& r_;
+    const Adaptation<D>& r_;
     Dice& dice_;
 };
 

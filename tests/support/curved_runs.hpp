@@ -18,9 +18,10 @@
 
 import camber.core;
 import camber.metric;
-import camber.dynamic;
+import camber.cavity;
 import camber.validity;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 
 namespace camber::testing {
 
@@ -28,7 +29,7 @@ namespace camber::testing {
 template <int D>
 struct CurvedTally {
     struct Row {
-        std::size_t accepted = 0, bowed = 0;  ///< bowed: accepted where an edge of the cavity was, by least_bow
+        std::size_t accepted = 0, bowed = 0;  ///< bowed: accepted where an edge of the cavity was, by min_bow
         std::size_t straight_inverted = 0, drawn_back = 0;
         std::size_t nowhere = 0;  ///< nothing of the kind was found
         std::array<std::size_t, rejection_reasons> rejected{};
@@ -53,7 +54,7 @@ struct CurvedTally {
 
 struct CurvedRunOptions {
     std::size_t steps = 200;
-    std::size_t most_elements = 400;
+    std::size_t max_elements = 400;
     std::size_t steps_a_check = 16;
     std::size_t steps_a_bow = 20;  ///< then nodes are bowed anew
     std::size_t exactly = 2;       ///< new elements of each operation that exact arithmetic looks at
@@ -92,7 +93,7 @@ class CurvedRun {
     /// Small meshes grow, large ones shrink.
     [[nodiscard]] std::size_t next_kind() {
         constexpr auto all = curved_kinds<D>();
-        const bool is_large = mesh().element_count() > options_.most_elements;
+        const bool is_large = mesh().element_count() > options_.max_elements;
         for (;;) {
             const std::size_t kind = any_kind<D>(dice_);
             if (!is_large || all[kind].kind.operation == Operation::collapse || dice_.below(50) == 0) return kind;
@@ -106,11 +107,11 @@ class CurvedRun {
             ++row.nowhere;
             return "";
         }
-        TopologyPatch<D> patch;
+        Patch<D> patch;
         const PatchLimits limits{
-            .least_shape = 1e-3,
-            .below_least = dice_.below(2) == 0 ? BelowLeast::refused : BelowLeast::not_if_no_worse};
-        const PlanResult result = plan(domain_.state, domain_.goal, tried->wish, limits, workspace_, patch);
+            .min_shape = 1e-3,
+            .below_least = dice_.below(2) == 0 ? BelowLeast::refused : BelowLeast::accepted_if_no_worse};
+        const OperationResult result = operate(domain_.state, domain_.goal, tried->request, limits, workspace_, patch);
         if (result.rejected != RejectionReason::none) {
             ++row.rejected[static_cast<std::size_t>(result.rejected)];
             return "";
@@ -123,7 +124,7 @@ class CurvedRun {
         const DynamicMesh<D> before = mesh();
         auto [after, changes] = must(commit<D>(std::move(domain_.state.mesh), {&patch, 1}));
         domain_.state.mesh = std::move(after);
-        follow(tried->wish, changes.points[0]);
+        follow(tried->request, changes.points[0]);
         for (const std::string& law :
              {unless_no_worse(changes.elements.created, replaced), unless_told(before, mesh(), changes),
               unless_valid(mesh(), changes.elements.created, options_.exactly), unless_filled(before, mesh(), changes),
@@ -143,18 +144,18 @@ class CurvedRun {
     [[nodiscard]] bool is_bowed(const std::vector<ElementId>& elements) const {
         return std::ranges::any_of(elements, [&](ElementId e) {
             return std::ranges::any_of(mesh().edges_of[e],
-                                       [&](EdgeId edge) { return bow_of(mesh(), edge, domain_.stretch) >= least_bow; });
+                                       [&](EdgeId edge) { return bow_of(mesh(), edge, domain_.stretch) >= min_bow; });
         });
     }
     /// What the state knows of the point.
-    void follow(const CavityWish<D>& wish, VertexId point) {
-        Remeshing<D>& r = domain_.state;
+    void follow(const CavityRequest<D>& request, VertexId point) {
+        Adaptation<D>& r = domain_.state;
         auto metrics = take(std::move(r.metrics));
         auto gradients = take(std::move(r.gradients));
         metrics.resize(r.mesh.points.size());
         gradients.resize(r.mesh.points.size());
-        metrics[point.index()] = wish.metric;
-        gradients[point.index()] = wish.gradient;
+        metrics[point.index()] = request.metric;
+        gradients[point.index()] = request.gradient;
         r.metrics = std::move(metrics);
         r.gradients = std::move(gradients);
     }
@@ -180,7 +181,7 @@ class CurvedRun {
     BowedDomain<D> domain_;
     Kept<D> kept_;
     Sizes sizes_;
-    PlanWorkspace<D> workspace_;
+    OperationWorkspace<D> workspace_;
 };
 
 }  // namespace camber::testing

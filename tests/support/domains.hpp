@@ -14,7 +14,7 @@
 #include "meshes.hpp"
 
 import camber.core;
-import camber.dynamic;
+import camber.cavity;
 
 namespace camber::testing {
 

@@ -11,7 +11,7 @@
 #include "meshes.hpp"
 
 import camber.core;
-import camber.dynamic;
+import camber.cavity;
 
 namespace camber::testing {
 

@@ -159,7 +159,7 @@ Coefficients<D, Integer> coefficients(const Nodes<D, Integer>& n, const Share<In
 
 /// The edge with the largest c_(γ+2i) − 2 c_(γ+i+j) + c_(γ+2j), by amount.
 template <int D, class Integer>
-int most_bent(const Coefficients<D, Integer>& c) {
+int max_bent(const Coefficients<D, Integer>& c) {
     int found = 0;
     Integer most = -1;
     for (int e = 0; e < camber::edges_per_simplex<D>; ++e) {
@@ -180,7 +180,7 @@ int most_bent(const Coefficients<D, Integer>& c) {
 
 /// Bisections along the edge that bends most. The least grows with the coefficients, by 2^D each time.
 template <int D, class Integer>
-Answer bisected(const Coefficients<D, Integer>& c, int most_depth, int& parts, int depth = 0) {
+Answer bisected(const Coefficients<D, Integer>& c, int max_depth, int& parts, int depth = 0) {
     bool all = true;
     for (const Integer& x : c.of) all = all && enough(x, c.least);
     if (all) return Answer::valid;
@@ -189,8 +189,8 @@ Answer bisected(const Coefficients<D, Integer>& c, int most_depth, int& parts, i
         corner[i] = D;
         if (!enough(c.of[place<D>(corner)], c.least)) return Answer::invalid;
     }
-    if (depth == most_depth || --parts < 0) return Answer::unknown;
-    const auto ends = camber::local_edges<D>[most_bent<D, Integer>(c)];
+    if (depth == max_depth || --parts < 0) return Answer::unknown;
+    const auto ends = camber::local_edges<D>[max_bent<D, Integer>(c)];
     bool unknown = false;
     for (int side = 0; side < 2; ++side) {
         const int from = ends[side];
@@ -205,7 +205,7 @@ Answer bisected(const Coefficients<D, Integer>& c, int most_depth, int& parts, i
                 if (k < m) --alpha[from], ++alpha[to];
             }
         }
-        const Answer answer = bisected<D, Integer>(part, most_depth, parts, depth + 1);
+        const Answer answer = bisected<D, Integer>(part, max_depth, parts, depth + 1);
         if (answer == Answer::invalid) return answer;
         unknown = unknown || answer == Answer::unknown;
     }

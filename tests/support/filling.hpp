@@ -12,7 +12,7 @@
 #include "meshes.hpp"
 
 import camber.core;
-import camber.dynamic;
+import camber.cavity;
 
 namespace camber::testing {
 
@@ -23,7 +23,7 @@ inline double size_of(const std::array<Vec<3>, 2>& p) { return distance(p[0], p[
 
 /// The elements of a star are not inverted, and it fills what was taken out, reference by reference.
 template <int D>
-bool fills(const DynamicMesh<D>& mesh, const TopologyPatch<D>& patch) {
+bool fills(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     const VertexId p = patch.point.vertex;
     const Vec<D> place = patch.point.place ? *patch.point.place : mesh.points[p];
     Sizes sums;

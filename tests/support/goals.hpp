@@ -12,9 +12,10 @@
 
 import camber.core;
 import camber.metric;
-import camber.dynamic;
+import camber.cavity;
 import camber.surface;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 
 namespace camber::testing {
 
@@ -34,13 +35,13 @@ Column<LogMetric<D>> metrics_over(const LinearMesh<D>& mesh, double size, Dice& 
 }
 
 template <int D>
-RemeshingGoal<D> goal_over(const LinearMesh<D>& mesh, double size, Dice& dice) {
+AdaptationGoal<D> goal_over(const LinearMesh<D>& mesh, double size, Dice& dice) {
     return {must(make_back_mesh(mesh, must(balls(mesh, alone)), metrics_over(mesh, size, dice), alone)), {}};
 }
 
 template <int D>
-Remeshing<D> begun(const LinearMesh<D>& mesh, const RemeshingGoal<D>& goal) {
-    return must(begin_remeshing(mesh, must(unique_edges(mesh, alone)), {}, goal, alone));
+Adaptation<D> begun(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal) {
+    return must(begin_adaptation(mesh, must(unique_edges(mesh, alone)), {}, goal, alone));
 }
 
 }  // namespace camber::testing

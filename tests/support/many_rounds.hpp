@@ -20,9 +20,10 @@
 
 import camber.core;
 import camber.metric;
-import camber.dynamic;
+import camber.cavity;
 import camber.surface;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 
 namespace camber::testing {
 
@@ -38,7 +39,7 @@ struct Round {
 
 /// How far sizes may be from their formulas, relative, by the square of the first mesh's cells: facets that are up to
 /// 1.6 times as large, and larger where the metric's size grows, cut so much off a surface of radius 1.
-inline constexpr double most_curved_deviation = 0.6;
+inline constexpr double max_curved_deviation = 0.6;
 
 template <int D>
 class ManyRounds {
@@ -58,7 +59,7 @@ class ManyRounds {
         round.size = size;
         goal_ = goal_over(domain_.mesh, size * domain_.cell, dice_);
         if (!domain_.surfaces.surfaces.empty()) goal_.geometry = Geometry<D>(domain_.surfaces);
-        Remeshing<D> r = under_goal();
+        Adaptation<D> r = under_goal();
         worst_ = must(unit_mesh_statistics(r, execution_)).worst_quality;
         r = pass(collapse<D>(std::move(r), goal_, {}, execution_), round.passes[0]);
         r = pass(split<D>(std::move(r), goal_, {}, execution_), round.passes[1]);
@@ -95,7 +96,7 @@ class ManyRounds {
             if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
         return must(make_dynamic(domain_.mesh, edges, {features.edge_kinds.view(), corners}, execution_));
     }
-    [[nodiscard]] Remeshing<D> under_goal() {
+    [[nodiscard]] Adaptation<D> under_goal() {
         Buffer<VertexMetric<D>> metrics(mesh_.points.size());
         ElementId hint;
         for (std::size_t v = 0; v < metrics.size(); ++v) {
@@ -106,8 +107,8 @@ class ManyRounds {
         }
         return {std::move(mesh_), std::move(metrics)};
     }
-    [[nodiscard]] Remeshing<D> pass(Outcome<Remeshed<D>> done, PassStatistics& told) {
-        Remeshed<D> remeshed = must(std::move(done));
+    [[nodiscard]] Adaptation<D> pass(Outcome<Adapted<D>> done, PassStatistics& told) {
+        Adapted<D> remeshed = must(std::move(done));
         told = remeshed.statistics;
         shortened_ += told.shortened;
         const double worst = must(unit_mesh_statistics(remeshed.state, execution_)).worst_quality;
@@ -131,7 +132,7 @@ class ManyRounds {
         deviate(kept_.sizes, round.flat);
         deviate(domain_.curved, round.curved);
         if (!(round.flat < 1e-10)) return "what is flat has another size: " + largest_change(now);
-        if (!(round.curved < most_curved_deviation * domain_.cell * domain_.cell || domain_.curved.empty()))
+        if (!(round.curved < max_curved_deviation * domain_.cell * domain_.cell || domain_.curved.empty()))
             return "what is curved has a size far from its geometry's";
         round.off = vertices_off();
         return round.off <= shortened_ ? "" : "vertices left their surface";
@@ -162,7 +163,7 @@ class ManyRounds {
     Execution execution_;
     DynamicMesh<D> mesh_;
     Kept<D> kept_;
-    RemeshingGoal<D> goal_;
+    AdaptationGoal<D> goal_;
     std::size_t shortened_ = 0;
     double worst_ = 1;  ///< quality after the last pass
     bool made_worse_ = false;

@@ -17,7 +17,7 @@
 #include "meshes.hpp"
 
 import camber.core;
-import camber.dynamic;
+import camber.cavity;
 
 namespace camber::testing {
 
@@ -87,7 +87,7 @@ Kept<D> kept_by(const DynamicMesh<D>& mesh) {
     Kept<D> kept{measures(mesh), euler(mesh), characteristics(mesh), {}, {}, {}, {}};
     for (std::size_t v = 0; v < mesh.points.size(); ++v) {
         const auto& [place, marks] = mesh.states[v];
-        if (place == VertexPlace::corner || marks.has(Mark::required) || marks.has(Mark::held))
+        if (place == VertexPlace::corner || marks.has(Mark::required) || marks.has(Mark::frozen))
             kept.vertices.emplace_back(VertexId(v), mesh.points[v]);
     }
     for (std::size_t l = 0; l < mesh.lines.size(); ++l)

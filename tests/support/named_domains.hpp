@@ -18,7 +18,7 @@
 #include "meshes.hpp"
 
 import camber.core;
-import camber.dynamic;
+import camber.cavity;
 import camber.surface;
 
 namespace camber::testing {

@@ -8,7 +8,7 @@
 #include "random_operations.hpp"
 
 import camber.core;
-import camber.dynamic;
+import camber.cavity;
 
 namespace camber::testing {
 

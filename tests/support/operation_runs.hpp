@@ -14,7 +14,7 @@
 #include "random_operations.hpp"
 
 import camber.core;
-import camber.dynamic;
+import camber.cavity;
 
 namespace camber::testing {
 
@@ -41,7 +41,7 @@ struct Tally {
 /// How operations are run: how large the mesh may grow, and how often it is looked at.
 struct RunOptions {
     std::size_t steps = 400;
-    std::size_t most_elements = 600;
+    std::size_t max_elements = 600;
     std::size_t steps_a_check = 16;
 };
 
@@ -59,11 +59,11 @@ LinearMesh<D> domain_with_required(std::uint64_t seed) {
 
 /// Small meshes grow, large ones shrink.
 template <int D>
-std::size_t next_kind(const DynamicMesh<D>& mesh, std::size_t most_elements, Dice& dice) {
+std::size_t next_kind(const DynamicMesh<D>& mesh, std::size_t max_elements, Dice& dice) {
     constexpr auto all = kinds<D>();
     for (;;) {
         const std::size_t kind = dice.below(all.size());
-        if (mesh.element_count() <= most_elements || all[kind].operation == Operation::collapse) return kind;
+        if (mesh.element_count() <= max_elements || all[kind].operation == Operation::collapse) return kind;
     }
 }
 
@@ -78,7 +78,7 @@ std::string run_operations(std::uint64_t seed, const RunOptions& options, Tally<
         return "seed " + std::to_string(seed) + ", step " + std::to_string(step) + ": " + law;
     };
     for (std::size_t step = 0; step < options.steps; ++step) {
-        const std::size_t kind = next_kind(mesh, options.most_elements, dice);
+        const std::size_t kind = next_kind(mesh, options.max_elements, dice);
         const auto [patch, refused] = Trying<D>(mesh, dice, workspace).planned(kinds<D>()[kind]);
         tally.count(kind, refused);
         if (!patch) continue;
@@ -102,7 +102,7 @@ std::string run_topology(std::uint64_t seed, const RunOptions& options, Tally<D>
     const Kept<D> kept = kept_by(mesh);
     StarWorkspace<D> workspace;
     for (std::size_t step = 0; step < options.steps; ++step) {
-        const std::size_t kind = next_kind(mesh, options.most_elements, dice);
+        const std::size_t kind = next_kind(mesh, options.max_elements, dice);
         const auto [patch, refused] = Trying<D>(mesh, dice, workspace).starred(kinds<D>()[kind]);
         tally.count(kind, refused);
         if (!patch) continue;

@@ -8,7 +8,7 @@
 #include "dice.hpp"
 
 import camber.core;
-import camber.dynamic;
+import camber.cavity;
 
 namespace camber::testing {
 
@@ -18,7 +18,7 @@ class RandomCavity {
     RandomCavity(const DynamicMesh<D>& mesh, Dice& dice) : mesh_(mesh), dice_(dice) {}
 
     /// Elements, each across a face of one before: few or many, or a ball and what is beside it.
-    void grow(ElementId first, CavityParts<D>& out) {
+    void grow(ElementId first, Cavity<D>& out) {
         out.elements = {first};
         const std::size_t how = dice_.below(3);
         if (how == 2) ball(mesh_, mesh_.elements.vertices[first][dice_.below(D + 1)], out.elements);
@@ -39,7 +39,7 @@ class RandomCavity {
 
   private:
     /// Some of the facets and lines of the elements.
-    void take_any(CavityParts<D>& out) {
+    void take_any(Cavity<D>& out) {
         for (const ElementId e : out.elements) {
             for (int i = 0; i <= D; ++i)
                 if (const FacetId f = facet_at(mesh_, e, i); f.valid() && dice_.below(2) == 0) out.facets.push_back(f);
@@ -49,7 +49,7 @@ class RandomCavity {
     }
     /// The facets on the inside of the cavity, of some references those on the boundary too, and the lines between
     /// them.
-    void take_surfaces(CavityParts<D>& out) {
+    void take_surfaces(Cavity<D>& out) {
         const auto is_taken = [&](ElementId e) { return std::ranges::find(out.elements, e) != out.elements.end(); };
         const std::uint64_t references = dice_.below(1U << 16U);
         const std::size_t ends = dice_.below(2);

@@ -16,7 +16,7 @@
 #include "random_cavity.hpp"
 
 import camber.core;
-import camber.dynamic;
+import camber.cavity;
 
 namespace camber::testing {
 
@@ -80,7 +80,7 @@ inline constexpr std::size_t refusals = 9;
 
 template <int D>
 struct Attempt {
-    std::optional<TopologyPatch<D>> patch;  ///< where nothing is refused
+    std::optional<Patch<D>> patch;  ///< where nothing is refused
     Refusal refused = Refusal::none;
 };
 
@@ -93,7 +93,7 @@ class Trying {
 
     /// By topology alone, whatever the places of the vertices.
     [[nodiscard]] Attempt<D> starred(Kind kind) {
-        TopologyPatch<D> patch{mesh_.stamp, {}, {}, {}};
+        Patch<D> patch{mesh_.stamp, {}, {}, {}};
         if (!choose(kind, patch)) return {{}, Refusal::place};
         const StarFailure failure = star(mesh_, patch.removed, patch.point.vertex, w_, patch.star);
         if (failure != StarFailure::none) return {{}, static_cast<Refusal>(failure)};
@@ -107,7 +107,7 @@ class Trying {
         return attempt;
     }
     /// What is taken out, and the point; false where nothing of the kind is found.
-    [[nodiscard]] bool choose(Kind kind, TopologyPatch<D>& patch) {
+    [[nodiscard]] bool choose(Kind kind, Patch<D>& patch) {
         switch (kind.operation) {
             case Operation::insert: return choose_insertion(kind.place, patch);
             case Operation::collapse: return choose_collapse(kind.place, patch);
@@ -143,7 +143,7 @@ class Trying {
     }
 
     /// A simplex of up to D dimensions that lies there; in the inside of it the point comes.
-    [[nodiscard]] bool choose_insertion(VertexPlace place, TopologyPatch<D>& patch) {
+    [[nodiscard]] bool choose_insertion(VertexPlace place, Patch<D>& patch) {
         for (int tries = 0; tries < 40; ++tries) {
             PointSite<D> site{any_element(), {}};
             for (std::size_t left = 2 + dice_.below(D); left > 0;) {
@@ -183,14 +183,14 @@ class Trying {
                 return v;
         return {};
     }
-    [[nodiscard]] bool choose_vertex(VertexPlace place, TopologyPatch<D>& patch) {
+    [[nodiscard]] bool choose_vertex(VertexPlace place, Patch<D>& patch) {
         const VertexId v = any_vertex(place);
         if (!v.valid()) return false;
         cavity_of_vertex(mesh_, v, patch.removed);
         patch.point.vertex = v;
         return true;
     }
-    [[nodiscard]] bool choose_collapse(VertexPlace place, TopologyPatch<D>& patch) {
+    [[nodiscard]] bool choose_collapse(VertexPlace place, Patch<D>& patch) {
         if (!choose_vertex(place, patch)) return false;
         const VertexId v = patch.point.vertex;
         std::vector<VertexId> ends;
@@ -202,7 +202,7 @@ class Trying {
         return true;
     }
     /// Along what the vertex lies on, which is flat.
-    [[nodiscard]] bool choose_move(VertexPlace place, TopologyPatch<D>& patch) {
+    [[nodiscard]] bool choose_move(VertexPlace place, Patch<D>& patch) {
         const auto& [elements, facets, lines] = patch.removed;
         const Vec<D> from = mesh_.points[patch.point.vertex];
         if (mesh_.states[patch.point.vertex].marks.has(Mark::required)) return false;
@@ -218,7 +218,7 @@ class Trying {
         return true;
     }
 
-    [[nodiscard]] bool choose_edge_swap(VertexPlace place, TopologyPatch<D>& patch) {
+    [[nodiscard]] bool choose_edge_swap(VertexPlace place, Patch<D>& patch) {
         for (int tries = 0; tries < 40; ++tries) {
             const ElementId e = any_element();
             const int k = static_cast<int>(dice_.below(edges_per_simplex<D>));
@@ -240,7 +240,7 @@ class Trying {
         }
         return false;
     }
-    [[nodiscard]] bool choose_face_swap(TopologyPatch<D>& patch) {
+    [[nodiscard]] bool choose_face_swap(Patch<D>& patch) {
         const ElementId e = any_element();
         const int face = static_cast<int>(dice_.below(D + 1));
         cavity_of_face(mesh_, e, face, patch.removed);

@@ -71,7 +71,7 @@ TEST_CASE("a cube: six flat patches, twelve ridges, eight corners, nothing suspi
     }
     for (const CurveFacts& curve : found.curves) {
         CHECK(curve.length == doctest::Approx(1));
-        CHECK(curve.least_turn == doctest::Approx(90));
+        CHECK(curve.min_turn == doctest::Approx(90));
         CHECK(curve.largest_turn == doctest::Approx(90));
         CHECK(curve.edges == 4);
     }

@@ -50,30 +50,30 @@ Outcome<FilePath> Codec<FilePath>::read(const Json& json, const Place& place, co
 
 Outcome<Done> check_array(const Json& json, const Place& place, const Limits& limits) {
     if (!json.is_array()) return bad(place, "expected an array, got " + kind_of(json));
-    if (json.size() >= limits.least_count && json.size() <= limits.most_count) return Done{};
-    const bool exact = limits.least_count == limits.most_count;
-    std::string wanted = std::to_string(limits.least_count);
+    if (json.size() >= limits.min_count && json.size() <= limits.max_count) return Done{};
+    const bool exact = limits.min_count == limits.max_count;
+    std::string wanted = std::to_string(limits.min_count);
     if (!exact)
-        wanted = limits.most_count == std::numeric_limits<std::size_t>::max()
+        wanted = limits.max_count == std::numeric_limits<std::size_t>::max()
                      ? "at least " + wanted
-                     : wanted + " to " + std::to_string(limits.most_count);
+                     : wanted + " to " + std::to_string(limits.max_count);
     return bad(place, "expected " + wanted + " items, got " + std::to_string(json.size()));
 }
 
 std::string array_type(const std::string& item, const Limits& limits) {
-    const bool open = limits.most_count == std::numeric_limits<std::size_t>::max();
-    std::string count = std::to_string(limits.least_count);
+    const bool open = limits.max_count == std::numeric_limits<std::size_t>::max();
+    std::string count = std::to_string(limits.min_count);
     if (open)
-        count = limits.least_count == 0 ? "" : "at least " + count;
-    else if (limits.least_count != limits.most_count)
-        count += " to " + std::to_string(limits.most_count);
+        count = limits.min_count == 0 ? "" : "at least " + count;
+    else if (limits.min_count != limits.max_count)
+        count += " to " + std::to_string(limits.max_count);
     return "array of " + (count.empty() ? "" : count + " × ") + item;
 }
 
 Json array_schema(Json items, const Limits& limits) {
     Json schema{{"type", "array"}, {"items", std::move(items)}};
-    if (limits.least_count > 0) schema["minItems"] = limits.least_count;
-    if (limits.most_count != std::numeric_limits<std::size_t>::max()) schema["maxItems"] = limits.most_count;
+    if (limits.min_count > 0) schema["minItems"] = limits.min_count;
+    if (limits.max_count != std::numeric_limits<std::size_t>::max()) schema["maxItems"] = limits.max_count;
     return schema;
 }
 

@@ -45,7 +45,7 @@ struct Field {
     [[nodiscard]] Field at_most(double x) && { return limits.high = x, std::move(*this); }
     [[nodiscard]] Field below(double x) && { return limits.high = x, limits.high_open = true, std::move(*this); }
     [[nodiscard]] Field count(std::size_t least, std::size_t most) && {
-        return limits.least_count = least, limits.most_count = most, std::move(*this);
+        return limits.min_count = least, limits.max_count = most, std::move(*this);
     }
     [[nodiscard]] Field required() && { return is_required = true, std::move(*this); }
 };
@@ -172,7 +172,7 @@ struct Codec<std::vector<T>> {
 
 template <std::size_t N>
 [[nodiscard]] Limits exactly(Limits limits) {
-    limits.least_count = limits.most_count = N;
+    limits.min_count = limits.max_count = N;
     return limits;
 }
 template <class T, std::size_t N>

@@ -22,8 +22,8 @@ namespace {
 
 Limits counted(std::size_t least, std::size_t most) {
     Limits limits;
-    limits.least_count = least;
-    limits.most_count = most;
+    limits.min_count = least;
+    limits.max_count = most;
     return limits;
 }
 
@@ -46,7 +46,7 @@ const Description<SurfaceMetric>& Described<SurfaceMetric>::get() {
 const Description<LinearField>& Described<LinearField>::get() {
     static const Description<LinearField> description{
         "linear",
-        "UGAWG's linear: thin across a plane of constant z (2D: y), with least_size + 2 (size - least_size) |z - "
+        "UGAWG's linear: thin across a plane of constant z (2D: y), with min_size + 2 (size - min_size) |z - "
         "position| across and size along it.",
         listed<LinearField>(),
         {}};
@@ -56,8 +56,8 @@ const Description<LinearField>& Described<LinearField>::get() {
 const Description<PolarOneField>& Described<PolarOneField>::get() {
     static const Description<PolarOneField> description{
         "polar-1",
-        "UGAWG's polar-1: a curved layer, thin along the radius r of the z axis, with least_size + 2 (size - "
-        "least_size) |r - radius|, and size elsewhere.",
+        "UGAWG's polar-1: a curved layer, thin along the radius r of the z axis, with min_size + 2 (size - "
+        "min_size) |r - radius|, and size elsewhere.",
         listed<PolarOneField>(),
         {}};
     return description;

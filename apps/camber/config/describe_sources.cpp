@@ -156,7 +156,7 @@ const Choice<Geometry>& Described<Geometry>::get() {
 
 Outcome<Analytic> Codec<Analytic>::read(const Json& json, const Place& place, const Limits&) {
     Limits some;
-    some.least_count = 1;
+    some.min_count = 1;
     return Items::read(json, place, some).map([](std::vector<AnalyticSurface> items) {
         return Analytic{std::move(items)};
     });
@@ -164,7 +164,7 @@ Outcome<Analytic> Codec<Analytic>::read(const Json& json, const Place& place, co
 Json Codec<Analytic>::write(const Analytic& analytic) { return Items::write(analytic.surfaces); }
 Json Codec<Analytic>::schema(const Limits&) {
     Limits some;
-    some.least_count = 1;
+    some.min_count = 1;
     return Items::schema(some);
 }
 std::string Codec<Analytic>::type(const Limits&) { return "array of surfaces"; }

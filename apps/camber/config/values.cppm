@@ -15,7 +15,8 @@ import camber.io;
 import camber.surface;
 import camber.cad;
 import camber.curving;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 import camber.repair;
 
 /// What a config says, as plain values, which describe their options themselves; some are options of a module.
@@ -93,14 +94,14 @@ struct SurfaceMetric {
 };
 struct PlanarShock {
     std::vector<double> point, normal;
-    double least_size = 0.01, size = 0.1, width = 0.1;
+    double min_size = 0.01, size = 0.1, width = 0.1;
 
     [[nodiscard]] static constexpr auto options() {
         using S = PlanarShock;
         return std::tuple(
             option("point", &S::point, "any point of the plane").unit("model units").count(2, 3).required(),
             option("normal", &S::normal, "perpendicular to it, of any length").count(2, 3).required(),
-            option("least_size", &S::least_size, "size along the normal, at the plane").unit("model units").above(0),
+            option("min_size", &S::min_size, "size along the normal, at the plane").unit("model units").above(0),
             option("size", &S::size, "size along the plane, and everywhere away from it").unit("model units").above(0),
             option("width", &S::width, "of the jump").unit("model units").above(0));
     }
@@ -108,14 +109,14 @@ struct PlanarShock {
 };
 struct SphericalShock {
     std::vector<double> centre;
-    double radius = 0.5, least_size = 0.01, size = 0.1, width = 0.1;
+    double radius = 0.5, min_size = 0.01, size = 0.1, width = 0.1;
 
     [[nodiscard]] static constexpr auto options() {
         using S = SphericalShock;
         return std::tuple(
             option("centre", &S::centre, "of the sphere").unit("model units").count(2, 3).required(),
             option("radius", &S::radius, "of the sphere").unit("model units").above(0),
-            option("least_size", &S::least_size, "size along the radius, at the sphere").unit("model units").above(0),
+            option("min_size", &S::min_size, "size along the radius, at the sphere").unit("model units").above(0),
             option("size", &S::size, "size along the sphere, and everywhere away from it").unit("model units").above(0),
             option("width", &S::width, "of the jump").unit("model units").above(0));
     }

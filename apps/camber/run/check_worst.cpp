@@ -18,7 +18,7 @@ module camber.run;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import camber.soundness;
 import :check;
 import :check_parts;

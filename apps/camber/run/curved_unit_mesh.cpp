@@ -70,7 +70,7 @@ Outcome<CurvedUnitMesh> measure_curved_unit_mesh(const QuadraticMesh<D>& mesh, c
             const ElementInMetric<D> element = element_in_metric<D>(mesh, log_metrics.view(), ElementId(chosen[i]));
             LeastQuality found = least[chosen[i]];
             const auto closer =
-                bound_quality<D>(element.nodes, element.metrics, {.enough = 1, .bisections = most_bisections});
+                bound_quality<D>(element.nodes, element.metrics, {.enough = 1, .bisections = max_bisections});
             found.attained = std::min(found.attained, closer.attained);
             found.bound = std::min(found.attained, std::max(found.bound, closer.bound));
             return element_at(chosen[i], out.qualities, found);

@@ -21,7 +21,7 @@ namespace camber::run {
 
 namespace {
 
-constexpr double most_hops = 8;
+constexpr double max_hops = 8;
 
 /// 1: the vertex is on a face that one element alone has.
 template <int D>
@@ -48,10 +48,10 @@ template <int D>
 Outcome<std::vector<double>> hops_of_vertices(const QuadraticMesh<D>& mesh, const Execution& execution) {
     auto on = boundary_vertices(mesh.linear, execution);
     if (!on) return fail(on.error());
-    std::vector<double> hops(on->size(), most_hops);
+    std::vector<double> hops(on->size(), max_hops);
     for (std::size_t v = 0; v < hops.size(); ++v)
         if ((*on)[v] == 1) hops[v] = 0;
-    for (double hop = 1; hop < most_hops; ++hop)
+    for (double hop = 1; hop < max_hops; ++hop)
         for (const auto& [a, b] : mesh.edges.vertices) {
             double &first = hops[a.index()], &second = hops[b.index()];
             if (first == hop - 1) second = std::min(second, hop);
@@ -82,7 +82,7 @@ Bins jacobian_bins() {
 Bins boundary_bins() {
     return {"boundary",
             "edges between the element and the boundary",
-            {1, 2, 3, 5, most_hops},
+            {1, 2, 3, 5, max_hops},
             {"0: touches it", "1", "2", "3 or 4", "5 to 7", "8 and above"}};
 }
 
@@ -117,7 +117,7 @@ Outcome<ElementKinds> element_kinds(const QuadraticMesh<D>& mesh, const Column<f
     const std::size_t elements = mesh.linear.elements.size();
     ElementKinds kinds{Buffer<double>(elements), Buffer<double>(elements), Buffer<double>(elements)};
     auto done = each(execution, elements, [&](std::size_t e) {
-        double bent = 0, nearest = most_hops;
+        double bent = 0, nearest = max_hops;
         for (const EdgeId edge : mesh.edges.of_elements[e]) bent = std::max(bent, curvature(edge_of(mesh, edge)));
         for (const VertexId v : mesh.linear.elements.vertices[e]) nearest = std::min(nearest, (*hops)[v.index()]);
         kinds.curvature[e] = bent;

@@ -17,7 +17,7 @@ import camber.io;
 import camber.metric;
 import camber.surface;
 import camber.validity;
-import camber.programmes;
+import camber.optimisation;
 import camber.curving;
 import :fields;
 import :measures;

@@ -59,7 +59,7 @@ Json ridges(const GeometryReport& report) {
                        {"references", ridge.references},
                        {"edges", ridge.edges},
                        {"length", ridge.length},
-                       {"least_turn", ridge.least_turn},
+                       {"min_turn", ridge.min_turn},
                        {"largest_turn", ridge.largest_turn}});
     }
     return all;

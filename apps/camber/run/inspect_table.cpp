@@ -96,7 +96,7 @@ std::string ridge_rows(const GeometryReport& r) {
     for (const std::size_t i : largest(r.ridges.size(), r.worst, [&](std::size_t c) { return r.ridges[c].length; })) {
         const CurveFacts& ridge = r.ridges[i];
         text += fmt::format("  {:<8}{:<16}{:>10}{:>13.6g}  {:.4g} to {:.4g}\n", i + 1, listed(ridge.references),
-                            grouped(ridge.edges), ridge.length, ridge.least_turn, ridge.largest_turn);
+                            grouped(ridge.edges), ridge.length, ridge.min_turn, ridge.largest_turn);
     }
     return text + more(r.ridges.size(), r.worst);
 }

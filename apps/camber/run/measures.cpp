@@ -97,7 +97,7 @@ std::vector<double> curvatures(const QuadraticMesh<D>& mesh, std::span<const Lag
     return values;
 }
 
-MeasuredEdges told_lengths(const config::Output& output) {
+MeasuredEdges reported_lengths(const config::Output& output) {
     return shows_fields(output) ? MeasuredEdges::all : MeasuredEdges::some;
 }
 

@@ -22,7 +22,7 @@ template <int D>
 [[nodiscard]] std::vector<double> curvatures(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes);
 
 /// Of which edges lengths are told: of all where the output shows them.
-[[nodiscard]] MeasuredEdges told_lengths(const config::Output& output);
+[[nodiscard]] MeasuredEdges reported_lengths(const config::Output& output);
 
 /// Edges whose node is not in the middle of their chord.
 template <int D>

@@ -56,7 +56,7 @@ inline constexpr double bytes_of_program = 13e6;
 }
 
 /// How many elements passes may make with so many bytes.
-[[nodiscard]] inline std::size_t most_elements_within(std::size_t bytes, int dimension, int degree) {
+[[nodiscard]] inline std::size_t max_elements_within(std::size_t bytes, int dimension, int degree) {
     const double room = static_cast<double>(bytes) - bytes_of_program;
     return room > 0 ? static_cast<std::size_t>(room / bytes_of_element(dimension, degree)) : 0;
 }

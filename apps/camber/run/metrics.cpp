@@ -46,13 +46,13 @@ Outcome<AnalyticField<D>> of_dimension(const config::PlanarShock& s) {
     if (!point) return fail(point.error());
     auto normal = vec<D>(s.normal, "the shock's normal");
     if (!normal) return fail(normal.error());
-    return AnalyticField<D>(PlanarShock<D>{*point, *normal, s.least_size, s.size, s.width});
+    return AnalyticField<D>(PlanarShock<D>{*point, *normal, s.min_size, s.size, s.width});
 }
 template <int D>
 Outcome<AnalyticField<D>> of_dimension(const config::SphericalShock& s) {
     auto centre = vec<D>(s.centre, "the shock's centre");
     if (!centre) return fail(centre.error());
-    return AnalyticField<D>(SphericalShock<D>{*centre, s.radius, s.least_size, s.size, s.width});
+    return AnalyticField<D>(SphericalShock<D>{*centre, s.radius, s.min_size, s.size, s.width});
 }
 
 /// The geometry's unit normals at the corners of the facets; zero where a facet has no surface.

@@ -145,7 +145,7 @@ void add(Report& report, const PassReport& part) {
         add_up(*same, part);
 }
 
-void add(Report& report, const SettledReport& part) {
+void add(Report& report, const FinishedReport& part) {
     report.remesh->after = part.unit_mesh;
     report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
 }

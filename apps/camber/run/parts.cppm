@@ -58,7 +58,7 @@ struct PlanReport {
 struct BeginsChangingReport {
     UnitMeshReport unit_mesh;
 };
-struct SettledReport {
+struct FinishedReport {
     UnitMeshReport unit_mesh;
     std::vector<Histogram> histograms;
 };
@@ -90,7 +90,7 @@ void add(Report& report, const MeshReport& part);
 void add(Report& report, const BeginsChangingReport& part);
 /// Passes of one kind add up.
 void add(Report& report, const PassReport& part);
-void add(Report& report, const SettledReport& part);
+void add(Report& report, const FinishedReport& part);
 void add(Report& report, const MeasuresReport& part);
 
 }  // namespace camber::run

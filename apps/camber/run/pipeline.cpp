@@ -81,7 +81,7 @@ Outcome<std::optional<Solution>> wanted_metric(Runner<D>& run) {
                 .map(some);
         });
     if (run.field() == nullptr) {
-        run.tell(Notices{"no stage made a metric: " + run.config.output.metric + " was not written"});
+        run.report(Notices{"no stage made a metric: " + run.config.output.metric + " was not written"});
         return std::nullopt;
     }
     const bool at_nodes = end && file_with_mesh(run.config, run.files);
@@ -98,9 +98,9 @@ AnyMesh taken_mesh(State<D>& state) {
 
 /// Passes change a mesh one after the other; every other stage takes what they leave.
 template <int D, class Options>
-Outcome<Done> settle_and_apply(Runner<D>& run, const Options& stage) {
+Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
     if constexpr (!changes_topology<Options>())
-        if (auto done = settle(run); !done) return done;
+        if (auto done = finish(run); !done) return done;
     return apply(run, stage);
 }
 
@@ -109,13 +109,13 @@ template <int D>
 Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const config::Pipeline& pipeline,
                         GeometrySource geometry, AvailableMemory memory, const Around& around) {
     Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, std::move(geometry), std::move(memory), around);
-    run.tell(notices);
+    run.report(notices);
     if (auto done = move_vertices(run); !done) return fail(done.error());
     for (std::size_t i = 0; i < pipeline.stages.size(); ++i) {
-        auto done = std::visit([&](const auto& stage) { return settle_and_apply(run, stage); }, pipeline.stages[i]);
+        auto done = std::visit([&](const auto& stage) { return finish_and_apply(run, stage); }, pipeline.stages[i]);
         if (!done) return fail(at(done.error(), "/stages/" + std::to_string(i)));
     }
-    if (auto done = settle(run); !done) return fail(done.error());
+    if (auto done = finish(run); !done) return fail(done.error());
     const auto lengths = measure(run);
     if (!lengths) return fail(lengths.error());
     auto fields = shown_fields(run, *lengths);
@@ -123,8 +123,8 @@ Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const con
     auto metric = wanted_metric(run);
     if (!metric) return fail(metric.error());
     AnyMesh made = taken_mesh(run.state);
-    run.tell(mesh_report(made));
-    return Run{std::move(made), std::move(run).report(), std::move(*fields), std::move(*metric)};
+    run.report(mesh_report(made));
+    return Run{std::move(made), std::move(run).take_report(), std::move(*fields), std::move(*metric)};
 }
 
 /// What a run in another order made, by the user's numbers.

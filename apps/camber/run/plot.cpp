@@ -134,9 +134,9 @@ std::string mean_mark(const Axes& a, double mean) {
 
 /// However few they are, a bar is seen, and a low one has its count written above it: of the tail each one matters.
 std::string bar(const Axes& a, std::size_t b, std::size_t count, std::string_view colour) {
-    constexpr double least_height = 1.5, low = 12;
+    constexpr double min_height = 1.5, low = 12;
     const double bottom_y = a.origin_y + a.plot_height();
-    const double filled = std::max(bottom_y - a.y_of(static_cast<double>(count)), least_height);
+    const double filled = std::max(bottom_y - a.y_of(static_cast<double>(count)), min_height);
     const double x = a.x_of_bin(static_cast<double>(b)), y = bottom_y - filled;
     const bool open = b == 0 || b == a.h.limits.size();
     std::string out =

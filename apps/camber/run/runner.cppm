@@ -39,7 +39,7 @@ std::invoke_result_t<F, const Execution&> step(const Around& around, std::string
     const auto done = around(name, [&](const Execution& execution) -> Outcome<Done> {
         made = guarded([&] { return f(execution); });
         if (!*made) return fail(made->error());
-        camber::tell(execution, 1, 1);
+        camber::report_progress(execution, 1, 1);
         return Done{};
     });
     if (!done) return fail(done.error());
@@ -94,8 +94,8 @@ class Runner {
         return {std::move(value), std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()};
     }
 
-    void tell(const auto& part) { add(report_, part); }
-    [[nodiscard]] Report report() && { return std::move(report_); }
+    void report(const auto& part) { add(report_, part); }
+    [[nodiscard]] Report take_report() && { return std::move(report_); }
 
   private:
     const Around& around_;

@@ -11,7 +11,7 @@ import camber.curving;
 import camber.io;
 import camber.metric;
 import camber.ordering;
-import camber.programmes;
+import camber.optimisation;
 import camber.surface;
 import camber.cad;
 import camber.validity;

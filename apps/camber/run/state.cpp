@@ -7,7 +7,8 @@ module camber.run;
 import camber.core;
 import camber.bezier;
 import camber.metric;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 import camber.surface;
 import camber.validity;
 import camber.curving;
@@ -24,15 +25,15 @@ const Features<D>& Plan<D>::features() const {
 template <int D>
 const Proposal<D>& Plan<D>::proposal() const {
     if (const auto* there = judged()) return there->proposal();
-    if (const auto* settled = std::get_if<Settled<D>>(&places)) return settled->proposal;
+    if (const auto* committed = std::get_if<CommittedPlaces<D>>(&places)) return committed->proposal;
     return std::get<Proposal<D>>(places);
 }
 
 template <int D>
 const Validation<D>* Plan<D>::validation() const {
     if (const auto* there = judged()) return &there->validation();
-    const auto* settled = std::get_if<Settled<D>>(&places);
-    return settled ? &settled->validation : nullptr;
+    const auto* committed = std::get_if<CommittedPlaces<D>>(&places);
+    return committed ? &committed->validation : nullptr;
 }
 
 template <int D>

@@ -8,7 +8,8 @@ export module camber.run:state;
 import camber.core;
 import camber.bezier;
 import camber.metric;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 import camber.surface;
 import camber.validity;
 import camber.curving;
@@ -50,7 +51,7 @@ struct Wanted {
 
 /// Places that are the mesh's by now, and the verdicts that they became so with.
 template <int D>
-struct Settled {
+struct CommittedPlaces {
     Proposal<D> proposal;
     Validation<D> validation;
 };
@@ -59,7 +60,7 @@ struct Settled {
 template <int D>
 struct Plan {
     std::variant<OwnNodes<D>, Wanted<D>> origin;
-    std::variant<Proposal<D>, JudgedProposal<D>, Settled<D>> places;
+    std::variant<Proposal<D>, JudgedProposal<D>, CommittedPlaces<D>> places;
 
     [[nodiscard]] const Features<D>& features() const;
     [[nodiscard]] const Proposal<D>& proposal() const;
@@ -118,8 +119,8 @@ using History = std::variant<Uncorrected<D>, Corrected<D>>;
 /// A mesh between two passes that change it, and what it is brought to.
 template <int D>
 struct Changing {
-    Remeshing<D> mesh;
-    RemeshingGoal<D> goal;
+    Adaptation<D> mesh;
+    AdaptationGoal<D> goal;
     MetricReport metric;                ///< of the goal's field
     std::vector<Histogram> histograms;  ///< of the mesh before, see UnitMesh
 };

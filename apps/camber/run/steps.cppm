@@ -80,7 +80,7 @@ template <int D>
 
 /// A mesh that passes have changed becomes one as any other; nothing where none has.
 template <int D>
-[[nodiscard]] Outcome<Done> settle(Runner<D>& run);
+[[nodiscard]] Outcome<Done> finish(Runner<D>& run);
 
 /// What edges are curved from, before the field.
 template <int D>
@@ -108,11 +108,11 @@ template <int D>
 
 /// The verdicts as they are now: told, and those of before as long as nothing was corrected.
 template <int D>
-void enter(Runner<D>& run, const Validation<D>& validation);
+void report_verdicts(Runner<D>& run, const Validation<D>& validation);
 
 /// How fast edges found their nodes.
 template <int D>
-void tell_curve(Runner<D>& run, CurveReport part, double seconds);
+void report_curve(Runner<D>& run, CurveReport part, double seconds);
 
 /// The last step: what the report says of the end, and the lengths after correction where they were measured.
 template <int D>

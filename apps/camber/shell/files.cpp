@@ -205,7 +205,7 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& e
         if (n < 0) return unreadable();
         if (n == 0) break;
         size += static_cast<std::size_t>(n);
-        camber::tell(execution, size, std::max(size, bytes.size() - 1));
+        camber::report_progress(execution, size, std::max(size, bytes.size() - 1));
     }
     bytes.resize(size);
     return bytes;
@@ -223,7 +223,7 @@ Outcome<Done> write_file(const std::string& path, std::span<const std::span<cons
     };
     std::size_t all = 0, written = 0;
     for (const auto& chunk : chunks) all += chunk.size();
-    const auto wrote = [&](std::size_t bytes) { camber::tell(execution, written += bytes, all); };
+    const auto wrote = [&](std::size_t bytes) { camber::report_progress(execution, written += bytes, all); };
     const auto write_chunks = [&](int fd) {
         return std::all_of(chunks.begin(), chunks.end(),
                            [&](const auto& chunk) { return write_all(fd, chunk, execution.stop, wrote); });

@@ -10,7 +10,7 @@ import camber.metric;
 import camber.validity;
 import camber.shapes;
 import camber.surface;
-import camber.programmes;
+import camber.optimisation;
 import camber.curving;
 import camber.repair;
 

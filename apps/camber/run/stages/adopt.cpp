@@ -74,7 +74,7 @@ Outcome<Done> adopt_own_nodes(Runner<D>& run) {
     auto made = run.step("features",
                          [&](const Execution& e) { return own_nodes(run.quadratic().mesh, run.config.features, e); });
     if (!made) return fail(made.error());
-    run.tell(made->report);
+    run.report(made->report);
     run.quadratic().plan = Plan<D>{std::move(made->own), std::move(made->proposal)};
     return Done{};
 }

@@ -122,7 +122,7 @@ Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& bou
     Buffer<Vec<D>>& slides = *shifts;
     for (std::size_t e = 0; e < slides.size(); ++e) slides[e] = (*nodes)[e].point - present[e].point;
     // A slide is worth no element; volume edges, which are where the field has them, have their say after it.
-    auto borne = lessen_by_element<D>(at.mesh, present.view(), input.shells, options.least_jacobian, slides,
+    auto borne = limit_by_jacobian<D>(at.mesh, present.view(), input.shells, options.min_jacobian, slides,
                                       part_of(execution, 0.82, 1));
     if (!borne) return fail(borne.error());
     input.drawn_back += *borne;

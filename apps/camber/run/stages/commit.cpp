@@ -34,8 +34,8 @@ Outcome<Done> apply(Runner<D>& run, const config::Commit& options) {
         auto mesh = committed(judged);
         if (!mesh) return fail(mesh.error());
         run.quadratic().mesh = std::move(*mesh);
-        run.plan().places = Settled<D>{judged.proposal(), judged.validation()};
-        run.tell(CommitReport{});
+        run.plan().places = CommittedPlaces<D>{judged.proposal(), judged.validation()};
+        run.report(CommitReport{});
         return Done{};
     });
 }

@@ -75,9 +75,9 @@ CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) 
 }
 
 template <int D>
-void tell_curve(Runner<D>& run, CurveReport part, double seconds) {
+void report_curve(Runner<D>& run, CurveReport part, double seconds) {
     part.edges_per_second = static_cast<double>(part.volume_edges) / std::max(seconds, 1e-9);
-    run.tell(part);
+    run.report(part);
 }
 
 namespace {
@@ -111,11 +111,11 @@ constexpr const char* of_file(CurvingAim aim) {
 template <int D>
 Outcome<Done> curve_within(Runner<D>& run, Boundary<D> boundary, CurveInput<D>& input, CurvingAim aim, const auto& find,
                            const Execution& execution) {
-    run.tell(input.notices);
+    run.report(input.notices);
     auto found = run.timed([&] { return find(execution); });
     if (!found.value) return fail(found.value.error());
     found.value->report.drawn_back += input.drawn_back;
-    tell_curve(run, std::move(found.value->report), found.seconds);
+    report_curve(run, std::move(found.value->report), found.seconds);
     Proposal<D> proposal = found.value->curved.proposal;
     run.quadratic().plan = Plan<D>{Wanted<D>{std::move(boundary), std::move(input.shells),
                                              std::move(found.value->curved), aim, std::move(input.extended)},
@@ -159,14 +159,14 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
                                            without_progress(e));
                 if (!placed) return fail(placed.error());
                 *input = std::move(*placed);
-                if (input->placed) run.tell(*input->placed);
+                if (input->placed) run.report(*input->placed);
                 return by_shape(mesh, *input, e);
             };
             return curve_within(run, std::move(*boundary), *input, CurvingAim::energy, find, execution);
         });
     CurveOptions edges = edge_options(options);
     run.state.curving = edges;
-    edges.measured = told_lengths(run.config.output);
+    edges.measured = reported_lengths(run.config.output);
     input = make_field(run, *boundary, std::move(*input), edges.aim);
     if (!input) return fail(input.error());
     return run.step_of(options, [&](const Execution& execution) {
@@ -182,7 +182,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& options) {
             return by_field(mesh, *input, *run.field(), edges, part_of(e, of_slides, 1));
         };
         auto done = curve_within(run, std::move(*boundary), *input, edges.aim, find, execution);
-        if (done && run.quadratic().nodes == NodesOf::file) run.tell(Notices{of_file(edges.aim)});
+        if (done && run.quadratic().nodes == NodesOf::file) run.report(Notices{of_file(edges.aim)});
         return done;
     });
 }
@@ -194,7 +194,7 @@ Outcome<CurveInput<D>> moved_input(Runner<D>& run, const Boundary<D>& boundary, 
     auto moved = placed_input(run.quadratic(), boundary, std::move(input), field, options,
                               is_placed ? part_of(execution, 0, 0.8) : without_progress(execution));
     if (!moved) return moved;
-    if (moved->placed) run.tell(*moved->placed);
+    if (moved->placed) run.report(*moved->placed);
     // Nodes in planes are where their edges are shortest already.
     if (options.boundary_nodes == BoundaryNodeAim::length) return moved;
     return slid_input(run.quadratic(), boundary, std::move(*moved), field, edge_options(options),
@@ -203,7 +203,7 @@ Outcome<CurveInput<D>> moved_input(Runner<D>& run, const Boundary<D>& boundary, 
 
 #define CAMBER_INSTANTIATE(D)                                                                                         \
     template CurveReport curve_report<D>(const QuadraticMesh<D>&, const Curved<D>&);                                  \
-    template void tell_curve<D>(Runner<D>&, CurveReport, double);                                                     \
+    template void report_curve<D>(Runner<D>&, CurveReport, double);                                                     \
     template Outcome<CurveInput<D>> begin_curving<D>(Runner<D>&, const Boundary<D>&, const config::Curve&);           \
     template Outcome<CurveInput<D>> moved_input<D>(Runner<D>&, const Boundary<D>&, CurveInput<D>, const BackMesh<D>&, \
                                                    const config::Curve&, const Execution&);                           \

@@ -170,11 +170,11 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
 template <int D>
 Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
     const auto* const end = std::get_if<Quadratic<D>>(&run.state.mesh);
-    if (end && end->planned()) run.tell(PlanReport{.is_mesh = !end->has_uncommitted()});
+    if (end && end->planned()) run.report(PlanReport{.is_mesh = !end->has_uncommitted()});
     auto made = run.step("measure", [&](const Execution& e) -> Outcome<Measured<D>> {
         if (!end) return Measured<D>{};
         auto measured = measure_end(*end, run.field(), run.state.straight_log_metrics, run.state.history,
-                                    told_lengths(run.config.output), e);
+                                    reported_lengths(run.config.output), e);
         if (measured && run.config.output.distances == DistanceWays::both)
             if (auto both = measure_both_ways(*end, run, measured->report, without_progress(e)); !both)
                 return fail(both.error());
@@ -184,7 +184,7 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
         return measured;
     });
     if (!made) return fail(made.error());
-    run.tell(made->report);
+    run.report(made->report);
     return std::move(made->lengths);
 }
 

@@ -217,8 +217,8 @@ MetricInput<D> metric_input(const Runner<D>& run, const LinearMesh<D>& mesh, con
 template <int D>
 Outcome<OwnField<D>> told(Runner<D>& run, Outcome<MadeField<D>> made) {
     if (!made) return fail(made.error());
-    run.tell(made->report);
-    run.tell(made->notices);
+    run.report(made->report);
+    run.report(made->notices);
     return OwnField<D>{std::move(made->back), std::move(made->report)};
 }
 
@@ -258,8 +258,8 @@ Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, C
                                       : carried_field<D>(from, mesh, input, aim, run.config, e);
     });
     if (!made) return fail(made.error());
-    run.tell(made->report);
-    run.tell(made->notices);
+    run.report(made->report);
+    run.report(made->notices);
     run.state.field = std::move(made->back);
     run.state.straight_log_metrics = std::move(made->straight);
     // Searches begin at the nodes that a mesh was read with; what is found without one is found anew.

@@ -9,9 +9,10 @@ module camber.run;
 import camber.core;
 import camber.config;
 import camber.curving;
-import camber.dynamic;
+import camber.cavity;
 import camber.metric;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 import camber.repair;
 import camber.surface;
 import camber.validity;
@@ -63,7 +64,7 @@ Outcome<Walked<D>> walk_cavities(const QuadraticMesh<D>& mesh, const Boundary<D>
                         part_of(execution, 0, 0.2));
     if (!wanted) return fail(wanted.error());
     const JacobianBound& bound = options.relax.min_scaled_jacobian;
-    const ReinsertionOptions by{.min_scaled_jacobian = bound.is_asked ? bound.value : least_bound,
+    const ReinsertionOptions by{.min_scaled_jacobian = bound.is_asked ? bound.value : min_bound,
                                 .target = options.relax.aim(),
                                 .max_turns = options.max_turns};
     const auto corners = corners_of(boundary.features);
@@ -106,20 +107,20 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& given) {
         Quadratic<D>& at = run.quadratic();
         input = moved_input(run, *boundary, std::move(*input), *run.field(), options.curve, without_progress(e));
         if (!input) return fail(input.error());
-        run.tell(input->notices);
+        run.report(input->notices);
         auto timed = run.timed([&] { return walk_cavities(at.mesh, *boundary, *input, *run.field(), options, e); });
         if (!timed.value) return fail(timed.value.error());
         Walked<D>& made = *timed.value;
-        run.tell(made.report);
-        run.tell(made.notices);
-        tell_curve(run, made.curve, timed.seconds);
+        run.report(made.report);
+        run.report(made.notices);
+        report_curve(run, made.curve, timed.seconds);
         run.state.history = Corrected<D>{std::move(made.before)};
         at.mesh.mid_nodes = made.proposal.mid_nodes;
         at.plan = Plan<D>{Wanted<D>{std::move(*boundary), std::move(input->shells), std::move(made.wanted),
                                     edge_options(options.curve).aim, std::move(input->extended)},
-                          Settled<D>{std::move(made.proposal), std::move(made.after)}};
-        enter(run, *at.validation());
-        run.tell(CommitReport{});
+                          CommittedPlaces<D>{std::move(made.proposal), std::move(made.after)}};
+        report_verdicts(run, *at.validation());
+        run.report(CommitReport{});
         return Done{};
     });
 }

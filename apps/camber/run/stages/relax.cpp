@@ -13,7 +13,7 @@ import camber.bezier;
 import camber.config;
 import camber.curving;
 import camber.metric;
-import camber.programmes;
+import camber.optimisation;
 import camber.repair;
 import camber.surface;
 import camber.validity;
@@ -160,10 +160,10 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
         const auto relax = run.quadratic().boundary_is_given() ? relax_within_boundary<D> : relax_plan<D>;
         auto made = relax(judged, *guide, options, part_of(e, 0.1, 1));
         if (!made) return fail(made.error());
-        run.tell(made->report);
+        run.report(made->report);
         close(run.state.history);
         run.plan().places = std::move(made->judged);
-        enter(run, *run.plan().validation());
+        report_verdicts(run, *run.plan().validation());
         return Done{};
     });
 }

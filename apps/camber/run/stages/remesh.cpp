@@ -16,9 +16,10 @@ module camber.run;
 import camber.core;
 import camber.config;
 import camber.curving;
-import camber.dynamic;
+import camber.cavity;
 import camber.metric;
-import camber.remesh;
+import camber.operation;
+import camber.adapt;
 import camber.surface;
 import :memory;
 import :parts;
@@ -35,7 +36,7 @@ namespace {
 /// A mesh as passes take it, and how near to unit it is.
 template <int D>
 struct Begun {
-    Remeshing<D> mesh;
+    Adaptation<D> mesh;
     UnitMesh measured;
 };
 
@@ -48,7 +49,7 @@ std::vector<VertexId> corners_of(const Features<D>& features, const Column<Verte
     return corners;
 }
 template <int D>
-Outcome<Column<LogMetric<D>>> log_metrics_of(const Remeshing<D>& r, const Execution& execution) {
+Outcome<Column<LogMetric<D>>> log_metrics_of(const Adaptation<D>& r, const Execution& execution) {
     auto logs = map_each(execution, r.metrics.size(), [&](std::size_t v) { return r.metrics[v].log_metric; });
     if (!logs) return fail(logs.error());
     return Column<LogMetric<D>>(std::move(*logs));
@@ -56,10 +57,10 @@ Outcome<Column<LogMetric<D>>> log_metrics_of(const Remeshing<D>& r, const Execut
 
 template <int D>
 Outcome<Begun<D>> begun(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
-                        const RemeshingGoal<D>& goal, const Column<VertexId>& of_curves, const std::string& metric,
+                        const AdaptationGoal<D>& goal, const Column<VertexId>& of_curves, const std::string& metric,
                         const Execution& execution) {
     const auto corners = corners_of(features, of_curves);
-    auto made = begin_remeshing(mesh, edges, {features.edge_kinds.view(), corners}, goal, part_of(execution, 0, 0.6));
+    auto made = begin_adaptation(mesh, edges, {features.edge_kinds.view(), corners}, goal, part_of(execution, 0, 0.6));
     if (!made) return fail(made.error());
     auto logs = log_metrics_of(*made, without_progress(execution));
     if (!logs) return fail(logs.error());
@@ -68,10 +69,10 @@ Outcome<Begun<D>> begun(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, cons
     return Begun<D>{std::move(*made), std::move(*measured)};
 }
 template <int D>
-Outcome<Begun<D>> begun(const QuadraticMesh<D>& mesh, const Features<D>& features, const RemeshingGoal<D>& goal,
+Outcome<Begun<D>> begun(const QuadraticMesh<D>& mesh, const Features<D>& features, const AdaptationGoal<D>& goal,
                         const Column<VertexId>& of_curves, const std::string& metric, const Execution& execution) {
     const auto corners = corners_of(features, of_curves);
-    auto made = begin_remeshing(mesh, {features.edge_kinds.view(), corners}, goal, part_of(execution, 0, 0.6));
+    auto made = begin_adaptation(mesh, {features.edge_kinds.view(), corners}, goal, part_of(execution, 0, 0.6));
     if (!made) return fail(made.error());
     auto logs = log_metrics_of(*made, without_progress(execution));
     if (!logs) return fail(logs.error());
@@ -123,7 +124,7 @@ Outcome<std::optional<Growth>> check_growth(const Runner<D>& run, double complex
 
 /// Where new inner edges of a mesh of degree 2 have their nodes.
 template <int D>
-void set_objective(RemeshingGoal<D>& goal, const CurveOptions& options) {
+void set_objective(AdaptationGoal<D>& goal, const CurveOptions& options) {
     goal.accuracy = static_cast<const EdgeAccuracyOptions&>(options);
     goal.search.reset();
     if (options.aim != CurvingAim::accuracy) goal.search.emplace(search_options(options));
@@ -133,9 +134,9 @@ void set_objective(RemeshingGoal<D>& goal, const CurveOptions& options) {
 /// told of them. `begin`: of the goal, the corners of curves and the name of the metric.
 template <int D, class Curves, class Begin>
 Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, Geometry<D> geometry, Curves&& curves, Begin&& begin) {
-    RemeshingGoal<D> goal{std::move(field.back), std::move(geometry)};
+    AdaptationGoal<D> goal{std::move(field.back), std::move(geometry)};
     const int degree = std::holds_alternative<LinearMesh<D>>(run.state.mesh) ? 1 : 2;
-    goal.most_elements = std::min(most_elements_within(run.memory.bytes, D, degree), max_entities);
+    goal.max_elements = std::min(max_elements_within(run.memory.bytes, D, degree), max_entities);
     set_objective(goal, run.state.curving);
     auto made = run.step("topology", [&](const Execution& e) -> Outcome<Begun<D>> {
         auto found = curves(*goal.geometry, without_progress(e));
@@ -144,7 +145,7 @@ Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, Geometry<D> geometry
         return begin(goal, found->corners, field.report.source, e);
     });
     if (!made) return fail(made.error());
-    run.tell(BeginsChangingReport{made->measured.report});
+    run.report(BeginsChangingReport{made->measured.report});
     run.state.mesh = Changing<D>{std::move(made->mesh), std::move(goal), std::move(field.report),
                                  histograms_of(made->measured, "given")};
     return Done{};
@@ -251,7 +252,7 @@ Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
         if (!made.value) return fail(made.value.error());
         changing.mesh = std::move(made.value->state);
         constexpr std::string_view name = std::get<StageRow<Options>>(stage_rows).name;
-        run.tell(pass_report(name, made.value->statistics, made.seconds));
+        run.report(pass_report(name, made.value->statistics, made.seconds));
         return Done{};
     });
 }
@@ -259,10 +260,10 @@ Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
 /// A pass of camber.remesh as a stage.
 template <int D, class Options>
 Outcome<Done> apply_pass(Runner<D>& run, const Options& options,
-                         Outcome<Remeshed<D>> (*pass)(Remeshing<D>, const RemeshingGoal<D>&, const Options&,
+                         Outcome<Adapted<D>> (*pass)(Adaptation<D>, const AdaptationGoal<D>&, const Options&,
                                                       const Execution&)) {
     if (auto done = begin_changing(run); !done) return done;
-    return change(run, options, [&](Remeshing<D> mesh, const RemeshingGoal<D>& goal, const Execution& e) {
+    return change(run, options, [&](Adaptation<D> mesh, const AdaptationGoal<D>& goal, const Execution& e) {
         return pass(std::move(mesh), goal, options, e);
     });
 }
@@ -320,7 +321,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     for (const auto& [pass, done] :
          {std::pair("collapse", &s.collapse), std::pair("split", &s.split), std::pair("swap", &s.swap),
           std::pair("smooth", &s.smooth), std::pair("mend", &s.mend)})
-        run.tell(pass_report(pass, *done, seconds[pass]));
+        run.report(pass_report(pass, *done, seconds[pass]));
     return Done{};
 }
 

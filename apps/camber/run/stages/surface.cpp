@@ -104,7 +104,7 @@ Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh
                                        std::span<const LagrangeNode<D>> curves) {
     auto made = run.step("surface", [&](const Execution& e) { return described(mesh, edges, curves, run, e); });
     if (!made) return fail(made.error());
-    run.tell(made->report);
+    run.report(made->report);
     return std::move(made->boundary);
 }
 

@@ -20,13 +20,13 @@ JacobianBound bound_for(Runner<D>& run, const JacobianBound& of_stage) {
 }
 
 template <int D>
-void enter(Runner<D>& run, const Validation<D>& validation) {
+void report_verdicts(Runner<D>& run, const Validation<D>& validation) {
     const VerdictsReport part = verdicts_report(validation, run.state.bound.is_asked);
-    run.tell(part);
+    run.report(part);
     auto* const open = std::get_if<Uncorrected<D>>(&run.state.history);
     if (!open) return;
     open->last = validation;
-    run.tell(BeforeReport{part.summary});
+    run.report(BeforeReport{part.summary});
 }
 
 template <int D>
@@ -38,7 +38,7 @@ Outcome<Done> judge_plan(Runner<D>& run, double bound, const Execution& executio
         if (!judged) return fail(judged.error());
         plan.places = std::move(*judged);
     }
-    enter(run, *plan.validation());
+    report_verdicts(run, *plan.validation());
     return Done{};
 }
 
@@ -49,7 +49,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Validate& options) {
         if (run.quadratic().planned()) return judge_plan(run, bound, e);
         auto validation = validate(run.quadratic().mesh, bound, e);
         if (!validation) return fail(validation.error());
-        enter(run, *validation);
+        report_verdicts(run, *validation);
         run.quadratic().plan = Unplanned<D>{std::move(*validation)};
         return Done{};
     });
@@ -57,7 +57,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Validate& options) {
 
 #define CAMBER_INSTANTIATE(D)                                                   \
     template JacobianBound bound_for<D>(Runner<D>&, const JacobianBound&);      \
-    template void enter<D>(Runner<D>&, const Validation<D>&);                   \
+    template void report_verdicts<D>(Runner<D>&, const Validation<D>&);                   \
     template Outcome<Done> judge_plan<D>(Runner<D>&, double, const Execution&); \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Validate&);
 

@@ -1,0 +1,73 @@
+module;
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.run;
+import camber.core;
+import camber.cavity;
+import camber.metric;
+import camber.operation;
+import camber.adapt;
+import camber.surface;
+import camber.validity;
+import :histogram;
+import :parts;
+import :report;
+import :runner;
+import :stages;
+import :state;
+import :steps;
+import :unit_mesh;
+
+namespace camber::run {
+
+template <int D>
+Outcome<Done> finish(Runner<D>& run) {
+    auto* const changing = std::get_if<Changing<D>>(&run.state.mesh);
+    if (changing == nullptr) return Done{};
+    UnitMesh measured;
+    std::optional<VerdictsReport> verdicts;  // of degree 2: what was told before is of the mesh before
+    auto made = run.step("finish", [&](const Execution& e) -> Outcome<FinishedMesh<D>> {
+        auto mesh = finished(changing->mesh, part_of(e, 0, 0.6));
+        if (!mesh) return mesh;
+        const auto& [linear, edges, nodes, maps] = mesh->compact;
+        const Execution rest = part_of(e, 0.6, 1);
+        const std::string& metric = changing->metric.source;
+        if (!nodes.empty()) {
+            auto validation = validate(QuadraticMesh<D>{linear, edges, nodes}, run.state.bound, without_progress(e));
+            if (!validation) return fail(validation.error());
+            verdicts = verdicts_report(*validation, run.state.bound.is_asked);
+        }
+        auto in_metric =
+            nodes.empty() ? measure_unit_mesh(linear, edges, mesh->log_metrics, metric, rest)
+                          : measure_unit_mesh(QuadraticMesh<D>{linear, edges, nodes}, mesh->log_metrics, metric, rest);
+        if (!in_metric) return fail(in_metric.error());
+        measured = std::move(*in_metric);
+        return mesh;
+    });
+    if (!made) return fail(made.error());
+    std::vector<Histogram> histograms = std::move(changing->histograms);
+    const auto after = histograms_of(measured, "remeshed");
+    for (std::size_t i = 0; i < histograms.size(); ++i) histograms[i].series.push_back(after[i].series.front());
+    run.report(FinishedReport{std::move(measured.report), std::move(histograms)});
+    if (verdicts) run.report(*verdicts);
+    const bool has_mesh = file_with_mesh(run.config, run.files) != nullptr;
+    run.state.inherited = Inherited<D>{
+        std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric),
+        has_mesh ? std::optional(std::move(changing->goal.field)) : std::nullopt, std::move(changing->goal.curves)};
+    run.state.given_points = made->compact.mesh.points;
+    auto& [linear, edges, nodes, maps] = made->compact;
+    if (nodes.empty())
+        run.state.mesh = std::move(linear);
+    else
+        run.state.mesh = Quadratic<D>{{std::move(linear), std::move(edges), std::move(nodes)}, NodesOf::file, {}};
+    return Done{};
+}
+
+template Outcome<Done> finish<2>(Runner<2>&);
+template Outcome<Done> finish<3>(Runner<3>&);
+
+}  // namespace camber::run

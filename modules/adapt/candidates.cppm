@@ -1,0 +1,148 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <utility>
+#include <vector>
+export module camber.adapt:candidates;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+import :kept_shapes;
+
+/// What passes look at before they request.
+namespace camber {
+
+/// An element that has the edge, and which of its edges that is.
+struct ElementEdge {
+    ElementId element;
+    int local = 0;
+};
+template <int D>
+[[nodiscard]] ElementEdge edge_in(const DynamicMesh<D>& mesh, ElementId e, EdgeId edge) {
+    for (int k = 0; k < edges_per_simplex<D>; ++k)
+        if (mesh.edges_of[e][k] == edge) return {e, k};
+    return {};
+}
+
+/// The face at its local vertex `from` through which the way to b leaves an element; −1: none.
+template <int D>
+[[nodiscard]] int face_towards(const DynamicMesh<D>& mesh, ElementId e, int from, const Vec<D>& b) {
+    const auto& vertices = mesh.elements.vertices[e];
+    const Vec<D>& a = mesh.points[vertices[from]];
+    Mat<D> sides;
+    std::array<int, D> others{};
+    for (int i = 0, n = 0; i <= D; ++i)
+        if (i != from) {
+            sides.column[n] = mesh.points[vertices[i]] - a;
+            others[n++] = i;
+        }
+    const double volume = det(sides);
+    int best = -1;
+    double least = 0;
+    for (int n = 0; n < D; ++n) {
+        Mat<D> seen = sides;
+        seen.column[n] = b - a;
+        const double part = volume > 0 ? det(seen) : -det(seen);
+        if (part < least) best = others[n], least = part;
+    }
+    return best;
+}
+
+/// From element to element around its first vertex towards its second; where that way ends, among all of them.
+template <int D>
+[[nodiscard]] ElementEdge element_with_edge(const DynamicMesh<D>& mesh, EdgeId edge) {
+    const auto& [a, b] = mesh.edges[edge];
+    constexpr int max_steps = 16;
+    ElementId e = mesh.element_of[a];
+    for (int step = 0; step < max_steps && e.valid(); ++step) {
+        if (const ElementEdge found = edge_in(mesh, e, edge); found.element.valid()) return found;
+        const int face = face_towards(mesh, e, local_vertex(mesh.elements.vertices[e], a), mesh.points[b]);
+        e = face >= 0 ? element_across(mesh, e, face) : ElementId{};
+    }
+    std::vector<ElementId> around;
+    ball(mesh, a, around);
+    for (const ElementId s : around)
+        if (const ElementEdge found = edge_in(mesh, s, edge); found.element.valid()) return found;
+    return {};
+}
+
+/// cavity_of_vertex, without looking for what vertices inside do not have.
+template <int D>
+void cavity_around(const DynamicMesh<D>& mesh, VertexId v, Cavity<D>& out) {
+    if (mesh.states[v].place != VertexPlace::inside) return cavity_of_vertex(mesh, v, out);
+    out.clear();
+    ball(mesh, v, out.elements);
+}
+
+/// Whether an id is among a few; without a branch at each, so that several are compared at once.
+template <class Id>
+[[nodiscard]] bool is_among(const std::vector<Id>& ids, Id id) {
+    bool found = false;
+    for (const Id i : ids) found |= i == id;
+    return found;
+}
+
+/// The length from a request's place to the nearest vertex of the elements that hold it.
+template <int D>
+[[nodiscard]] double nearest_of_holders(const Adaptation<D>& r, const CavityRequest<D>& request) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < request.holders; ++i) {
+        const auto& vertices = r.mesh.elements.vertices[request.cavity.elements[i]];
+        for (const VertexId v : vertices)
+            if (i == 0 || local_vertex(r.mesh.elements.vertices[request.cavity.elements[i - 1]], v) < 0)
+                nearest = std::min(
+                    nearest, edge_length(request.metric.measure, r.metrics[v].measure, r.mesh.points[v] - request.place));
+    }
+    return nearest;
+}
+
+/// The order of what is not to be done.
+inline constexpr double infinite_order = std::numeric_limits<double>::infinity();
+
+/// Tasks for all edges whose length asks for one: `order_of(length)`, infinite where it does not.
+template <int D, class OrderOf>
+[[nodiscard]] Outcome<std::vector<Task>> edge_tasks(const Adaptation<D>& r, OrderOf&& order_of,
+                                                    const Execution& execution) {
+    return reduce_each(
+        execution, r.mesh.edges.size(), std::vector<Task>{},
+        [&](std::vector<Task>& tasks, std::size_t e) {
+            if (r.mesh.is_free(EdgeId(e))) return;
+            if (const double order = order_of(length_of(r, EdgeId(e))); order < infinite_order)
+                tasks.push_back(task(order, EdgeId(e)));
+        },
+        [](std::vector<Task> a, std::vector<Task> b) {
+            a.insert(a.end(), b.begin(), b.end());
+            return a;
+        });
+}
+
+/// The same for edges that a commit made.
+template <int D, class OrderOf>
+void add_edge_tasks(const Adaptation<D>& r, const TopologyChanges& changes, OrderOf&& order_of,
+                    std::vector<Task>& tasks) {
+    for (const EdgeId e : changes.edges.created)
+        if (!r.mesh.is_free(e))
+            if (const double order = order_of(length_of(r, e)); order < infinite_order) tasks.push_back(task(order, e));
+}
+
+/// The same for elements by their shape.
+template <int D, class OrderOf>
+[[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Adaptation<D>& r, const KeptShapes<D>& shapes,
+                                                       OrderOf&& order_of, const Execution& execution) {
+    return reduce_each(
+        execution, r.mesh.elements.size(), std::vector<Task>{},
+        [&](std::vector<Task>& tasks, std::size_t e) {
+            if (r.mesh.is_free(ElementId(e))) return;
+            if (const double order = order_of(shapes[ElementId(e)]); order < infinite_order)
+                tasks.push_back(task(order, ElementId(e)));
+        },
+        [](std::vector<Task> a, std::vector<Task> b) {
+            a.insert(a.end(), b.begin(), b.end());
+            return a;
+        });
+}
+
+}  // namespace camber

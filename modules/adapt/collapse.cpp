@@ -1,0 +1,107 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+module camber.adapt;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+class Collapses final : public Pass<D> {
+  public:
+    Collapses(const AdaptationGoal<D>& goal, const CollapseOptions& options) : goal_(goal), options_(options) {}
+
+    [[nodiscard]] double order_of(double length) const { return length < options_.shortest ? length : infinite_order; }
+
+    [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
+        const EdgeId edge(std::size_t{task.id});
+        if (r.mesh.is_free(edge) || !(length_of(r, edge) < options_.shortest)) return {};
+        const auto& [a, b] = r.mesh.edges[edge];
+        // Into the end where the worst element is better, of those where no edge becomes too long.
+        std::optional<Candidate<D>> best;
+        double best_shape = 0;
+        ConeShapes<D> cones(r);
+        for (const auto& [v, w] : {std::pair{a, b}, std::pair{b, a}}) {
+            Candidate<D> candidate;
+            cavity_around(r.mesh, v, candidate.request.cavity);
+            if (!may_collapse(r.mesh, candidate.request.cavity, v, w)) continue;
+            cones.clear();
+            for (const ElementId e : candidate.request.cavity.elements)
+                cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
+            const bool is_long = makes_long_edge(r, candidate.request.cavity.elements, cones, v, w);
+            if (is_long && best) continue;
+            const double least = best && best->rejected == RejectionReason::none ? best_shape : 0;
+            const double shape = is_long ? 0 : cones.worst(r.mesh.points[w], r.metrics[w].measure, least, w);
+            if (best && best->rejected == RejectionReason::none && !(shape > best_shape)) continue;
+            candidate.request.join_to(r, w);
+            if (is_long)
+                candidate.rejected = RejectionReason::length;
+            else if (!(shape > 0) && !r.mesh.is_curved())  // the curved ones may be valid
+                candidate.rejected = RejectionReason::volume;
+            candidate.limits.longest = options_.longest;
+            candidate.limits.min_shape = shape_of_quality(options_.min_quality, D);
+            candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+            candidate.limits.corrections = 0;
+            best_shape = shape;
+            best = std::move(candidate);
+        }
+        return best;
+    }
+    [[nodiscard]] PatchVerdict judge(const Adaptation<D>& r, const Patch<D>& patch) const override {
+        if (adds_wall_elements(r, goal_, patch)) return {RejectionReason::wall};
+        const FacetDistance facets = distance_from_geometry(r, goal_, patch, options_.distance);
+        return {facets.is_near ? RejectionReason::none : RejectionReason::geometry, facets.largest};
+    }
+    void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
+        add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
+    }
+
+  private:
+    /// From w to a vertex around v that it has no edge to yet.
+    [[nodiscard]] bool makes_long_edge(const Adaptation<D>& r, const std::vector<ElementId>& around,
+                                       const ConeShapes<D>& cones, VertexId v, VertexId w) const {
+        std::vector<VertexId> beside{w};
+        for (const ElementId e : around)
+            if (const auto& vertices = r.mesh.elements.vertices[e]; local_vertex(vertices, w) >= 0)
+                for (const VertexId x : vertices)
+                    if (x != v && x != w) beside.push_back(x);
+        return std::ranges::any_of(cones.vertices(), [&](const auto& corner) {
+            return !is_among(beside, corner.vertex) && edge_length(r.metrics[w].measure, *corner.metric,
+                                                                   corner.place - r.mesh.points[w]) > options_.longest;
+        });
+    }
+
+    const AdaptationGoal<D>& goal_;
+    const CollapseOptions& options_;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal, const CollapseOptions& options,
+                              const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    Collapses<D> pass(goal, options);
+    auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
+    if (!tasks) return fail(tasks.error());
+    auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
+    if (!statistics) return fail(statistics.error());
+    return Adapted<D>{std::move(state), *statistics};
+}
+
+template Outcome<Adapted<2>> collapse<2>(Adaptation<2>, const AdaptationGoal<2>&, const CollapseOptions&,
+                                          const Execution&);
+template Outcome<Adapted<3>> collapse<3>(Adaptation<3>, const AdaptationGoal<3>&, const CollapseOptions&,
+                                          const Execution&);
+
+}  // namespace camber

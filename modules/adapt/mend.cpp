@@ -1,0 +1,138 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <vector>
+module camber.adapt;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+
+namespace camber {
+
+namespace {
+
+/// Vertices of bad elements go into a neighbour where that makes the worst element around them better, and those that
+/// cannot come foot to the geometry, where it makes none worse: a vertex too many is what swaps and moves cannot mend.
+template <int D>
+class Removals final : public Pass<D> {
+  public:
+    Removals(const AdaptationGoal<D>& goal, const MendOptions& options, const Column<VertexId>& off_geometry)
+        : goal_(goal), wanted_(shape_of_quality(options.wanted, D)), off_geometry_(off_geometry.begin(), off_geometry.end()) {
+        std::ranges::sort(off_geometry_);
+    }
+
+    [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) const {
+        std::vector<Task> tasks;
+        tasks.reserve(off_geometry_.size());
+        for (const VertexId v : off_geometry_) tasks.push_back(task(0, v));
+        for (std::size_t e = 0; e < r.mesh.elements.size(); ++e) add_tasks(r, ElementId(e), tasks);
+        return tasks;
+    }
+    [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
+        const VertexId v(std::size_t{task.id});
+        if (r.mesh.is_free(v)) return {};
+        Candidate<D> candidate;
+        auto& [request, limits, rejected] = candidate;
+        cavity_around(r.mesh, v, request.cavity);
+        const double before = worst_shape_of(r, request.cavity.elements);
+        const bool is_off_geometry = std::ranges::binary_search(off_geometry_, v) && is_off(r, request.cavity, v);
+        if (!(before < wanted_) && !is_off_geometry) return {};
+        limits.min_shape = gain * before;
+        if (is_off_geometry) {
+            limits.min_shape = shape_of_quality(min_quality, D);
+            limits.below_least = BelowLeast::accepted_if_no_worse;
+            limits.facet_cosine = 0.2;  // the facets around it are what is wrong
+        }
+        limits.longest = 2 * longest_unit_edge;
+        limits.corrections = 0;
+        const VertexId into = best_neighbour(r, request.cavity, v);
+        if (!into.valid()) return {};
+        request.join_to(r, into);
+        return candidate;
+    }
+    [[nodiscard]] PatchVerdict judge(const Adaptation<D>& r, const Patch<D>& patch) const override {
+        constexpr double most = 0.2;  // as of a collapse
+        if (adds_wall_elements(r, goal_, patch)) return {RejectionReason::wall};
+        const FacetDistance facets = distance_from_geometry(r, goal_, patch, most);
+        return {facets.is_near ? RejectionReason::none : RejectionReason::geometry, facets.largest};
+    }
+    void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
+        for (const ElementId e : changes.elements.created) add_tasks(r, e, tasks);
+    }
+
+  private:
+    static constexpr double gain = 1.02, min_quality = 0.1;
+
+    void add_tasks(const Adaptation<D>& r, ElementId e, std::vector<Task>& tasks) const {
+        if (r.mesh.is_free(e)) return;
+        const double shape = shape_of(r, e);
+        if (!(shape < wanted_)) return;
+        for (const VertexId v : r.mesh.elements.vertices[e]) tasks.push_back(task(shape, v));
+    }
+    [[nodiscard]] bool is_off(const Adaptation<D>& r, const Cavity<D>& around, VertexId v) const {
+        const VertexPlace place = r.mesh.states[v].place;
+        if (place != VertexPlace::surface && place != VertexPlace::line) return false;
+        const auto foot = foot_of(goal_, r.mesh, around, v, r.places.empty() ? GeometryEntity{} : r.places[v].entity);
+        return foot && !is_at_foot(r.mesh, around, r.mesh.points[v], foot->point);
+    }
+    /// Where the worst straight element is best.
+    [[nodiscard]] static VertexId best_neighbour(const Adaptation<D>& r, const Cavity<D>& around, VertexId v) {
+        ConeShapes<D> cones(r);
+        for (const ElementId e : around.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
+        VertexId best;
+        double best_shape = 0;
+        for (const auto& corner : cones.vertices()) {
+            if (!may_collapse(r.mesh, around, v, corner.vertex)) continue;
+            const double shape = cones.worst(corner.place, *corner.metric, best_shape, corner.vertex);
+            if (!(shape > best_shape)) continue;
+            best = corner.vertex;
+            best_shape = shape;
+        }
+        return best;
+    }
+
+    const AdaptationGoal<D>& goal_;
+    double wanted_;
+    std::vector<VertexId> off_geometry_;  ///< rising
+};
+
+template <int D>
+Outcome<Adapted<D>> remove_vertices(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
+                                     const Execution& execution) {
+    Removals<D> pass(goal, options, state.off_geometry);
+    auto statistics = run_pass<D>(state, goal, pass, pass.tasks(state), execution);
+    if (!statistics) return fail(statistics.error());
+    return Adapted<D>{std::move(state), *statistics};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
+                          const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    Adapted<D> out{std::move(state), {}};
+    for (int turn = 0; turn < options.turns; ++turn) {
+        const std::size_t before = out.statistics.accepted;
+        auto swapped = swap<D>(std::move(out.state), goal, {.wanted = options.wanted}, execution);
+        if (!swapped) return fail(swapped.error());
+        out.statistics += swapped->statistics;
+        auto moved = smooth<D>(std::move(swapped->state), goal, {.wanted = options.wanted}, execution);
+        if (!moved) return fail(moved.error());
+        out.statistics += moved->statistics;
+        auto removed = remove_vertices<D>(std::move(moved->state), goal, options, execution);
+        if (!removed) return fail(removed.error());
+        out.statistics += removed->statistics;
+        out.state = std::move(removed->state);
+        if (out.statistics.accepted == before) break;
+    }
+    return out;
+}
+
+template Outcome<Adapted<2>> mend<2>(Adaptation<2>, const AdaptationGoal<2>&, const MendOptions&, const Execution&);
+template Outcome<Adapted<3>> mend<3>(Adaptation<3>, const AdaptationGoal<3>&, const MendOptions&, const Execution&);
+
+}  // namespace camber

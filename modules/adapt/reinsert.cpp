@@ -1,0 +1,195 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+module camber.adapt;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+import camber.validity;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+class Reinsertions final : public Pass<D> {
+  public:
+    Reinsertions(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const ReinsertionOptions& options)
+        : goal_(goal), options_(options), touched_(r.mesh.points.size(), 1) {}
+
+    [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
+        return candidate_at(r, task, 1);
+    }
+    /// Nodes of the boundary go a part of their way.
+    [[nodiscard]] std::optional<Candidate<D>> shortened(const Adaptation<D>& r, const Task& task,
+                                                          double share) const override {
+        if (r.mesh.states[VertexId(std::size_t{task.id})].place == VertexPlace::inside) return {};
+        return candidate_at(r, task, share);
+    }
+    /// A patch that moves no node noticeably, and brings none to its place, is not worth a commit.
+    [[nodiscard]] PatchVerdict judge(const Adaptation<D>& r, const Patch<D>& patch) const override {
+        const VertexId point = patch.point.vertex;
+        for (const ElementId e : patch.removed.elements) {
+            const auto& vertices = r.mesh.elements.vertices[e];
+            const int at = local_vertex(vertices, point);
+            for (int i = 0; i <= D; ++i) {
+                if (i == at) continue;
+                const auto spoke = std::ranges::find(patch.star.boundary, vertices[i]) - patch.star.boundary.begin();
+                const EdgeId edge = r.mesh.edges_of[e][edge_between<D>[i][at]];
+                const LagrangeNode<D>& node = patch.nodes[static_cast<std::size_t>(spoke)];
+                const bool arrives = node == goal_.wanted[edge] && node != r.mesh.nodes[edge];
+                if (arrives || is_noticeable(r, edge, node.point)) return {RejectionReason::none};
+            }
+        }
+        return {RejectionReason::gain};
+    }
+    void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
+        for (const ElementId e : changes.elements.created)
+            for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
+    }
+    /// All vertices at first, then those whose elements have changed since the last call; of them those that have a node
+    /// elsewhere than it is wanted. Those inside come first.
+    [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) {
+        std::vector<std::uint8_t> is_short(r.mesh.points.size(), 0);
+        for (std::size_t e = 0; e < r.mesh.edges.size(); ++e)
+            if (r.mesh.nodes[e] != goal_.wanted[e])
+                for (const VertexId v : r.mesh.edges[e]) is_short[v.index()] = 1;
+        std::vector<Task> tasks;
+        for (std::size_t v = 0; v < is_short.size(); ++v)
+            if (is_short[v] != 0 && touched_[v] != 0)
+                tasks.push_back(task(r.mesh.states[v].place == VertexPlace::inside ? 0 : 1, VertexId(v)));
+        touched_.assign(r.mesh.points.size(), 0);
+        return tasks;
+    }
+
+    /// From now on nodes come as near to their places as elements allow. Not before halves of the way are of no more use:
+    /// nodes that others are in the way of would be in the way of them.
+    [[nodiscard]] bool begin_approaching() {
+        if (is_approaching_) return false;
+        touched_.assign(touched_.size(), 1);
+        return is_approaching_ = true;
+    }
+
+  private:
+    [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task, double share) const {
+        const VertexId v(std::size_t{task.id});
+        if (r.mesh.is_free(v) || r.mesh.states[v].marks.has(Mark::frozen)) return {};
+        Candidate<D> candidate;
+        cavity_of_vertex(r.mesh, v, candidate.request.cavity);
+        candidate.request.join_to(r, v);
+        candidate.request.share = share;
+        candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+        candidate.limits.min_jacobian = std::max(options_.target, options_.min_scaled_jacobian);
+        candidate.limits.lowest_jacobian = options_.min_scaled_jacobian;
+        candidate.limits.invalid_before = InvalidBefore::may_stay;
+        candidate.limits.facet_cosine = any_facet;
+        candidate.limits.corrections = 0;
+        candidate.limits.approaches = is_approaching_ ? max_approaches : 0;
+        return candidate;
+    }
+    /// Whether a node moves noticeably to get there: in the metric, and of what it is short of its place.
+    [[nodiscard]] bool is_noticeable(const Adaptation<D>& r, EdgeId edge, const Vec<D>& to) const {
+        constexpr double length = 1e-3, share = 0.05;
+        const Vec<D>& here = r.mesh.nodes[edge].point;
+        return std::ranges::any_of(r.mesh.edges[edge], [&](VertexId v) {
+            const MeasuringMetric<D>& metric = r.metrics[v].measure;
+            const double least =
+                std::max(length * length, share * share * metric.length_squared(goal_.wanted[edge].point - here));
+            return metric.length_squared(to - here) > least;
+        });
+    }
+
+    static constexpr int max_approaches = 16;
+    static constexpr double any_facet = -2;  ///< of cosines: corners of facets stay where they are
+    const AdaptationGoal<D>& goal_;
+    ReinsertionOptions options_;
+    bool is_approaching_ = false;
+    std::vector<std::uint8_t> touched_;  ///< of each vertex: an element of it has changed
+};
+
+/// The nodes of a mesh that kept its edges, as a proposal.
+template <int D>
+Proposal<D> proposal_of(const QuadraticMesh<D>& mesh, const DynamicMesh<D>& made, const Proposal<D>& wanted) {
+    Buffer<EdgeChange> changes(mesh.edges.size());
+    for (std::size_t e = 0; e < changes.size(); ++e)
+        changes[e] = made.nodes[e] == wanted.mid_nodes[e] ? wanted.changes[e] : EdgeChange::relaxed;
+    return {mesh.linear.points, made.nodes, wanted.kinds, std::move(changes)};
+}
+
+/// Edges that no cavity holds (of facets without elements) go straight to their places: no element is in the way.
+template <int D>
+QuadraticMesh<D> with_bare_edges(QuadraticMesh<D> mesh, const Column<LagrangeNode<D>>& wanted) {
+    std::vector<std::uint8_t> is_held(mesh.edges.size(), 0);
+    for (const auto& edges : mesh.edges.of_elements)
+        for (const EdgeId e : edges) is_held[e.index()] = 1;
+    if (std::ranges::find(is_held, std::uint8_t{0}) == is_held.end()) return mesh;
+    auto nodes = take(std::move(mesh.mid_nodes));
+    for (std::size_t e = 0; e < nodes.size(); ++e)
+        if (is_held[e] == 0) nodes[e] = wanted[e];
+    mesh.mid_nodes = std::move(nodes);
+    return mesh;
+}
+
+template <int D>
+Outcome<Reinserted<D>> reinserted(const QuadraticMesh<D>& mesh, const Proposal<D>& wanted, const BreaksOfMesh& breaks,
+                                  const BackMesh<D>& field, const ReinsertionOptions& options,
+                                  const Execution& execution) {
+    AdaptationGoal<D> goal{field, {}};
+    goal.wanted = wanted.mid_nodes;
+    auto begun = begin_adaptation(mesh, breaks, goal, part_of(execution, 0, 0.05));
+    if (!begun) return fail(begun.error());
+    Reinserted<D> out;
+    Reinsertions<D> pass(*begun, goal, options);
+    std::vector<Task> tasks = pass.tasks(*begun);
+    while (static_cast<int>(out.turns) < options.max_turns) {
+        if (tasks.empty() && !pass.begin_approaching()) break;
+        if (tasks.empty()) tasks = pass.tasks(*begun);
+        if (tasks.empty()) break;
+        auto statistics = run_pass<D>(*begun, goal, pass, std::move(tasks), part_of(execution, 0.05, 1));
+        if (!statistics) return fail(statistics.error());
+        out.statistics += *statistics;
+        ++out.turns;
+        tasks = pass.tasks(*begun);
+    }
+    out.left = tasks.size();
+    out.proposal = proposal_of(mesh, begun->mesh, wanted);
+    return out;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Reinserted<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>& wanted, const BreaksOfMesh& breaks,
+                                const BackMesh<D>& field, const ReinsertionOptions& options,
+                                const Execution& execution) {
+    const std::size_t n = mesh.edges.size();
+    if (wanted.mid_nodes.size() != n || wanted.kinds.size() != n || wanted.changes.size() != n)
+        return fail(ErrorKind::internal, "reinsert needs a wanted node for each of the " + std::to_string(n) +
+                                             " edges, not " + std::to_string(wanted.mid_nodes.size()));
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    return guarded([&]() -> Outcome<Reinserted<D>> {
+        const QuadraticMesh<D> begin = with_bare_edges(mesh, wanted.mid_nodes);
+        if (mesh.linear.elements.size() == 0) {  // a surface alone
+            Reinserted<D> out;
+            out.proposal = {mesh.linear.points, begin.mid_nodes, wanted.kinds, wanted.changes};
+            return out;
+        }
+        return reinserted(begin, wanted, breaks, field, options, execution);
+    });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template Outcome<Reinserted<D>> reinsert<D>(const QuadraticMesh<D>&, const Proposal<D>&, const BreaksOfMesh&, \
+                                                const BackMesh<D>&, const ReinsertionOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

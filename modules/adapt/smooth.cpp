@@ -1,0 +1,222 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+module camber.adapt;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+import camber.surface;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+class Moves final : public Pass<D> {
+  public:
+    /// `shapes`: of a mesh of degree 2.
+    Moves(const AdaptationGoal<D>& goal, const SmoothOptions& options, std::vector<std::uint8_t> touched,
+          std::optional<KeptShapes<D>> shapes)
+        : goal_(goal),
+          wanted_(shape_of_quality(options.wanted, D)),
+          gain_(shape_of_quality(options.gain, D)),
+          poor_(shape_of_quality(0.3, D)),
+          worst_(shape_of_quality(0.2, D)),
+          touched_(std::move(touched)),
+          shapes_(std::move(shapes)) {}
+
+    [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
+        const VertexId v(std::size_t{task.id});
+        const VertexState& state = r.mesh.states[v];
+        if (r.mesh.is_free(v) || !may_move(state)) return {};
+        Candidate<D> candidate;
+        CavityRequest<D>& request = candidate.request;
+        PatchLimits& limits = candidate.limits;
+        cavity_around(r.mesh, v, request.cavity);
+        ConeShapes<D> cones(r);
+        for (const ElementId e : request.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
+        const double straight = cones.worst(r.mesh.points[v], r.metrics[v].measure, 0);
+        const double before = shapes_ ? shapes_->worst(request.cavity.elements) : straight;
+        if (!(before < wanted_)) return {};
+        BestPlace best{{}, {}, gain_ * straight};
+        const double least = best.shape;
+        const auto look = [&](const Vec<D>& target, double share) {
+            look_at(r, request.cavity, cones, v, r.mesh.points[v] + share * (target - r.mesh.points[v]), best);
+            return best.shape > least;
+        };
+        const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);
+        // The first place that is better will do, but for bad elements: there the best.
+        const bool is_poor = before < poor_;
+        for (const double share : {1.0, 0.5, 0.25})
+            if (look(centre, share) && !is_poor) break;
+        if (is_poor) {
+            const Vec<D> apex = apex_of_worst(r, request.cavity.elements, v);
+            for (const double share : {1.0, 0.5, 0.25, 0.1}) look(apex, share);
+            if (before < worst_) look_around(r, request.cavity, cones, v, best);
+        }
+        if (!(best.shape > least)) return {};
+        request.point = v;
+        request.place = best.place.point;
+        request.lies = best.place.lies;
+        request.metric = best.metric;
+        if (r.mesh.is_curved()) ask_field(r, goal_, best.metric.back, request);
+        limits.min_shape = gain_ * before;
+        limits.corrections = 0;
+        return candidate;
+    }
+    void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
+        if (shapes_) shapes_->follow(r, changes);
+        for (const ElementId e : changes.elements.created)
+            for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
+    }
+    /// Tasks for all vertices whose elements have changed since the last call; at first those that are given.
+    [[nodiscard]] std::vector<Task> tasks_of_touched(const DynamicMesh<D>& mesh) {
+        std::vector<Task> tasks;
+        tasks.reserve(mesh.points.size());
+        for (std::size_t v = 0; v < mesh.points.size(); ++v)
+            if (touched_[v] != 0 && !mesh.is_free(VertexId(v))) tasks.push_back(task(0, VertexId(v)));
+        touched_.assign(mesh.points.size(), 0);
+        return tasks;
+    }
+
+  private:
+    static constexpr double min_length = 0.1;
+    struct BestPlace {
+        BoundaryPlace<D> place;
+        VertexMetric<D> metric;
+        double shape = 0;
+    };
+    [[nodiscard]] static bool may_move(const VertexState& state) {
+        return !state.marks.has(Mark::required) && !state.marks.has(Mark::frozen) && state.place != VertexPlace::corner;
+    }
+    void look_at(const Adaptation<D>& r, const Cavity<D>& around, ConeShapes<D>& cones, VertexId v,
+                 const Vec<D>& wanted, BestPlace& best) const {
+        const std::optional<BoundaryPlace<D>> place =
+            place_for(goal_, r.mesh, around, v, r.places.empty() ? GeometryEntity{} : r.places[v].entity, wanted);
+        if (!place) return;
+        const FieldSample<D> sample = sample_value(goal_.field, place->point, r.metrics[v].back);
+        const VertexMetric<D> metric(sample.log_metric, sample.location.element);
+        const double shape = cones.worst(place->point, metric.measure, best.shape);
+        if (shape > best.shape) best = {*place, metric, shape};
+    }
+    /// Along the axes of v's metric, to both sides: the worst element may want v where neither its neighbours nor the
+    /// element alone would have it.
+    void look_around(const Adaptation<D>& r, const Cavity<D>& around, ConeShapes<D>& cones, VertexId v,
+                     BestPlace& best) const {
+        for (const Vec<D>& row : r.metrics[v].measure.rows) {
+            const Vec<D> unit = row / norm_squared(row);  // of length 1 in the metric: the rows are orthogonal
+            for (const double length : {0.5, 0.25, 0.1, -0.1, -0.25, -0.5})
+                look_at(r, around, cones, v, r.mesh.points[v] + length * unit, best);
+        }
+    }
+    /// Where v would make the worst of its elements regular, as v's metric sees its opposite face.
+    [[nodiscard]] static Vec<D> apex_of_worst(const Adaptation<D>& r, const std::vector<ElementId>& around, VertexId v) {
+        const ElementId worst = *std::ranges::min_element(around, {}, [&](ElementId e) { return shape_of(r, e); });
+        const auto& vertices = r.mesh.elements.vertices[worst];
+        const auto& rows = r.metrics[v].measure.rows;
+        std::array<Vec<D>, D> face;
+        Vec<D> centre{};
+        const auto outward = face_opposite<D>(local_vertex(vertices, v));
+        for (int i = 0; i < D; ++i) {
+            const Vec<D>& p = r.mesh.points[vertices[outward[i]]];
+            centre += p / D;
+            for (int k = 0; k < D; ++k) face[i][k] = dot(rows[k], p - r.mesh.points[v]);
+        }
+        // v itself, the origin there, lies on the inner side.
+        Vec<D> n = facet_normal(face);
+        if (dot(n, face[0]) > 0) n *= -1.0;
+        const double height = std::sqrt((D + 1.0) / (2.0 * D)) / norm(n);
+        // The rows are orthogonal: their inverse is themselves by their squares.
+        for (int k = 0; k < D; ++k) centre += (height * n[k] / norm_squared(rows[k])) * rows[k];
+        return centre;
+    }
+    /// The mean of where v would be for each of its edges (on a surface those of its facets, on a line those) to have
+    /// length 1 at its other end, by how many elements (facets) have the edge.
+    [[nodiscard]] static Vec<D> centre_of_unit_edges(const Adaptation<D>& r, const Cavity<D>& around,
+                                                     const ConeShapes<D>& cones, VertexId v) {
+        const Vec<D> here = r.mesh.points[v];
+        Vec<D> sum{};
+        double weights = 0;
+        const auto add = [&](VertexId w, double weight) {
+            const Vec<D> edge = here - r.mesh.points[w];
+            const double length = edge_length(r.metrics[v].measure, r.metrics[w].measure, edge);
+            if (!(length > min_length)) return;  // it asks for a place far beyond all others
+            sum += weight * (r.mesh.points[w] + (1 / length) * edge);
+            weights += weight;
+        };
+        const auto add_others = [&](const auto& simplex) {
+            for (const VertexId w : simplex)
+                if (w != v) add(w, 1);
+        };
+        switch (r.mesh.states[v].place) {
+            case VertexPlace::inside:
+                for (const auto& corner : cones.vertices()) add(corner.vertex, corner.faces);
+                break;
+            case VertexPlace::surface:
+                for (const FacetId f : around.facets) add_others(r.mesh.facets.vertices[f]);
+                break;
+            case VertexPlace::line:
+                for (const LineId l : around.lines) add_others(r.mesh.edges[r.mesh.lines[l]]);
+                break;
+            case VertexPlace::corner: break;
+        }
+        return weights > 0 ? sum / weights : here;
+    }
+
+    const AdaptationGoal<D>& goal_;
+    double wanted_, gain_, poor_, worst_;  ///< of shapes
+    std::vector<std::uint8_t> touched_;    ///< of each vertex: an element of it has changed
+    std::optional<KeptShapes<D>> shapes_;
+};
+
+template <int D>
+std::vector<std::uint8_t> vertices_of_bad_elements(const Adaptation<D>& r, const KeptShapes<D>& shapes, double wanted) {
+    std::vector<std::uint8_t> found(r.mesh.points.size(), 0);
+    for (std::size_t e = 0; e < r.mesh.elements.size(); ++e)
+        if (!r.mesh.is_free(ElementId(e)) && shapes[ElementId(e)] < wanted)
+            for (const VertexId v : r.mesh.elements.vertices[e]) found[v.index()] = 1;
+    return found;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal, const SmoothOptions& options,
+                            const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    return guarded([&]() -> Outcome<Adapted<D>> {
+        const auto snap = snap_to_geometry(state, goal, without_progress(execution));
+        if (!snap) return fail(snap.error());
+        auto shapes = KeptShapes<D>::of(state, without_progress(execution));
+        if (!shapes) return fail(shapes.error());
+        auto touched = vertices_of_bad_elements(state, *shapes, shape_of_quality(options.wanted, D));
+        Moves<D> pass(goal, options, std::move(touched),
+                      state.mesh.is_curved() ? std::optional(std::move(*shapes)) : std::nullopt);
+        Adapted<D> out{std::move(state), *snap};
+        for (int sweep = 0; sweep < options.sweeps; ++sweep) {
+            auto statistics = run_pass<D>(out.state, goal, pass, pass.tasks_of_touched(out.state.mesh), execution);
+            if (!statistics) return fail(statistics.error());
+            out.statistics += *statistics;
+            if (statistics->accepted == 0) break;
+        }
+        if (options.nodes == SmoothedNodes::distortion) {
+            const auto moves = smooth_nodes(out.state, options, execution);
+            if (!moves) return fail(moves.error());
+            out.statistics.moved_nodes += moves->moved;
+        }
+        return out;
+    });
+}
+
+template Outcome<Adapted<2>> smooth<2>(Adaptation<2>, const AdaptationGoal<2>&, const SmoothOptions&, const Execution&);
+template Outcome<Adapted<3>> smooth<3>(Adaptation<3>, const AdaptationGoal<3>&, const SmoothOptions&, const Execution&);
+
+}  // namespace camber

@@ -1,0 +1,112 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <vector>
+module camber.adapt;
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+import camber.surface;
+
+namespace camber {
+
+namespace {
+
+/// Where along an edge half of its length is: ∫_0^t a^(1−s) b^s ds is half of ∫_0^1.
+double half_of_length(double a, double b) {
+    const double log_ratio = std::log(b / a);
+    if (!std::isfinite(log_ratio) || std::abs(log_ratio) < 1e-6) return 0.5;
+    return std::clamp(std::log((1 + b / a) / 2) / log_ratio, 0.2, 0.8);
+}
+
+template <int D>
+class Splits final : public Pass<D> {
+  public:
+    Splits(const AdaptationGoal<D>& goal, const SplitOptions& options) : goal_(goal), options_(options) {}
+
+    [[nodiscard]] double order_of(double length) const { return length > options_.longest ? -length : infinite_order; }
+
+    [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
+        return candidate_at(r, task, 1);
+    }
+    [[nodiscard]] std::optional<Candidate<D>> shortened(const Adaptation<D>& r, const Task& task,
+                                                          double share) const override {
+        auto candidate = goal_.geometry ? candidate_at(r, task, share) : std::nullopt;
+        if (candidate && candidate->request.cavity.facets.empty()) candidate.reset();
+        return candidate;
+    }
+    [[nodiscard]] PatchVerdict judge(const Adaptation<D>& r, const Patch<D>& patch) const override {
+        return {adds_wall_elements(r, goal_, patch) ? RejectionReason::wall : RejectionReason::none};
+    }
+    void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
+        add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
+    }
+
+  private:
+    static constexpr std::size_t max_elements = 64;
+
+    /// `share`: how far the point goes to the geometry.
+    [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task, double share) const {
+        const EdgeId edge(std::size_t{task.id});
+        if (r.mesh.is_free(edge) || !(length_of(r, edge) > options_.longest)) return {};
+        const auto [element, local] = element_with_edge(r.mesh, edge);
+        if (!element.valid()) return {};
+        Candidate<D> candidate;
+        auto& request = candidate.request;
+        cavity_of_edge(r.mesh, element, local, request.cavity);
+        const auto& [a, b] = r.mesh.edges[edge];
+        const Vec<D> chord = r.mesh.points[b] - r.mesh.points[a];
+        const double t = half_of_length(std::sqrt(r.metrics[a].measure.length_squared(chord)),
+                                        std::sqrt(r.metrics[b].measure.length_squared(chord)));
+        request.place = r.mesh.points[a] + t * chord;
+        if (r.mesh.is_curved()) {
+            request.origin = request.place;
+            request.halves = {a, b};
+            request.place = QuadraticEdge<D>{r.mesh.points[a], r.mesh.nodes[edge], r.mesh.points[b]}.point(t);
+        }
+        request.share = share;
+        const SurfacePoint<D> foot = on_geometry_at_edge(goal_, r.mesh, edge, request.cavity.facets, request.place);
+        request.place += share * (foot.point - request.place);
+        request.lies = place_after(share, foot);
+        if (r.mesh.point_references[a] == r.mesh.point_references[b]) request.reference = r.mesh.point_references[a];
+        ask_field(r, goal_, r.metrics[a].back, request);
+        request.holders = request.cavity.elements.size();
+        // Too near to a vertex that no growing takes away: rejected as it is.
+        if (nearest_of_holders(r, request) < options_.shortest)
+            candidate.rejected = RejectionReason::length;
+        else
+            grow_delaunay(r, request.place, request.metric.measure, max_elements, options_.shortest, request.cavity);
+        candidate.limits.corrections = 16;
+        candidate.limits.shortest = options_.shortest;
+        candidate.limits.min_shape = shape_of_quality(options_.min_quality, D);
+        candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+        return candidate;
+    }
+    const AdaptationGoal<D>& goal_;
+    const SplitOptions& options_;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<Adapted<D>> split(Adaptation<D> state, const AdaptationGoal<D>& goal, const SplitOptions& options,
+                           const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    Splits<D> pass(goal, options);
+    auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
+    if (!tasks) return fail(tasks.error());
+    auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
+    if (!statistics) return fail(statistics.error());
+    return Adapted<D>{std::move(state), *statistics};
+}
+
+template Outcome<Adapted<2>> split<2>(Adaptation<2>, const AdaptationGoal<2>&, const SplitOptions&, const Execution&);
+template Outcome<Adapted<3>> split<3>(Adaptation<3>, const AdaptationGoal<3>&, const SplitOptions&, const Execution&);
+
+}  // namespace camber

@@ -1,0 +1,170 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+module camber.adapt;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+
+namespace camber {
+
+namespace {
+
+/// The best of the swaps that were looked at.
+template <int D>
+struct BestSwap {
+    Cavity<D> cavity;
+    VertexId point;
+    double gain = 0;  ///< worst shape after by before; of degree 2 both of the straight elements
+};
+
+template <int D>
+class Swaps final : public Pass<D> {
+  public:
+    Swaps(const AdaptationGoal<D>& goal, const SwapOptions& options, KeptShapes<D> shapes)
+        : goal_(goal),
+          distance_(options.distance),
+          wanted_(shape_of_quality(options.wanted, D)),
+          gain_(shape_of_quality(options.gain, D)),
+          shapes_(std::move(shapes)) {}
+
+    [[nodiscard]] const KeptShapes<D>& shapes() const { return shapes_; }
+    [[nodiscard]] double order_of(double shape) const { return shape < wanted_ ? shape : infinite_order; }
+
+    [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
+        const ElementId e(std::size_t{task.id});
+        if (r.mesh.is_free(e)) return {};
+        const double shape = shapes_[e];
+        if (!(shape < wanted_)) return {};
+        BestSwap<D> best;
+        best.gain = gain_;
+        ConeShapes<D> cones(r);
+        const auto beside = shapes_beside(r, e);
+        for (int k = 0; k < edges_per_simplex<D>; ++k)
+            if (is_worst_beside(beside, k, shape)) look_at_edge(r, e, k, cones, best);
+        if constexpr (D == 3)
+            for (int face = 0; face <= D; ++face)
+                if (beside[face] >= shape) look_at_face(r, e, face, cones, best);
+        if (!best.point.valid()) return {};
+        Candidate<D> candidate;
+        candidate.request.cavity = std::move(best.cavity);
+        candidate.request.join_to(r, best.point);
+        candidate.limits.min_shape = gain_ * shape;
+        candidate.limits.corrections = 0;
+        return candidate;
+    }
+    [[nodiscard]] PatchVerdict judge(const Adaptation<D>& r, const Patch<D>& patch) const override {
+        if (adds_wall_elements(r, goal_, patch)) return {RejectionReason::wall};
+        const FacetDistance facets = distance_from_geometry(r, goal_, patch, distance_);
+        return {facets.is_near ? RejectionReason::none : RejectionReason::geometry, facets.largest};
+    }
+    void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
+        shapes_.follow(r, changes);
+        for (const ElementId e : changes.elements.created)
+            if (!r.mesh.is_free(e))
+                if (const double order = order_of(shapes_[e]); order < infinite_order) tasks.push_back(task(order, e));
+    }
+
+  private:
+    /// The shapes of the elements across an element's faces.
+    [[nodiscard]] std::array<double, D + 1> shapes_beside(const Adaptation<D>& r, ElementId e) const {
+        std::array<double, D + 1> shapes{};
+        for (int face = 0; face <= D; ++face) {
+            const ElementId next = element_across(r.mesh, e, face);
+            shapes[face] = next.valid() ? shapes_[next] : infinite_order;
+        }
+        return shapes;
+    }
+    /// An operation is looked at from the worst element that it removes: what it would be worth for another one, it is
+    /// worth less.
+    [[nodiscard]] static bool is_worst_beside(const std::array<double, D + 1>& beside, int k, double shape) {
+        for (int face = 0; face <= D; ++face)
+            if (face != local_edges<D>[k][0] && face != local_edges<D>[k][1] && !(beside[face] >= shape)) return false;
+        return true;
+    }
+    /// The elements around an edge without it, joined to each vertex around it; on the boundary to those of its facets.
+    void look_at_edge(const Adaptation<D>& r, ElementId e, int k, ConeShapes<D>& cones, BestSwap<D>& best) const {
+        if (r.mesh.line_at(r.mesh.edges_of[e][k]).valid()) return;
+        Cavity<D> cavity;
+        cavity_of_edge(r.mesh, e, k, cavity);
+        if (D == 2 && !cavity.facets.empty()) return;
+        if (shapes_.worst(cavity.elements) < shapes_[e]) return;
+        const double before = worst_straight(r, cavity.elements, e);
+        const VertexId a = r.mesh.elements.vertices[e][local_edges<D>[k][0]];
+        const VertexId b = r.mesh.elements.vertices[e][local_edges<D>[k][1]];
+        cones.clear();
+        for (const ElementId s : cavity.elements)
+            for (const VertexId v : {a, b}) cones.add(s, local_vertex(r.mesh.elements.vertices[s], v));
+        for (const auto& corner : cones.vertices()) {
+            const VertexId p = corner.vertex;
+            const auto has_p = [&](FacetId f) { return local_vertex(r.mesh.facets.vertices[f], p) >= 0; };
+            if (p == a || p == b || (!cavity.facets.empty() && !std::ranges::any_of(cavity.facets, has_p))) continue;
+            const double least = best.gain * before;
+            const double after = cones.worst(corner.place, *corner.metric, least, p);
+            if (after > least) take(best, cavity, p, after / before);
+        }
+    }
+    static void take(BestSwap<D>& best, const Cavity<D>& cavity, VertexId p, double gain) {
+        best.cavity = cavity;
+        best.point = p;
+        best.gain = gain;
+    }
+    /// The worst straight shape of a cavity in which e is the worst element; what is as good as inverted is worth
+    /// little, not nothing.
+    [[nodiscard]] double worst_straight(const Adaptation<D>& r, const std::vector<ElementId>& elements,
+                                        ElementId e) const {
+        if (!r.mesh.is_curved()) return shapes_[e];
+        constexpr double little = 1e-3;
+        double worst = std::numeric_limits<double>::infinity();
+        for (const ElementId s : elements) worst = std::min(worst, straight_shape_of(r, s));
+        return std::max(worst, little);
+    }
+    /// Two elements without their face, joined to one of the two vertices opposite it: three elements.
+    void look_at_face(const Adaptation<D>& r, ElementId e, int face, ConeShapes<D>& cones, BestSwap<D>& best) const {
+        Cavity<D> cavity;
+        cavity_of_face(r.mesh, e, face, cavity);
+        if (cavity.elements.size() != 2 || !cavity.facets.empty()) return;
+        const VertexId p = r.mesh.elements.vertices[e][face];
+        const ElementId other = cavity.elements[1];
+        cones.clear();
+        for (int i = 0; i <= D; ++i)
+            if (local_vertex(r.mesh.elements.vertices[e], r.mesh.elements.vertices[other][i]) >= 0) cones.add(other, i);
+        const double before = worst_straight(r, cavity.elements, e);
+        const double least = best.gain * before;
+        const double after = cones.worst(r.mesh.points[p], r.metrics[p].measure, least);
+        if (after > least) take(best, cavity, p, after / before);
+    }
+
+    const AdaptationGoal<D>& goal_;
+    double distance_;
+    double wanted_, gain_;  ///< of shapes
+    KeptShapes<D> shapes_;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<Adapted<D>> swap(Adaptation<D> state, const AdaptationGoal<D>& goal, const SwapOptions& options,
+                          const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    auto shapes = KeptShapes<D>::of(state, without_progress(execution));
+    if (!shapes) return fail(shapes.error());
+    Swaps<D> pass(goal, options, std::move(*shapes));
+    auto tasks = element_tasks(
+        state, pass.shapes(), [&](double shape) { return pass.order_of(shape); }, without_progress(execution));
+    if (!tasks) return fail(tasks.error());
+    auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
+    if (!statistics) return fail(statistics.error());
+    return Adapted<D>{std::move(state), *statistics};
+}
+
+template Outcome<Adapted<2>> swap<2>(Adaptation<2>, const AdaptationGoal<2>&, const SwapOptions&, const Execution&);
+template Outcome<Adapted<3>> swap<3>(Adaptation<3>, const AdaptationGoal<3>&, const SwapOptions&, const Execution&);
+
+}  // namespace camber

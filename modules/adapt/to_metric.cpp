@@ -1,0 +1,102 @@
+module;
+#include <cstddef>
+#include <functional>
+#include <string_view>
+#include <utility>
+module camber.adapt;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+
+namespace camber {
+
+namespace {
+
+/// One pass after another, as long as none fails.
+template <int D>
+class Driving {
+  public:
+    Driving(Adaptation<D> state, const AdaptationGoal<D>& goal, const AroundPass& around)
+        : state_(std::move(state)), goal_(goal), around_(around) {}
+
+    template <class Options>
+    using Verb = Outcome<Adapted<D>> (*)(Adaptation<D>, const AdaptationGoal<D>&, const Options&, const Execution&);
+
+    template <class Options>
+    [[nodiscard]] Outcome<Done> pass(std::string_view name, Verb<Options> verb, const Options& options,
+                                     PassStatistics& statistics) {
+        return around_(name, [&](const Execution& execution) -> Outcome<Done> {
+            auto done = verb(std::move(state_), goal_, options, execution);
+            if (!done) return fail(done.error());
+            state_ = std::move(done->state);
+            statistics += done->statistics;
+            return Done{};
+        });
+    }
+    [[nodiscard]] Outcome<Done> measure(UnitMeshStatistics& out) const {
+        return around_("lengths", [&](const Execution& execution) -> Outcome<Done> {
+            auto measured = unit_mesh_statistics(state_, execution);
+            if (!measured) return fail(measured.error());
+            out = *measured;
+            return Done{};
+        });
+    }
+    [[nodiscard]] Adaptation<D> state() && { return std::move(state_); }
+
+  private:
+    Adaptation<D> state_;
+    const AdaptationGoal<D>& goal_;
+    const AroundPass& around_;
+};
+
+bool has_converged(const UnitMeshStatistics& before, const UnitMeshStatistics& after, std::size_t changed_vertices,
+                 double min_change) {
+    const auto vertices = static_cast<double>(after.edges) / 7;  // of tetrahedra; of triangles fewer edges each
+    return after.unit_share() - before.unit_share() < min_change &&
+           static_cast<double>(changed_vertices) < min_change * vertices;
+}
+
+template <int D>
+Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
+                                   const AroundPass& around) {
+    Driving<D> driving(std::move(state), goal, around);
+    ToMetricStatistics s;
+    if (auto begin = driving.measure(s.before); !begin) return fail(begin.error());
+    s.after = s.before;
+    bool is_converged = false;
+    while (!is_converged && s.rounds < options.rounds) {
+        const UnitMeshStatistics before = s.after;
+        const std::size_t changes = s.collapse.accepted + s.split.accepted;
+        const auto done =
+            driving.pass("collapse", &collapse<D>, options.collapse, s.collapse)
+                .and_then([&](Done) { return driving.pass("split", &split<D>, options.split, s.split); })
+                .and_then([&](Done) { return driving.pass("swap", &swap<D>, options.swap, s.swap); })
+                .and_then([&](Done) { return driving.pass("smooth", &smooth<D>, options.smooth, s.smooth); })
+                .and_then([&](Done) { return driving.measure(s.after); });
+        if (!done) return fail(done.error());
+        ++s.rounds;
+        is_converged =
+            has_converged(before, s.after, s.collapse.accepted + s.split.accepted - changes, options.min_change);
+    }
+    const auto mended =
+        driving.pass("mend", &mend<D>, options.mend, s.mend).and_then([&](Done) { return driving.measure(s.after); });
+    if (!mended) return fail(mended.error());
+    return BroughtToMetric<D>{std::move(driving).state(), s};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                            const ToMetricOptions& options, const AroundPass& around) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    return guarded([&] { return driven(std::move(state), goal, options, around); });
+}
+
+template Outcome<BroughtToMetric<2>> bring_to_metric<2>(Adaptation<2>, const AdaptationGoal<2>&, const ToMetricOptions&,
+                                                        const AroundPass&);
+template Outcome<BroughtToMetric<3>> bring_to_metric<3>(Adaptation<3>, const AdaptationGoal<3>&, const ToMetricOptions&,
+                                                        const AroundPass&);
+
+}  // namespace camber

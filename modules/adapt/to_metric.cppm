@@ -1,0 +1,73 @@
+module;
+#include <cstddef>
+#include <functional>
+#include <string_view>
+#include <tuple>
+#include <utility>
+export module camber.adapt:to_metric;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+import :passes;
+
+export namespace camber {
+
+/// Rounds of collapse, split, swap and smooth; bad elements are mended at last.
+struct ToMetricOptions {
+    CollapseOptions collapse = {};
+    SplitOptions split = {};
+    SwapOptions swap = {};
+    SmoothOptions smooth = {};
+    MendOptions mend = {};
+    int rounds = 6;
+    double min_change = 0.002;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = ToMetricOptions;
+        return std::tuple(
+            option("collapse", &S::collapse, "the options of the stage collapse"),
+            option("split", &S::split, "the options of the stage split"),
+            option("swap", &S::swap, "the options of the stage swap"),
+            option("smooth", &S::smooth, "the options of the stage smooth"),
+            option("mend", &S::mend, "the options of the stage mend, which comes last"),
+            option("rounds", &S::rounds, "rounds of collapse, split, swap and smooth").at_least(0).at_most(1000),
+            option("min_change", &S::min_change,
+                   "ends where a round raises the share of unit edges by less and makes or removes a smaller share of "
+                   "vertices")
+                .at_least(0)
+                .at_most(1));
+    }
+    friend bool operator==(const ToMetricOptions&, const ToMetricOptions&) = default;
+};
+
+/// What each kind of pass did, in all rounds.
+struct ToMetricStatistics {
+    int rounds = 0;
+    PassStatistics collapse, split, swap, smooth, mend;
+    UnitMeshStatistics before, after;
+};
+
+template <int D>
+struct BroughtToMetric {
+    Adaptation<D> state;
+    ToMetricStatistics statistics;
+};
+
+/// A wrapper around each pass, with which a caller keeps clocks: `around(name, body)` must call body once, with the
+/// Execution to use.
+using AroundPass =
+    std::function<Outcome<Done>(std::string_view pass, const std::function<Outcome<Done>(const Execution&)>& body)>;
+
+/// A mesh brought to a metric, of degree 1. Errors: options out of range, those of the passes.
+template <int D>
+[[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                          const ToMetricOptions& options, const AroundPass& around);
+template <int D>
+[[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                          const ToMetricOptions& options, const Execution& execution) {
+    const AroundPass plainly = [&](std::string_view, const auto& body) { return body(execution); };
+    return bring_to_metric(std::move(state), goal, options, plainly);
+}
+
+}  // namespace camber

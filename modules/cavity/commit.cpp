@@ -1,0 +1,448 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+module camber.cavity;
+import camber.core;
+import :draft;
+
+namespace camber {
+
+namespace {
+
+/// A new element, gathered before any place is written on.
+template <int D>
+struct NewElement {
+    SimplexVertices<D> vertices;
+    std::array<EdgeId, edges_per_simplex<D>> edges;
+    std::array<FaceNeighbour, D + 1> face_neighbours;
+    Reference reference = 0, entity = 0;
+};
+template <int D>
+struct NewFacet {
+    SimplexVertices<D - 1> vertices;
+    Reference reference = 0, entity = 0;
+    Marks marks;
+};
+struct NewLine {
+    VertexId end;
+    Reference reference = 0, entity = 0;
+    Marks marks;
+};
+/// What is beyond an open face, and its own place for what is on this side.
+struct Beyond {
+    FaceNeighbour outside;
+    int place = 0;
+};
+
+template <int D>
+class Committing {
+  public:
+    explicit Committing(DynamicMesh<D> mesh) : d_(std::move(mesh)) {}
+
+    void apply(const Patch<D>& patch) {
+        const Star<D>& star = patch.star;
+        const VertexId point = put_point(patch);
+        if (keeps_topology<D>(d_.elements, patch)) {
+            for (const ElementId e : patch.removed.elements) d_.element_marks[e.index()] = {};
+            if (!patch.nodes.empty()) {
+                find_edges_at(patch, point);
+                put_nodes(patch);
+            }
+            append(changes_.elements.removed, patch.removed.elements);
+            append(changes_.elements.created, patch.removed.elements);
+            changes_.points.push_back(point);
+            return;
+        }
+        gather(patch, point);
+        number_edges(patch, point);
+        const std::vector<FacetId> facets = put_facets(patch, point);
+        put_elements(patch, facets);
+        put_lines(patch);
+        for (const VertexId v : star.vanishing) {
+            d_.element_of[v.index()] = {};
+            d_.states[v.index()] = {};
+            d_.free_vertices.push_back(v.value);
+        }
+        append(changes_.vertices.removed, star.vanishing);
+        changes_.points.push_back(point);
+    }
+    [[nodiscard]] ChangedMesh<D> changed() && { return {std::move(d_).mesh(), std::move(changes_)}; }
+
+  private:
+    VertexId put_point(const Patch<D>& patch) {
+        const auto& [vertex, place, reference] = patch.point;
+        if (vertex.valid()) {
+            if (place && *place != d_.points[vertex.index()]) {
+                d_.points[vertex.index()] = *place;
+                d_.states[vertex.index()].marks |= Mark::moved;
+            }
+            return vertex;
+        }
+        VertexId v(d_.points.size());
+        if (!d_.free_vertices.empty()) {
+            v = VertexId(std::size_t{d_.free_vertices.back()});
+            d_.free_vertices.pop_back();
+        } else {
+            d_.points.push_back({});
+            d_.point_references.push_back(0);
+            d_.states.push_back({});
+            d_.element_of.push_back({});
+        }
+        d_.points[v.index()] = place.value_or(Vec<D>{});
+        d_.point_references[v.index()] = reference;
+        d_.states[v.index()] = {patch.star.place, Mark::moved};
+        changes_.vertices.created.push_back(v);
+        return v;
+    }
+
+    /// The new elements but for their edges at the point and the faces there.
+    void gather(const Patch<D>& patch, VertexId point) {
+        const Star<D>& star = patch.star;
+        static_cast<void>(find_faces<D>(d_.elements, d_.edges_of, star, patch.point.vertex, names_, faces_));
+        elements_.clear();
+        beyond_.clear();
+        for (const ElementFace& open : star.joined) {
+            const std::size_t from = open.element.index();
+            const int opposite = static_cast<int>(open.opposite);
+            NewElement<D> made{d_.elements[from],
+                               d_.edges_of[from],
+                               {},
+                               d_.element_references[from],
+                               d_.element_entities.empty() ? 0 : d_.element_entities[from]};
+            made.vertices[opposite] = point;
+            made.face_neighbours[opposite] = d_.face_neighbours[from][opposite];
+            elements_.push_back(made);
+            beyond_.push_back(beyond(open));
+        }
+        kept_beyond_.clear();
+        for (const ElementFace& open : star.kept) kept_beyond_.push_back(beyond(open));
+        lines_.clear();
+        for (const auto& [line, opposite] : star.lines) {
+            const std::size_t l = line.index();
+            lines_.push_back({d_.edges[d_.lines[l].index()][1 - opposite], d_.line_references[l], d_.line_entities[l],
+                              d_.line_marks[l]});
+        }
+    }
+
+    [[nodiscard]] Beyond beyond(const ElementFace& open) const {
+        const FaceNeighbour across = d_.face_neighbours[open.element.index()][static_cast<int>(open.opposite)];
+        if (!across.valid()) return {};
+        if (across.is_facet()) return {across, d_.sides[across.facet().index()][0] == open.element ? 0 : 1};
+        const auto& faces = d_.face_neighbours[across.element().index()];
+        return {across, static_cast<int>(std::find(faces.begin(), faces.end(), FaceNeighbour(open.element)) - faces.begin())};
+    }
+    /// What is beyond an open face has `element` on this side now.
+    void turn_to(const Beyond& there, ElementId element) {
+        if (there.outside.is_facet())
+            d_.sides[there.outside.facet().index()][there.place] = element;
+        else if (there.outside.valid())
+            d_.face_neighbours[there.outside.element().index()][there.place] = FaceNeighbour(element);
+    }
+
+    /// The edges at the point that the cavity has already.
+    void find_edges_at(const Patch<D>& patch, VertexId point) {
+        vertices_.clear();
+        for (std::uint32_t i = 0; i < patch.star.boundary.size(); ++i) vertices_.put(patch.star.boundary[i], i);
+        to_point_.assign(patch.star.boundary.size(), EdgeId{});
+        for (const ElementId e : patch.removed.elements) {
+            const auto& v = d_.elements[e.index()];
+            const int held = patch.point.vertex.valid() ? local_vertex(v, point) : -1;
+            for (int i = 0; held >= 0 && i <= D; ++i)
+                if (const std::uint32_t at = i == held ? FlatMap<VertexId>::none : vertices_.find(v[i]);
+                    at != FlatMap<VertexId>::none)
+                    to_point_[at] = d_.edges_of[e.index()][edge_between<D>[i][held]];
+        }
+    }
+    void put_nodes(const Patch<D>& patch) {
+        for (std::size_t i = 0; i < patch.nodes.size(); ++i) d_.nodes[to_point_[i].index()] = patch.nodes[i];
+    }
+    /// And new ones.
+    void number_edges(const Patch<D>& patch, VertexId point) {
+        const Star<D>& star = patch.star;
+        find_edges_at(patch, point);
+        std::vector<EdgeId> old = edges_that_go(patch);
+        append(changes_.edges.removed, old);
+        Places places(old, d_.free_edges, [&] {
+            d_.edges.push_back({});
+            if (D == 3) d_.line_of.push_back({});
+            if (!d_.nodes.empty()) d_.nodes.push_back({});
+            return EdgeId(d_.edges.size() - 1);
+        });
+        for (std::size_t i = 0; i < to_point_.size(); ++i) {
+            if (to_point_[i].valid()) continue;
+            const EdgeId e = to_point_[i] = places.next();
+            d_.edges[e.index()] = {std::min(point, star.boundary[i]), std::max(point, star.boundary[i])};
+            if (D == 3) d_.line_of[e.index()] = {};
+            changes_.edges.created.push_back(e);
+        }
+        places.release([&](EdgeId e) {
+            d_.edges[e.index()] = {};
+            if (D == 3) d_.line_of[e.index()] = {};
+        });
+        put_nodes(patch);
+        for (std::size_t j = 0; j < elements_.size(); ++j) {
+            const int opposite = static_cast<int>(star.joined[j].opposite);
+            for (int i = 0; i <= D; ++i)
+                if (i != opposite)
+                    elements_[j].edges[edge_between<D>[i][opposite]] =
+                        to_point_[vertices_.find(elements_[j].vertices[i])];
+        }
+    }
+
+    /// The edges of the cavity that no open face has, and that are not at the point; rising.
+    [[nodiscard]] std::vector<EdgeId> edges_that_go(const Patch<D>& patch) {
+        stay_.clear();
+        for (const ElementFace& open : patch.star.joined)
+            for (int k = 0; k < edges_per_simplex<D>; ++k)
+                if (const auto [i, j] = local_edges<D>[k];
+                    i != static_cast<int>(open.opposite) && j != static_cast<int>(open.opposite))
+                    stay_.put(d_.edges_of[open.element.index()][k], 0);
+        for (const EdgeId e : to_point_)
+            if (e.valid()) stay_.put(e, 0);
+        std::vector<EdgeId> old;
+        for (const ElementId e : patch.removed.elements)
+            for (const EdgeId edge : d_.edges_of[e.index()])
+                if (!stay_.contains(edge)) {
+                    stay_.put(edge, 0);
+                    old.push_back(edge);
+                }
+        std::sort(old.begin(), old.end());
+        return old;
+    }
+
+    /// The new facets, by the order of the star; their sides are put with the elements.
+    std::vector<FacetId> put_facets(const Patch<D>& patch, VertexId point) {
+        const Star<D>& star = patch.star;
+        std::vector<NewFacet<D>> made;
+        made.reserve(star.facets.size());
+        for (const auto& [facet, opposite] : star.facets) {
+            const std::size_t from = facet.index();
+            made.push_back({d_.facets[from], d_.facet_references[from],
+                            d_.facet_entities.empty() ? 0 : d_.facet_entities[from], d_.facet_marks[from]});
+            made.back().vertices[opposite] = point;
+        }
+        // Which faces at the point they are on: by the side that each keeps.
+        for (StarFace& face : faces_) face.facet = FlatMap<VertexId>::none;
+        for (std::uint32_t f = 0; f < star.facets.size(); ++f) faces_[names_.find(kept_side(star.facets[f]))].facet = f;
+        std::vector<FacetId> own = rising(patch.removed.facets);
+        append(changes_.facets.removed, own);
+        Places places(own, d_.free_facets, [&] {
+            d_.facets.push_back({});
+            d_.facet_references.push_back(0);
+            if (!d_.facet_entities.empty()) d_.facet_entities.push_back(0);
+            d_.facet_marks.push_back({});
+            d_.sides.push_back({});
+            return FacetId(d_.facets.size() - 1);
+        });
+        std::vector<FacetId> ids;
+        ids.reserve(made.size());
+        for (const NewFacet<D>& facet : made) {
+            const FacetId f = places.next();
+            d_.facets[f.index()] = facet.vertices;
+            d_.facet_references[f.index()] = facet.reference;
+            if (!d_.facet_entities.empty()) d_.facet_entities[f.index()] = facet.entity;
+            d_.facet_marks[f.index()] = facet.marks;
+            d_.sides[f.index()] = {};
+            ids.push_back(f);
+        }
+        append(changes_.facets.created, ids);
+        places.release([&](FacetId f) {
+            d_.facets[f.index()].fill(VertexId{});
+            d_.sides[f.index()] = {};
+            d_.facet_marks[f.index()] = {};
+        });
+        return ids;
+    }
+    /// The side of a removed facet that its new one keeps.
+    [[nodiscard]] SideId<D> kept_side(const JoinedFacet& joined) const {
+        const auto& facet = d_.facets[joined.facet.index()];
+        const int k = static_cast<int>(joined.opposite);
+        if constexpr (D == 2) {
+            return facet[1 - k];
+        } else {
+            const std::size_t e = d_.sides[joined.facet.index()][0].index();
+            const int a = local_vertex(d_.elements[e], facet[(k + 1) % 3]);
+            const int b = local_vertex(d_.elements[e], facet[(k + 2) % 3]);
+            return d_.edges_of[e][edge_between<3>[a][b]];
+        }
+    }
+
+    void put_elements(const Patch<D>& patch, const std::vector<FacetId>& facets) {
+        std::vector<ElementId> own = rising(patch.removed.elements);
+        append(changes_.elements.removed, own);
+        Places places(own, d_.free_elements, [&] {
+            d_.elements.push_back({});
+            d_.element_references.push_back(0);
+            if (!d_.element_entities.empty()) d_.element_entities.push_back(0);
+            d_.element_marks.push_back({});
+            d_.face_neighbours.push_back({});
+            d_.edges_of.push_back({});
+            return ElementId(d_.elements.size() - 1);
+        });
+        ids_.clear();
+        for (std::size_t j = 0; j < elements_.size(); ++j) ids_.push_back(places.next());
+        places.release([&](ElementId e) {
+            d_.elements[e.index()].fill(VertexId{});
+            d_.face_neighbours[e.index()] = {};
+            d_.edges_of[e.index()] = {};
+            d_.element_marks[e.index()] = {};
+        });
+        append(changes_.elements.created, ids_);
+        join_faces(facets);
+        for (std::size_t j = 0; j < elements_.size(); ++j) {
+            const std::size_t e = ids_[j].index();
+            d_.elements[e] = elements_[j].vertices;
+            d_.element_references[e] = elements_[j].reference;
+            if (!d_.element_entities.empty()) d_.element_entities[e] = elements_[j].entity;
+            d_.element_marks[e] = {};
+            d_.face_neighbours[e] = elements_[j].face_neighbours;
+            d_.edges_of[e] = elements_[j].edges;
+            for (const VertexId v : elements_[j].vertices) d_.element_of[v.index()] = ids_[j];
+            turn_to(beyond_[j], ids_[j]);
+        }
+    }
+    void join_faces(const std::vector<FacetId>& facets) {
+        for (const StarFace& face : faces_) {
+            const auto& [first, second] = face.sides;
+            if (face.facet != FlatMap<VertexId>::none) {
+                const FacetId f = facets[face.facet];
+                for (std::uint32_t s = 0; s < face.count; ++s) {
+                    elements_[face.sides[s].of].face_neighbours[face.sides[s].local] = FaceNeighbour(f);
+                    d_.sides[f.index()][s] = ids_[face.sides[s].of];
+                }
+            } else if (second.kept) {  // kept ones come last
+                elements_[first.of].face_neighbours[first.local] = kept_beyond_[second.of].outside;
+                turn_to(kept_beyond_[second.of], ids_[first.of]);
+            } else {
+                elements_[first.of].face_neighbours[first.local] = FaceNeighbour(ids_[second.of]);
+                elements_[second.of].face_neighbours[second.local] = FaceNeighbour(ids_[first.of]);
+            }
+        }
+    }
+
+    void put_lines(const Patch<D>& patch) {
+        if (patch.removed.lines.empty()) return;
+        std::vector<LineId> own = rising(patch.removed.lines);
+        append(changes_.lines.removed, own);
+        for (const LineId l : own)
+            if (LineId& at = d_.line_of[d_.lines[l.index()].index()]; at == l) at = {};
+        Places places(own, d_.free_lines, [&] {
+            d_.lines.push_back({});
+            d_.line_references.push_back(0);
+            d_.line_entities.push_back(0);
+            d_.line_marks.push_back({});
+            return LineId(d_.lines.size() - 1);
+        });
+        for (const NewLine& line : lines_) {
+            const LineId l = places.next();
+            const EdgeId edge = to_point_[vertices_.find(line.end)];
+            d_.lines[l.index()] = edge;
+            d_.line_references[l.index()] = line.reference;
+            d_.line_entities[l.index()] = line.entity;
+            d_.line_marks[l.index()] = line.marks;
+            d_.line_of[edge.index()] = l;
+            changes_.lines.created.push_back(l);
+        }
+        places.release([&](LineId l) {
+            d_.lines[l.index()] = {};
+            d_.line_marks[l.index()] = {};
+        });
+    }
+
+    Draft<D> d_;
+    TopologyChanges changes_;
+    FlatMap<SideId<D>> names_;
+    FlatMap<VertexId> vertices_;
+    FlatMap<EdgeId> stay_;
+    std::vector<StarFace> faces_;
+    std::vector<NewElement<D>> elements_;
+    std::vector<NewLine> lines_;
+    std::vector<Beyond> beyond_, kept_beyond_;
+    std::vector<EdgeId> to_point_;
+    std::vector<ElementId> ids_;
+};
+
+auto refused(std::string what) { return fail(ErrorKind::internal, std::move(what)); }
+
+/// Whether edges at the point that elements or facets outside of the cavity have keep their nodes.
+template <int D>
+bool keeps_outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
+    const auto& boundary = patch.star.boundary;
+    for (const ElementFace& face : patch.star.kept) {
+        const auto& vertices = mesh.elements.vertices[face.element];
+        const int held = local_vertex(vertices, patch.point.vertex);
+        for (int i = 0; i <= D; ++i) {
+            if (i == held || i == static_cast<int>(face.opposite)) continue;
+            const auto at = std::find(boundary.begin(), boundary.end(), vertices[i]) - boundary.begin();
+            if (at == std::ssize(boundary)) continue;  // no new element has the edge
+            if (mesh.nodes[mesh.edges_of[face.element][edge_between<D>[i][held]]] != patch.nodes[at]) return false;
+        }
+    }
+    return true;
+}
+
+/// Asked before anything is changed: patches of this mesh that do not get into each other's way.
+template <int D>
+Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>> patches) {
+    std::vector<bool> is_removed(mesh.elements.size(), false);
+    std::vector<VertexId> vanishing;
+    std::vector<std::array<VertexId, 2>> edges;
+    std::size_t made = 0;
+    constexpr std::size_t max_places = 0x7fffffffU;  // see FaceNeighbour
+    for (const Patch<D>& patch : patches) {
+        if (patch.planned_for != mesh.stamp) return refused("a patch was planned for another mesh");
+        for (const ElementId e : patch.removed.elements) {
+            if (is_removed[e.index()])
+                return fail(ErrorKind::internal, "two patches remove one element", {},
+                            Entity{simplex_name<D>, e.index() + 1});
+            is_removed[e.index()] = true;
+        }
+        append(vanishing, patch.star.vanishing);
+        made += patch.star.joined.size();
+        if (patch.point.vertex.valid() && patch.point.place && !patch.star.kept.empty() &&
+            *patch.point.place != mesh.points[patch.point.vertex])
+            return refused("a patch moves a vertex that elements outside of its cavity have");
+        if (patch.nodes.size() != (mesh.is_curved() ? patch.star.boundary.size() : 0))
+            return refused("a patch has not one node for each edge at its point");
+        if (mesh.is_curved() && !keeps_outer_nodes(mesh, patch))
+            return refused("a patch moves a node that elements or facets outside of its cavity have");
+        if (const VertexId p = patch.point.vertex;
+            p.valid() && !keeps_topology<D>(mesh.elements.vertices.view(), patch))
+            for (const VertexId v : patch.star.boundary) edges.push_back({std::min(p, v), std::max(p, v)});
+    }
+    if (mesh.elements.size() + made >= max_places || mesh.facets.size() + made >= max_places ||
+        mesh.edges.size() + 3 * made >= max_entities)
+        return fail(ErrorKind::unsupported, "the mesh would have more entities than 32 bits count");
+    std::sort(edges.begin(), edges.end());
+    if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return refused("two patches make one edge");
+    std::sort(vanishing.begin(), vanishing.end());
+    for (const Patch<D>& patch : patches)
+        if (std::binary_search(vanishing.begin(), vanishing.end(), patch.point.vertex))
+            return refused("a patch removes the point of another one");
+    return Done{};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<ChangedMesh<D>> commit(DynamicMesh<D> mesh, std::span<const Patch<D>> patches) {
+    return guarded([&]() -> Outcome<ChangedMesh<D>> {
+        if (auto checked = check_patches(mesh, patches); !checked) return fail(checked.error());
+        if (patches.empty()) return ChangedMesh<D>{std::move(mesh), {}};
+        Committing<D> committing(std::move(mesh));
+        for (const Patch<D>& patch : patches) committing.apply(patch);
+        return std::move(committing).changed();
+    });
+}
+
+template Outcome<ChangedMesh<2>> commit<2>(DynamicMesh<2>, std::span<const Patch<2>>);
+template Outcome<ChangedMesh<3>> commit<3>(DynamicMesh<3>, std::span<const Patch<3>>);
+
+}  // namespace camber

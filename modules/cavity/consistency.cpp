@@ -1,0 +1,203 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+module camber.cavity;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+auto wrong(std::string what, const char* kind, std::size_t number) {
+    return fail(ErrorKind::internal, std::move(what), {}, Entity{kind, number + 1});
+}
+
+/// The first of n items that has something wrong, by the sentence that `look` gives for it; null: nothing.
+template <class Look>
+Outcome<Done> none_wrong(std::size_t n, const char* kind, const Execution& execution, Look&& look) {
+    const auto first = reduce_each(
+        execution, n, n, [&](std::size_t& least, std::size_t i) { least = look(i) ? std::min(least, i) : least; },
+        [](std::size_t a, std::size_t b) { return std::min(a, b); });
+    if (!first) return fail(first.error());
+    if (*first == n) return Done{};
+    return wrong(look(*first), kind, *first);
+}
+
+template <int D>
+SimplexVertices<D - 1> sorted_face(const SimplexVertices<D>& v, int opposite) {
+    SimplexVertices<D - 1> face;
+    int n = 0;
+    for (int i = 0; i <= D; ++i)
+        if (i != opposite) face[n++] = v[i];
+    std::sort(face.begin(), face.end());
+    return face;
+}
+
+/// What lies across a face must say the same of this side.
+template <int D>
+const char* wrong_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
+    const auto own = sorted_face<D>(mesh.elements.vertices[e], face);
+    const FaceNeighbour across = mesh.face_neighbours[e][face];
+    if (!across.valid()) return "a face has nothing across it, and is no facet";
+    if (across.is_facet()) {
+        const FacetId f = across.facet();
+        if (f.index() >= mesh.facets.size() || mesh.is_free(f)) return "a face's facet is not there";
+        auto facet = mesh.facets.vertices[f];
+        std::sort(facet.begin(), facet.end());
+        if (facet != own) return "a face's facet has other vertices";
+        return mesh.sides[f][0] == e || mesh.sides[f][1] == e ? nullptr : "a face's facet does not know of it";
+    }
+    const ElementId other = across.element();
+    if (other.index() >= mesh.elements.size() || mesh.is_free(other)) return "the element across a face is not there";
+    for (int back = 0; back <= D; ++back)
+        if (mesh.face_neighbours[other][back] == FaceNeighbour(e) && sorted_face<D>(mesh.elements.vertices[other], back) == own)
+            return mesh.elements.references[other] == mesh.elements.references[e]
+                       ? nullptr
+                       : "materials meet in a face that is no facet";
+    return "the element across a face does not know of it";
+}
+
+template <int D>
+const char* wrong_element(const DynamicMesh<D>& mesh, ElementId e) {
+    if (mesh.is_free(e)) return nullptr;
+    const auto& v = mesh.elements.vertices[e];
+    for (int i = 0; i <= D; ++i) {
+        if (v[i].index() >= mesh.points.size() || mesh.is_free(v[i])) return "a vertex is not there";
+        if (local_vertex(v, v[i]) != i) return "a vertex is named twice";
+        if (const char* what = wrong_across(mesh, e, i)) return what;
+    }
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto [i, j] = local_edges<D>[k];
+        const EdgeId edge = mesh.edges_of[e][k];
+        if (edge.index() >= mesh.edges.size() ||
+            mesh.edges[edge] != std::array{std::min(v[i], v[j]), std::max(v[i], v[j])})
+            return "an edge is not that between its vertices";
+    }
+    return nullptr;
+}
+
+template <int D>
+const char* wrong_facet(const DynamicMesh<D>& mesh, FacetId f) {
+    if (mesh.is_free(f)) return nullptr;
+    const auto& [first, second] = mesh.sides[f];
+    if (!first.valid())
+        return std::ranges::all_of(mesh.facets.vertices[f],
+                                   [&](VertexId v) { return mesh.states[v].marks.has(Mark::frozen); })
+                   ? nullptr
+                   : "a facet on no element is not held";
+    for (const ElementId side : {first, second}) {
+        if (!side.valid()) continue;
+        if (mesh.is_free(side) || std::ranges::find(mesh.face_neighbours[side], FaceNeighbour(f)) == mesh.face_neighbours[side].end())
+            return "an element beside a facet does not know of it";
+    }
+    return nullptr;
+}
+
+template <int D>
+const char* wrong_vertex(const DynamicMesh<D>& mesh, VertexId v) {
+    const ElementId e = mesh.element_of[v];
+    if (!e.valid()) return nullptr;
+    if (e.index() >= mesh.elements.size() || local_vertex(mesh.elements.vertices[e], v) < 0)
+        return "the element of a vertex does not hold it";
+    return nullptr;
+}
+
+template <int D>
+const char* wrong_line(const DynamicMesh<D>& mesh, LineId l) {
+    if (mesh.is_free(l)) return nullptr;
+    const EdgeId edge = mesh.lines[l];
+    return edge.index() < mesh.edges.size() && !mesh.is_free(edge) && mesh.line_of[edge] == l
+               ? nullptr
+               : "the edge of a line does not know of it";
+}
+
+/// Each edge is of an element, or of what is frozen; no two have the same ends.
+template <int D>
+Outcome<Done> check_edges(const DynamicMesh<D>& mesh) {
+    std::vector<std::uint8_t> used(mesh.edges.size(), 0);
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e)
+        if (!mesh.is_free(ElementId(e)))
+            for (const EdgeId edge : mesh.edges_of[e]) used[edge.index()] = 1;
+    std::vector<std::array<VertexId, 2>> ends;
+    ends.reserve(mesh.edges.size());
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+        if (mesh.is_free(EdgeId(e))) {
+            if (used[e] != 0) return wrong("a free edge is in use", "edge", e);
+            continue;
+        }
+        const auto& [a, b] = mesh.edges[e];
+        const bool held = mesh.states[a].marks.has(Mark::frozen) && mesh.states[b].marks.has(Mark::frozen);
+        if (used[e] == 0 && !held) return wrong("an edge is of no element", "edge", e);
+        if (const LineId l = mesh.line_at(EdgeId(e)); l.valid() && mesh.lines[l] != EdgeId(e))
+            return wrong("an edge's line is another's", "edge", e);
+        ends.push_back({a, b});
+    }
+    std::sort(ends.begin(), ends.end());
+    if (std::adjacent_find(ends.begin(), ends.end()) != ends.end())
+        return fail(ErrorKind::internal, "two edges have the same ends");
+    return Done{};
+}
+
+template <class Id, class IsFree>
+Outcome<Done> check_free(const Column<std::uint32_t>& free, std::size_t places, const char* kind, IsFree&& is_free) {
+    std::vector<std::uint8_t> listed(places, 0);
+    for (const std::uint32_t i : free) {
+        if (i >= places || listed[i] != 0 || !is_free(Id(std::size_t{i})))
+            return wrong("its place is listed as free and is not", kind, i);
+        listed[i] = 1;
+    }
+    for (std::size_t i = 0; i < places; ++i)
+        if (listed[i] == 0 && is_free(Id(i))) return wrong("its place is free and not listed", kind, i);
+    return Done{};
+}
+
+template <class Id, int D>
+Outcome<Done> check_free(const DynamicMesh<D>& mesh, const Column<std::uint32_t>& free, std::size_t places,
+                         const char* kind) {
+    return check_free<Id>(free, places, kind, [&](Id id) { return mesh.is_free(id); });
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> check_consistency(const DynamicMesh<D>& mesh, const Execution& execution) {
+    return guarded([&]() -> Outcome<Done> {
+        if (mesh.is_curved() && mesh.nodes.size() != mesh.edges.size())
+            return fail(ErrorKind::internal, "the nodes are not one an edge");
+        return none_wrong(mesh.elements.size(), simplex_name<D>, execution,
+                          [&](std::size_t e) { return wrong_element(mesh, ElementId(e)); })
+            .and_then([&](Done) {
+                return none_wrong(mesh.facets.size(), "facet", execution,
+                                  [&](std::size_t f) { return wrong_facet(mesh, FacetId(f)); });
+            })
+            .and_then([&](Done) {
+                return none_wrong(mesh.points.size(), "vertex", execution,
+                                  [&](std::size_t v) { return wrong_vertex(mesh, VertexId(v)); });
+            })
+            .and_then([&](Done) {
+                return none_wrong(mesh.lines.size(), "line", execution,
+                                  [&](std::size_t l) { return wrong_line(mesh, LineId(l)); });
+            })
+            .and_then([&](Done) { return check_edges(mesh); })
+            .and_then(
+                [&](Done) { return check_free<VertexId>(mesh, mesh.free.vertices, mesh.points.size(), "vertex"); })
+            .and_then([&](Done) { return check_free<EdgeId>(mesh, mesh.free.edges, mesh.edges.size(), "edge"); })
+            .and_then([&](Done) { return check_free<LineId>(mesh, mesh.free.lines, mesh.lines.size(), "line"); })
+            .and_then([&](Done) { return check_free<FacetId>(mesh, mesh.free.facets, mesh.facets.size(), "facet"); })
+            .and_then([&](Done) {
+                return check_free<ElementId>(mesh, mesh.free.elements, mesh.elements.size(), simplex_name<D>);
+            });
+    });
+}
+
+template Outcome<Done> check_consistency<2>(const DynamicMesh<2>&, const Execution&);
+template Outcome<Done> check_consistency<3>(const DynamicMesh<3>&, const Execution&);
+
+}  // namespace camber

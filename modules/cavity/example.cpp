@@ -1,0 +1,40 @@
+// camber.cavity: a point put into a wheel of ten triangles. What holds it is found and taken out, and what is left
+// open is joined to the point.
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <numbers>
+#include <utility>
+
+import camber.core;
+import camber.cavity;
+
+using namespace camber;
+
+int main() {
+    Buffer<Vec<2>> points(11, Vec<2>{});  // the last is the hub
+    Buffer<SimplexVertices<2>> triangles(10);
+    Buffer<SimplexVertices<1>> rim(10);
+    for (std::size_t i = 0; i < 10; ++i) {
+        const double angle = static_cast<double>(i) * std::numbers::pi / 5;
+        points[i] = {{std::cos(angle), std::sin(angle)}};
+        rim[i] = {VertexId(i), VertexId((i + 1) % 10)};
+        triangles[i] = {VertexId(10), rim[i][0], rim[i][1]};
+    }
+    LinearMesh<2> wheel;
+    wheel.points = std::move(points);
+    wheel.elements = {std::move(triangles), Buffer<Reference>(10, 1), {}};
+    wheel.facets = {std::move(rim), Buffer<Reference>(10, 1), {}};
+    DynamicMesh<2> mesh = make_dynamic(wheel, unique_edges(wheel, {}).value(), {}, {}).value();
+
+    // On a spoke: two triangles hold it. Inside of one it would be one; on the rim one, and a facet.
+    const Vec<2> point{{0.5, 0}};
+    const Insertion<2> in = insertion(mesh, point).value();
+    Patch<2> patch{mesh.stamp, {.vertex = {}, .place = point}, in.cavity, {}};
+    StarWorkspace<2> workspace;
+    if (star(mesh, in.cavity, {}, workspace, patch.star) != StarFailure::none) return 1;
+    auto [changed, changes] = commit<2>(std::move(mesh), {&patch, 1}).value();
+    std::printf("%zu triangles are %zu, %zu of them new\n", wheel.elements.size(), changed.element_count(),
+                changes.elements.created.size());
+    return check_consistency(changed, {}) && changed.element_count() == 12 ? 0 : 1;
+}

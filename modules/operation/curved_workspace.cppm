@@ -1,0 +1,63 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+export module camber.operation:curved_workspace;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.surface;
+import camber.validity;
+
+/// What curving a star fills anew each time.
+export namespace camber {
+
+/// An edge from the point to a vertex of the star's boundary.
+template <int D>
+struct Spoke {
+    EdgeKind kind = EdgeKind::volume;  ///< fixed: of elements or facets outside of the cavity too
+    Vec<D> wanted, extended;           ///< where the metric (the geometry) has its node, and the cavity's old curves
+    Vec<D> node;
+    double share = 1;  ///< of the way from `extended` to `wanted`
+    LineId line;       ///< of a ridge: one that it continues
+};
+
+/// A new element: its face outside, and which spokes lead from there to the point.
+template <int D>
+struct Cone {
+    QuadraticNodes<D> nodes{};
+    VertexLogMetrics<D> metrics{};
+    std::array<std::uint32_t, D + 1> spokes{};  ///< of each local vertex but `point`
+    int point = 0;                              ///< local vertex
+    bool is_stale = true, is_flat = false;
+    Verdict verdict = Verdict::undecided;
+    double shape = 0;
+};
+
+/// A removed element as a map from its straight shape to its curved one.
+template <int D>
+struct OldElement {
+    ElementId element;
+    double size = 0;  ///< of the straight one, whichever way round
+    Vec<D> origin;
+    std::array<Vec<D>, D> gradients{};                 ///< of the barycentric coordinates 1 … D
+    std::array<Vec<D>, edges_per_simplex<D>> offsets;  ///< of the nodes from the middles of chords
+};
+
+template <int D>
+struct CurvedWorkspace {
+    std::vector<Spoke<D>> spokes;
+    std::vector<Cone<D>> cones;
+    std::vector<OldElement<D>> pieces;
+    std::vector<FacetSite<D>> facets;                     ///< new ones
+    std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< spoke, and the new facet with it
+    std::vector<Vec<D>> chords, offsets;
+    std::vector<EdgeEnds<D>> ends;
+    std::vector<FreeEdge<D>> searched;
+    std::vector<EdgeMinimum<D>> found;
+    std::vector<std::uint32_t> free;  ///< spokes of kind volume
+    int programmes = 0;               ///< spent
+};
+
+}  // namespace camber

@@ -1,0 +1,37 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+export module camber.operation:heights;
+import camber.core;
+import camber.bezier;
+import :on_geometry;
+
+/// How low an element may be.
+namespace camber {
+
+/// (D − 1)! times the largest face's area (2D: the longest side).
+template <int D>
+[[nodiscard]] double largest_face(const std::array<Vec<D>, D + 1>& corners) {
+    double largest = 0;
+    for (int face = 0; face <= D; ++face) {
+        const auto local = face_opposite<D>(face);
+        std::array<Vec<D>, D> q;
+        for (int i = 0; i < D; ++i) q[i] = corners[local[i]];
+        largest = std::max(largest, norm_squared(facet_normal(q)));
+    }
+    return std::sqrt(largest);
+}
+
+/// 32 roundings of the largest coordinate: what is not higher than that may be on either side.
+template <int D>
+[[nodiscard]] double rounding_of(const std::array<Vec<D>, D + 1>& corners) {
+    constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
+    double largest = 0;
+    for (const Vec<D>& x : corners)
+        for (const double c : x.c) largest = std::max(largest, std::abs(c));
+    return rounding * largest;
+}
+
+}  // namespace camber

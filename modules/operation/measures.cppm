@@ -1,0 +1,81 @@
+module;
+#include <array>
+#include <cstddef>
+export module camber.operation:measures;
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.cavity;
+import :state;
+
+export namespace camber {
+
+/// The nodes of an element of degree 2.
+template <int D>
+[[nodiscard]] inline QuadraticNodes<D> nodes_of(const DynamicMesh<D>& mesh, ElementId e) {
+    QuadraticNodes<D> nodes;
+    for (int i = 0; i <= D; ++i) nodes[i] = mesh.points[mesh.elements.vertices[e][i]];
+    for (int k = 0; k < edges_per_simplex<D>; ++k) nodes[D + 1 + k] = mesh.nodes[mesh.edges_of[e][k]].point;
+    return nodes;
+}
+/// Of a curved element, as metric_shape of a straight one: the power D/2 of its quality by the mean of its distortion.
+template <int D>
+[[nodiscard]] inline double curved_shape(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& metrics) {
+    return shape_of_quality(curved_quality<D>(nodes, element_metric<D>(metrics)).mean, D);
+}
+
+/// The length of an edge in the metric, along its curve, and the shape of an element: metric_shape of a straight one.
+/// Candidates are looked for by straight shapes, also of curved elements: they cost a tenth.
+template <int D>
+[[nodiscard]] inline double length_of(const Adaptation<D>& r, EdgeId edge) {
+    const auto& [a, b] = r.mesh.edges[edge];
+    if (r.mesh.is_curved())
+        return edge_length<D>(r.metrics[a].log_metric, r.metrics[b].log_metric,
+                              {r.mesh.points[a], r.mesh.nodes[edge], r.mesh.points[b]});
+    return edge_length(r.metrics[a].measure, r.metrics[b].measure, r.mesh.points[b] - r.mesh.points[a]);
+}
+template <int D>
+[[nodiscard]] inline double straight_shape_of(const Adaptation<D>& r, ElementId e) {
+    std::array<Vec<D>, D + 1> corners;
+    std::array<const MeasuringMetric<D>*, D + 1> metrics;
+    const auto& vertices = r.mesh.elements.vertices[e];
+    for (int i = 0; i <= D; ++i) {
+        corners[i] = r.mesh.points[vertices[i]];
+        metrics[i] = &r.metrics[vertices[i]].measure;
+    }
+    return metric_shape<D>(corners, metrics);
+}
+template <int D>
+[[nodiscard]] inline double shape_of(const Adaptation<D>& r, ElementId e) {
+    if (!r.mesh.is_curved()) return straight_shape_of(r, e);
+    VertexLogMetrics<D> logs;
+    for (int i = 0; i <= D; ++i) logs[i] = r.metrics[r.mesh.elements.vertices[e][i]].log_metric;
+    return curved_shape<D>(nodes_of(r.mesh, e), logs);
+}
+/// Of a straight one, with a point in the place of a local vertex.
+template <int D>
+[[nodiscard]] inline double shape_with(const Adaptation<D>& r, ElementId e, int local, const Vec<D>& place,
+                                       const MeasuringMetric<D>& metric) {
+    std::array<Vec<D>, D + 1> corners;
+    std::array<const MeasuringMetric<D>*, D + 1> metrics;
+    const auto& vertices = r.mesh.elements.vertices[e];
+    for (int i = 0; i <= D; ++i) {
+        corners[i] = i == local ? place : r.mesh.points[vertices[i]];
+        metrics[i] = i == local ? &metric : &r.metrics[vertices[i]].measure;
+    }
+    return metric_shape<D>(corners, metrics);
+}
+
+/// How near to unit a mesh is.
+struct UnitMeshStatistics {
+    std::size_t edges = 0, unit_edges = 0, elements = 0;
+    double shortest = 0, longest = 0, mean_length = 0;
+    double worst_quality = 1, mean_quality = 0;
+    [[nodiscard]] double unit_share() const {
+        return edges == 0 ? 1 : static_cast<double>(unit_edges) / static_cast<double>(edges);
+    }
+};
+template <int D>
+[[nodiscard]] Outcome<UnitMeshStatistics> unit_mesh_statistics(const Adaptation<D>& r, const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,120 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+module camber.operation;
+import camber.core;
+import camber.bezier;
+import camber.crossing;
+import camber.cavity;
+import camber.surface;
+
+namespace camber {
+
+namespace {
+
+/// Its middle and those of its edges.
+template <int D>
+auto places_on_facet() {
+    if constexpr (D == 2)
+        return std::array<Barycentric<1>, 1>{{{0.5, 0.5}}};
+    else
+        return std::array<Barycentric<2>, 4>{
+            {{1.0 / 3, 1.0 / 3, 1.0 / 3}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}};
+}
+
+/// By the shape functions of its nodes.
+template <int D>
+Vec<D> point_of(const NodalFacet<D>& facet, const Barycentric<D - 1>& xi) {
+    Vec<D> p;
+    for (int i = 0; i < D; ++i) p += xi[i] * (2 * xi[i] - 1) * facet.nodes[i];
+    for (int e = 0; e < edges_per_simplex<D - 1>; ++e) {
+        const auto [i, j] = local_edges<D - 1>[e];
+        p += 4 * xi[i] * xi[j] * facet.nodes[D + e];
+    }
+    return p;
+}
+
+/// The distance of a facet from its surface by its longest edge; 0 where it has none.
+template <int D>
+double distance_share(const Geometry<D>& geometry, Reference reference, const NodalFacet<D>& bent) {
+    FacetSite<D> facet{{}, reference, {}};
+    std::copy_n(bent.nodes.begin(), D, facet.corners.begin());
+    const auto at = places_on_facet<D>();
+    std::array<Vec<D>, at.size()> points;
+    std::array<double, at.size()> distances{};
+    for (std::size_t n = 0; n < at.size(); ++n) points[n] = point_of<D>(bent, at[n]);
+    if (!geometry->distances(facet, at, points, distances)) return 0;
+    double longest = 0;
+    for (const auto& [a, b] : local_edges<D - 1>)
+        longest = std::max(longest, norm(facet.corners[b] - facet.corners[a]));
+    return std::ranges::max(distances) / longest;
+}
+
+/// The distance of an edge from its embedded curve by its length, at its quarters.
+double distance_share(const EmbeddedCurves<3>& curves, Reference reference, const QuadraticEdge<3>& edge) {
+    double largest = 0;
+    for (const double t : {0.25, 0.5, 0.75}) {
+        const Vec<3> p = edge.point(t);
+        largest = std::max(largest, distance(p, closest_on_curves(curves, reference, p).value_or(p)));
+    }
+    return largest / distance(edge.p20, edge.p02);
+}
+
+/// Whether no new edge on an embedded line is farther from the curve than the share, or than those that are removed.
+bool are_lines_near(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const Patch<3>& patch,
+                    const Vec<3>& place, double share) {
+    if (goal.curves.pieces.empty() || patch.star.lines.empty()) return true;
+    const auto& mesh = r.mesh;
+    double after = 0, before = 0;
+    for (const auto& [line, opposite] : patch.star.lines) {
+        if (!mesh.is_embedded(line)) continue;
+        const VertexId v = mesh.edges[mesh.lines[line]][1 - opposite];
+        const auto at = std::ranges::find(patch.star.boundary, v) - patch.star.boundary.begin();
+        const LagrangeNode<3> node = mesh.is_curved() ? patch.nodes[static_cast<std::size_t>(at)]
+                                                      : LagrangeNode<3>{midpoint(place, mesh.points[v])};
+        after = std::max(after, distance_share(goal.curves, mesh.line_references[line], {place, node, mesh.points[v]}));
+    }
+    if (!(after > share)) return true;
+    for (const LineId line : patch.removed.lines) {
+        if (!mesh.is_embedded(line)) continue;
+        const EdgeId edge = mesh.lines[line];
+        const auto& [a, b] = mesh.edges[edge];
+        const LagrangeNode<3> node =
+            mesh.is_curved() ? mesh.nodes[edge] : LagrangeNode<3>{midpoint(mesh.points[a], mesh.points[b])};
+        before = std::max(
+            before, distance_share(goal.curves, mesh.line_references[line], {mesh.points[a], node, mesh.points[b]}));
+    }
+    return !(after > before);
+}
+
+}  // namespace
+
+template <int D>
+FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch,
+                                     double share) {
+    FacetDistance out;
+    if (!goal.geometry) return out;
+    const Vec<D> place = place_of_point(r.mesh, patch);
+    if constexpr (D == 3) {
+        out.is_near = are_lines_near(r, goal, patch, place, share);
+        if (!out.is_near) return out;
+    }
+    if (patch.star.facets.empty()) return out;
+    const auto& references = r.mesh.facets.references;
+    for (const JoinedFacet& joined : patch.star.facets)
+        out.largest = std::max(out.largest, distance_share<D>(*goal.geometry, references[joined.facet],
+                                                              nodal_facet(r.mesh, patch, joined, place)));
+    out.is_near = !(out.largest > share);
+    for (auto f = patch.removed.facets.begin(); !out.is_near && f != patch.removed.facets.end(); ++f)
+        out.is_near = !(out.largest > distance_share<D>(*goal.geometry, references[*f], nodal_facet(r.mesh, *f)));
+    return out;
+}
+
+template FacetDistance distance_from_geometry<2>(const Adaptation<2>&, const AdaptationGoal<2>&, const Patch<2>&,
+                                                 double);
+template FacetDistance distance_from_geometry<3>(const Adaptation<3>&, const AdaptationGoal<3>&, const Patch<3>&,
+                                                 double);
+
+}  // namespace camber

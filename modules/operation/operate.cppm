@@ -1,0 +1,49 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+export module camber.operation:operate;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.surface;
+import :curved_workspace;
+import :state;
+import :request;
+
+export namespace camber {
+
+/// The cavity operator, of degree 1 (paper §1.3) and 2 (§3.2): a cavity and a point, joined, judged, corrected where
+/// that helps.
+
+template <int D>
+struct OperationWorkspace {
+    StarWorkspace<D> star;
+    Cavity<D> cavity;
+    std::vector<std::size_t> pieces;  ///< of the cavity's facets
+    CurvedWorkspace<D> curved;
+};
+
+/// What came of a request.
+struct OperationResult {
+    RejectionReason rejected = RejectionReason::none;
+    double worst_shape = 0;  ///< of the new elements, where nothing is rejected
+    int corrections = 0;
+    /// Of degree 2: what the test of degree 1 says of the same star: that an element has no volume, or that all have
+    /// one. And whether nodes were drawn back from where the metric has them.
+    int programmes = 0;  ///< spent
+    bool straight_inverted = false, straight_positive = false, drawn_back = false;
+};
+
+/// Joins and judges: the signs of volumes are exact. In a mesh of degree 2 the star is curved too (see curve_star), and
+/// its straight elements may be as they like. `out` means something only where nothing is rejected; the mesh is
+/// as it was in any case. Where an element would be inverted or bad, the one that it comes of leaves the cavity if it
+/// may (see `holders`), otherwise the one across its outer face joins it: up to `corrections` times.
+template <int D>
+[[nodiscard]] OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const CavityRequest<D>& request,
+                              const PatchLimits& limits, OperationWorkspace<D>& workspace, Patch<D>& out);
+
+}  // namespace camber

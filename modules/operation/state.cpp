@@ -1,0 +1,180 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+module camber.operation;
+import camber.core;
+import camber.metric;
+import camber.crossing;
+import camber.cavity;
+import camber.surface;
+
+namespace camber {
+
+namespace {
+
+/// What a vertex of the boundary lies on, and whether it is at its place there.
+struct Placed {
+    GeometryPlace place;
+    bool off_geometry = false;
+};
+template <int D>
+Placed placed(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh, VertexId v, Cavity<D>& ball) {
+    if (mesh.states[v].place == VertexPlace::inside || mesh.is_free(v)) return {};
+    cavity_of_vertex(mesh, v, ball);
+    if (ball.facets.empty() && ball.lines.empty()) return {};
+    if (mesh.states[v].place == VertexPlace::corner) {
+        if (ball.facets.empty()) return {};
+        std::vector<FacetSite<D>> sites;
+        sites.reserve(ball.facets.size());
+        for (const FacetId f : ball.facets) sites.push_back(site_of(mesh, f));
+        return {{(*goal.geometry)->entity_at_vertex(sites)}};
+    }
+    const auto foot = foot_of(goal, mesh, ball, v, {});
+    if (!foot) return {};
+    const bool off_geometry = !is_at_foot(mesh, ball, mesh.points[v], foot->point);
+    return {off_geometry ? GeometryPlace{foot->entity} : place_of(*foot), off_geometry};
+}
+
+template <int D>
+Outcome<Done> place_boundary(Adaptation<D>& r, const AdaptationGoal<D>& goal, const Execution& execution) {
+    Buffer<GeometryPlace> places(r.mesh.points.size());
+    Buffer<std::uint8_t> is_off(places.size(), 0);
+    auto done = each_chunk(execution, places.size(), [&](std::size_t begin, std::size_t end) {
+        Cavity<D> ball;
+        for (std::size_t v = begin; v < end; ++v) {
+            const Placed found = placed(goal, r.mesh, VertexId(v), ball);
+            places[v] = found.place;
+            is_off[v] = found.off_geometry ? 1 : 0;
+        }
+    });
+    if (!done) return done;
+    Buffer<VertexId> off_geometry;
+    for (std::size_t v = 0; v < is_off.size(); ++v)
+        if (is_off[v] != 0) off_geometry.push_back(VertexId(v));
+    r.places = std::move(places);
+    r.off_geometry = std::move(off_geometry);
+    return Done{};
+}
+
+/// The metric of each vertex and, if that is wanted, the field's gradient there.
+template <int D>
+Outcome<Done> ask_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal, const Execution& execution) {
+    const std::size_t n = r.mesh.points.size();
+    Buffer<VertexMetric<D>> metrics(n);
+    Buffer<LogGradient<D>> gradients(r.mesh.is_curved() ? n : 0);
+    // The field may be on any mesh: each search begins where the one before it ended.
+    auto asked = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
+        ElementId hint;
+        for (std::size_t v = begin; v < end; ++v) {
+            const Vec<D>& p = r.mesh.points[v];
+            const FieldSample<D> sample = gradients.empty() ? sample_value(goal.field, p, hint)
+                                                            : sample_with_recovered_gradient(goal.field, p, hint);
+            hint = sample.location.element;
+            metrics[v] = VertexMetric<D>(sample.log_metric, hint);
+            if (!gradients.empty()) gradients[v] = sample.gradient;
+        }
+    });
+    r.metrics = std::move(metrics);
+    r.gradients = std::move(gradients);
+    return asked;
+}
+
+/// `make`: the mesh that changes.
+template <int D, class Make>
+Outcome<Adaptation<D>> begun(std::size_t elements, const AdaptationGoal<D>& goal, const Execution& execution,
+                            Make&& make) {
+    if (elements == 0)
+        return fail(
+            ErrorKind::input,
+            std::string("the mesh has no ") + (D == 2 ? "triangles" : "tetrahedra") + ": there is nothing to remesh",
+            {}, {}, D == 3 ? "meshes of a surface alone cannot be remeshed" : "");
+    auto made = make();
+    if (!made) return fail(made.error());
+    return guarded([&]() -> Outcome<Adaptation<D>> {
+        Adaptation<D> r;
+        r.mesh = std::move(*made);
+        r.walls = walls_of(r.mesh);
+        if (auto asked = ask_at_vertices(r, goal, execution); !asked) return fail(asked.error());
+        if (goal.geometry)
+            if (auto done = place_boundary(r, goal, without_progress(execution)); !done) return fail(done.error());
+        return r;
+    });
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Adaptation<D>> begin_adaptation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const BreaksOfMesh& breaks,
+                                      const AdaptationGoal<D>& goal, const Execution& execution) {
+    return begun<D>(mesh.elements.size(), goal, execution,
+                    [&] { return make_dynamic(mesh, edges, breaks, execution); });
+}
+
+template <int D>
+Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
+                                      const AdaptationGoal<D>& goal, const Execution& execution) {
+    return begun<D>(mesh.linear.elements.size(), goal, execution,
+                    [&] { return make_dynamic(mesh, breaks, execution); });
+}
+
+template <int D>
+Outcome<UnitMeshStatistics> unit_mesh_statistics(const Adaptation<D>& r, const Execution& execution) {
+    const auto add = [](UnitMeshStatistics a, const UnitMeshStatistics& b) {
+        if (b.edges > 0) {
+            a.shortest = a.edges > 0 ? std::min(a.shortest, b.shortest) : b.shortest;
+            a.longest = std::max(a.longest, b.longest);
+        }
+        a.edges += b.edges;
+        a.unit_edges += b.unit_edges;
+        a.elements += b.elements;
+        a.mean_length += b.mean_length;
+        a.worst_quality = std::min(a.worst_quality, b.worst_quality);
+        a.mean_quality += b.mean_quality;
+        return a;
+    };
+    const auto edges = reduce_each(
+        execution, r.mesh.edges.size(), UnitMeshStatistics{},
+        [&](UnitMeshStatistics& s, std::size_t e) {
+            if (r.mesh.is_free(EdgeId(e))) return;
+            const double length = length_of(r, EdgeId(e));
+            s.shortest = s.edges > 0 ? std::min(s.shortest, length) : length;
+            s.longest = std::max(s.longest, length);
+            ++s.edges;
+            s.unit_edges += length >= shortest_unit_edge && length <= longest_unit_edge ? 1 : 0;
+            s.mean_length += length;
+        },
+        add);
+    if (!edges) return fail(edges.error());
+    const auto elements = reduce_each(
+        execution, r.mesh.elements.size(), UnitMeshStatistics{},
+        [&](UnitMeshStatistics& s, std::size_t e) {
+            if (r.mesh.is_free(ElementId(e))) return;
+            const double quality = quality_of_shape(shape_of(r, ElementId(e)), D);
+            ++s.elements;
+            s.worst_quality = std::min(s.worst_quality, quality);
+            s.mean_quality += quality;
+        },
+        add);
+    if (!elements) return fail(elements.error());
+    UnitMeshStatistics all = add(*edges, *elements);
+    if (all.edges > 0) all.mean_length /= static_cast<double>(all.edges);
+    if (all.elements > 0) all.mean_quality /= static_cast<double>(all.elements);
+    return all;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<Adaptation<D>> begin_adaptation<D>(const LinearMesh<D>&, const EdgeSet<D>&, const BreaksOfMesh&, \
+                                                      const AdaptationGoal<D>&, const Execution&);                   \
+    template Outcome<Adaptation<D>> begin_adaptation<D>(const QuadraticMesh<D>&, const BreaksOfMesh&,                 \
+                                                      const AdaptationGoal<D>&, const Execution&);                   \
+    template Outcome<UnitMeshStatistics> unit_mesh_statistics<D>(const Adaptation<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

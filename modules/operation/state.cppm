@@ -1,0 +1,79 @@
+module;
+#include <cstddef>
+#include <optional>
+export module camber.operation:state;
+import camber.core;
+import camber.metric;
+import camber.crossing;
+import camber.cavity;
+import camber.surface;
+
+export namespace camber {
+
+/// The metric at a vertex, as it is given and ready to measure with, and where in the back mesh that is.
+template <int D>
+struct VertexMetric {
+    LogMetric<D> log_metric;
+    MeasuringMetric<D> measure;
+    ElementId back;
+
+    VertexMetric() = default;
+    VertexMetric(const LogMetric<D>& given, ElementId at) : log_metric(given), measure(given), back(at) {}
+    friend bool operator==(const VertexMetric&, const VertexMetric&) = default;
+};
+
+/// A mesh that is brought to a metric: an immutable value between two commits.
+template <int D>
+struct Adaptation {
+    DynamicMesh<D> mesh;
+    Column<VertexMetric<D>> metrics;  ///< one a vertex
+    /// One a vertex: what it lies on, and where in that if it is at a place of the geometry's; of nothing inside. No
+    /// rows without a geometry.
+    Column<GeometryPlace> places = {};
+    // Of a mesh of degree 2:
+    Column<LogGradient<D>> gradients = {};  ///< of the field at each vertex, recovered
+    FacetGrid<D> walls = {};                ///< its facets
+    /// Vertices of the boundary that are off the geometry, new ones among them that could go a part of their way only.
+    /// Ids may have come to name others since.
+    Column<VertexId> off_geometry = {};
+};
+
+/// A search for the nodes of inner edges, by the energy or the length.
+struct NodeSearch {
+    EdgeMinimiserOptions options;
+    EdgeRules rules;
+
+    explicit NodeSearch(const EdgeMinimiserOptions& given) : options(given), rules(edge_rules(given)) {}
+};
+
+/// What the mesh is brought to: the field, which new vertices ask for theirs, and the geometry on which those of the
+/// boundary lie (none: the mesh's own straight facets).
+template <int D>
+struct AdaptationGoal {
+    BackMesh<D> field;
+    std::optional<Geometry<D>> geometry;
+    // Of degree 2, where inner nodes are wanted: by a search, or without one by the closed form of accuracy.
+    EdgeAccuracyOptions accuracy = {};
+    std::optional<NodeSearch> search = {};
+    /// Of degree 2, where the topology stays: where the node of each edge is wanted, the boundary's too. Then neither the
+    /// field nor the geometry is asked.
+    Column<LagrangeNode<D>> wanted = {};
+    EmbeddedCurves<D> curves = {};  ///< on which the mesh's embedded lines lie
+    /// A pass that comes beyond it ends with an error (memory): no field that asks for more than anybody expected takes
+    /// the machine along.
+    std::size_t max_elements = max_entities;
+};
+
+/// The mesh with its metric at each vertex, which is asked of the field. Errors: a mesh without elements (input), those
+/// of make_dynamic.
+template <int D>
+[[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                    const BreaksOfMesh& breaks, const AdaptationGoal<D>& goal,
+                                                    const Execution& execution);
+
+/// The same of a mesh of degree 2.
+template <int D>
+[[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
+                                                    const AdaptationGoal<D>& goal, const Execution& execution);
+
+}  // namespace camber

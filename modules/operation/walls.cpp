@@ -1,0 +1,89 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+module camber.operation;
+import camber.core;
+import camber.crossing;
+import camber.cavity;
+
+namespace camber {
+
+template <int D>
+FacetGrid<D> walls_of(const DynamicMesh<D>& mesh) {
+    FacetGrid<D> walls;
+    if (!mesh.is_curved()) return walls;
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f)
+        if (!mesh.is_free(FacetId(f))) walls.insert(FacetId(f), box_of(nodal_facet(mesh, FacetId(f))));
+    return walls;
+}
+
+template <int D>
+void follow_walls(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChanges<FacetId>& facets) {
+    for (const FacetId f : facets.removed) walls.remove(f);
+    for (const FacetId f : facets.created)
+        if (!mesh.is_free(f)) walls.insert(f, box_of(nodal_facet(mesh, f)));
+}
+
+template <int D>
+std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
+    std::vector<NodalFacet<D>> made;
+    made.reserve(patch.star.facets.size());
+    const Vec<D> place = place_of_point(mesh, patch);
+    for (const JoinedFacet& joined : patch.star.facets) made.push_back(nodal_facet(mesh, patch, joined, place));
+    return made;
+}
+
+template <int D>
+bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch) {
+    if (patch.star.facets.empty()) return true;
+    const auto made = new_facets(r.mesh, patch);
+    std::vector<FacetId> near;
+    for (std::size_t i = 0; i < made.size(); ++i) {
+        if (crossing_of_itself(made[i]) != Crossing::clear) return false;
+        for (std::size_t j = 0; j < i; ++j)
+            if (crossing_of(made[i], made[j]) != Crossing::clear) return false;
+        r.walls.meeting(box_of(made[i]), near);
+        for (const FacetId f : near) {
+            if (std::ranges::find(patch.removed.facets, f) != patch.removed.facets.end()) continue;
+            if (crossing_of(made[i], nodal_facet(r.mesh, f)) != Crossing::clear) return false;
+        }
+    }
+    return true;
+}
+
+template <int D>
+void NewWalls<D>::clear() {
+    if (facets_.empty()) return;
+    grid_ = {};
+    facets_.clear();
+}
+
+template <int D>
+bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
+    if (!mesh.is_curved() || patch.star.facets.empty()) return true;
+    const auto made = new_facets(mesh, patch);
+    for (const NodalFacet<D>& facet : made) {
+        grid_.meeting(box_of(facet), near_);
+        for (const FacetId f : near_)
+            if (crossing_of(facet, facets_[f.index()]) != Crossing::clear) return false;
+    }
+    for (const NodalFacet<D>& facet : made) {
+        grid_.insert(FacetId(facets_.size()), box_of(facet));
+        facets_.push_back(facet);
+    }
+    return true;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                          \
+    template FacetGrid<D> walls_of<D>(const DynamicMesh<D>&);                                          \
+    template void follow_walls<D>(FacetGrid<D>&, const DynamicMesh<D>&, const IdChanges<FacetId>&);    \
+    template std::vector<NodalFacet<D>> new_facets<D>(const DynamicMesh<D>&, const Patch<D>&); \
+    template bool are_walls_clear<D>(const Adaptation<D>&, const Patch<D>&);                    \
+    template class NewWalls<D>;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,43 @@
+module;
+#include <cstddef>
+#include <vector>
+export module camber.operation:walls;
+import camber.core;
+import camber.crossing;
+import camber.cavity;
+import :state;
+
+/// Walls of a mesh of degree 2 do not come to cross each other: positive Jacobians do not exclude it.
+namespace camber {
+
+/// The facets of a mesh by their boxes; nothing of a straight one.
+template <int D>
+[[nodiscard]] FacetGrid<D> walls_of(const DynamicMesh<D>& mesh);
+
+/// What a commit changed of them.
+template <int D>
+void follow_walls(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChanges<FacetId>& facets);
+
+/// The facets that a patch would make.
+template <int D>
+[[nodiscard]] std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>& patch);
+
+/// Whether facets that a patch makes are proved to be clear of themselves, of each other and of the mesh's other ones.
+template <int D>
+[[nodiscard]] bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch);
+
+/// Facets of the patches of one round, which know nothing of one another.
+template <int D>
+class NewWalls {
+  public:
+    void clear();
+    /// Takes the patch's facets, unless they are not clear of those taken before.
+    [[nodiscard]] bool take(const DynamicMesh<D>& mesh, const Patch<D>& patch);
+
+  private:
+    FacetGrid<D> grid_;
+    std::vector<NodalFacet<D>> facets_;
+    std::vector<FacetId> near_;
+};
+
+}  // namespace camber

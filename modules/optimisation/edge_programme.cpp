@@ -1,0 +1,441 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+module camber.optimisation;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+
+namespace camber {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// By how much coefficients may change in a volume programme, relative to the largest: closed shells stay far inside.
+constexpr double volume_reach = 1e3;
+
+/// Demands are tightened by rounding errors times 4, then 64, … until `decide` agrees.
+constexpr int tightenings = 6;
+
+/// A part of an element, as affine functions of the node.
+template <int D>
+struct AffinePart {
+    std::array<AffineFunction<D>, jacobian_coefficients<D>> coefficients{};
+    int element = 0;
+};
+
+template <int D>
+AffinePart<D> half_of(AffinePart<D> part, int edge, int side) {
+    for (const auto [target, source] : bisections<D>[edge][side]) {
+        auto& t = part.coefficients[target];
+        const auto& s = part.coefficients[source];
+        t = {0.5 * (t.gradient + s.gradient), 0.5 * (t.offset + s.offset)};
+    }
+    return part;
+}
+
+template <int D>
+constexpr auto is_corner = [] {
+    std::array<bool, jacobian_coefficients<D>> table{};
+    for (const int c : corner_coefficients<D>) table[c] = true;
+    return table;
+}();
+
+/// A coefficient of a part.
+struct Place {
+    std::uint16_t part = 0, coefficient = 0;
+};
+
+/// The parts of a shell's elements: what the programmes are about. x = P − P_0, P_0 the shell's node.
+template <int D>
+struct Parts {
+    std::vector<AffinePart<D>> parts;
+    std::vector<double> straight, error;  ///< of each element: see AffineJacobian
+    std::vector<double> sharpest;         ///< |gradient| of its coefficients, the largest
+    int cuts = 0;
+
+    explicit Parts(const EdgeShell<D>& shell) {
+        const std::size_t n = shell.elements.size();
+        parts.reserve(n + 8);
+        straight.reserve(n), error.reserve(n), sharpest.reserve(n);
+        for (std::size_t e = 0; e < n; ++e) {
+            const auto j = affine_jacobian(shell.elements[e].element, shell.elements[e].edge);
+            parts.push_back({j.coefficients, static_cast<int>(e)});
+            straight.push_back(j.straight), error.push_back(j.error);
+            double most = 0;
+            for (const auto& f : j.coefficients) most = std::max(most, norm_squared(f.gradient));
+            sharpest.push_back(std::sqrt(most));
+        }
+    }
+
+    [[nodiscard]] std::size_t size() const { return parts.size(); }
+
+    /// Bisects the parts of these places where, with the node at x, they bend most. False if there are none.
+    bool bisect(std::vector<Place>& places, const Vec<D>& x, int max_cuts) {
+        std::sort(places.begin(), places.end(), [](Place a, Place b) { return a.part < b.part; });
+        bool any = false;
+        for (std::size_t i = 0; i < places.size() && cuts < max_cuts; ++i) {
+            if (i > 0 && places[i].part == places[i - 1].part) continue;
+            const AffinePart<D> whole_part = parts[places[i].part];
+            JacobianPart<D> values;
+            for (int k = 0; k < jacobian_coefficients<D>; ++k) values.coefficients[k] = whole_part.coefficients[k](x);
+            const int edge = largest_bend(values).edge;
+            parts[places[i].part] = half_of(whole_part, edge, 0);
+            parts.push_back(half_of(whole_part, edge, 1));
+            ++cuts;
+            any = true;
+        }
+        return any;
+    }
+};
+
+template <int D, int M>
+AffineFunction<M> restricted(const AffineFunction<D>& f, const TangentSpace<D, M>& space) {
+    if constexpr (D == M) {
+        return {f.gradient, f(space.point)};
+    } else {
+        Vec<M> gradient;
+        for (int i = 0; i < M; ++i) gradient[i] = dot(space.tangents[i], f.gradient);
+        return {gradient, f(space.point)};
+    }
+}
+
+template <int M>
+bool is_constant(const AffineFunction<M>& f) {
+    return norm_squared(f.gradient) == 0;
+}
+
+/// Which of the coefficients make up a programme: all of them (every node that it admits is right), or those that are
+/// values of det J (it admits every node that is right).
+enum class Admits { safe, all };
+
+template <int D>
+bool takes_part(Admits admits, int coefficient) {
+    return admits == Admits::safe || is_corner<D>[coefficient];
+}
+
+template <int D>
+TangentSpace<D, D> whole_space() {
+    TangentSpace<D, D> space;
+    for (int i = 0; i < D; ++i) space.tangents[i][i] = 1;
+    return space;
+}
+
+template <int D, int M>
+TangentSpace<D, M> relative(TangentSpace<D, M> space, const LagrangeNode<D>& node) {
+    space.point -= node.point;
+    return space;
+}
+
+/// Where coefficients that the node cannot change hold the value down, many nodes reach it: the one that changes the
+/// coefficients least (and is not thrown far off an open shell).
+template <int M>
+Vec<M> min_change(std::span<const RaisedFunction<M>> raised, double value, const Vec<M>& otherwise) {
+    QuadraticModel<M> change{{}, {}, 0};
+    std::vector<AffineFunction<M>> functions;
+    functions.reserve(raised.size());
+    for (const auto& [f, weight] : raised) {
+        for (int i = 0; i < M; ++i)
+            for (int j = 0; j <= i; ++j) change.hessian(i, j) += f.gradient[i] * f.gradient[j];
+        functions.push_back({f.gradient, f.offset - weight * value});
+    }
+    const auto nearest = nearest_point<M>(change, functions);
+    return nearest.feasible ? nearest.x : otherwise;
+}
+
+/// The linear programme of the parts. Coefficients that do not contain the node cap the value.
+template <int D, int M>
+struct LinearAnswer {
+    Vec<M> y;
+    double lower = 0, upper = 0;
+    std::vector<Place> held_by;  ///< what holds the value down and is no value of det J
+};
+
+template <int D, int M>
+std::optional<LinearAnswer<D, M>> raise(const Parts<D>& parts, const EdgeShell<D>& shell,
+                                        const TangentSpace<D, M>& space, double reach, Admits admits,
+                                        double least = -infinity) {
+    std::vector<RaisedFunction<M>> functions;
+    std::vector<Place> places;
+    functions.reserve(parts.size() * jacobian_coefficients<D>);
+    places.reserve(functions.capacity());
+    double cap = infinity;
+    Place capped;
+    double largest = 1;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+        const auto& keep = shell.elements[parts.parts[p].element].keep;
+        for (int k = 0; k < jacobian_coefficients<D>; ++k) {
+            if (!takes_part<D>(admits, k)) continue;
+            const Place place{static_cast<std::uint16_t>(p), static_cast<std::uint16_t>(k)};
+            auto f = restricted(parts.parts[p].coefficients[k], space);
+            if (is_constant(f)) {
+                if (!keep && f.offset < cap) cap = f.offset, capped = place;
+                continue;
+            }
+            if (keep) f.offset -= *keep;
+            largest = std::max(largest, std::abs(f.offset));
+            functions.push_back({f, keep ? 0.0 : 1.0});
+            places.push_back(place);
+        }
+    }
+    if (cap <= least) return {};
+    const auto highest = highest_point<M>(functions, reach * largest, least);
+    if (!highest) return {};
+    LinearAnswer<D, M> answer{highest->x, std::min(highest->lower, cap), std::min(highest->upper, cap), {}};
+    const auto hold = [&](Place place) {
+        if (!is_corner<D>[place.coefficient]) answer.held_by.push_back(place);
+    };
+    if (cap <= highest->lower) {
+        answer.y = min_change<M>(functions, cap, highest->x);
+        hold(capped);
+    } else {
+        for (int i = 0; i < highest->active_count; ++i) hold(places[highest->active[i]]);
+    }
+    return answer;
+}
+
+/// Bisects parts of elements that keep something, as long as their coefficients are too weak to show it at x.
+template <int D>
+void loosen_kept(Parts<D>& parts, const EdgeShell<D>& shell, const Vec<D>& x, int max_cuts) {
+    std::vector<Place> weak;
+    do {
+        weak.clear();
+        for (std::size_t p = 0; p < parts.size(); ++p) {
+            const auto& keep = shell.elements[parts.parts[p].element].keep;
+            if (!keep) continue;
+            double corner = infinity;
+            double other = infinity;
+            for (int k = 0; k < jacobian_coefficients<D>; ++k) {
+                double& least = is_corner<D>[k] ? corner : other;
+                least = std::min(least, parts.parts[p].coefficients[k](x));
+            }
+            if (other < *keep && corner >= *keep) weak.push_back({static_cast<std::uint16_t>(p), 0});
+        }
+    } while (parts.bisect(weak, x, max_cuts));
+}
+
+/// What element e must keep above, in its scale: the demand and what rounding may take, `slack` times.
+template <int D>
+double floor_of(const Parts<D>& parts, const EdgeShell<D>& shell, std::size_t e, double bound, double slack) {
+    const double asked = std::max(0.0, shell.elements[e].keep.value_or(bound));
+    // The node is stored in doubles: each coordinate off by half a unit in the last place.
+    double stored = 0;
+    for (int c = 0; c < D; ++c) stored = std::max(stored, std::abs(shell.node.point[c]));
+    const double rounding = parts.error[e] * (1 + asked) + parts.sharpest[e] * stored * 0x1p-52 + 0x1p-50 * asked;
+    return asked * parts.straight[e] + slack * rounding;
+}
+
+template <int D, int M>
+struct QuadraticAnswer {
+    NearestPoint<M> nearest;
+    std::vector<Place> held_by;
+};
+
+template <int D, int M>
+QuadraticAnswer<D, M> approach(const Parts<D>& parts, std::span<const double> floors, const TangentSpace<D, M>& space,
+                               const QuadraticModel<M>& model, Admits admits) {
+    std::vector<AffineFunction<M>> functions;
+    std::vector<Place> places;
+    functions.reserve(parts.size() * jacobian_coefficients<D>);
+    places.reserve(functions.capacity());
+    for (std::size_t p = 0; p < parts.size(); ++p)
+        for (int k = 0; k < jacobian_coefficients<D>; ++k) {
+            if (!takes_part<D>(admits, k)) continue;
+            auto f = restricted(parts.parts[p].coefficients[k], space);
+            f.offset -= floors[parts.parts[p].element];
+            if (is_constant(f) && f.offset >= 0) continue;
+            functions.push_back(f);
+            places.push_back({static_cast<std::uint16_t>(p), static_cast<std::uint16_t>(k)});
+        }
+    QuadraticAnswer<D, M> answer{nearest_point<M>(model, functions), {}};
+    for (int i = 0; i < answer.nearest.active_count; ++i) {
+        const Place place = places[answer.nearest.active[i]];
+        if (!is_corner<D>[place.coefficient]) answer.held_by.push_back(place);
+    }
+    return answer;
+}
+
+/// The quadratic programme with cuts; none if there is no such point, or none was found.
+template <int D, int M>
+std::optional<NearestPoint<M>> approach_with_cuts(Parts<D>& parts, std::span<const double> floors,
+                                                  const TangentSpace<D, M>& space, const QuadraticModel<M>& model,
+                                                  const EdgeProgrammeOptions& options) {
+    for (;;) {
+        auto answer = approach(parts, floors, space, model, Admits::safe);
+        const NearestPoint<M>& safe = answer.nearest;
+        const auto found = safe.feasible ? std::optional(safe) : std::nullopt;
+        if (answer.held_by.empty()) return found;
+        const NearestPoint<M> all = approach(parts, floors, space, model, Admits::all).nearest;
+        if (!all.feasible) return {};
+        const double scale = std::max({std::abs(model.value), safe.cost, std::numeric_limits<double>::min()});
+        if (safe.feasible && safe.cost - all.cost <= options.tolerance * scale) return found;
+        if (!parts.bisect(answer.held_by, space.at(safe.x), options.max_cuts)) return found;
+    }
+}
+
+/// The model on a tangent space.
+template <int D, int M>
+QuadraticModel<M> restricted(const QuadraticModel<D>& model, const TangentSpace<D, M>& space) {
+    if constexpr (D == M) {
+        return {model.centre - space.point, model.hessian, model.value};
+    } else {
+        const Vec<D> slope = model.hessian * (space.point - model.centre);
+        Vec<M> gradient;
+        Sym<M> hessian;
+        for (int i = 0; i < M; ++i) {
+            gradient[i] = dot(space.tangents[i], slope);
+            const Vec<D> column = model.hessian * space.tangents[i];
+            for (int j = 0; j <= i; ++j) hessian(i, j) = dot(space.tangents[j], column);
+        }
+        return model_at(Vec<M>{}, model(space.point), gradient, hessian);
+    }
+}
+
+template <int D>
+std::vector<double> floors_of(const Parts<D>& parts, const EdgeShell<D>& shell, double bound, double slack) {
+    std::vector<double> floors(shell.elements.size());
+    for (std::size_t e = 0; e < floors.size(); ++e) floors[e] = floor_of(parts, shell, e, bound, slack);
+    return floors;
+}
+
+}  // namespace
+
+template <int D>
+bool holds(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double bound) {
+    return std::all_of(shell.elements.begin(), shell.elements.end(), [&](const ShellElement<D>& s) {
+        return decide(with_node(s, node), s.keep.value_or(bound)) == Verdict::valid;
+    });
+}
+
+template <int D>
+double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double enough) {
+    double smallest = infinity;
+    for (const ShellElement<D>& s : shell.elements) {
+        if (s.keep) continue;
+        const NodalSimplex<D> element = with_node(s, node);
+        double value = smallest_scaled_coefficient(bounded_jacobian(element));
+        // `decide` is a certificate too, and the sharper one at the value asked for.
+        if (value < enough) {
+            value = std::max(value, enough > 0 && decide(element, enough) == Verdict::valid
+                                        ? enough
+                                        : check_element(element, 0).min_scaled_jacobian);
+        }
+        smallest = std::min(smallest, value);
+    }
+    return smallest;
+}
+
+template <int D, int M>
+std::optional<HighestNode<D>> highest_node_in(const EdgeShell<D>& shell, const TangentSpace<D, M>& absolute,
+                                              double reach, const EdgeProgrammeOptions& options) {
+    const TangentSpace<D, M> space = relative(absolute, shell.node);
+    Parts<D> parts(shell);
+    loosen_kept(parts, shell, space.point, options.max_cuts);
+    HighestNode<D> best;
+    const double least = options.max_cuts == 0 ? options.least : -infinity;
+    double upper = infinity;
+    double before = -infinity;
+    for (;;) {
+        auto answer = raise(parts, shell, space, reach, Admits::safe, least);
+        if (!answer) return {};
+        best = {{absolute.at(answer->y)}, answer->lower, 0, parts.cuts};
+        if (answer->held_by.empty() || options.max_cuts == 0) {
+            upper = answer->upper;
+            break;
+        }
+        if (answer->lower >= options.enough) break;
+        // The upper bound is as dear as the lower: only where it may end the search.
+        const double close = options.tolerance * std::max(1.0, std::abs(best.lower));
+        if (parts.cuts == 0 || best.lower < before + close) {
+            if (const auto all = raise(parts, shell, space, reach, Admits::all)) upper = std::min(upper, all->upper);
+            if (upper < options.enough && options.enough < infinity) break;
+            if (upper - best.lower <= close) break;
+        }
+        before = best.lower;
+        if (!parts.bisect(answer->held_by, space.at(answer->y), options.max_cuts)) break;
+    }
+    // What is certified speaks of the stored node; a little less than the programme's value, for its rounding.
+    const double claimed = best.lower - 1e-9 * std::max(1.0, std::abs(best.lower));
+    best.lower = smallest_scaled_jacobian(shell, best.node, parts.cuts == 0 ? -infinity : claimed);
+    best.upper = std::max(upper, best.lower);
+    return best;
+}
+
+template <int D>
+std::optional<HighestNode<D>> highest_node(const EdgeShell<D>& shell, const EdgeProgrammeOptions& options) {
+    auto space = whole_space<D>();
+    space.point = shell.node.point;
+    const auto highest = highest_node_in(shell, space, volume_reach, options);
+    if (!highest) return {};
+    for (const ShellElement<D>& s : shell.elements) {
+        if (!s.keep) continue;
+        const auto element = with_node(s, highest->node);
+        const double slack = 0x1p-40 * (1 + std::abs(*s.keep));
+        if (check_element(element, 0).min_scaled_jacobian < *s.keep - scaled_jacobian_tolerance - slack) return {};
+    }
+    return highest;
+}
+
+template <int D, int M>
+std::optional<NearestNode<D>> nearest_node_in(const EdgeShell<D>& shell, const TangentSpace<D, M>& absolute,
+                                              const QuadraticModel<D>& model, double bound,
+                                              const EdgeProgrammeOptions& options) {
+    const TangentSpace<D, M> space = relative(absolute, shell.node);
+    Parts<D> parts(shell);
+    const auto nearest =
+        approach_with_cuts(parts, floors_of(parts, shell, bound, 4), space, restricted(model, absolute), options);
+    if (!nearest) return {};
+    const LagrangeNode<D> node{absolute.at(nearest->x)};
+    return NearestNode<D>{node, model(node.point), parts.cuts};
+}
+
+template <int D>
+std::optional<NearestNode<D>> nearest_node(const EdgeShell<D>& shell, const QuadraticModel<D>& model, double bound,
+                                           const EdgeProgrammeOptions& options) {
+    auto space = whole_space<D>();
+    Parts<D> parts(shell);
+    QuadraticModel<D> relative_model = model;
+    relative_model.centre -= shell.node.point;
+    double slack = 4;
+    for (int turn = 0; turn < tightenings; ++turn, slack *= 16) {
+        const auto nearest =
+            approach_with_cuts(parts, floors_of(parts, shell, bound, slack), space, relative_model, options);
+        if (!nearest) return {};
+        const LagrangeNode<D> node{shell.node.point + nearest->x};
+        if (holds(shell, node, bound)) return NearestNode<D>{node, model(node.point), parts.cuts};
+    }
+    return {};
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                     \
+    template bool holds<D>(const EdgeShell<D>&, const LagrangeNode<D>&, double);                                  \
+    template double smallest_scaled_jacobian<D>(const EdgeShell<D>&, const LagrangeNode<D>&, double);             \
+    template std::optional<HighestNode<D>> highest_node<D>(const EdgeShell<D>&, const EdgeProgrammeOptions&);     \
+    template std::optional<NearestNode<D>> nearest_node<D>(const EdgeShell<D>&, const QuadraticModel<D>&, double, \
+                                                           const EdgeProgrammeOptions&);
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+#define CAMBER_INSTANTIATE(D, M)                                                                                 \
+    template std::optional<HighestNode<D>> highest_node_in<D, M>(const EdgeShell<D>&, const TangentSpace<D, M>&, \
+                                                                 double, const EdgeProgrammeOptions&);           \
+    template std::optional<NearestNode<D>> nearest_node_in<D, M>(const EdgeShell<D>&, const TangentSpace<D, M>&, \
+                                                                 const QuadraticModel<D>&, double,               \
+                                                                 const EdgeProgrammeOptions&);
+CAMBER_INSTANTIATE(2, 1)
+CAMBER_INSTANTIATE(2, 2)
+CAMBER_INSTANTIATE(3, 1)
+CAMBER_INSTANTIATE(3, 2)
+CAMBER_INSTANTIATE(3, 3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

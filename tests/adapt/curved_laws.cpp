@@ -1,0 +1,51 @@
+// The laws of the operator of degree 2 by random operations: `./x laws` runs them whole.
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include <doctest/doctest.h>
+
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.cavity;
+import camber.surface;
+import camber.validity;
+import camber.operation;
+import camber.adapt;
+
+#include "curved_runs.hpp"
+#include "sanitized.hpp"
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+template <int D>
+void expect_laws(std::uint64_t domains, std::size_t least) {
+    CurvedTally<D> tally;
+    for (std::uint64_t seed = 1; seed <= domains; ++seed) CHECK(CurvedRun<D>(seed, {}).run(tally) == "");
+    CHECK(tally.least() >= least);
+}
+
+template <int D>
+std::string broken_by(std::uint64_t seed) {
+    CurvedTally<D> tally;
+    return CurvedRun<D>(seed, {}).run(tally);
+}
+
+}  // namespace
+
+TEST_CASE("random operations on bowed meshes keep all laws, in 2D") {
+    expect_laws<2>(less_if_sanitized(40, 6), less_if_sanitized(150, 0));
+}
+
+TEST_CASE("random operations on bowed meshes keep all laws, in 3D") {
+    expect_laws<3>(less_if_sanitized(18, 2), less_if_sanitized(12, 0));
+}
+
+TEST_CASE("splits and reinsertions keep curves among elements whose straight shapes are flat or inverted") {
+    for (const std::uint64_t seed : {377, 5018}) CHECK(broken_by<2>(seed) == "");
+    for (const std::uint64_t seed : {6330, 20190}) CHECK(broken_by<3>(seed) == "");
+}

@@ -1,0 +1,257 @@
+// Curves that a mesh lists and at which nothing breaks are kept: their corners, their lengths, the places of their
+// vertices and their references.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <doctest/doctest.h>
+
+#include "domains.hpp"
+#include "meshes.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.cavity;
+import camber.surface;
+import camber.operation;
+import camber.adapt;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+constexpr Reference square = 9, circle = 10, path = 8;
+
+template <int D>
+double of_square(const Vec<D>& p) {
+    return std::max(std::abs(p[0] - 4), std::abs(p[1] - 4));
+}
+/// Squares around the middle as circles: not at all for a share of 0, wholly that of radius 2 for a share of 1.
+template <int D>
+Vec<D> rounded(Vec<D> p, double share) {
+    const double m = of_square(p);
+    const double radius = std::hypot(p[0] - 4, p[1] - 4);
+    if (!(radius > 0)) return p;
+    const double by = 1 + share * std::min(m / 2, 2 - m / 2) * (m / radius - 1);
+    p[0] = 4 + by * (p[0] - 4);
+    p[1] = 4 + by * (p[1] - 4);
+    return p;
+}
+
+/// Edges of a lattice, one cell long, both of whose ends are on a curve.
+void list_edges(LinearMesh<3>& mesh, const std::function<Reference(const Vec<3>&, const Vec<3>&)>& reference_of) {
+    const auto edges = must(unique_edges(mesh, alone));
+    Buffer<SimplexVertices<1>> listed;
+    Buffer<Reference> references;
+    for (const auto& [a, b] : edges.vertices) {
+        const Vec<3>& p = mesh.points[a];
+        const Vec<3>& q = mesh.points[b];
+        if (distance(p, q) != 1) continue;
+        if (const Reference reference = reference_of(p, q); reference != 0) {
+            listed.push_back({a, b});
+            references.push_back(reference);
+        }
+    }
+    mesh.edges = {std::move(listed), std::move(references), {}};
+}
+template <int D, class Place>
+void move_points(LinearMesh<D>& mesh, Place&& place) {
+    Buffer<Vec<D>> points(mesh.points.begin(), mesh.points.end());
+    for (Vec<D>& p : points) p = place(p);
+    mesh.points = std::move(points);
+}
+/// A lattice of one material whose whole boundary has one reference.
+LinearMesh<3> block(const std::array<int, 3>& cells) {
+    LatticeOptions<3> options;
+    options.cells = cells;
+    return with_facets<3>(
+        lattice_mesh(options), [](const auto&) { return 1; },
+        [](const auto&, const auto&, FaceKind kind) { return kind == FaceKind::boundary ? 1 : 0; });
+}
+
+/// A slab with a square on its top, a circle on its bottom, and inside a path with a corner and bends.
+LinearMesh<3> slab() {
+    LinearMesh<3> mesh = block({8, 8, 2});
+    list_edges(mesh, [](const Vec<3>& p, const Vec<3>& q) -> Reference {
+        const bool around = of_square(p) == 2 && of_square(q) == 2;
+        if (around && p[2] == q[2] && p[2] != 1) return p[2] == 2 ? square : circle;
+        const auto is_on_path = [](const Vec<3>& x) {
+            return x[2] == 1 && ((x[1] == 4 && x[0] >= 2 && x[0] <= 6) || (x[0] == 6 && x[1] >= 4 && x[1] <= 6));
+        };
+        return is_on_path(p) && is_on_path(q) ? path : 0;
+    });
+    move_points(mesh, [](const Vec<3>& p) { return rounded(p, 1 - p[2] / 2); });
+    return mesh;
+}
+/// A ball of radius 2 with a curve of four arcs of great circles, in the planes where z is half of |x| or of |y|.
+LinearMesh<3> ball() {
+    LinearMesh<3> mesh = block({4, 4, 4});
+    list_edges(mesh, [](const Vec<3>& p, const Vec<3>& q) -> Reference {
+        const auto is_on = [](const Vec<3>& x) {
+            return x[2] == 3 && std::max(std::abs(x[0] - 2), std::abs(x[1] - 2)) == 2;
+        };
+        return is_on(p) && is_on(q) ? square : 0;
+    });
+    move_points(mesh, [](const Vec<3>& p) {
+        const Vec<3> x = p - Vec<3>{{2, 2, 2}};
+        const double m = std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])});
+        return m > 0 ? (m / norm(x)) * x : x;
+    });
+    return mesh;
+}
+/// A square of one material in which facets are a smaller square, rounded by a share.
+LinearMesh<2> sheet(double share) {
+    LatticeOptions<2> options;
+    options.cells = {8, 8};
+    LinearMesh<2> mesh = with_facets<2>(
+        lattice_mesh(options), [](const auto&) { return 1; },
+        [](const auto& p, const auto&, FaceKind kind) -> Reference {
+            if (kind == FaceKind::boundary) return 1;
+            return of_square(p[0]) == 2 && of_square(p[1]) == 2 && distance(p[0], p[1]) == 1 ? square : 0;
+        });
+    move_points(mesh, [share](const Vec<2>& p) { return rounded(p, share); });
+    return mesh;
+}
+
+/// What came of a mesh by a size: the mesh, and nodes where it is of degree 2.
+template <int D>
+CompactMesh<D> remeshed(const LinearMesh<D>& mesh, const std::optional<AnalyticGeometry<D>>& analytic, double size,
+                        int degree) {
+    const auto edges = must(unique_edges(mesh, alone));
+    const auto features = must(find_features(mesh, edges, FeatureOptions<D>{}, alone));
+    const Geometry<D> geometry =
+        analytic ? Geometry<D>(*analytic) : Geometry<D>(must(build_surrogate(mesh, edges, features, {}, alone)));
+    const auto curves = must(find_embedded_curves(mesh, edges, features, geometry, {}, alone));
+    std::vector<VertexId> corners(curves.corners.begin(), curves.corners.end());
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+        if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
+    Vec<D> sizes;
+    sizes.c.fill(size);
+    Buffer<LogMetric<D>> logs(mesh.points.size(), log_metric_of_sizes<D>(sizes));
+    AdaptationGoal<D> goal{
+        must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<D>>(std::move(logs)), alone)), geometry};
+    goal.curves = curves;
+    const BreaksOfMesh breaks{features.edge_kinds.view(), corners};
+    Adaptation<D> r;
+    if (degree == 1) {
+        r = must(begin_adaptation(mesh, edges, breaks, goal, alone));
+    } else {
+        QuadraticMesh<D> curved = must(elevate(mesh, alone));
+        curved.mid_nodes = must(
+            nodes_on_curves(curved, must(boundary_nodes(curved, features, geometry, alone)), curves, geometry, alone));
+        goal.curves = must(find_embedded_curves(mesh, edges, features, geometry, curved.mid_nodes.view(), alone));
+        r = must(begin_adaptation(curved, breaks, goal, alone));
+    }
+    const auto done = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, alone));
+    CHECK(done.statistics.after.worst_quality > 0.1);
+    return must(finished(done.state, alone)).compact;
+}
+
+const Simplices<1>& curves_of(const LinearMesh<3>& mesh) { return mesh.edges; }
+const Simplices<1>& curves_of(const LinearMesh<2>& mesh) { return mesh.facets; }
+EdgeId edge_of(const EdgeSet<3>& edges, std::size_t row) { return edges.of_edges[row]; }
+EdgeId edge_of(const EdgeSet<2>& edges, std::size_t row) { return edges.of_facets[row][0]; }
+
+/// Of the edges with a reference: their length, chord by chord or along curves, and how far they are from their curve.
+struct Kept {
+    double length = 0, farthest = 0;
+    std::size_t edges = 0;
+};
+template <int D>
+Kept kept(const CompactMesh<D>& out, Reference reference, const std::function<double(const Vec<D>&)>& distance_of) {
+    Kept found;
+    const auto& curves = curves_of(out.mesh);
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+        if (curves.references[i] != reference) continue;
+        const auto& [a, b] = curves.vertices[i];
+        QuadraticEdge<D> edge = QuadraticEdge<D>::straight(out.mesh.points[a], out.mesh.points[b]);
+        if (!out.nodes.empty()) edge.mid = out.nodes[edge_of(out.edges, i)];
+        constexpr int parts = 16;
+        for (int k = 0; k < parts; ++k) found.length += distance(edge.point(k / 16.0), edge.point((k + 1) / 16.0));
+        for (const Vec<D>& p : {edge.p20, edge.p02}) found.farthest = std::max(found.farthest, distance_of(p));
+        if (!out.nodes.empty()) found.farthest = std::max(found.farthest, 0.05 * distance_of(edge.mid.point));
+        ++found.edges;
+    }
+    return found;
+}
+template <int D>
+bool has_vertex(const LinearMesh<D>& mesh, const Vec<D>& p) {
+    return std::ranges::any_of(mesh.points, [&](const Vec<D>& q) { return distance(p, q) < 1e-12; });
+}
+
+}  // namespace
+
+TEST_CASE("curves on plane faces and paths inside keep corners, lengths and places") {
+    const LinearMesh<3> mesh = slab();
+    const auto length_of_path = [&](const LinearMesh<3>& of) {
+        double length = 0;
+        for (std::size_t i = 0; i < of.edges.size(); ++i)
+            if (of.edges.references[i] == path)
+                length += distance(of.points[of.edges.vertices[i][0]], of.points[of.edges.vertices[i][1]]);
+        return length;
+    };
+    for (const int degree : {1, 2}) {
+        CAPTURE(degree);
+        const auto out = remeshed<3>(mesh, {}, 0.7, degree);
+        const Kept of_square_now = kept<3>(
+            out, square, [](const Vec<3>& p) { return std::max(std::abs(of_square(p) - 2), std::abs(p[2] - 2)); });
+        CHECK(of_square_now.length == doctest::Approx(16).epsilon(1e-9));
+        CHECK(of_square_now.farthest < 1e-9);
+        CHECK(of_square_now.edges > 20);
+        const Kept of_circle = kept<3>(out, circle, [](const Vec<3>& p) {
+            return std::max(std::abs(std::hypot(p[0] - 4, p[1] - 4) - 2), std::abs(p[2]));
+        });
+        CHECK(of_circle.length == doctest::Approx(4 * std::numbers::pi).epsilon(degree == 1 ? 1e-2 : 1e-3));
+        CHECK(of_circle.farthest < 2e-3);
+        CHECK(of_circle.edges > 14);
+        CHECK(length_of_path(out.mesh) == doctest::Approx(length_of_path(mesh)).epsilon(1e-9));
+        for (std::size_t i = 0; i < mesh.edges.size(); ++i)
+            if (mesh.edges.references[i] == path && mesh.points[mesh.edges.vertices[i][0]][0] > 5.5)
+                CHECK(has_vertex(out.mesh, mesh.points[mesh.edges.vertices[i][0]]));
+        for (const double x : {2, 6})
+            for (const double y : {2, 6}) CHECK(has_vertex(out.mesh, Vec<3>{{x, y, 2}}));
+    }
+}
+
+TEST_CASE("a curve on a sphere stays on it, with its corners") {
+    const LinearMesh<3> mesh = ball();
+    const double length = 4 * 2 * std::acos(1.0 / 9);
+    for (const int degree : {1, 2}) {
+        const auto out = remeshed<3>(mesh, AnalyticGeometry<3>{{{1, Sphere<3>{{}, 2}}}}, 0.7, degree);
+        const Kept now = kept<3>(out, square, [](const Vec<3>& p) {
+            const double across = p[2] - std::max(std::abs(p[0]), std::abs(p[1])) / 2;
+            return std::max(std::abs(norm(p) - 2), std::abs(across));
+        });
+        CHECK(now.length == doctest::Approx(length).epsilon(degree == 1 ? 1e-2 : 2e-3));
+        CHECK(now.farthest < 5e-3);
+        CHECK(now.edges > 14);
+        for (const double x : {-2, 2})
+            for (const double y : {-2, 2}) CHECK(has_vertex(out.mesh, (2.0 / 3) * Vec<3>{{x, y, 1}}));
+    }
+}
+
+TEST_CASE("in a plane likewise") {
+    for (const int degree : {1, 2}) {
+        const auto straight = remeshed<2>(sheet(0), {}, 0.7, degree);
+        const Kept of_square_now =
+            kept<2>(straight, square, [](const Vec<2>& p) { return std::abs(of_square(p) - 2); });
+        CHECK(of_square_now.length == doctest::Approx(16).epsilon(1e-9));
+        CHECK(of_square_now.farthest < 1e-9);
+        for (const double x : {2, 6})
+            for (const double y : {2, 6}) CHECK(has_vertex(straight.mesh, Vec<2>{{x, y}}));
+        const auto round = remeshed<2>(sheet(1), {}, 0.7, degree);
+        const Kept of_circle =
+            kept<2>(round, square, [](const Vec<2>& p) { return std::abs(std::hypot(p[0] - 4, p[1] - 4) - 2); });
+        CHECK(of_circle.length == doctest::Approx(4 * std::numbers::pi).epsilon(degree == 1 ? 1e-2 : 1e-3));
+        CHECK(of_circle.farthest < 2e-3);
+    }
+}

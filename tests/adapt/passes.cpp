@@ -1,0 +1,222 @@
+// The passes that bring a mesh to a metric: the domain and its features stay, and the mesh comes nearer to unit.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <utility>
+
+#include "dice.hpp"
+#include "domains.hpp"
+#include "dynamic_measures.hpp"
+#include "goals.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.metric;
+import camber.shapes;
+import camber.cavity;
+import camber.surface;
+import camber.operation;
+import camber.adapt;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+template <int D>
+void expect_same_domain(const DynamicMesh<D>& mesh, const Sizes& expected) {
+    const auto consistent = check_consistency(mesh, alone);
+    if (!consistent) RC_FAIL(describe(consistent.error()));
+    const Sizes now = measures(mesh);
+    RC_ASSERT(now.size() == expected.size());
+    for (const auto& [key, value] : expected) RC_ASSERT(std::abs(now.at(key) - value) < 1e-8);
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e)
+        if (!mesh.is_free(ElementId(e))) RC_ASSERT(volume_of(mesh, mesh.elements.vertices[e]) > 0);
+}
+
+void expect_told(const PassStatistics& s) {
+    RC_ASSERT(s.proposals == s.accepted + std::accumulate(s.rejected.begin(), s.rejected.end(), std::size_t{0}));
+    RC_ASSERT(s.rejected[0] == 0U);
+}
+
+template <int D>
+Adaptation<D> one_round(Adaptation<D> r, const AdaptationGoal<D>& goal, const Execution& execution, PassStatistics& all) {
+    auto done = must(collapse<D>(std::move(r), goal, {}, execution));
+    expect_told(done.statistics);
+    all += done.statistics;
+    done = must(split<D>(std::move(done.state), goal, {}, execution));
+    expect_told(done.statistics);
+    all += done.statistics;
+    done = must(swap<D>(std::move(done.state), goal, {}, execution));
+    expect_told(done.statistics);
+    all += done.statistics;
+    done = must(smooth<D>(std::move(done.state), goal, {}, execution));
+    expect_told(done.statistics);
+    all += done.statistics;
+    return std::move(done.state);
+}
+
+template <int D>
+void brought_to_a_metric(std::uint64_t seed) {
+    Dice dice(seed);
+    const LinearMesh<D> mesh = random_domain<D>(seed);
+    const AdaptationGoal<D> goal = goal_over(mesh, dice.uniform(0.35, 1.5), dice);
+    Adaptation<D> r = begun(mesh, goal);
+    const Sizes domain = measures(r.mesh);
+    const UnitMeshStatistics before = must(unit_mesh_statistics(r, alone));
+    PassStatistics all;
+    for (int round = 0; round < 3; ++round) {
+        r = one_round(std::move(r), goal, alone, all);
+        expect_same_domain(r.mesh, domain);
+    }
+    const UnitMeshStatistics after = must(unit_mesh_statistics(r, alone));
+    RC_ASSERT(after.unit_share() >= before.unit_share() - 0.1);
+    RC_ASSERT(r.metrics.size() == r.mesh.points.size());
+    // Metrics follow vertices: each is that of the field at its vertex.
+    for (std::size_t v = 0; v < r.mesh.points.size(); ++v) {
+        if (r.mesh.is_free(VertexId(v))) continue;
+        const auto sample = sample_value(goal.field, r.mesh.points[v], r.metrics[v].back);
+        const Sym<D> difference = sample.log_metric.l - r.metrics[v].log_metric.l;
+        RC_ASSERT(inner(difference, difference) < 1e-16);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("passes keep the domain and its features") {
+    property("2D", [](std::uint64_t seed) { brought_to_a_metric<2>(seed); }, {.count = 40});
+    property("3D", [](std::uint64_t seed) { brought_to_a_metric<3>(seed); }, {.count = 12});
+}
+
+TEST_CASE("the same mesh for any number of threads") {
+    const LinearMesh<3> mesh = random_domain<3>(5);
+    Dice dice(5);
+    const AdaptationGoal<3> goal = goal_over(mesh, 0.3, dice);
+    PassStatistics one, two;
+    const auto by_one = one_round(begun(mesh, goal), goal, {.threads = 1}, one);
+    const auto by_two = one_round(begun(mesh, goal), goal, {.threads = 2}, two);
+    CHECK(one == two);
+    CHECK(one.accepted > 100);
+    CHECK(by_one.mesh.points == by_two.mesh.points);
+    CHECK(by_one.mesh.elements == by_two.mesh.elements);
+    CHECK(by_one.mesh.edges == by_two.mesh.edges);
+    CHECK(by_one.mesh.free == by_two.mesh.free);
+    CHECK(by_one.metrics == by_two.metrics);
+}
+
+TEST_CASE("a box becomes unit in a size of its own") {
+    LatticeOptions<3> options;
+    options.cells = {3, 3, 3};
+    const auto mesh = with_references<3>(lattice_mesh(options), options.cells, false);
+    AdaptationGoal<3> goal;
+    Buffer<LogMetric<3>> logs(mesh.points.size(), log_metric_of_sizes<3>({{0.4, 0.4, 0.4}}));
+    goal.field = must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<3>>(std::move(logs)), alone));
+    const auto [r, told] = must(bring_to_metric<3>(begun(mesh, goal), goal, {}, alone));
+    CHECK(told.before.unit_share() == 0);
+    CHECK(told.rounds > 1);
+    CHECK(told.split.accepted > told.collapse.accepted);
+    const auto s = must(unit_mesh_statistics(r, alone));
+    CHECK(s.unit_share() == told.after.unit_share());
+    INFO(s.unit_share() << " of " << s.edges << " edges are unit, worst quality " << s.worst_quality);
+    CHECK(s.unit_share() > 0.9);
+    CHECK(s.worst_quality > 0.1);
+}
+
+namespace {
+
+template <int D>
+void on_spheres(double size, double min_share, double min_quality) {
+    ShellOptions<D> options;
+    options.outer_radius = 2;
+    options.inner_size = options.outer_size = 0.5;
+    const LinearMesh<D> mesh = must(generate(options));
+    const AnalyticGeometry<D> spheres{{{1, Sphere<D>{{}, 2}}, {2, Sphere<D>{{}, 1}}}};
+    Vec<D> sizes;
+    for (double& h : sizes.c) h = size;
+    Buffer<LogMetric<D>> logs(mesh.points.size(), log_metric_of_sizes<D>(sizes));
+    const AdaptationGoal<D> goal{
+        must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<D>>(std::move(logs)), alone)),
+        Geometry<D>(spheres)};
+    const auto [r, told] = must(bring_to_metric<D>(begun(mesh, goal), goal, {.rounds = 3}, alone));
+    CHECK(check_consistency(r.mesh, alone).has_value());
+    std::size_t off = 0;  // points that went a part of their way only
+    for (std::size_t v = 0; v < r.mesh.points.size(); ++v) {
+        if (r.mesh.is_free(VertexId(v)) || r.mesh.states[v].place == VertexPlace::inside) continue;
+        const double radius = norm(r.mesh.points[v]);
+        off += std::min(std::abs(radius - 1), std::abs(radius - 2)) < 1e-12 ? 0 : 1;
+    }
+    CHECK(off <= told.split.shortened);
+    for (std::size_t e = 0; e < r.mesh.elements.size(); ++e)
+        if (!r.mesh.is_free(ElementId(e))) CHECK(volume_of(r.mesh, r.mesh.elements.vertices[e]) > 0);
+    CHECK(told.after.unit_share() > min_share);
+    CHECK(told.after.worst_quality > min_quality);
+}
+
+}  // namespace
+
+TEST_CASE("vertices of spheres stay on them, finer and coarser") {
+    on_spheres<2>(0.1, 0.95, 0.3);
+    on_spheres<2>(1, 0.7, 0.3);
+    on_spheres<3>(0.25, 0.9, 0.05);
+    on_spheres<3>(0.9, 0.8, 0.04);  // the shell is as thick as its edges are long
+}
+
+TEST_CASE("required entities stay") {
+    LinearMesh<3> mesh = random_domain<3>(11);
+    mesh.required_vertices = Buffer<VertexId>{VertexId(0), VertexId(5)};
+    mesh.elements.required = Buffer<std::uint32_t>{1};
+    mesh.facets.required = Buffer<std::uint32_t>{2};
+    Dice dice(11);
+    for (const double size : {0.3, 3.0}) {
+        const AdaptationGoal<3> goal = goal_over(mesh, size, dice);
+        PassStatistics all;
+        const auto r = one_round(begun(mesh, goal), goal, alone, all);
+        CHECK(all.of(RejectionReason::required) > 0);
+        CHECK(r.mesh.points[0] == mesh.points[0]);
+        CHECK(r.mesh.points[5] == mesh.points[5]);
+        CHECK(r.mesh.elements.vertices[1] == mesh.elements.vertices[1]);
+        CHECK(r.mesh.elements.marks[1].has(Mark::required));
+        CHECK(r.mesh.facets.vertices[2] == mesh.facets.vertices[2]);
+        CHECK(r.mesh.facets.marks[2].has(Mark::required));
+    }
+}
+
+TEST_CASE("the field may be on another mesh, coarser than this one") {
+    LatticeOptions<3> options;
+    options.cells = {1, 1, 1};
+    options.place = [](const Vec<3>& p) { return 3.0 * p; };
+    const auto coarse = lattice_mesh(options);
+    LatticeOptions<3> fine;
+    fine.cells = {3, 3, 3};
+    const auto mesh = with_references<3>(lattice_mesh(fine), fine.cells, false);
+    Dice dice(3);
+    const AdaptationGoal<3> goal = goal_over(coarse, 0.7, dice);
+    const auto r = begun(mesh, goal);
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) CHECK(r.metrics[v].back.index() < coarse.elements.size());
+    PassStatistics all;
+    CHECK(check_consistency(one_round(r, goal, alone, all).mesh, alone).has_value());
+}
+
+TEST_CASE("a pass that makes more elements than there is room for ends with an error") {
+    const LinearMesh<2> mesh = random_domain<2>(1);
+    Dice dice(1);
+    AdaptationGoal<2> goal = goal_over(mesh, 0.05, dice);
+    const std::size_t made = must(split<2>(begun(mesh, goal), goal, {}, alone)).state.mesh.element_count();
+    goal.max_elements = made;
+    CHECK(split<2>(begun(mesh, goal), goal, {}, alone).has_value());
+    goal.max_elements = made / 2;
+    const auto refused = split<2>(begun(mesh, goal), goal, {}, alone);
+    REQUIRE(!refused.has_value());
+    CHECK(refused.error().kind == ErrorKind::memory);
+}
+
+TEST_CASE("options out of range are refused") {
+    const LinearMesh<2> mesh = random_domain<2>(1);
+    Dice dice(1);
+    const AdaptationGoal<2> goal = goal_over(mesh, 0.3, dice);
+    const auto refused = split<2>(begun(mesh, goal), goal, {.longest = -1}, alone);
+    REQUIRE(!refused.has_value());
+    CHECK(refused.error().kind == ErrorKind::usage);
+}

@@ -1,0 +1,239 @@
+// One request: granted, or rejected with the reason, and the mesh as it was.
+#include <array>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <doctest/doctest.h>
+
+#include "dice.hpp"
+#include "domains.hpp"
+#include "goals.hpp"
+#include "meshes.hpp"
+
+import camber.core;
+import camber.metric;
+import camber.shapes;
+import camber.cavity;
+import camber.surface;
+import camber.operation;
+import camber.adapt;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+/// Two by two by two cells, all of one size.
+struct Fixture {
+    LinearMesh<3> mesh = [] {
+        LatticeOptions<3> options;
+        options.cells = {2, 2, 2};
+        return with_references<3>(lattice_mesh(options), options.cells, false);
+    }();
+    Dice dice{1};
+    AdaptationGoal<3> goal = goal_over(mesh, 1, dice);
+    Adaptation<3> r = begun(mesh, goal);
+    OperationWorkspace<3> workspace;
+    Patch<3> patch;
+
+    VertexId at(const Vec<3>& p) const {
+        for (std::size_t v = 0; v < mesh.points.size(); ++v)
+            if (mesh.points[v] == p) return VertexId(v);
+        return {};
+    }
+    CavityRequest<3> collapse_of(VertexId v, VertexId into) const {
+        CavityRequest<3> request;
+        cavity_of_vertex(r.mesh, v, request.cavity);
+        request.join_to(r, into);
+        return request;
+    }
+    OperationResult planned(const CavityRequest<3>& request, const PatchLimits& limits = {}) {
+        return operate(r, goal, request, limits, workspace, patch);
+    }
+};
+
+}  // namespace
+
+TEST_CASE_FIXTURE(Fixture, "a collapse along a line is granted, and one of a corner is not") {
+    const auto along = planned(collapse_of(at({{1, 0, 0}}), at({{0, 0, 0}})));
+    // The interface ends on this line: its vertex is a corner.
+    CHECK(along.rejected == RejectionReason::required);
+    CHECK(planned(collapse_of(at({{0, 1, 0}}), at({{0, 0, 0}}))).rejected == RejectionReason::none);
+    CHECK(planned(collapse_of(at({{0, 0, 0}}), at({{0, 1, 0}}))).rejected == RejectionReason::required);
+}
+
+TEST_CASE_FIXTURE(Fixture, "each reason for a rejection") {
+    const CavityRequest<3> good = collapse_of(at({{0, 1, 0}}), at({{0, 0, 0}}));
+    CHECK(planned(good, {.longest = 0.1}).rejected == RejectionReason::length);
+    CHECK(planned(good, {.shortest = 100}).rejected == RejectionReason::length);
+    CHECK(planned(good, {.min_shape = 0.999, .corrections = 0}).rejected == RejectionReason::quality);
+    // A vertex of a flat side moved off it: the facets would turn.
+    CavityRequest<3> move = collapse_of(at({{0, 1, 1}}), at({{0, 1, 1}}));
+    move.place = {{0.9, 1, 1}};
+    CHECK(planned(move).rejected == RejectionReason::geometry);
+    // A vertex inside moved out of its ball.
+    CavityRequest<3> out = collapse_of(at({{1, 1, 1}}), at({{1, 1, 1}}));
+    out.place = {{3, 1, 1}};
+    CHECK(planned(out, {.facet_cosine = -1, .corrections = 0}).rejected == RejectionReason::volume);
+    CavityRequest<3> nothing;
+    CHECK(planned(nothing).rejected == RejectionReason::empty);
+    CHECK(check_consistency(r.mesh, alone).has_value());
+}
+
+TEST_CASE_FIXTURE(Fixture, "an element that is low in the metric, or flat to rounding, is rejected by its height") {
+    // The middle vertex almost in the plane of a face opposite it.
+    const VertexId middle = at({{1, 1, 1}});
+    CavityRequest<3> move = collapse_of(middle, middle);
+    move.place = {{1e-3, 1, 1}};
+    // Far below what it replaces, which no limits allow.
+    CHECK(planned(move, {.facet_cosine = -1, .corrections = 0}).rejected == RejectionReason::quality);
+    CHECK(planned(move, {.min_height = 0.1, .facet_cosine = -1, .corrections = 0}).rejected ==
+          RejectionReason::height);
+    move.place = {{1e-15, 1, 1}};
+    CHECK(planned(move, {.facet_cosine = -1, .corrections = 0}).rejected == RejectionReason::height);
+    move.place = {{0, 1, 1}};
+    CHECK(planned(move, {.facet_cosine = -1, .corrections = 0}).rejected == RejectionReason::volume);
+}
+
+TEST_CASE("facets stay near the geometry") {
+    // A shell's spheres: what is collapsed into one vertex after another leaves them at last.
+    ShellOptions<3> options;
+    options.outer_radius = 2;
+    options.inner_size = options.outer_size = 0.5;
+    const LinearMesh<3> mesh = must(generate(options));
+    AdaptationGoal<3> goal{
+        must(make_back_mesh(mesh, must(balls(mesh, alone)),
+                            Column<LogMetric<3>>(Buffer<LogMetric<3>>(mesh.points.size(), LogMetric<3>{})), alone)),
+        Geometry<3>(AnalyticGeometry<3>{{{1, Sphere<3>{{}, 2}}, {2, Sphere<3>{{}, 1}}}})};
+    const Adaptation<3> r = begun(mesh, goal);
+    OperationWorkspace<3> workspace;
+    Patch<3> patch;
+    std::size_t near = 0, far = 0;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+        CavityRequest<3> request;
+        cavity_of_vertex(r.mesh, VertexId(v), request.cavity);
+        for (const FacetId f : request.cavity.facets)
+            for (const VertexId w : r.mesh.facets.vertices[f]) {
+                if (w == VertexId(v)) continue;
+                request.join_to(r, w);
+                if (operate(r, goal, request, {.facet_cosine = 0}, workspace, patch).rejected != RejectionReason::none)
+                    continue;
+                const FacetDistance facets = distance_from_geometry(r, goal, patch, 0.12);
+                CHECK(facets.largest < 1);
+                CHECK((facets.is_near || facets.largest > 0.12));
+                (facets.is_near ? near : far) += 1;
+                CHECK(distance_from_geometry(r, {goal.field, {}}, patch, 1e-9).is_near);
+            }
+    }
+    CHECK(near > 10);
+    CHECK(far > 10);
+}
+
+TEST_CASE_FIXTURE(Fixture, "a cavity is corrected: elements that would be inverted join it") {
+    // A point near a face of one element, outside of it: from there the face looks the wrong way.
+    const ElementId e(3);
+    CavityRequest<3> request;
+    request.cavity.elements = {e};
+    const auto corner = corners(mesh, e.index());
+    bool corrected = false;
+    for (int face = 0; face < 4 && !corrected; ++face) {
+        const FaceNeighbour across = r.mesh.face_neighbours[e][face];
+        if (!across.is_element()) continue;
+        Vec<3> middle{};
+        for (int i = 0; i < 4; ++i)
+            if (i != face) middle += corner[i] / 3;
+        request.place = middle + 0.05 * (middle - corner[face]);
+        request.metric = r.metrics[0];
+        CHECK(planned(request, {.corrections = 0}).rejected == RejectionReason::volume);
+        const auto result = planned(request);
+        CHECK(result.rejected == RejectionReason::none);
+        CHECK(result.corrections == 1);
+        CHECK(patch.removed.elements == std::vector{e, across.element()});
+        const auto changed = must(commit<3>(r.mesh, {&patch, 1})).mesh;
+        CHECK(check_consistency(changed, alone).has_value());
+        CHECK(changed.element_count() == mesh.elements.size() + 4);
+        corrected = true;
+    }
+    CHECK(corrected);
+}
+
+TEST_CASE("a vertex inside that moves leaves all ids as they are") {
+    LatticeOptions<3> options;
+    options.cells = {2, 2, 2};
+    LinearMesh<3> mesh = with_references<3>(lattice_mesh(options), {0, 2, 2}, false);  // one material
+    Dice dice(1);
+    const AdaptationGoal<3> goal = goal_over(mesh, 1, dice);
+    const Adaptation<3> r = begun(mesh, goal);
+    CavityRequest<3> request;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+        if (mesh.points[v] == Vec<3>{{1, 1, 1}}) request.join_to(r, VertexId(v));
+    cavity_of_vertex(r.mesh, request.point, request.cavity);
+    request.place += Vec<3>{{0.1, 0.05, 0}};
+    OperationWorkspace<3> workspace;
+    Patch<3> patch;
+    REQUIRE(operate(r, goal, request, {}, workspace, patch).rejected == RejectionReason::none);
+    CHECK(keeps_topology<3>(r.mesh.elements.vertices.view(), patch));
+    const auto changed = must(commit<3>(r.mesh, {&patch, 1}));
+    CHECK(check_consistency(changed.mesh, alone).has_value());
+    CHECK(changed.mesh.elements.vertices == r.mesh.elements.vertices);
+    CHECK(changed.mesh.face_neighbours == r.mesh.face_neighbours);
+    CHECK(changed.mesh.edges == r.mesh.edges);
+    CHECK(changed.mesh.points[request.point] == request.place);
+    CHECK(changed.changes.elements.created == request.cavity.elements);
+    CHECK(changed.changes.points == std::vector{request.point});
+    // Joined to another vertex it is a collapse.
+    request.join_to(r, r.mesh.elements.vertices[request.cavity.elements[0]][0] == request.point
+                        ? r.mesh.elements.vertices[request.cavity.elements[0]][1]
+                        : r.mesh.elements.vertices[request.cavity.elements[0]][0]);
+    if (operate(r, goal, request, {}, workspace, patch).rejected == RejectionReason::none)
+        CHECK(!keeps_topology<3>(r.mesh.elements.vertices.view(), patch));
+}
+
+TEST_CASE_FIXTURE(Fixture, "a vertex moves with all of its elements, and if it may") {
+    const VertexId middle = at({{1, 1, 1}});
+    CavityRequest<3> part = collapse_of(middle, middle);
+    part.place += Vec<3>{{0.1, 0.1, 0.1}};
+    CHECK(planned(part).rejected == RejectionReason::none);
+    part.cavity.elements.resize(part.cavity.elements.size() / 2);
+    const auto rejected = planned(part).rejected;
+    CHECK(rejected != RejectionReason::none);
+    CavityRequest<3> corner = collapse_of(at({{0, 0, 0}}), at({{0, 0, 0}}));
+    corner.place += Vec<3>{{1e-3, 1e-3, 1e-3}};
+    CHECK(planned(corner, {.facet_cosine = -1}).rejected == RejectionReason::required);
+}
+
+TEST_CASE("a bend that nobody lists is not cut off") {
+    LatticeOptions<2> options;
+    options.cells = {2, 2};
+    LinearMesh<2> mesh = with_references<2>(lattice_mesh(options), options.cells, false);
+    mesh.facets.references = Buffer<Reference>(mesh.facets.size(), 1);  // its corners are bends of one curve
+    mesh.elements.references = Buffer<Reference>(mesh.elements.size(), 1);
+    Buffer<SimplexVertices<1>> rim;
+    for (const auto& f : mesh.facets.vertices) {
+        const Vec<2> m = midpoint(mesh.points[f[0]], mesh.points[f[1]]);
+        if (m[0] == 0 || m[0] == 2 || m[1] == 0 || m[1] == 2) rim.push_back(f);
+    }
+    const std::size_t n = rim.size();
+    mesh.facets = {std::move(rim), Buffer<Reference>(n, 1), {}};
+    Dice dice(1);
+    const AdaptationGoal<2> goal = goal_over(mesh, 1, dice);
+    const Adaptation<2> r = begun(mesh, goal);
+    OperationWorkspace<2> workspace;
+    Patch<2> patch;
+    std::size_t tried = 0;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+        const Vec<2>& p = mesh.points[v];
+        if ((p[0] != 0 && p[0] != 2) || (p[1] != 0 && p[1] != 2)) continue;
+        CavityRequest<2> request;
+        cavity_of_vertex(r.mesh, VertexId(v), request.cavity);
+        for (const FacetId f : request.cavity.facets)
+            for (const VertexId w : r.mesh.facets.vertices[f]) {
+                if (w == VertexId(v)) continue;
+                request.join_to(r, w);
+                ++tried;
+                CHECK(operate(r, goal, request, {}, workspace, patch).rejected != RejectionReason::none);
+            }
+    }
+    CHECK(tried == 8);
+}

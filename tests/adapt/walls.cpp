@@ -1,0 +1,114 @@
+// At smooth, curved surfaces: no element gets two facets on one of them, and vertices that are off the geometry go
+// there.
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include <doctest/doctest.h>
+
+#include "dice.hpp"
+#include "goals.hpp"
+#include "meshes.hpp"
+#include "named_domains.hpp"
+#include "sanitized.hpp"
+
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.surface;
+import camber.operation;
+import camber.adapt;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+/// Elements with two facets of the ball (reference 20) on one side of it: it has no ridge.
+template <int D>
+std::size_t folded_at_the_ball(const DynamicMesh<D>& mesh) {
+    std::size_t count = 0;
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+        if (mesh.is_free(ElementId(e))) continue;
+        int facets = 0;
+        for (const FaceNeighbour across : mesh.face_neighbours[e])
+            facets += across.valid() && across.is_facet() && mesh.facets.references[across.facet()] == 20 ? 1 : 0;
+        count += facets > 1 ? 1 : 0;
+    }
+    return count;
+}
+
+/// The largest distance of a vertex of the ball from it.
+template <int D>
+double off_the_ball(const DynamicMesh<D>& mesh) {
+    double most = 0;
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
+        if (mesh.is_free(FacetId(f)) || mesh.facets.references[f] != 20) continue;
+        for (const VertexId v : mesh.facets.vertices[f]) most = std::max(most, std::abs(norm(mesh.points[v]) - 1));
+    }
+    return most;
+}
+
+template <int D>
+Adaptation<D> begun_with_breaks(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal) {
+    const auto edges = must(unique_edges(mesh, alone));
+    const auto features = must(find_features(mesh, edges, FeatureOptions<D>{.ridge_angle_degrees = 75}, alone));
+    std::vector<VertexId> corners;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+        if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
+    return must(begin_adaptation(mesh, edges, {features.edge_kinds.view(), corners}, goal, alone));
+}
+
+template <int D>
+AdaptationGoal<D> ball_goal(const NamedDomain<D>& domain, double size) {
+    Dice dice(7);
+    AdaptationGoal<D> goal = goal_over(domain.mesh, size, dice);
+    goal.geometry = Geometry<D>(domain.surfaces);
+    return goal;
+}
+
+template <int D>
+void expect_no_folds(int cells, double coarse, double fine) {
+    const NamedDomain<D> domain = ball_in_box<D>(cells);
+    Adaptation<D> r = begun_with_breaks(domain.mesh, ball_goal(domain, fine));
+    for (const double size : {fine, coarse, fine}) {
+        const AdaptationGoal<D> goal = ball_goal(domain, size);
+        const CompactMesh<D> mesh = must(finished(r, alone)).compact;  // lists its breaks
+        r = must(begin_adaptation(mesh.mesh, mesh.edges, {}, goal, alone));
+        const std::size_t before = folded_at_the_ball(r.mesh);
+        r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, alone)).state;
+        CHECK(folded_at_the_ball(r.mesh) <= before);
+        CHECK(must(unit_mesh_statistics(r, alone)).worst_quality > 0.02);
+    }
+}
+
+template <int D>
+void expect_home(int cells) {
+    NamedDomain<D> domain = ball_in_box<D>(cells);
+    Dice dice(11);
+    Buffer<Vec<D>> points(domain.mesh.points.begin(), domain.mesh.points.end());
+    for (Vec<D>& p : points)
+        if (std::abs(norm(p) - 1) < 1e-9) p = (1 + dice.uniform(-0.1, 0.1) * domain.cell) * p;
+    domain.mesh.points = std::move(points);
+    const AdaptationGoal<D> goal = ball_goal(domain, domain.cell);
+    Adaptation<D> r = begun_with_breaks(domain.mesh, goal);
+    CHECK(off_the_ball(r.mesh) > 0.01 * domain.cell);
+    auto done = must(smooth<D>(std::move(r), goal, {}, alone));
+    CHECK(off_the_ball(done.state.mesh) < 1e-12);
+    must(check_consistency(done.state.mesh, alone));
+}
+
+}  // namespace
+
+TEST_CASE("no element gets two facets on a smooth curved surface") {
+    expect_no_folds<2>(8, 0.8, 0.15);
+    if (!is_sanitized) expect_no_folds<3>(4, 1.2, 0.5);
+}
+
+TEST_CASE("vertices that are off the geometry go there") {
+    expect_home<2>(8);
+    expect_home<3>(8);
+}

@@ -1,0 +1,80 @@
+// Patches that are committed: together, in any order, and what is refused.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "domains.hpp"
+#include "mesh_laws.hpp"
+#include "property.hpp"
+#include "random_operations.hpp"
+
+import camber.core;
+import camber.cavity;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+/// Patches that claim no element and make no edge twice.
+template <int D>
+std::vector<Patch<D>> disjoint_patches(const DynamicMesh<D>& mesh, Dice& dice, std::size_t tries) {
+    StarWorkspace<D> workspace;
+    Trying<D> trying(mesh, dice, workspace);
+    std::vector<Patch<D>> patches;
+    std::vector<std::uint8_t> claimed(mesh.points.size(), 0);
+    for (std::size_t t = 0; t < tries; ++t) {
+        auto patch = trying.planned(kinds<D>()[dice.below(kinds<D>().size())]).patch;
+        if (!patch) continue;
+        std::vector<VertexId> vertices;
+        for (const ElementId e : patch->removed.elements)
+            for (const VertexId v : mesh.elements.vertices[e]) vertices.push_back(v);
+        if (std::ranges::any_of(vertices, [&](VertexId v) { return claimed[v.index()] != 0; })) continue;
+        for (const VertexId v : vertices) claimed[v.index()] = 1;
+        patches.push_back(std::move(*patch));
+    }
+    return patches;
+}
+
+template <int D>
+void commuting(std::uint64_t seed) {
+    Dice dice(seed);
+    const DynamicMesh<D> mesh = dynamic_of(random_domain<D>(seed));
+    auto patches = disjoint_patches(mesh, dice, 60);
+    const auto once = must(commit<D>(mesh, patches)).mesh;
+    RC_ASSERT(unless_sound(once) == std::string());
+    std::reverse(patches.begin(), patches.end());
+    RC_ASSERT(by_places(must(commit<D>(mesh, patches)).mesh) == by_places(once));
+}
+
+}  // namespace
+
+TEST_CASE("patches") {
+    property("that are disjoint commute, 2D", [](std::uint64_t seed) { commuting<2>(seed); });
+    property("that are disjoint commute, 3D", [](std::uint64_t seed) { commuting<3>(seed); }, {.count = 40});
+}
+
+TEST_CASE("a commit of nothing is nothing; what does not fit is refused, and nothing is changed") {
+    const DynamicMesh<3> mesh = dynamic_of(random_domain<3>(7));
+    const auto same = must(commit<3>(mesh, {}));
+    CHECK(same.mesh.elements == mesh.elements);
+    CHECK(same.mesh.stamp == mesh.stamp);
+    CHECK(same.changes == TopologyChanges{});
+
+    StarWorkspace<3> workspace;
+    Dice dice(1);
+    const auto patch = Trying<3>(mesh, dice, workspace).planned({Operation::insert, VertexPlace::inside}).patch.value();
+    const std::array twice{patch, patch};
+    const auto overlap = commit<3>(mesh, twice);
+    REQUIRE(!overlap.has_value());
+    CHECK(overlap.error().what == "two patches remove one element");
+    const auto changed = must(commit<3>(mesh, {&patch, 1})).mesh;
+    const auto late = commit<3>(changed, {&patch, 1});
+    REQUIRE(!late.has_value());
+    CHECK(late.error().what == "a patch was planned for another mesh");
+    CHECK(check_consistency(mesh, alone).has_value());
+}
