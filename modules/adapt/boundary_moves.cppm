@@ -5,7 +5,7 @@ module;
 #include <cstddef>
 #include <optional>
 #include <vector>
-export module camber.adapt:boundary_moves;
+module camber.adapt:boundary_moves;
 import camber.core;
 import camber.cavity;
 import camber.operation;

@@ -5,7 +5,7 @@ module;
 #include <limits>
 #include <utility>
 #include <vector>
-export module camber.adapt:candidates;
+module camber.adapt:candidates;
 import camber.core;
 import camber.metric;
 import camber.cavity;

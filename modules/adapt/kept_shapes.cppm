@@ -4,7 +4,7 @@ module;
 #include <limits>
 #include <span>
 #include <utility>
-export module camber.adapt:kept_shapes;
+module camber.adapt:kept_shapes;
 import camber.core;
 import camber.metric;
 import camber.cavity;

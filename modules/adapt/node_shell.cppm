@@ -5,7 +5,7 @@ module;
 #include <cstddef>
 #include <limits>
 #include <vector>
-export module camber.adapt:node_shell;
+module camber.adapt:node_shell;
 import camber.core;
 import camber.operation;
 import camber.bezier;

@@ -1,6 +1,6 @@
 module;
 #include <cstddef>
-export module camber.adapt:snap;
+module camber.adapt:snap;
 import camber.core;
 import camber.operation;
 

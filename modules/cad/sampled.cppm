@@ -2,7 +2,7 @@ module;
 #include <cstddef>
 #include <span>
 #include <vector>
-export module camber.cad:sampled;
+module camber.cad:sampled;
 import camber.core;
 import camber.surface;
 import :association;

@@ -5,7 +5,7 @@ module;
 #include <cstdint>
 #include <utility>
 #include <vector>
-export module camber.cavity:draft;
+module camber.cavity:draft;
 import camber.core;
 import :mesh;
 

@@ -2,7 +2,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <vector>
-export module camber.cavity:flat_map;
+module camber.cavity:flat_map;
 import camber.core;
 
 /// Small tables that are filled and emptied over and over, without memory being asked for.

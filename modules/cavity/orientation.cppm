@@ -1,6 +1,6 @@
 module;
 #include <array>
-export module camber.cavity:orientation;
+module camber.cavity:orientation;
 import camber.core;
 
 namespace camber {

@@ -7,7 +7,7 @@ module;
 #include <numeric>
 #include <span>
 #include <vector>
-export module camber.cavity:starring;
+module camber.cavity:starring;
 import camber.core;
 import :around;
 import :emptied;

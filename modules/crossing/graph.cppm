@@ -4,7 +4,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <span>
-export module camber.crossing:graph;
+module camber.crossing:graph;
 import camber.core;
 import :net;
 import :separation;

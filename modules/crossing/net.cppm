@@ -5,7 +5,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-export module camber.crossing:net;
+module camber.crossing:net;
 import camber.core;
 import camber.bezier;
 import :facet;

@@ -3,7 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
-export module camber.crossing:parabola;
+module camber.crossing:parabola;
 import camber.core;
 import :net;
 

@@ -4,7 +4,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <optional>
-export module camber.crossing:planar;
+module camber.crossing:planar;
 import camber.core;
 import camber.bezier;
 import :net;

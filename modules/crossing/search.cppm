@@ -3,7 +3,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
-export module camber.crossing:search;
+module camber.crossing:search;
 import camber.core;
 import camber.bezier;
 import :graph;

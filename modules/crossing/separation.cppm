@@ -6,7 +6,7 @@ module;
 #include <limits>
 #include <optional>
 #include <span>
-export module camber.crossing:separation;
+module camber.crossing:separation;
 import camber.core;
 import camber.bezier;
 import :net;

@@ -1,6 +1,6 @@
 module;
 #include <optional>
-export module camber.crossing:straight;
+module camber.crossing:straight;
 import camber.core;
 import :facet;
 import :pair;

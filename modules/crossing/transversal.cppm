@@ -2,7 +2,7 @@ module;
 #include <algorithm>
 #include <array>
 #include <cmath>
-export module camber.crossing:transversal;
+module camber.crossing:transversal;
 import camber.core;
 import :net;
 

@@ -5,7 +5,7 @@ module;
 #include <cstddef>
 #include <limits>
 #include <span>
-export module camber.curving:edge_energy;
+module camber.curving:edge_energy;
 import camber.core;
 
 /// The energy Σ_K w_K ∫_K |∇u|² dx of displacements of edge nodes, u = Σ_e 4 ξ_i ξ_j u_e: an element's part of its

@@ -1,6 +1,6 @@
 module;
 #include <cstddef>
-export module camber.curving:polish;
+module camber.curving:polish;
 import camber.core;
 import camber.bezier;
 import camber.validity;

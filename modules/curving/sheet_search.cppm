@@ -6,7 +6,7 @@ module;
 #include <cstdint>
 #include <optional>
 #include <span>
-export module camber.curving:sheet_search;
+module camber.curving:sheet_search;
 import camber.core;
 import camber.metric;
 import camber.surface;

@@ -2,7 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <vector>
-export module camber.interpolation:collapsed_rule;
+module camber.interpolation:collapsed_rule;
 import camber.core;
 import camber.bezier;
 

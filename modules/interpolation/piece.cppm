@@ -5,7 +5,7 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-export module camber.interpolation:piece;
+module camber.interpolation:piece;
 import camber.core;
 import camber.bezier;
 import :collapsed_rule;

@@ -3,7 +3,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <vector>
-export module camber.interpolation:quadrature;
+module camber.interpolation:quadrature;
 import camber.core;
 import camber.bezier;
 import :collapsed_rule;

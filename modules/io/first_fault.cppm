@@ -2,7 +2,7 @@ module;
 #include <atomic>
 #include <cstddef>
 #include <limits>
-export module camber.io:first_fault;
+module camber.io:first_fault;
 import camber.core;
 
 namespace camber {

@@ -1,7 +1,7 @@
 module;
 #include <cstddef>
 #include <cstdint>
-export module camber.io:gmf_ascii;
+module camber.io:gmf_ascii;
 import camber.core;
 import :first_fault;
 import :gmf_binary;

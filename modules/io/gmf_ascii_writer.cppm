@@ -5,7 +5,7 @@ module;
 #include <string>
 #include <string_view>
 #include <utility>
-export module camber.io:gmf_ascii_writer;
+module camber.io:gmf_ascii_writer;
 import camber.core;
 import :notice;
 import :gmf_keywords;

@@ -3,7 +3,7 @@ module;
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
-export module camber.io:gmf_binary;
+module camber.io:gmf_binary;
 import camber.core;
 import :first_fault;
 import :gmf_file;

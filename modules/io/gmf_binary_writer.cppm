@@ -7,7 +7,7 @@ module;
 #include <limits>
 #include <span>
 #include <utility>
-export module camber.io:gmf_binary_writer;
+module camber.io:gmf_binary_writer;
 import camber.core;
 import :any_mesh;
 import :gmf;

@@ -5,7 +5,7 @@ module;
 #include <cstdint>
 #include <utility>
 #include <vector>
-export module camber.io:gmf_blocks;
+module camber.io:gmf_blocks;
 import camber.core;
 import camber.bezier;
 import :gmf_keywords;

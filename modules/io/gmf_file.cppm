@@ -7,7 +7,7 @@ module;
 #include <string_view>
 #include <utility>
 #include <vector>
-export module camber.io:gmf_file;
+module camber.io:gmf_file;
 import camber.core;
 import :any_mesh;
 import :gmf;

@@ -2,7 +2,7 @@ module;
 #include <array>
 #include <cstdint>
 #include <string_view>
-export module camber.io:gmf_keywords;
+module camber.io:gmf_keywords;
 import camber.core;
 
 namespace camber::gmf {

@@ -1,7 +1,7 @@
 module;
 #include <array>
 #include <optional>
-export module camber.io:gmf_order;
+module camber.io:gmf_order;
 import camber.core;
 import camber.bezier;
 import :gmf_file;

@@ -1,6 +1,6 @@
 module;
 #include <cstddef>
-export module camber.io:gmf_raw;
+module camber.io:gmf_raw;
 import camber.core;
 import :any_mesh;
 import :gmf_file;

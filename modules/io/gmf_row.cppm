@@ -2,7 +2,7 @@ module;
 #include <array>
 #include <cstdint>
 #include <limits>
-export module camber.io:gmf_row;
+module camber.io:gmf_row;
 import camber.core;
 
 namespace camber::gmf {

@@ -1,4 +1,4 @@
-export module camber.io:gmf_rows;
+module camber.io:gmf_rows;
 import camber.core;
 import :gmf;
 import :gmf_ascii;

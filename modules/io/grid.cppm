@@ -1,7 +1,7 @@
 module;
 #include <array>
 #include <cstddef>
-export module camber.io:grid;
+module camber.io:grid;
 import camber.core;
 import camber.bezier;
 import :listing;

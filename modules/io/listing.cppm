@@ -7,7 +7,7 @@ module;
 #include <string_view>
 #include <utility>
 #include <vector>
-export module camber.io:listing;
+module camber.io:listing;
 import camber.core;
 import camber.bezier;
 import :any_mesh;

@@ -1,7 +1,7 @@
 module;
 #include <string_view>
 #include <vector>
-export module camber.io:losses;
+module camber.io:losses;
 import camber.core;
 import :notice;
 

@@ -1,7 +1,7 @@
 module;
 #include <array>
 #include <string_view>
-export module camber.io:mfem_order;
+module camber.io:mfem_order;
 import camber.core;
 
 namespace camber::mfem {

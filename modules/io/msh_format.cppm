@@ -4,7 +4,7 @@ module;
 #include <span>
 #include <string>
 #include <string_view>
-export module camber.io:msh_format;
+module camber.io:msh_format;
 import camber.core;
 import :msh;
 import :msh_source;

@@ -3,7 +3,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <vector>
-export module camber.io:msh_layout;
+module camber.io:msh_layout;
 import camber.core;
 import camber.bezier;
 import :grid;

@@ -6,7 +6,7 @@ module;
 #include <span>
 #include <type_traits>
 #include <vector>
-export module camber.io:msh_numbers;
+module camber.io:msh_numbers;
 import camber.core;
 
 /// Which physical tags and entities the simplices and vertices of a mesh get in an MSH file.

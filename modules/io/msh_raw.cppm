@@ -10,7 +10,7 @@ module;
 #include <tuple>
 #include <utility>
 #include <vector>
-export module camber.io:msh_raw;
+module camber.io:msh_raw;
 import camber.core;
 import :any_mesh;
 import :mesh_fields;

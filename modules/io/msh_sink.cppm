@@ -6,7 +6,7 @@ module;
 #include <string>
 #include <string_view>
 #include <utility>
-export module camber.io:msh_sink;
+module camber.io:msh_sink;
 import camber.core;
 import :msh;
 import :notice;

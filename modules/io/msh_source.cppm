@@ -9,7 +9,7 @@ module;
 #include <string_view>
 #include <utility>
 #include <vector>
-export module camber.io:msh_source;
+module camber.io:msh_source;
 import camber.core;
 import :gmf_binary;
 import :gmf_file;

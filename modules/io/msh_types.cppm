@@ -4,7 +4,7 @@ module;
 #include <cstdint>
 #include <string>
 #include <string_view>
-export module camber.io:msh_types;
+module camber.io:msh_types;
 
 /// Gmsh's types of elements.
 namespace camber::msh {

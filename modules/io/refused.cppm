@@ -3,7 +3,7 @@ module;
 #include <string>
 #include <utility>
 #include <vector>
-export module camber.io:refused;
+module camber.io:refused;
 import camber.core;
 
 namespace camber {

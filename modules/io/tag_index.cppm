@@ -3,7 +3,7 @@ module;
 #include <cstdint>
 #include <limits>
 #include <span>
-export module camber.io:tag_index;
+module camber.io:tag_index;
 import camber.core;
 
 namespace camber {

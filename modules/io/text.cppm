@@ -5,7 +5,7 @@ module;
 #include <string>
 #include <string_view>
 #include <system_error>
-export module camber.io:text;
+module camber.io:text;
 import camber.core;
 
 /// Words and numbers of text files.

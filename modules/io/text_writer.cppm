@@ -4,7 +4,7 @@ module;
 #include <cstring>
 #include <string_view>
 #include <utility>
-export module camber.io:text_writer;
+module camber.io:text_writer;
 import camber.core;
 import :notice;
 

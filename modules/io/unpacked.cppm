@@ -2,7 +2,7 @@ module;
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-export module camber.io:unpacked;
+module camber.io:unpacked;
 
 namespace camber {
 

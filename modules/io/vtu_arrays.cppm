@@ -9,7 +9,7 @@ module;
 #include <type_traits>
 #include <utility>
 #include <vector>
-export module camber.io:vtu_arrays;
+module camber.io:vtu_arrays;
 import camber.core;
 import :any_mesh;
 import :solution;

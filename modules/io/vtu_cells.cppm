@@ -3,7 +3,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <vector>
-export module camber.io:vtu_cells;
+module camber.io:vtu_cells;
 import camber.core;
 import :any_mesh;
 import :listing;

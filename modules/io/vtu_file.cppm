@@ -10,7 +10,7 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
-export module camber.io:vtu_file;
+module camber.io:vtu_file;
 import camber.core;
 
 namespace camber::vtu {

@@ -3,7 +3,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <span>
-export module camber.metric:along_edge;
+module camber.metric:along_edge;
 import camber.core;
 import camber.bezier;
 import :back_mesh;

@@ -1,7 +1,7 @@
 module;
 #include <cstddef>
 #include <span>
-export module camber.metric:curved_back;
+module camber.metric:curved_back;
 import camber.core;
 import :back_mesh;
 import :spd;

@@ -3,7 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
-export module camber.metric:curved_simplex;
+module camber.metric:curved_simplex;
 import camber.core;
 import :element_frame;
 

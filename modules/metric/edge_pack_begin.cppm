@@ -6,7 +6,7 @@ module;
 #include <cstring>
 #include <span>
 #include <vector>
-export module camber.metric:edge_pack_begin;
+module camber.metric:edge_pack_begin;
 import :back_mesh;
 import :curved_back;
 import :edge_minimiser;

@@ -4,7 +4,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <span>
-export module camber.metric:edge_pack_chords;
+module camber.metric:edge_pack_chords;
 import :back_mesh;
 import :curved_back;
 import :edge_minimiser;

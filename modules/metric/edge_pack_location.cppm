@@ -5,7 +5,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <span>
-export module camber.metric:edge_pack_location;
+module camber.metric:edge_pack_location;
 import camber.core;
 import :edge_pack_objective;
 import :edge_wedge;

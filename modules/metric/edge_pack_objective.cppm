@@ -1,7 +1,7 @@
 module;
 #include <array>
 #include <cstddef>
-export module camber.metric:edge_pack_objective;
+module camber.metric:edge_pack_objective;
 import camber.core;
 import :edge_wedge;
 import :packs;

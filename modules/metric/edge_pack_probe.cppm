@@ -5,7 +5,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <span>
-export module camber.metric:edge_pack_probe;
+module camber.metric:edge_pack_probe;
 import :back_mesh;
 import :edge_minimiser;
 import :quadrature;

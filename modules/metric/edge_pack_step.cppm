@@ -6,7 +6,7 @@ module;
 #include <cstring>
 #include <span>
 #include <vector>
-export module camber.metric:edge_pack_step;
+module camber.metric:edge_pack_step;
 import :back_mesh;
 import :edge_minimiser;
 import :edge_objective;

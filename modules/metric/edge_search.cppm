@@ -1,7 +1,7 @@
 module;
 #include <algorithm>
 #include <cmath>
-export module camber.metric:edge_search;
+module camber.metric:edge_search;
 import camber.core;
 import camber.bezier;
 import :back_mesh;

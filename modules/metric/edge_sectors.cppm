@@ -4,7 +4,7 @@ module;
 #include <cstddef>
 #include <span>
 #include <utility>
-export module camber.metric:edge_sectors;
+module camber.metric:edge_sectors;
 import camber.core;
 import camber.bezier;
 import :back_mesh;

@@ -1,7 +1,7 @@
 module;
 #include <array>
 #include <cstddef>
-export module camber.metric:edge_wedge;
+module camber.metric:edge_wedge;
 import camber.core;
 import :packs;
 import :spd;

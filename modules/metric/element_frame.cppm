@@ -3,7 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
-export module camber.metric:element_frame;
+module camber.metric:element_frame;
 import camber.core;
 
 namespace camber {

@@ -2,7 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <span>
-export module camber.metric:nodal_back;
+module camber.metric:nodal_back;
 import camber.core;
 import :back_mesh;
 import :nodal_field;

@@ -3,7 +3,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <span>
-export module camber.metric:packs;
+module camber.metric:packs;
 import camber.core;
 
 /// Vectors, tensors and matrices of eight edges or points at a time, for kernels (core:pack).

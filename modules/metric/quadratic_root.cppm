@@ -1,6 +1,6 @@
 module;
 #include <cstddef>
-export module camber.metric:quadratic_root;
+module camber.metric:quadratic_root;
 import camber.core;
 import :curved_simplex;
 import :element_frame;

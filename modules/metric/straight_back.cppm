@@ -1,7 +1,7 @@
 module;
 #include <cstddef>
 #include <span>
-export module camber.metric:straight_back;
+module camber.metric:straight_back;
 import camber.core;
 import :back_mesh;
 import :spd;

@@ -2,7 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <span>
-export module camber.metric:surface_back;
+module camber.metric:surface_back;
 import camber.core;
 import :back_mesh;
 import :spd;

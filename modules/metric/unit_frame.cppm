@@ -1,7 +1,7 @@
 module;
 #include <algorithm>
 #include <cmath>
-export module camber.metric:unit_frame;
+module camber.metric:unit_frame;
 import camber.core;
 import camber.bezier;
 import :back_mesh;

@@ -1,7 +1,7 @@
 module;
 #include <cstddef>
 #include <limits>
-export module camber.operation:curved_star;
+module camber.operation:curved_star;
 import camber.core;
 import camber.cavity;
 import :operate;

@@ -3,7 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <limits>
-export module camber.operation:heights;
+module camber.operation:heights;
 import camber.core;
 import camber.bezier;
 import :on_geometry;

@@ -2,7 +2,7 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
-export module camber.operation:nodal_facets;
+module camber.operation:nodal_facets;
 import camber.core;
 import camber.crossing;
 import camber.cavity;

@@ -5,7 +5,7 @@ module;
 #include <cstddef>
 #include <limits>
 #include <vector>
-export module camber.operation:old_map;
+module camber.operation:old_map;
 import camber.core;
 import camber.bezier;
 import camber.metric;

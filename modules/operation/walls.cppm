@@ -1,7 +1,7 @@
 module;
 #include <cstddef>
 #include <vector>
-export module camber.operation:walls;
+module camber.operation:walls;
 import camber.core;
 import camber.crossing;
 import camber.cavity;

@@ -1,7 +1,7 @@
 module;
 #include <array>
 #include <cstddef>
-export module camber.optimisation:jacobian_gradient;
+module camber.optimisation:jacobian_gradient;
 import camber.core;
 import camber.bezier;
 import camber.validity;

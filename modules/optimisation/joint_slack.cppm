@@ -5,7 +5,7 @@ module;
 #include <cstddef>
 #include <limits>
 #include <vector>
-export module camber.optimisation:joint_slack;
+module camber.optimisation:joint_slack;
 import :jacobian_gradient;
 import :joint_programme;
 import camber.core;

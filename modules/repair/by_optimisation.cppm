@@ -1,4 +1,4 @@
-export module camber.repair:by_optimisation;
+module camber.repair:by_optimisation;
 import camber.core;
 import camber.validity;
 import camber.optimisation;

@@ -2,7 +2,7 @@ module;
 #include <algorithm>
 #include <cstdint>
 #include <vector>
-export module camber.repair:growth;
+module camber.repair:growth;
 import camber.core;
 import camber.bezier;
 import camber.validity;

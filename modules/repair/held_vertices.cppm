@@ -2,7 +2,7 @@ module;
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-export module camber.repair:held_vertices;
+module camber.repair:held_vertices;
 import camber.core;
 import camber.validity;
 import :options;

@@ -1,6 +1,6 @@
 module;
 #include <vector>
-export module camber.repair:local_extension;
+module camber.repair:local_extension;
 import camber.core;
 import camber.bezier;
 import camber.validity;

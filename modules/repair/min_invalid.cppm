@@ -1,7 +1,7 @@
 module;
 #include <cstddef>
 #include <utility>
-export module camber.repair:min_invalid;
+module camber.repair:min_invalid;
 import camber.core;
 import camber.validity;
 import :options;

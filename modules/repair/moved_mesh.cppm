@@ -3,7 +3,7 @@ module;
 #include <cstddef>
 #include <utility>
 #include <vector>
-export module camber.repair:moved_mesh;
+module camber.repair:moved_mesh;
 import camber.core;
 import camber.bezier;
 import camber.validity;

@@ -5,7 +5,7 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-export module camber.repair:rounds;
+module camber.repair:rounds;
 import camber.core;
 import camber.validity;
 import :state;

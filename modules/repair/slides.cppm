@@ -1,4 +1,4 @@
-export module camber.repair:slides;
+module camber.repair:slides;
 import camber.core;
 import camber.validity;
 

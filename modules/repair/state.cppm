@@ -5,7 +5,7 @@ module;
 #include <optional>
 #include <utility>
 #include <vector>
-export module camber.repair:state;
+module camber.repair:state;
 import camber.core;
 import camber.bezier;
 import camber.validity;

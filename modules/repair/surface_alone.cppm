@@ -1,6 +1,6 @@
 module;
 #include <vector>
-export module camber.repair:surface_alone;
+module camber.repair:surface_alone;
 import camber.core;
 import camber.validity;
 import :guide;

@@ -3,7 +3,7 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-export module camber.repair:trial;
+module camber.repair:trial;
 import camber.core;
 import camber.bezier;
 import camber.validity;

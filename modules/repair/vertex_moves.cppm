@@ -5,7 +5,7 @@ module;
 #include <cstddef>
 #include <limits>
 #include <vector>
-export module camber.repair:vertex_moves;
+module camber.repair:vertex_moves;
 import :held_vertices;
 import :state;
 import camber.core;

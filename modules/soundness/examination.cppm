@@ -6,7 +6,7 @@ module;
 #include <cstdint>
 #include <numeric>
 #include <vector>
-export module camber.soundness:examination;
+module camber.soundness:examination;
 import camber.core;
 import camber.validity;
 import :defects;

@@ -1,6 +1,6 @@
 module;
 #include <array>
-export module camber.surface:analytic_parameters;
+module camber.surface:analytic_parameters;
 import camber.core;
 import :analytic;
 import :geometry_places;

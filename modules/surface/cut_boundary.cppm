@@ -2,7 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <span>
-export module camber.surface:cut_boundary;
+module camber.surface:cut_boundary;
 import camber.core;
 import camber.bezier;
 import :features;

@@ -4,7 +4,7 @@ module;
 #include <cstdint>
 #include <span>
 #include <vector>
-export module camber.surface:fans;
+module camber.surface:fans;
 import camber.core;
 import :features;
 

@@ -4,7 +4,7 @@ module;
 #include <optional>
 #include <utility>
 #include <vector>
-export module camber.surface:geometry_sheets;
+module camber.surface:geometry_sheets;
 import camber.core;
 import :geometry;
 import :geometry_places;

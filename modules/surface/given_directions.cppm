@@ -4,7 +4,7 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-export module camber.surface:given_directions;
+module camber.surface:given_directions;
 import camber.core;
 
 namespace camber {

@@ -1,6 +1,6 @@
 module;
 #include <span>
-export module camber.surface:heights;
+module camber.surface:heights;
 import camber.core;
 
 namespace camber {

@@ -1,7 +1,7 @@
 module;
 #include <array>
 #include <cstdint>
-export module camber.surface:junctions;
+module camber.surface:junctions;
 import camber.core;
 import :fans;
 import :features;

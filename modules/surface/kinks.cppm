@@ -3,7 +3,7 @@ module;
 #include <cstddef>
 #include <functional>
 #include <vector>
-export module camber.surface:kinks;
+module camber.surface:kinks;
 import camber.core;
 import camber.bezier;
 import :features;

@@ -1,6 +1,6 @@
 module;
 #include <optional>
-export module camber.surface:meeting;
+module camber.surface:meeting;
 import camber.core;
 import :plane;
 

@@ -2,7 +2,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <span>
-export module camber.surface:normals;
+module camber.surface:normals;
 import camber.core;
 import :features;
 import :fans;

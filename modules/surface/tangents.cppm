@@ -2,7 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
-export module camber.surface:tangents;
+module camber.surface:tangents;
 import camber.core;
 import :features;
 import :junctions;

@@ -5,7 +5,7 @@ module;
 #include <cstdint>
 #include <utility>
 #include <vector>
-export module camber.validity:tensor;
+module camber.validity:tensor;
 import camber.core;
 import camber.bezier;
 import :coefficients;

@@ -1,7 +1,7 @@
 module;
 #include <functional>
 #include <string>
-export module camber.commands:execute;
+module camber.commands:execute;
 import camber.core;
 import camber.config;
 import camber.io;

@@ -2,7 +2,7 @@ module;
 #include <string>
 #include <string_view>
 #include <vector>
-export module camber.commands:formats;
+module camber.commands:formats;
 import camber.core;
 import camber.io;
 import camber.run;

@@ -2,7 +2,7 @@ module;
 #include <cstdint>
 #include <string>
 #include <vector>
-export module camber.commands:named_files;
+module camber.commands:named_files;
 import camber.core;
 import camber.config;
 

@@ -4,7 +4,7 @@ module;
 #include <cstdint>
 #include <string_view>
 #include <vector>
-export module camber.run:check_parts;
+module camber.run:check_parts;
 import camber.core;
 import camber.validity;
 import camber.soundness;

@@ -2,14 +2,14 @@ module;
 #include <cstddef>
 #include <string>
 #include <vector>
-export module camber.run:curved_unit_mesh;
+module camber.run:curved_unit_mesh;
 import camber.core;
 import camber.metric;
 import :histogram;
 import :report;
 
 /// How near to unit a mesh of degree 2 is in a metric, along its curves: `camber check --metric`.
-export namespace camber::run {
+namespace camber::run {
 
 struct CurvedUnitMeshReport {
     /// An element's quality, from 1: its mean, the least that was attained at a point, and what it is above everywhere.

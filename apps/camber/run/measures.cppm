@@ -3,7 +3,7 @@ module;
 #include <optional>
 #include <span>
 #include <vector>
-export module camber.run:measures;
+module camber.run:measures;
 import camber.config;
 import camber.core;
 import camber.curving;

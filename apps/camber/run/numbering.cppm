@@ -1,7 +1,7 @@
 module;
 #include <optional>
 #include <span>
-export module camber.run:numbering;
+module camber.run:numbering;
 import camber.core;
 import camber.config;
 import camber.ordering;

@@ -3,7 +3,7 @@ module;
 #include <optional>
 #include <string>
 #include <vector>
-export module camber.run:parts;
+module camber.run:parts;
 import camber.repair;
 import camber.validity;
 import :distances_report;

@@ -2,7 +2,7 @@ module;
 #include <cstddef>
 #include <string>
 #include <string_view>
-export module camber.run:rows;
+module camber.run:rows;
 
 namespace camber::run {
 

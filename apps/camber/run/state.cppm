@@ -4,7 +4,7 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
-export module camber.run:state;
+module camber.run:state;
 import camber.core;
 import camber.bezier;
 import camber.metric;
@@ -18,7 +18,7 @@ import :report;
 
 /// What a run holds between two stages: a sum of what can be, so that a stage which finds its input there has all of
 /// it.
-export namespace camber::run {
+namespace camber::run {
 
 /// A mesh as it was read: its degree is the file's.
 template <int D>

@@ -1,7 +1,7 @@
 module;
 #include <optional>
 #include <span>
-export module camber.run:steps;
+module camber.run:steps;
 import camber.core;
 import camber.config;
 import camber.curving;

@@ -2,7 +2,7 @@ module;
 #include <cstddef>
 #include <string>
 #include <vector>
-export module camber.run:unit_mesh;
+module camber.run:unit_mesh;
 import camber.core;
 import camber.metric;
 import :histogram;
@@ -10,7 +10,7 @@ import :report;
 
 /// How near to unit a straight mesh is in a metric: `camber check --metric`, and before and after passes that change
 /// it.
-export namespace camber::run {
+namespace camber::run {
 
 /// The report, and what it counts, one a unique edge and one an element.
 struct UnitMesh {
