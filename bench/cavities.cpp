@@ -64,7 +64,7 @@ CavityRequest<2> insertion_request(const Square& square, const Vec<2>& place) {
 /// farthest from the vertices around it.
 void insert_one(const Square& square) {
     OperationWorkspace<2> workspace;
-    Patch<2> patch, best;
+    JudgedPatch<2> patch, best;
     double farthest = 0;
     CavityRequest<2> best_request;
     for (int i = 0; i <= 50; ++i)
@@ -72,9 +72,9 @@ void insert_one(const Square& square) {
             const CavityRequest<2> request = insertion_request(square, {{0.25 + 0.01 * i, 0.25 + 0.01 * j}});
             if (operate(square.state, square.goal, request, {}, workspace, patch).rejected != RejectionReason::none) continue;
             double near = 1;
-            for (const VertexId v : patch.star.boundary)
+            for (const VertexId v : patch.patch().star.boundary)
                 near = std::min(near, distance(square.state.mesh.points[v], request.place));
-            if (!(near > farthest) || patch.removed.elements.size() < 8) continue;
+            if (!(near > farthest) || patch.patch().removed.elements.size() < 8) continue;
             farthest = near;
             best = patch;
             best_request = request;
@@ -84,7 +84,7 @@ void insert_one(const Square& square) {
     std::array<char, 160> ellipse{};
     std::snprintf(ellipse.data(), ellipse.size(), "\"root\": [[%.6f, %.6f], [%.6f, %.6f]],", rows[0][0], rows[0][1],
                   rows[1][0], rows[1][1]);
-    print_patch("insertion", square.state.mesh, best, ellipse.data());
+    print_patch("insertion", square.state.mesh, best.patch(), ellipse.data());
 }
 
 /// The inner vertex nearest to a place.
@@ -101,7 +101,7 @@ VertexId inner_vertex(const DynamicMesh<2>& mesh, const Vec<2>& place) {
 void collapse_one(const Square& square, const Vec<2>& place) {
     const DynamicMesh<2>& mesh = square.state.mesh;
     const VertexId v = inner_vertex(mesh, place);
-    Patch<2> patch, best;
+    JudgedPatch<2> patch, best;
     double best_shape = 0;
     CavityRequest<2> request;
     cavity_of_vertex(mesh, v, request.cavity);
@@ -117,13 +117,13 @@ void collapse_one(const Square& square, const Vec<2>& place) {
         }
     std::array<char, 40> more{};
     std::snprintf(more.data(), more.size(), "\"goes\": %u,", v.value);
-    print_patch("collapse", mesh, best, more.data());
+    print_patch("collapse", mesh, best.patch(), more.data());
 }
 
 /// The edge of an element whose swap gives the best elements.
 void swap_one(const Square& square, const Vec<2>& place) {
     const ElementId e = must(locate(square.state.mesh, place)).element;
-    Patch<2> patch, best;
+    JudgedPatch<2> patch, best;
     double best_shape = 0;
     OperationWorkspace<2> workspace;
     for (int k = 0; k < 3; ++k) {
@@ -137,7 +137,7 @@ void swap_one(const Square& square, const Vec<2>& place) {
         best_shape = result.worst_shape;
         best = patch;
     }
-    print_patch("swap", square.state.mesh, best, "");
+    print_patch("swap", square.state.mesh, best.patch(), "");
 }
 
 /// Tetrahedra around an edge, joined to a vertex of the ring around it.

@@ -65,7 +65,7 @@ template <int D>
 void print_patch(const char* name, DynamicMesh<D> mesh, const Patch<D>& patch, const char* more) {
     std::printf("%s\"%s\": {%s\n", std::string(name) == "insertion" ? "" : ",\n", name, more);
     print_mesh("before", mesh, patch.removed.elements);
-    auto [after, changes] = must(commit<D>(std::move(mesh), {&patch, 1}));
+    auto [after, changes] = must(replace_cavities<D>(std::move(mesh), {&patch, 1}));
     std::printf(",\n \"point\": %u,\n", changes.points.front().value);
     print_mesh("after", after, changes.elements.created);
     std::printf("}");

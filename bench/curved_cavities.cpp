@@ -82,7 +82,7 @@ class Best {
     explicit Best(const Layer& layer) : layer_(layer) {}
     void look_at(const CavityRequest<2>& request, std::size_t min_elements, VertexId goes = {}) {
         const OperationResult result = operate(layer_.state, layer_.goal, request, {}, workspace_, patch_);
-        if (result.rejected != RejectionReason::none || patch_.removed.elements.size() < min_elements) return;
+        if (result.rejected != RejectionReason::none || patch_.patch().removed.elements.size() < min_elements) return;
         if (!(result.worst_shape > 0.3)) return;
         const double worth = result.worst_shape + (result.straight_inverted ? 1 : 0);
         if (!(worth > worth_)) return;
@@ -93,13 +93,13 @@ class Best {
     void print(const char* name) const {
         std::array<char, 40> more{};
         if (goes_.valid()) std::snprintf(more.data(), more.size(), "\"goes\": %u,", goes_.value);
-        print_patch(name, layer_.state.mesh, best_, more.data());
+        print_patch(name, layer_.state.mesh, best_.patch(), more.data());
     }
 
   private:
     const Layer& layer_;
     OperationWorkspace<2> workspace_;
-    Patch<2> patch_, best_;
+    JudgedPatch<2> patch_, best_;
     double worth_ = 0;
     VertexId goes_;
 };

@@ -65,7 +65,7 @@ void commit_splits(benchmark::State& state) {
     // Columns that are full grow once, and by half.
     mesh = [&] {
         const auto first = splits(mesh, 64, 1);
-        return commit<3>(std::move(mesh), first).value().mesh;
+        return replace_cavities<3>(std::move(mesh), first).value().mesh;
     }();
     std::size_t done = 0;
     std::size_t shift = 0;
@@ -73,7 +73,7 @@ void commit_splits(benchmark::State& state) {
         state.PauseTiming();
         const auto patches = splits(mesh, 64, shift += 17);
         state.ResumeTiming();
-        auto changed = commit<3>(std::move(mesh), patches);
+        auto changed = replace_cavities<3>(std::move(mesh), patches);
         if (!changed) return state.SkipWithError(changed.error().what.c_str());
         mesh = std::move(changed->mesh);
         done += patches.size();

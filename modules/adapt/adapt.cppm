@@ -10,5 +10,4 @@ export import :to_metric;
 import :boundary_moves;
 import :candidates;
 import :kept_shapes;
-import :node_shell;
 import :snap;

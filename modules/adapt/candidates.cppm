@@ -94,7 +94,7 @@ template <int D>
         for (const VertexId v : vertices)
             if (i == 0 || local_vertex(r.mesh.elements.vertices[request.cavity.elements[i - 1]], v) < 0)
                 nearest = std::min(
-                    nearest, edge_length(request.metric.measure, r.metrics[v].measure, r.mesh.points[v] - request.place));
+                    nearest, edge_length(request.metric.measure, r.vertices.metrics[v].measure, r.mesh.points[v] - request.place));
     }
     return nearest;
 }

@@ -19,7 +19,7 @@ namespace {
 template <int D>
 class Collapses final : public Pass<D> {
   public:
-    Collapses(const AdaptationGoal<D>& goal, const CollapseOptions& options) : goal_(goal), options_(options) {}
+    explicit Collapses(const CollapseOptions& options) : options_(options) {}
 
     [[nodiscard]] double order_of(double length) const { return length < options_.shortest ? length : infinite_order; }
 
@@ -41,7 +41,7 @@ class Collapses final : public Pass<D> {
             const bool is_long = makes_long_edge(r, candidate.request.cavity.elements, cones, v, w);
             if (is_long && best) continue;
             const double least = best && best->rejected == RejectionReason::none ? best_shape : 0;
-            const double shape = is_long ? 0 : cones.worst(r.mesh.points[w], r.metrics[w].measure, least, w);
+            const double shape = is_long ? 0 : cones.worst(r.mesh.points[w], r.vertices.metrics[w].measure, least, w);
             if (best && best->rejected == RejectionReason::none && !(shape > best_shape)) continue;
             candidate.request.join_to(r, w);
             if (is_long)
@@ -52,15 +52,12 @@ class Collapses final : public Pass<D> {
             candidate.limits.min_shape = shape_of_quality(options_.min_quality, D);
             candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
             candidate.limits.corrections = 0;
+            candidate.limits.wall_elements = WallElements::refused;
+            candidate.limits.facet_distance = options_.distance;
             best_shape = shape;
             best = std::move(candidate);
         }
         return best;
-    }
-    [[nodiscard]] PatchVerdict judge(const Adaptation<D>& r, const Patch<D>& patch) const override {
-        if (adds_wall_elements(r, goal_, patch)) return {RejectionReason::wall};
-        const FacetDistance facets = distance_from_geometry(r, goal_, patch, options_.distance);
-        return {facets.is_near ? RejectionReason::none : RejectionReason::geometry, facets.largest};
     }
     void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
@@ -76,12 +73,11 @@ class Collapses final : public Pass<D> {
                 for (const VertexId x : vertices)
                     if (x != v && x != w) beside.push_back(x);
         return std::ranges::any_of(cones.vertices(), [&](const auto& corner) {
-            return !is_among(beside, corner.vertex) && edge_length(r.metrics[w].measure, *corner.metric,
+            return !is_among(beside, corner.vertex) && edge_length(r.vertices.metrics[w].measure, *corner.metric,
                                                                    corner.place - r.mesh.points[w]) > options_.longest;
         });
     }
 
-    const AdaptationGoal<D>& goal_;
     const CollapseOptions& options_;
 };
 
@@ -91,7 +87,7 @@ template <int D>
 Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal, const CollapseOptions& options,
                               const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    Collapses<D> pass(goal, options);
+    Collapses<D> pass(options);
     auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());
     auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);

@@ -81,7 +81,7 @@ class ConeShapes {
                 ++vertices_[i].faces;
                 return i;
             }
-        vertices_.push_back({v, 1, r_.mesh.points[v], &r_.metrics[v].measure});
+        vertices_.push_back({v, 1, r_.mesh.points[v], &r_.vertices.metrics[v].measure});
         return static_cast<std::uint32_t>(vertices_.size() - 1);
     }
     [[nodiscard]] bool holds(const Face& face, VertexId v) const {

@@ -59,7 +59,7 @@ void grow_delaunay(const Adaptation<D>& r, const Vec<D>& point, const MeasuringM
             const ElementId next = across.element();
             if (is_among(elements, next) || !is_in_metric_sphere(r, next, point, metric)) continue;
             const VertexId v = vertex_beyond(r.mesh, elements[i], next);
-            if (edge_length(metric, r.metrics[v].measure, r.mesh.points[v] - point) < shortest) continue;
+            if (edge_length(metric, r.vertices.metrics[v].measure, r.mesh.points[v] - point) < shortest) continue;
             elements.push_back(next);
         }
 }

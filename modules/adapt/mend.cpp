@@ -48,16 +48,12 @@ class Removals final : public Pass<D> {
         }
         limits.longest = 2 * longest_unit_edge;
         limits.corrections = 0;
+        limits.wall_elements = WallElements::refused;
+        limits.facet_distance = 0.2;  // as of a collapse
         const VertexId into = best_neighbour(r, request.cavity, v);
         if (!into.valid()) return {};
         request.join_to(r, into);
         return candidate;
-    }
-    [[nodiscard]] PatchVerdict judge(const Adaptation<D>& r, const Patch<D>& patch) const override {
-        constexpr double most = 0.2;  // as of a collapse
-        if (adds_wall_elements(r, goal_, patch)) return {RejectionReason::wall};
-        const FacetDistance facets = distance_from_geometry(r, goal_, patch, most);
-        return {facets.is_near ? RejectionReason::none : RejectionReason::geometry, facets.largest};
     }
     void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         for (const ElementId e : changes.elements.created) add_tasks(r, e, tasks);
@@ -75,7 +71,7 @@ class Removals final : public Pass<D> {
     [[nodiscard]] bool is_off(const Adaptation<D>& r, const Cavity<D>& around, VertexId v) const {
         const VertexPlace place = r.mesh.states[v].place;
         if (place != VertexPlace::surface && place != VertexPlace::line) return false;
-        const auto foot = foot_of(goal_, r.mesh, around, v, r.places.empty() ? GeometryEntity{} : r.places[v].entity);
+        const auto foot = foot_of(goal_, r.mesh, around, v, r.vertices.place(v).entity);
         return foot && !is_at_foot(r.mesh, around, r.mesh.points[v], foot->point);
     }
     /// Where the worst straight element is best.

@@ -80,20 +80,21 @@ class NodeSweeps {
             if (std::ranges::any_of(shells_[e], [&](ElementId s) { return touched_[s.index()] != 0; }))
                 now.push_back(e);
         touched_.assign(touched_.size(), 0);
-        nodes_ = take(std::move(r_.mesh.nodes));
         NodeMoves moves;
         auto done = in_rounds(
             schedule_, std::move(now), execution, [](EdgeId) { return false; },
             [&](EdgeId e) { return Claim(shells_[e]); },
             [&](std::span<const EdgeId> edges) { return move_all(edges, execution, moves); });
-        r_.mesh.nodes = std::move(nodes_);
         if (!done) return fail(done.error());
-        if (moves.moved > 0) r_.mesh.stamp = new_stamp();
         return moves;
     }
 
   private:
-    enum class Tried : std::uint8_t { no, in_vain, moved };
+    /// What came of an edge.
+    struct Tried {
+        bool has_reason = false;
+        std::optional<JudgedNode<D>> moved;
+    };
 
     /// Edges that share no element.
     [[nodiscard]] Outcome<bool> move_all(std::span<const EdgeId> edges, const Execution& execution, NodeMoves& moves) {
@@ -107,30 +108,30 @@ class NodeSweeps {
             },
             grain);
         if (!done) return fail(done.error());
+        std::vector<JudgedNode<D>> moved;
         for (std::size_t i = 0; i < edges.size(); ++i) {
-            moves.tried += tried[i] == Tried::no ? 0 : 1;
-            if (tried[i] != Tried::moved) continue;
-            ++moves.moved;
+            moves.tried += tried[i].has_reason ? 1 : 0;
+            if (!tried[i].moved) continue;
+            moved.push_back(*tried[i].moved);
             for (const ElementId e : shells_[edges[i]]) touched_[e.index()] = 1;
         }
+        moves.moved += moved.size();
+        r_ = commit<D>(std::move(r_), moved);
         return true;
     }
-    [[nodiscard]] Tried move(EdgeId edge, NodeShell<D>& shell) {
+    [[nodiscard]] Tried move(EdgeId edge, NodeShell<D>& shell) const {
         gather(edge, shell);
         const auto& [a, b] = r_.mesh.edges[edge];
-        shell.begin(nodes_[edge.index()].point,
-                    LogMetric<D>{0.5 * (r_.metrics[a].log_metric.l + r_.metrics[b].log_metric.l)});
+        shell.begin(r_.mesh.nodes[edge].point,
+                    LogMetric<D>{0.5 * (r_.vertices.metrics[a].log_metric.l + r_.vertices.metrics[b].log_metric.l)});
         const NodePlace<D> here = shell.at({});
-        if (!(here.worst > 0 && here.worst < wanted_) || !bound(shell)) return Tried::no;
+        if (!(here.worst > 0 && here.worst < wanted_) || !bound(shell)) return {};
         NodePlace<D> there = shell.better(here);
         for (int halving = 0; halving < 6 && is_gain(here, there); ++halving) {
-            if (shell.is_certified(there.point)) {
-                nodes_[edge.index()].point = there.point;
-                return Tried::moved;
-            }
+            if (auto moved = shell.judged(edge, there.point)) return {true, moved};
             there = shell.at(0.5 * there.y);
         }
-        return Tried::in_vain;
+        return {true, {}};
     }
     [[nodiscard]] static bool is_gain(const NodePlace<D>& here, const NodePlace<D>& there) {
         constexpr double least = 1e-3;
@@ -144,11 +145,11 @@ class NodeSweeps {
             const auto& vertices = r_.mesh.elements.vertices[e];
             for (int i = 0; i <= D; ++i) {
                 element.nodes[i] = r_.mesh.points[vertices[i]];
-                logs[i] = r_.metrics[vertices[i]].log_metric;
+                logs[i] = r_.vertices.metrics[vertices[i]].log_metric;
             }
             for (int k = 0; k < edges_per_simplex<D>; ++k) {
                 const EdgeId of_element = r_.mesh.edges_of[e][k];
-                element.nodes[D + 1 + k] = nodes_[of_element.index()].point;
+                element.nodes[D + 1 + k] = r_.mesh.nodes[of_element].point;
                 if (of_element == edge) element.node = D + 1 + k;
             }
             element.metric = element_metric<D>(logs);
@@ -171,7 +172,6 @@ class NodeSweeps {
     Schedule schedule_;
     std::vector<EdgeId> edges_;
     std::vector<std::uint8_t> touched_;  ///< of each element: it has changed
-    Buffer<LagrangeNode<D>> nodes_;      ///< the mesh's, while they move
 };
 
 }  // namespace

@@ -32,23 +32,6 @@ class Reinsertions final : public Pass<D> {
         if (r.mesh.states[VertexId(std::size_t{task.id})].place == VertexPlace::inside) return {};
         return candidate_at(r, task, share);
     }
-    /// A patch that moves no node noticeably, and brings none to its place, is not worth a commit.
-    [[nodiscard]] PatchVerdict judge(const Adaptation<D>& r, const Patch<D>& patch) const override {
-        const VertexId point = patch.point.vertex;
-        for (const ElementId e : patch.removed.elements) {
-            const auto& vertices = r.mesh.elements.vertices[e];
-            const int at = local_vertex(vertices, point);
-            for (int i = 0; i <= D; ++i) {
-                if (i == at) continue;
-                const auto spoke = std::ranges::find(patch.star.boundary, vertices[i]) - patch.star.boundary.begin();
-                const EdgeId edge = r.mesh.edges_of[e][edge_between<D>[i][at]];
-                const LagrangeNode<D>& node = patch.nodes[static_cast<std::size_t>(spoke)];
-                const bool arrives = node == goal_.wanted[edge] && node != r.mesh.nodes[edge];
-                if (arrives || is_noticeable(r, edge, node.point)) return {RejectionReason::none};
-            }
-        }
-        return {RejectionReason::gain};
-    }
     void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
         for (const ElementId e : changes.elements.created)
             for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
@@ -90,21 +73,10 @@ class Reinsertions final : public Pass<D> {
         candidate.limits.invalid_before = InvalidBefore::may_stay;
         candidate.limits.facet_cosine = any_facet;
         candidate.limits.corrections = 0;
+        candidate.limits.node_gain = NodeGain::asked;
         candidate.limits.approaches = is_approaching_ ? max_approaches : 0;
         return candidate;
     }
-    /// Whether a node moves noticeably to get there: in the metric, and of what it is short of its place.
-    [[nodiscard]] bool is_noticeable(const Adaptation<D>& r, EdgeId edge, const Vec<D>& to) const {
-        constexpr double length = 1e-3, share = 0.05;
-        const Vec<D>& here = r.mesh.nodes[edge].point;
-        return std::ranges::any_of(r.mesh.edges[edge], [&](VertexId v) {
-            const MeasuringMetric<D>& metric = r.metrics[v].measure;
-            const double least =
-                std::max(length * length, share * share * metric.length_squared(goal_.wanted[edge].point - here));
-            return metric.length_squared(to - here) > least;
-        });
-    }
-
     static constexpr int max_approaches = 16;
     static constexpr double any_facet = -2;  ///< of cosines: corners of facets stay where they are
     const AdaptationGoal<D>& goal_;

@@ -43,7 +43,7 @@ class Moves final : public Pass<D> {
         cavity_around(r.mesh, v, request.cavity);
         ConeShapes<D> cones(r);
         for (const ElementId e : request.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
-        const double straight = cones.worst(r.mesh.points[v], r.metrics[v].measure, 0);
+        const double straight = cones.worst(r.mesh.points[v], r.vertices.metrics[v].measure, 0);
         const double before = shapes_ ? shapes_->worst(request.cavity.elements) : straight;
         if (!(before < wanted_)) return {};
         BestPlace best{{}, {}, gain_ * straight};
@@ -100,9 +100,9 @@ class Moves final : public Pass<D> {
     void look_at(const Adaptation<D>& r, const Cavity<D>& around, ConeShapes<D>& cones, VertexId v,
                  const Vec<D>& wanted, BestPlace& best) const {
         const std::optional<BoundaryPlace<D>> place =
-            place_for(goal_, r.mesh, around, v, r.places.empty() ? GeometryEntity{} : r.places[v].entity, wanted);
+            place_for(goal_, r.mesh, around, v, r.vertices.place(v).entity, wanted);
         if (!place) return;
-        const FieldSample<D> sample = sample_value(goal_.field, place->point, r.metrics[v].back);
+        const FieldSample<D> sample = sample_value(goal_.field, place->point, r.vertices.metrics[v].back);
         const VertexMetric<D> metric(sample.log_metric, sample.location.element);
         const double shape = cones.worst(place->point, metric.measure, best.shape);
         if (shape > best.shape) best = {*place, metric, shape};
@@ -111,7 +111,7 @@ class Moves final : public Pass<D> {
     /// element alone would have it.
     void look_around(const Adaptation<D>& r, const Cavity<D>& around, ConeShapes<D>& cones, VertexId v,
                      BestPlace& best) const {
-        for (const Vec<D>& row : r.metrics[v].measure.rows) {
+        for (const Vec<D>& row : r.vertices.metrics[v].measure.rows) {
             const Vec<D> unit = row / norm_squared(row);  // of length 1 in the metric: the rows are orthogonal
             for (const double length : {0.5, 0.25, 0.1, -0.1, -0.25, -0.5})
                 look_at(r, around, cones, v, r.mesh.points[v] + length * unit, best);
@@ -121,7 +121,7 @@ class Moves final : public Pass<D> {
     [[nodiscard]] static Vec<D> apex_of_worst(const Adaptation<D>& r, const std::vector<ElementId>& around, VertexId v) {
         const ElementId worst = *std::ranges::min_element(around, {}, [&](ElementId e) { return shape_of(r, e); });
         const auto& vertices = r.mesh.elements.vertices[worst];
-        const auto& rows = r.metrics[v].measure.rows;
+        const auto& rows = r.vertices.metrics[v].measure.rows;
         std::array<Vec<D>, D> face;
         Vec<D> centre{};
         const auto outward = face_opposite<D>(local_vertex(vertices, v));
@@ -147,7 +147,7 @@ class Moves final : public Pass<D> {
         double weights = 0;
         const auto add = [&](VertexId w, double weight) {
             const Vec<D> edge = here - r.mesh.points[w];
-            const double length = edge_length(r.metrics[v].measure, r.metrics[w].measure, edge);
+            const double length = edge_length(r.vertices.metrics[v].measure, r.vertices.metrics[w].measure, edge);
             if (!(length > min_length)) return;  // it asks for a place far beyond all others
             sum += weight * (r.mesh.points[w] + (1 / length) * edge);
             weights += weight;

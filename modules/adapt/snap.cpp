@@ -41,13 +41,13 @@ class Snaps final : public Pass<D> {
         cavity_of_vertex(r.mesh, v, request.cavity);
         const Vec<D> here = r.mesh.points[v];
         const std::optional<SurfacePoint<D>> foot =
-            foot_of(goal_, r.mesh, request.cavity, v, r.places.empty() ? GeometryEntity{} : r.places[v].entity);
+            foot_of(goal_, r.mesh, request.cavity, v, r.vertices.place(v).entity);
         if (!foot || is_at_foot(r.mesh, request.cavity, here, foot->point)) return {};
         request.point = v;
         request.place = here + share * (foot->point - here);
         request.lies = place_after(share, *foot);
         request.share = share;
-        ask_field(r, goal_, r.metrics[v].back, request);
+        ask_field(r, goal_, r.vertices.metrics[v].back, request);
         candidate.limits.min_shape = shape_of_quality(min_quality, D);
         candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
         candidate.limits.facet_cosine = 0.2;  // the facets around it are what is wrong

@@ -41,9 +41,6 @@ class Splits final : public Pass<D> {
         if (candidate && candidate->request.cavity.facets.empty()) candidate.reset();
         return candidate;
     }
-    [[nodiscard]] PatchVerdict judge(const Adaptation<D>& r, const Patch<D>& patch) const override {
-        return {adds_wall_elements(r, goal_, patch) ? RejectionReason::wall : RejectionReason::none};
-    }
     void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }
@@ -62,8 +59,8 @@ class Splits final : public Pass<D> {
         cavity_of_edge(r.mesh, element, local, request.cavity);
         const auto& [a, b] = r.mesh.edges[edge];
         const Vec<D> chord = r.mesh.points[b] - r.mesh.points[a];
-        const double t = half_of_length(std::sqrt(r.metrics[a].measure.length_squared(chord)),
-                                        std::sqrt(r.metrics[b].measure.length_squared(chord)));
+        const double t = half_of_length(std::sqrt(r.vertices.metrics[a].measure.length_squared(chord)),
+                                        std::sqrt(r.vertices.metrics[b].measure.length_squared(chord)));
         request.place = r.mesh.points[a] + t * chord;
         if (r.mesh.is_curved()) {
             request.origin = request.place;
@@ -75,7 +72,7 @@ class Splits final : public Pass<D> {
         request.place += share * (foot.point - request.place);
         request.lies = place_after(share, foot);
         if (r.mesh.point_references[a] == r.mesh.point_references[b]) request.reference = r.mesh.point_references[a];
-        ask_field(r, goal_, r.metrics[a].back, request);
+        ask_field(r, goal_, r.vertices.metrics[a].back, request);
         request.holders = request.cavity.elements.size();
         // Too near to a vertex that no growing takes away: rejected as it is.
         if (nearest_of_holders(r, request) < options_.shortest)
@@ -83,6 +80,7 @@ class Splits final : public Pass<D> {
         else
             grow_delaunay(r, request.place, request.metric.measure, max_elements, options_.shortest, request.cavity);
         candidate.limits.corrections = 16;
+        candidate.limits.wall_elements = WallElements::refused;
         candidate.limits.shortest = options_.shortest;
         candidate.limits.min_shape = shape_of_quality(options_.min_quality, D);
         candidate.limits.below_least = BelowLeast::accepted_if_no_worse;

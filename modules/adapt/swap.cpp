@@ -27,9 +27,8 @@ struct BestSwap {
 template <int D>
 class Swaps final : public Pass<D> {
   public:
-    Swaps(const AdaptationGoal<D>& goal, const SwapOptions& options, KeptShapes<D> shapes)
-        : goal_(goal),
-          distance_(options.distance),
+    Swaps(const SwapOptions& options, KeptShapes<D> shapes)
+        : distance_(options.distance),
           wanted_(shape_of_quality(options.wanted, D)),
           gain_(shape_of_quality(options.gain, D)),
           shapes_(std::move(shapes)) {}
@@ -57,12 +56,9 @@ class Swaps final : public Pass<D> {
         candidate.request.join_to(r, best.point);
         candidate.limits.min_shape = gain_ * shape;
         candidate.limits.corrections = 0;
+        candidate.limits.wall_elements = WallElements::refused;
+        candidate.limits.facet_distance = distance_;
         return candidate;
-    }
-    [[nodiscard]] PatchVerdict judge(const Adaptation<D>& r, const Patch<D>& patch) const override {
-        if (adds_wall_elements(r, goal_, patch)) return {RejectionReason::wall};
-        const FacetDistance facets = distance_from_geometry(r, goal_, patch, distance_);
-        return {facets.is_near ? RejectionReason::none : RejectionReason::geometry, facets.largest};
     }
     void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         shapes_.follow(r, changes);
@@ -137,11 +133,10 @@ class Swaps final : public Pass<D> {
             if (local_vertex(r.mesh.elements.vertices[e], r.mesh.elements.vertices[other][i]) >= 0) cones.add(other, i);
         const double before = worst_straight(r, cavity.elements, e);
         const double least = best.gain * before;
-        const double after = cones.worst(r.mesh.points[p], r.metrics[p].measure, least);
+        const double after = cones.worst(r.mesh.points[p], r.vertices.metrics[p].measure, least);
         if (after > least) take(best, cavity, p, after / before);
     }
 
-    const AdaptationGoal<D>& goal_;
     double distance_;
     double wanted_, gain_;  ///< of shapes
     KeptShapes<D> shapes_;
@@ -155,7 +150,7 @@ Outcome<Adapted<D>> swap(Adaptation<D> state, const AdaptationGoal<D>& goal, con
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     auto shapes = KeptShapes<D>::of(state, without_progress(execution));
     if (!shapes) return fail(shapes.error());
-    Swaps<D> pass(goal, options, std::move(*shapes));
+    Swaps<D> pass(options, std::move(*shapes));
     auto tasks = element_tasks(
         state, pass.shapes(), [&](double shape) { return pass.order_of(shape); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());

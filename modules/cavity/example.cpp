@@ -33,7 +33,7 @@ int main() {
     Patch<2> patch{mesh.stamp, {.vertex = {}, .place = point}, in.cavity, {}};
     StarWorkspace<2> workspace;
     if (star(mesh, in.cavity, {}, workspace, patch.star) != StarFailure::none) return 1;
-    auto [changed, changes] = commit<2>(std::move(mesh), {&patch, 1}).value();
+    auto [changed, changes] = replace_cavities<2>(std::move(mesh), {&patch, 1}).value();
     std::printf("%zu triangles are %zu, %zu of them new\n", wheel.elements.size(), changed.element_count(),
                 changes.elements.created.size());
     return check_consistency(changed, {}) && changed.element_count() == 12 ? 0 : 1;

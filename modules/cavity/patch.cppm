@@ -78,6 +78,6 @@ struct ChangedMesh {
 /// removes; nodes that are not one for each edge at the point of a mesh of degree 2;
 /// more entities than 32 bits count (unsupported); memory.
 template <int D>
-[[nodiscard]] Outcome<ChangedMesh<D>> commit(DynamicMesh<D> mesh, std::span<const Patch<D>> patches);
+[[nodiscard]] Outcome<ChangedMesh<D>> replace_cavities(DynamicMesh<D> mesh, std::span<const Patch<D>> patches);
 
 }  // namespace camber

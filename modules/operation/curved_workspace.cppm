@@ -49,7 +49,7 @@ template <int D>
 struct CurvedWorkspace {
     std::vector<Spoke<D>> spokes;
     std::vector<Cone<D>> cones;
-    std::vector<OldElement<D>> pieces;
+    std::vector<OldElement<D>> old_elements;
     std::vector<FacetSite<D>> facets;                     ///< new ones
     std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< spoke, and the new facet with it
     std::vector<Vec<D>> chords, offsets;

@@ -42,10 +42,10 @@ int main() {
     request.join_to(state, hub);
     request.place = {};
     OperationWorkspace<2> workspace;
-    Patch<2> patch;
+    JudgedPatch<2> patch;
     const OperationResult result = operate(state, goal, request, {}, workspace, patch);
     if (result.rejected != RejectionReason::none) return 1;
-    state.mesh = commit<2>(std::move(state.mesh), {&patch, 1}).value().mesh;
+    state = commit<2>(std::move(state), {patch}).value().state;
     std::printf("the worst quality was %.2f and is %.2f\n", before, worst());
     return worst() > before ? 0 : 1;
 }

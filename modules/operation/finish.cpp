@@ -34,12 +34,12 @@ Outcome<FinishedMesh<D>> finished(const Adaptation<D>& r, const Execution& execu
         auto compact = compacted(with_breaks_listed(r.mesh), execution);
         if (!compact) return fail(compact.error());
         Buffer<LogMetric<D>> logs(compact->mesh.points.size());
-        Buffer<GeometryPlace> places(r.places.empty() ? 0 : logs.size());
+        Buffer<GeometryPlace> places(r.vertices.places.empty() ? 0 : logs.size());
         const auto& map = compact->maps.vertices;
-        for (std::size_t v = 0; v < r.metrics.size(); ++v)
+        for (std::size_t v = 0; v < r.vertices.metrics.size(); ++v)
             if (const VertexId to = map[VertexId(v)]; to.valid()) {
-                logs[to.index()] = r.metrics[v].log_metric;
-                if (!places.empty()) places[to.index()] = r.places[v];
+                logs[to.index()] = r.vertices.metrics[v].log_metric;
+                if (!places.empty()) places[to.index()] = r.vertices.places[v];
             }
         return FinishedMesh<D>{std::move(*compact), std::move(logs), std::move(places)};
     });

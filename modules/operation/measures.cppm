@@ -30,9 +30,9 @@ template <int D>
 [[nodiscard]] inline double length_of(const Adaptation<D>& r, EdgeId edge) {
     const auto& [a, b] = r.mesh.edges[edge];
     if (r.mesh.is_curved())
-        return edge_length<D>(r.metrics[a].log_metric, r.metrics[b].log_metric,
+        return edge_length<D>(r.vertices.metrics[a].log_metric, r.vertices.metrics[b].log_metric,
                               {r.mesh.points[a], r.mesh.nodes[edge], r.mesh.points[b]});
-    return edge_length(r.metrics[a].measure, r.metrics[b].measure, r.mesh.points[b] - r.mesh.points[a]);
+    return edge_length(r.vertices.metrics[a].measure, r.vertices.metrics[b].measure, r.mesh.points[b] - r.mesh.points[a]);
 }
 template <int D>
 [[nodiscard]] inline double straight_shape_of(const Adaptation<D>& r, ElementId e) {
@@ -41,7 +41,7 @@ template <int D>
     const auto& vertices = r.mesh.elements.vertices[e];
     for (int i = 0; i <= D; ++i) {
         corners[i] = r.mesh.points[vertices[i]];
-        metrics[i] = &r.metrics[vertices[i]].measure;
+        metrics[i] = &r.vertices.metrics[vertices[i]].measure;
     }
     return metric_shape<D>(corners, metrics);
 }
@@ -49,7 +49,7 @@ template <int D>
 [[nodiscard]] inline double shape_of(const Adaptation<D>& r, ElementId e) {
     if (!r.mesh.is_curved()) return straight_shape_of(r, e);
     VertexLogMetrics<D> logs;
-    for (int i = 0; i <= D; ++i) logs[i] = r.metrics[r.mesh.elements.vertices[e][i]].log_metric;
+    for (int i = 0; i <= D; ++i) logs[i] = r.vertices.metrics[r.mesh.elements.vertices[e][i]].log_metric;
     return curved_shape<D>(nodes_of(r.mesh, e), logs);
 }
 /// Of a straight one, with a point in the place of a local vertex.
@@ -61,7 +61,7 @@ template <int D>
     const auto& vertices = r.mesh.elements.vertices[e];
     for (int i = 0; i <= D; ++i) {
         corners[i] = i == local ? place : r.mesh.points[vertices[i]];
-        metrics[i] = i == local ? &metric : &r.metrics[vertices[i]].measure;
+        metrics[i] = i == local ? &metric : &r.vertices.metrics[vertices[i]].measure;
     }
     return metric_shape<D>(corners, metrics);
 }

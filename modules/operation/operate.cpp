@@ -6,6 +6,8 @@ module;
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 module camber.operation;
 import camber.core;
@@ -30,117 +32,110 @@ RejectionReason reason_of(StarFailure failure) {
     return RejectionReason::empty;
 }
 
-/// The least distance of a vertex from the face opposite: volume by the largest face, both times (D − 1)! D.
-template <int D>
-double min_height(const std::array<Vec<D>, D + 1>& p) {
-    Mat<D> sides;
-    for (int i = 0; i < D; ++i) sides.column[i] = p[i + 1] - p[0];
-    return std::abs(det(sides)) / largest_face<D>(p);
-}
+}  // namespace
 
-template <int D>
+/// A request under way; `Nodes` are those of the degree (StraightNodes, CurvedNodes).
+template <int D, class Nodes>
 class Operating {
   public:
-    Operating(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const CavityRequest<D>& request, const PatchLimits& limits,
-             OperationWorkspace<D>& workspace, Patch<D>& out)
-        : r_(r), goal_(goal), request_(request), limits_(limits), w_(workspace), out_(out) {}
+    Operating(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const CavityRequest<D>& request,
+              const PatchLimits& limits, OperationWorkspace<D>& workspace, JudgedPatch<D>& out)
+        : r_(r), goal_(goal), request_(request), limits_(limits), w_(workspace), judged_(out), out_(out.patch_) {}
 
     [[nodiscard]] OperationResult run() {
-        OperationResult result = decided();
-        result.programmes = programmes_;
-        return result;
+        out_.removed = request_.cavity;
+        out_.nodes.clear();
+        if (!find_star()) return result_;
+        if (Nodes::degree == 2) result_.straight_inverted = !is_straight_positive();
+        out_.planned_for = r_.mesh.stamp;
+        out_.point = {request_.point, {}, request_.reference};
+        if (!request_.point.valid() || moves()) out_.point.place = request_.place;
+        judged_.vertex_ = {request_.metric, request_.lies, request_.gradient};
+        judged_.is_short_ = request_.share < 1;
+        result_.rejected = judge_patch();
+        return result_;
     }
 
   private:
-    [[nodiscard]] OperationResult decided() {
-        OperationResult result;
-        out_.removed = request_.cavity;
-        out_.nodes.clear();
-        for (;; ++result.corrections) {
+    /// Joined, judged, and corrected until nothing is wrong with it; false where that does not come about.
+    [[nodiscard]] bool find_star() {
+        for (;; ++result_.corrections) {
             const StarFailure failure = star(r_.mesh, out_.removed, request_.point, w_.star, out_.star);
+            const bool may_go_on = result_.corrections < limits_.corrections;
             if (failure != StarFailure::none) {
-                result.rejected = reason_of(failure);
-                if (result.corrections == limits_.corrections || !shrink()) return result;
+                result_.rejected = reason_of(failure);
+                if (!may_go_on || !shrink()) return false;
                 continue;
             }
-            const StarFault fault = judge(result.worst_shape);
-            result.rejected = fault.reason;
+            const StarFault fault = judge_star();
+            result_.rejected = fault.reason;
+            if (fault.reason == RejectionReason::none) return true;
             // What was grown beyond the point's own elements may hold what is in the way.
-            if (fault.reason == RejectionReason::length && result.corrections < limits_.corrections && shrink())
-                continue;
-            if (fault.reason == RejectionReason::none) break;
-            if (result.corrections == limits_.corrections || !correct(fault)) {
-                result.straight_positive =
-                    r_.mesh.is_curved() && fault.reason == RejectionReason::volume && is_straight_positive();
-                return result;
+            if (fault.reason == RejectionReason::length && may_go_on && shrink()) continue;
+            if (!may_go_on || !correct(fault)) {
+                result_.straight_positive =
+                    Nodes::degree == 2 && fault.reason == RejectionReason::volume && is_straight_positive();
+                return false;
             }
         }
-        if (r_.mesh.is_curved()) {
-            result.straight_inverted = !is_straight_positive();
-            result.drawn_back = std::ranges::any_of(w_.curved.spokes, [](const Spoke<D>& s) { return s.share < 1; });
-        }
-        out_.planned_for = r_.mesh.stamp;
-        out_.point = {request_.point, {}, request_.reference};
-        if (!request_.point.valid() || request_.place != r_.mesh.points[request_.point]) out_.point.place = request_.place;
-        return result;
     }
-    [[nodiscard]] StarFault judge(double& worst) {
+    [[nodiscard]] StarFault judge_star() {
         if (const RejectionReason reason = judge_facets(); reason != RejectionReason::none) return {reason, no_face};
         if (!may_move()) return {RejectionReason::required, no_face};
-        if (r_.mesh.is_curved()) {
-            const StarFault fault = curve_star(r_, goal_, request_, limits_, w_, out_, worst);
-            programmes_ += w_.curved.programmes;
-            return fault;
-        }
-        for (std::size_t i = 0; i < out_.star.boundary.size(); ++i) {
-            if (w_.star.to_point[i].is_there && !moves()) continue;  // no edge that is made
-            const VertexId v = out_.star.boundary[i];
-            const double length =
-                edge_length(request_.metric.measure, r_.metrics[v].measure, r_.mesh.points[v] - request_.place);
-            if (!(length >= limits_.shortest && length <= limits_.longest)) return {RejectionReason::length, no_face};
-        }
         QualityBar<D> bar(r_, limits_, out_.removed.elements);
-        worst = std::numeric_limits<double>::infinity();
-        for (std::size_t j = 0; j < out_.star.joined.size(); ++j) {
-            const auto& [element, opposite] = out_.star.joined[j];
-            const double shape = shape_with(r_, element, static_cast<int>(opposite), request_.place, request_.metric.measure);
-            if (!(signed_volume<D>(corners(out_.star.joined[j])) > 0)) return {RejectionReason::volume, j};
-            if (is_flat(corners(out_.star.joined[j]))) return {RejectionReason::height, j};
-            if (!bar.is_met(shape)) return {RejectionReason::quality, j};
-            worst = std::min(worst, shape);
+        Nodes nodes(r_, goal_, request_, limits_, w_, out_, bar);
+        nodes.place();
+        // Most that is refused is so by lengths, which are cheap, and hardly change as nodes are corrected.
+        if (!has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
+        nodes.begin_elements();
+        StarFault fault = judge_elements(nodes, bar);
+        bool is_corrected = false;
+        while (fault.reason != RejectionReason::none && nodes.correct(fault.reason)) {
+            is_corrected = true;
+            fault = judge_elements(nodes, bar);
         }
+        if (fault.reason == RejectionReason::none) nodes.approach();
+        result_.programmes += nodes.programmes();
+        if (fault.reason != RejectionReason::none) return fault;
+        if (is_corrected && !has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
+        nodes.give(out_.nodes);
+        result_.drawn_back = nodes.has_drawn_back();
+        result_.worst_shape = fault.worst_shape;
         return {};
     }
-    static constexpr std::size_t no_face = static_cast<std::size_t>(-1);
+    [[nodiscard]] bool has_fitting_lengths(const Nodes& nodes) const {
+        return lengths_fit(std::span(std::as_const(w_.star.to_point)), moves(), limits_, nodes);
+    }
+    [[nodiscard]] StarFault judge_elements(Nodes& nodes, QualityBar<D>& bar) const {
+        nodes.judge_elements();
+        return first_fault<D>(out_.star.joined.size(), nodes, bar);
+    }
+    /// What is asked of the patch as a whole: it makes the star no better to ask for it earlier.
+    [[nodiscard]] RejectionReason judge_patch() {
+        if (limits_.wall_elements == WallElements::refused && adds_wall_elements(r_, goal_, out_))
+            return RejectionReason::wall;
+        if (limits_.facet_distance < std::numeric_limits<double>::infinity()) {
+            const FacetDistance facets = distance_from_geometry(r_, goal_, out_, limits_.facet_distance);
+            result_.farthest_facet = facets.largest;
+            if (!facets.is_near) return RejectionReason::geometry;
+        }
+        if (limits_.node_gain == NodeGain::asked && !gains(r_, goal_, out_)) return RejectionReason::gain;
+        return Nodes::degree == 1 || are_walls_clear(r_, out_) ? RejectionReason::none : RejectionReason::crossing;
+    }
 
-    [[nodiscard]] bool moves() const { return request_.point.valid() && request_.place != r_.mesh.points[request_.point]; }
+    [[nodiscard]] bool moves() const {
+        return request_.point.valid() && request_.place != r_.mesh.points[request_.point];
+    }
     /// A vertex moves with all of its elements, and if it may.
     [[nodiscard]] bool may_move() const {
         if (!moves()) return true;
         const VertexState& state = r_.mesh.states[request_.point];
         return out_.star.kept.empty() && state.place != VertexPlace::corner && !state.marks.has(Mark::required);
     }
-    [[nodiscard]] std::array<Vec<D>, D + 1> corners(const ElementFace& open) const {
-        std::array<Vec<D>, D + 1> p;
-        for (int i = 0; i <= D; ++i)
-            p[i] = i == static_cast<int>(open.opposite) ? request_.place
-                                                        : r_.mesh.points[r_.mesh.elements.vertices[open.element][i]];
-        return p;
-    }
-
     [[nodiscard]] bool is_straight_positive() const {
-        return std::ranges::all_of(out_.star.joined,
-                                   [&](const ElementFace& face) { return signed_volume<D>(corners(face)) > 0; });
-    }
-    /// So low that coordinates, which are known to their rounding only, do not tell on which side a vertex is; or below
-    /// min_height as the point's metric sees it.
-    [[nodiscard]] bool is_flat(const std::array<Vec<D>, D + 1>& p) const {
-        if (!(min_height<D>(p) > rounding_of(p))) return true;
-        if (!(limits_.min_height > 0)) return false;
-        std::array<Vec<D>, D + 1> seen;
-        for (int i = 0; i <= D; ++i)
-            for (int k = 0; k < D; ++k) seen[i][k] = dot(request_.metric.measure.rows[k], p[i] - request_.place);
-        return !(min_height<D>(seen) >= limits_.min_height);
+        return std::ranges::all_of(out_.star.joined, [&](const ElementFace& face) {
+            return signed_volume<D>(corners_of(r_, face, request_.place)) > 0;
+        });
     }
 
     /// Whether the surface goes on from one facet to the other, across a side on which it does not break.
@@ -222,21 +217,21 @@ class Operating {
     const CavityRequest<D>& request_;
     const PatchLimits& limits_;
     OperationWorkspace<D>& w_;
-    Patch<D>& out_;
-    int programmes_ = 0;
+    JudgedPatch<D>& judged_;
+    Patch<D>& out_;  ///< of it
+    OperationResult result_;
 };
-
-}  // namespace
 
 template <int D>
 OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const CavityRequest<D>& request,
-                const PatchLimits& limits, OperationWorkspace<D>& workspace, Patch<D>& out) {
-    return Operating<D>(r, goal, request, limits, workspace, out).run();
+                        const PatchLimits& limits, OperationWorkspace<D>& workspace, JudgedPatch<D>& out) {
+    if (r.mesh.is_curved()) return Operating<D, CurvedNodes<D>>(r, goal, request, limits, workspace, out).run();
+    return Operating<D, StraightNodes<D>>(r, goal, request, limits, workspace, out).run();
 }
 
-template OperationResult operate<2>(const Adaptation<2>&, const AdaptationGoal<2>&, const CavityRequest<2>&, const PatchLimits&,
-                            OperationWorkspace<2>&, Patch<2>&);
-template OperationResult operate<3>(const Adaptation<3>&, const AdaptationGoal<3>&, const CavityRequest<3>&, const PatchLimits&,
-                            OperationWorkspace<3>&, Patch<3>&);
+template OperationResult operate<2>(const Adaptation<2>&, const AdaptationGoal<2>&, const CavityRequest<2>&,
+                                    const PatchLimits&, OperationWorkspace<2>&, JudgedPatch<2>&);
+template OperationResult operate<3>(const Adaptation<3>&, const AdaptationGoal<3>&, const CavityRequest<3>&,
+                                    const PatchLimits&, OperationWorkspace<3>&, JudgedPatch<3>&);
 
 }  // namespace camber

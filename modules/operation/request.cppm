@@ -10,6 +10,7 @@ import camber.metric;
 import camber.cavity;
 import camber.surface;
 import :state;
+import :vertex_data;
 
 export namespace camber {
 
@@ -36,9 +37,10 @@ struct CavityRequest {
     void join_to(const Adaptation<D>& r, VertexId v) {
         point = v;
         place = r.mesh.points[v];
-        metric = r.metrics[v];
-        if (!r.places.empty()) lies = r.places[v];
-        if (!r.gradients.empty()) gradient = r.gradients[v];
+        const VertexRow<D> known = r.vertices.row(v);
+        metric = known.metric;
+        lies = known.place;
+        gradient = known.gradient;
     }
 };
 
@@ -49,12 +51,17 @@ enum class BelowLeast : std::uint8_t { refused, accepted_if_no_worse };
 /// What becomes of a new element that is not valid, as the one with its vertices was not before.
 enum class InvalidBefore : std::uint8_t { refused, may_stay };
 
+/// What becomes of a patch with more elements that have two facets on one smooth, curved surface.
+enum class WallElements : std::uint8_t { accepted, refused };
+
+/// What becomes of a patch that brings no node noticeably nearer to where it is wanted (see gains).
+enum class NodeGain : std::uint8_t { not_asked, asked };
+
 /// What is asked of the new simplices.
 struct PatchLimits {
     double min_shape = 0;                                                  ///< shape_of each new element: above this
     BelowLeast below_least = BelowLeast::refused;                            ///< see QualityBar, which asks for more
     double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< edges at the point, in the metric
-    double min_height = 0;                                                 ///< of new elements, in the point's metric
     /// Of degree 2: of new elements the scaled Jacobian, unless one that is replaced is worse.
     double min_jacobian = 0.1;
     /// And this, if one that is replaced is worse.
@@ -67,6 +74,10 @@ struct PatchLimits {
     int approaches = 0;
     /// The least cosine between a new facet's normal and those of the facets that it replaces.
     double facet_cosine = 0.8;
+    /// New facets from the geometry, as a share of their longest edges (see distance_from_geometry).
+    double facet_distance = std::numeric_limits<double>::infinity();
+    WallElements wall_elements = WallElements::accepted;
+    NodeGain node_gain = NodeGain::not_asked;
     /// Elements that may join the cavity, or leave it, to make it fit.
     int corrections = 8;
 };
@@ -88,7 +99,7 @@ enum class RejectionReason : std::uint8_t {
     wall,      ///< an element would have two facets on one smooth, curved surface
     crossing,  ///< of degree 2: facets that are not proved to be clear of each other
     gain,      ///< nothing noticeable would change
-    height,    ///< an element below min_height, or so flat that the rounding of coordinates could invert it
+    height,    ///< an element so flat that the rounding of coordinates could invert it
 };
 [[nodiscard]] constexpr auto words(RejectionReason) {
     using R = RejectionReason;

@@ -54,23 +54,12 @@ class Claims {
     std::uint32_t round_ = 0;
 };
 
-/// What a mesh keeps of the point of a patch.
-template <int D>
-struct OfPoint {
-    VertexMetric<D> metric;
-    GeometryPlace lies;
-    LogGradient<D> gradient{};
-    bool shortened = false;
-};
-
 /// What came of a task.
 template <int D>
 struct Planned {
     bool is_asked = false;
     OperationResult result;
-    Patch<D> patch;
-    OfPoint<D> of_point;
-    double farthest_facet = 0;
+    JudgedPatch<D> patch;
 };
 
 template <int D>
@@ -130,17 +119,9 @@ class Rounds {
         std::optional<Candidate<D>> candidate = pass_.candidate(r_, task);
         out.is_asked = candidate.has_value();
         for (double share = 1; candidate;) {
-            out.of_point = {candidate->request.metric, candidate->request.lies, candidate->request.gradient, share < 1};
             out.result = candidate->rejected == RejectionReason::none
                              ? operate(r_, goal_, candidate->request, candidate->limits, workspace, out.patch)
                              : OperationResult{.rejected = candidate->rejected};
-            if (out.result.rejected == RejectionReason::none) {
-                const PatchVerdict verdict = pass_.judge(r_, out.patch);
-                out.result.rejected = verdict.rejected;
-                out.farthest_facet = verdict.farthest_facet;
-            }
-            if (out.result.rejected == RejectionReason::none && r_.mesh.is_curved() && !are_walls_clear(r_, out.patch))
-                out.result.rejected = RejectionReason::crossing;
             if (!lies_badly(out.result.rejected) || share == 0) return;
             share = share > 0.2 ? share / 2 : 0;
             const Vec<D> before = candidate->request.place;
@@ -156,61 +137,45 @@ class Rounds {
     [[nodiscard]] Outcome<Done> choose_and_commit(std::vector<Planned<D>>& planned) {
         claims_.begin(r_.mesh.elements.size());
         new_walls_.clear();
-        std::vector<Patch<D>> patches;
-        std::vector<OfPoint<D>> of_points;
+        std::vector<JudgedPatch<D>> patches;
         for (std::size_t i = 0; i < planned.size(); ++i) {
-            auto& [is_asked, result, patch, of_point, farthest_facet] = planned[i];
+            auto& [is_asked, result, patch] = planned[i];
             if (!is_asked) continue;
-            ++statistics_.proposals;
-            statistics_.programmes += static_cast<std::size_t>(result.programmes);
             if (result.rejected == RejectionReason::none &&
-                !(claims_.take(r_.mesh, patch) && new_walls_.take(r_.mesh, patch))) {
+                !(claims_.take(r_.mesh, patch.patch()) && new_walls_.take(r_.mesh, patch.patch()))) {
                 result.rejected = RejectionReason::waits;
                 put(front_[i]);
             }
-            if (result.rejected != RejectionReason::none) {
-                statistics_.straight_positive += result.straight_positive ? 1 : 0;
-                ++statistics_.rejected[static_cast<std::size_t>(result.rejected)];
-                continue;
-            }
-            ++statistics_.accepted;
-            statistics_.straight_inverted += result.straight_inverted ? 1 : 0;
-            statistics_.drawn_back += result.drawn_back ? 1 : 0;
-            statistics_.farthest_facet = std::max(statistics_.farthest_facet, farthest_facet);
-            statistics_.shortened += of_point.shortened ? 1 : 0;
-            statistics_.corrections += static_cast<std::size_t>(result.corrections);
-            patches.push_back(std::move(patch));
-            of_points.push_back(of_point);
+            count(result, patch.is_short_of_geometry());
+            if (result.rejected == RejectionReason::none) patches.push_back(std::move(patch));
         }
         if (patches.empty()) return Done{};
-        auto changed = commit<D>(std::move(r_.mesh), patches);
-        if (!changed) return fail(changed.error());
-        r_.mesh = std::move(changed->mesh);
-        auto of_vertices = take(std::move(r_.metrics));
-        of_vertices.resize(r_.mesh.points.size());
-        auto places = take(std::move(r_.places));
-        if (!places.empty()) places.resize(r_.mesh.points.size());
-        auto gradients = take(std::move(r_.gradients));
-        if (!gradients.empty()) gradients.resize(r_.mesh.points.size());
-        auto off_geometry = take(std::move(r_.off_geometry));
-        for (std::size_t i = 0; i < of_points.size(); ++i) {
-            const VertexId point = changed->changes.points[i];
-            of_vertices[point.index()] = of_points[i].metric;
-            if (!gradients.empty()) gradients[point.index()] = of_points[i].gradient;
-            if (!places.empty()) places[point.index()] = of_points[i].lies;
-            if (of_points[i].shortened) off_geometry.push_back(point);
-        }
-        r_.metrics = std::move(of_vertices);
-        r_.places = std::move(places);
-        r_.gradients = std::move(gradients);
-        r_.off_geometry = std::move(off_geometry);
-        if (r_.mesh.is_curved()) follow_walls(r_.walls, r_.mesh, changed->changes.facets);
+        auto committed = commit<D>(std::move(r_), std::move(patches));
+        if (!committed) return fail(committed.error());
+        r_ = std::move(committed->state);
         ++statistics_.rounds;
         if (r_.mesh.element_count() > goal_.max_elements) return fail(too_many_elements());
         std::vector<Task> followers;
-        pass_.follow(r_, changed->changes, followers);
+        pass_.follow(r_, committed->changes, followers);
         for (const Task& task : followers) put(task);
         return Done{};
+    }
+
+    void count(const OperationResult& result, bool is_short_of_geometry) {
+        PassStatistics& s = statistics_;
+        ++s.proposals;
+        s.programmes += static_cast<std::size_t>(result.programmes);
+        if (result.rejected != RejectionReason::none) {
+            s.straight_positive += result.straight_positive ? 1 : 0;
+            ++s.rejected[static_cast<std::size_t>(result.rejected)];
+            return;
+        }
+        ++s.accepted;
+        s.straight_inverted += result.straight_inverted ? 1 : 0;
+        s.drawn_back += result.drawn_back ? 1 : 0;
+        s.farthest_facet = std::max(s.farthest_facet, result.farthest_facet);
+        s.shortened += is_short_of_geometry ? 1 : 0;
+        s.corrections += static_cast<std::size_t>(result.corrections);
     }
 
     [[nodiscard]] Error too_many_elements() const {

@@ -57,12 +57,6 @@ struct PassStatistics {
 
 export namespace camber {
 
-/// What a pass says of a patch that may be.
-struct PatchVerdict {
-    RejectionReason rejected = RejectionReason::none;
-    double farthest_facet = 0;  ///< see PassStatistics
-};
-
 /// A thing to be done at an entity: the least `order` first. Numbers of entities are taken again, so a task may come to
 /// speak of another one: whoever makes a request of it looks whether there is reason for one.
 struct Task {
@@ -89,8 +83,6 @@ class Pass {
     [[nodiscard]] virtual std::optional<Candidate<D>> shortened(const Adaptation<D>&, const Task&, double) const {
         return {};
     }
-    /// What the pass asks of a patch beyond the limits of its request.
-    [[nodiscard]] virtual PatchVerdict judge(const Adaptation<D>&, const Patch<D>&) const { return {}; }
     virtual void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) = 0;
 
   protected:

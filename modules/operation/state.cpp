@@ -55,7 +55,7 @@ Outcome<Done> place_boundary(Adaptation<D>& r, const AdaptationGoal<D>& goal, co
     Buffer<VertexId> off_geometry;
     for (std::size_t v = 0; v < is_off.size(); ++v)
         if (is_off[v] != 0) off_geometry.push_back(VertexId(v));
-    r.places = std::move(places);
+    r.vertices.places = std::move(places);
     r.off_geometry = std::move(off_geometry);
     return Done{};
 }
@@ -78,8 +78,8 @@ Outcome<Done> ask_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal, c
             if (!gradients.empty()) gradients[v] = sample.gradient;
         }
     });
-    r.metrics = std::move(metrics);
-    r.gradients = std::move(gradients);
+    r.vertices.metrics = std::move(metrics);
+    r.vertices.gradients = std::move(gradients);
     return asked;
 }
 

@@ -7,32 +7,16 @@ import camber.metric;
 import camber.crossing;
 import camber.cavity;
 import camber.surface;
+import :vertex_data;
 
 export namespace camber {
-
-/// The metric at a vertex, as it is given and ready to measure with, and where in the back mesh that is.
-template <int D>
-struct VertexMetric {
-    LogMetric<D> log_metric;
-    MeasuringMetric<D> measure;
-    ElementId back;
-
-    VertexMetric() = default;
-    VertexMetric(const LogMetric<D>& given, ElementId at) : log_metric(given), measure(given), back(at) {}
-    friend bool operator==(const VertexMetric&, const VertexMetric&) = default;
-};
 
 /// A mesh that is brought to a metric: an immutable value between two commits.
 template <int D>
 struct Adaptation {
     DynamicMesh<D> mesh;
-    Column<VertexMetric<D>> metrics;  ///< one a vertex
-    /// One a vertex: what it lies on, and where in that if it is at a place of the geometry's; of nothing inside. No
-    /// rows without a geometry.
-    Column<GeometryPlace> places = {};
-    // Of a mesh of degree 2:
-    Column<LogGradient<D>> gradients = {};  ///< of the field at each vertex, recovered
-    FacetGrid<D> walls = {};                ///< its facets
+    VertexData<D> vertices;
+    FacetGrid<D> walls = {};  ///< of degree 2: its facets
     /// Vertices of the boundary that are off the geometry, new ones among them that could go a part of their way only.
     /// Ids may have come to name others since.
     Column<VertexId> off_geometry = {};

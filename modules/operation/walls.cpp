@@ -20,6 +20,7 @@ FacetGrid<D> walls_of(const DynamicMesh<D>& mesh) {
 
 template <int D>
 void follow_walls(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChanges<FacetId>& facets) {
+    if (!mesh.is_curved()) return;
     for (const FacetId f : facets.removed) walls.remove(f);
     for (const FacetId f : facets.created)
         if (!mesh.is_free(f)) walls.insert(f, box_of(nodal_facet(mesh, f)));

@@ -36,7 +36,7 @@ void same_shapes(std::uint64_t seed) {
     for (int trial = 0; trial < 4; ++trial) {
         Vec<D> place = r.mesh.points[v];
         for (double& c : place.c) c += dice.uniform(-0.2, 0.2);
-        const auto& metric = r.metrics[dice.below(r.metrics.size())].measure;
+        const auto& metric = r.vertices.metrics[dice.below(r.vertices.metrics.size())].measure;
         const VertexId without = trial < 2 ? VertexId{} : cones.vertices()[dice.below(cones.vertices().size())].vertex;
         double worst = std::numeric_limits<double>::infinity();
         for (const ElementId e : around)

@@ -188,7 +188,7 @@ TEST_CASE("without a geometry a split keeps the curves of the boundary") {
     goal.geometry.reset();
     const Adaptation<3> r = begun_curved(mesh, goal, domain.ridge_angle_degrees);
     OperationWorkspace<3> workspace;
-    Patch<3> patch;
+    JudgedPatch<3> patch;
     std::size_t planned = 0;
     for (std::size_t f = 0; f < mesh.linear.facets.size(); f += 3) {
         const EdgeId edge = mesh.edges.of_facets[f][0];
@@ -203,10 +203,10 @@ TEST_CASE("without a geometry a split keeps the curves of the boundary") {
         request.origin = (1 - t) * r.mesh.points[a] + t * r.mesh.points[b];
         request.place = QuadraticEdge<3>{r.mesh.points[a], r.mesh.nodes[edge], r.mesh.points[b]}.point(t);
         request.halves = {a, b};
-        request.metric = r.metrics[a];
+        request.metric = r.vertices.metrics[a];
         if (operate(r, goal, request, {.corrections = 0}, workspace, patch).rejected != RejectionReason::none) continue;
         ++planned;
-        const auto changed = must(commit<3>(r.mesh, {&patch, 1}));
+        const auto changed = must(replace_cavities<3>(r.mesh, {&patch.patch(), 1}));
         const VertexId point = changed.changes.points[0];
         const auto compact = must(compacted(changed.mesh, alone));
         // On each new facet: points of the old one. Its middles and its centre are, and it is quadratic.

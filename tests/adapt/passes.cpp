@@ -73,12 +73,12 @@ void brought_to_a_metric(std::uint64_t seed) {
     }
     const UnitMeshStatistics after = must(unit_mesh_statistics(r, alone));
     RC_ASSERT(after.unit_share() >= before.unit_share() - 0.1);
-    RC_ASSERT(r.metrics.size() == r.mesh.points.size());
+    RC_ASSERT(r.vertices.metrics.size() == r.mesh.points.size());
     // Metrics follow vertices: each is that of the field at its vertex.
     for (std::size_t v = 0; v < r.mesh.points.size(); ++v) {
         if (r.mesh.is_free(VertexId(v))) continue;
-        const auto sample = sample_value(goal.field, r.mesh.points[v], r.metrics[v].back);
-        const Sym<D> difference = sample.log_metric.l - r.metrics[v].log_metric.l;
+        const auto sample = sample_value(goal.field, r.mesh.points[v], r.vertices.metrics[v].back);
+        const Sym<D> difference = sample.log_metric.l - r.vertices.metrics[v].log_metric.l;
         RC_ASSERT(inner(difference, difference) < 1e-16);
     }
 }
@@ -103,7 +103,7 @@ TEST_CASE("the same mesh for any number of threads") {
     CHECK(by_one.mesh.elements == by_two.mesh.elements);
     CHECK(by_one.mesh.edges == by_two.mesh.edges);
     CHECK(by_one.mesh.free == by_two.mesh.free);
-    CHECK(by_one.metrics == by_two.metrics);
+    CHECK(by_one.vertices.metrics == by_two.vertices.metrics);
 }
 
 TEST_CASE("a box becomes unit in a size of its own") {
@@ -194,7 +194,7 @@ TEST_CASE("the field may be on another mesh, coarser than this one") {
     Dice dice(3);
     const AdaptationGoal<3> goal = goal_over(coarse, 0.7, dice);
     const auto r = begun(mesh, goal);
-    for (std::size_t v = 0; v < mesh.points.size(); ++v) CHECK(r.metrics[v].back.index() < coarse.elements.size());
+    for (std::size_t v = 0; v < mesh.points.size(); ++v) CHECK(r.vertices.metrics[v].back.index() < coarse.elements.size());
     PassStatistics all;
     CHECK(check_consistency(one_round(r, goal, alone, all).mesh, alone).has_value());
 }

@@ -58,15 +58,15 @@ struct Counts {
 template <int D>
 Counts expect_places(const Adaptation<D>& r, const Geometry<D>& geometry) {
     Counts counts;
-    CHECK(r.places.size() == r.mesh.points.size());
-    for (std::size_t v = 0; v < r.places.size(); ++v)
+    CHECK(r.vertices.places.size() == r.mesh.points.size());
+    for (std::size_t v = 0; v < r.vertices.places.size(); ++v)
         if (r.mesh.states[v].place == VertexPlace::inside && !r.mesh.is_free(VertexId(v)))
-            CHECK(r.places[v] == GeometryPlace{});
+            CHECK(r.vertices.places[v] == GeometryPlace{});
     for (std::size_t f = 0; f < r.mesh.facets.size(); ++f) {
         if (r.mesh.is_free(FacetId(f))) continue;
         const GeometryEntity surface = geometry->surface_at(site(r.mesh, FacetId(f)));
         for (const VertexId v : r.mesh.facets.vertices[f]) {
-            const auto& [entity, parameters] = r.places[v];
+            const auto& [entity, parameters] = r.vertices.places[v];
             const VertexPlace place = r.mesh.states[v].place;
             if (place == VertexPlace::corner || surface.kind == GeometryKind::none) continue;
             if (place == VertexPlace::surface) CHECK(entity == surface);
@@ -138,7 +138,7 @@ TEST_CASE("vertices of a ridge know both of its faces") {
     for (std::size_t l = 0; l < r.mesh.lines.size(); ++l) {
         if (r.mesh.is_free(LineId(l))) continue;
         for (const VertexId v : r.mesh.edges[r.mesh.lines[l]])
-            if (const GeometryEntity& entity = r.places[v].entity; entity.kind == GeometryKind::curve)
+            if (const GeometryEntity& entity = r.vertices.places[v].entity; entity.kind == GeometryKind::curve)
                 CHECK(entity.sides[0] != entity.sides[1]);
     }
 }

@@ -45,10 +45,10 @@ void commuting(std::uint64_t seed) {
     Dice dice(seed);
     const DynamicMesh<D> mesh = dynamic_of(random_domain<D>(seed));
     auto patches = disjoint_patches(mesh, dice, 60);
-    const auto once = must(commit<D>(mesh, patches)).mesh;
+    const auto once = must(replace_cavities<D>(mesh, patches)).mesh;
     RC_ASSERT(unless_sound(once) == std::string());
     std::reverse(patches.begin(), patches.end());
-    RC_ASSERT(by_places(must(commit<D>(mesh, patches)).mesh) == by_places(once));
+    RC_ASSERT(by_places(must(replace_cavities<D>(mesh, patches)).mesh) == by_places(once));
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ TEST_CASE("patches") {
 
 TEST_CASE("a commit of nothing is nothing; what does not fit is refused, and nothing is changed") {
     const DynamicMesh<3> mesh = dynamic_of(random_domain<3>(7));
-    const auto same = must(commit<3>(mesh, {}));
+    const auto same = must(replace_cavities<3>(mesh, {}));
     CHECK(same.mesh.elements == mesh.elements);
     CHECK(same.mesh.stamp == mesh.stamp);
     CHECK(same.changes == TopologyChanges{});
@@ -69,11 +69,11 @@ TEST_CASE("a commit of nothing is nothing; what does not fit is refused, and not
     Dice dice(1);
     const auto patch = Trying<3>(mesh, dice, workspace).planned({Operation::insert, VertexPlace::inside}).patch.value();
     const std::array twice{patch, patch};
-    const auto overlap = commit<3>(mesh, twice);
+    const auto overlap = replace_cavities<3>(mesh, twice);
     REQUIRE(!overlap.has_value());
     CHECK(overlap.error().what == "two patches remove one element");
-    const auto changed = must(commit<3>(mesh, {&patch, 1})).mesh;
-    const auto late = commit<3>(changed, {&patch, 1});
+    const auto changed = must(replace_cavities<3>(mesh, {&patch, 1})).mesh;
+    const auto late = replace_cavities<3>(changed, {&patch, 1});
     REQUIRE(!late.has_value());
     CHECK(late.error().what == "a patch was planned for another mesh");
     CHECK(check_consistency(mesh, alone).has_value());

@@ -56,7 +56,7 @@ void expect_insertion(const DynamicMesh<D>& mesh, const Vec<D>& point, const Exp
         REQUIRE(star(mesh, in.cavity, {}, workspace, patch.star) == StarFailure::none);
         CHECK(patch.star.place == in.place);
         CHECK(fills(mesh, patch));
-        CHECK(unless_all_holds(must(commit<D>(mesh, {&patch, 1})).mesh, kept_by(mesh)) == std::string());
+        CHECK(unless_all_holds(must(replace_cavities<D>(mesh, {&patch, 1})).mesh, kept_by(mesh)) == std::string());
     }
 }
 
@@ -137,7 +137,7 @@ void put_in_and_taken_out(std::uint64_t seed) {
     const auto place = static_cast<VertexPlace>(dice.below(D));
     const auto in = Trying<D>(mesh, dice, workspace).planned({Operation::insert, place}).patch;
     RC_PRE(in.has_value());
-    auto [with, changes] = must(commit<D>(mesh, {&*in, 1}));
+    auto [with, changes] = must(replace_cavities<D>(mesh, {&*in, 1}));
     RC_ASSERT(unless_all_holds(with, kept) == std::string());
     const VertexId point = changes.points.front();
     RC_ASSERT(with.states[point].place == place);
@@ -148,7 +148,7 @@ void put_in_and_taken_out(std::uint64_t seed) {
         out.point.vertex = v;
         if (!may_collapse(with, out.removed, point, v)) continue;
         if (star(with, out.removed, v, workspace, out.star) != StarFailure::none || !fills(with, out)) continue;
-        const auto back = must(commit<D>(with, {&out, 1})).mesh;
+        const auto back = must(replace_cavities<D>(with, {&out, 1})).mesh;
         RC_ASSERT(unless_all_holds(back, kept) == std::string());
         RC_ASSERT(back.vertex_count() == mesh.vertex_count());
         found = found || by_places(back) == by_places(mesh);

@@ -88,7 +88,7 @@ void following(std::uint64_t seed) {
         }
         const auto nodes = patch->nodes;
         const auto boundary = patch->star.boundary;
-        auto changed = must(commit<D>(std::move(mesh), {&*patch, 1}));
+        auto changed = must(replace_cavities<D>(std::move(mesh), {&*patch, 1}));
         mesh = std::move(changed.mesh);
         for (std::size_t i = 0; i < nodes.size(); ++i)
             known[ends_of(changed.changes.points[0], boundary[i])] = nodes[i].point;
@@ -113,7 +113,7 @@ TEST_CASE("nodes that do not fit are refused") {
     const DynamicMesh<3> mesh = curved_domain<3>(7, dice);
     StarWorkspace<3> workspace;
     auto patch = Trying<3>(mesh, dice, workspace).planned({Operation::insert, VertexPlace::inside}).patch.value();
-    const auto without = commit<3>(mesh, {&patch, 1});
+    const auto without = replace_cavities<3>(mesh, {&patch, 1});
     REQUIRE(!without.has_value());
     CHECK(without.error().what == "a patch has not one node for each edge at its point");
 
@@ -121,7 +121,7 @@ TEST_CASE("nodes that do not fit are refused") {
         auto swapped = Trying<3>(mesh, dice, workspace).planned({Operation::swap_edge, VertexPlace::inside}).patch;
         if (!swapped || swapped->star.kept.empty()) continue;
         swapped->nodes.assign(swapped->star.boundary.size(), {Vec<3>{{9, 9, 9}}});
-        const auto moved = commit<3>(mesh, {&*swapped, 1});
+        const auto moved = replace_cavities<3>(mesh, {&*swapped, 1});
         REQUIRE(!moved.has_value());
         CHECK(moved.error().what == "a patch moves a node that elements or facets outside of its cavity have");
         return;

@@ -126,7 +126,7 @@ TEST_CASE("along a curve inside of the volume vertices go into one another, and 
     cavity_of_vertex(dynamic, at(2, 1, 1), patch.removed);
     CHECK(may_collapse(dynamic, patch.removed, at(2, 1, 1), at(1, 1, 1)));
     REQUIRE(star(dynamic, patch.removed, at(1, 1, 1), workspace, patch.star) == StarFailure::none);
-    const auto along = must(commit<3>(dynamic, {&patch, 1})).mesh;
+    const auto along = must(replace_cavities<3>(dynamic, {&patch, 1})).mesh;
     CHECK(check_consistency(along, alone).has_value());
     CHECK(along.line_count() == dynamic.line_count() - 1);
     // The vertex of the line reinserted.

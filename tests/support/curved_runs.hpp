@@ -107,7 +107,7 @@ class CurvedRun {
             ++row.nowhere;
             return "";
         }
-        Patch<D> patch;
+        JudgedPatch<D> patch;
         const PatchLimits limits{
             .min_shape = 1e-3,
             .below_least = dice_.below(2) == 0 ? BelowLeast::refused : BelowLeast::accepted_if_no_worse};
@@ -117,14 +117,13 @@ class CurvedRun {
             return "";
         }
         ++row.accepted;
-        row.bowed += is_bowed(patch.removed.elements) ? 1 : 0;
+        row.bowed += is_bowed(patch.patch().removed.elements) ? 1 : 0;
         row.straight_inverted += result.straight_inverted ? 1 : 0;
         row.drawn_back += result.drawn_back ? 1 : 0;
-        const double replaced = worst_shape_of(domain_.state, patch.removed.elements);
+        const double replaced = worst_shape_of(domain_.state, patch.patch().removed.elements);
         const DynamicMesh<D> before = mesh();
-        auto [after, changes] = must(commit<D>(std::move(domain_.state.mesh), {&patch, 1}));
-        domain_.state.mesh = std::move(after);
-        follow(tried->request, changes.points[0]);
+        auto [after, changes] = must(commit<D>(std::move(domain_.state), {std::move(patch)}));
+        domain_.state = std::move(after);
         for (const std::string& law :
              {unless_no_worse(changes.elements.created, replaced), unless_told(before, mesh(), changes),
               unless_valid(mesh(), changes.elements.created, options_.exactly), unless_filled(before, mesh(), changes),
@@ -146,18 +145,6 @@ class CurvedRun {
             return std::ranges::any_of(mesh().edges_of[e],
                                        [&](EdgeId edge) { return bow_of(mesh(), edge, domain_.stretch) >= min_bow; });
         });
-    }
-    /// What the state knows of the point.
-    void follow(const CavityRequest<D>& request, VertexId point) {
-        Adaptation<D>& r = domain_.state;
-        auto metrics = take(std::move(r.metrics));
-        auto gradients = take(std::move(r.gradients));
-        metrics.resize(r.mesh.points.size());
-        gradients.resize(r.mesh.points.size());
-        metrics[point.index()] = request.metric;
-        gradients[point.index()] = request.gradient;
-        r.metrics = std::move(metrics);
-        r.gradients = std::move(gradients);
     }
 
     [[nodiscard]] std::string unless_mesh_holds() const {

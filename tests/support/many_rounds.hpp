@@ -105,7 +105,7 @@ class ManyRounds {
             hint = sample.location.element;
             metrics[v] = {sample.log_metric, hint};
         }
-        return {std::move(mesh_), std::move(metrics)};
+        return {std::move(mesh_), {std::move(metrics)}};
     }
     [[nodiscard]] Adaptation<D> pass(Outcome<Adapted<D>> done, PassStatistics& told) {
         Adapted<D> remeshed = must(std::move(done));

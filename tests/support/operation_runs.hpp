@@ -83,7 +83,7 @@ std::string run_operations(std::uint64_t seed, const RunOptions& options, Tally<
         tally.count(kind, refused);
         if (!patch) continue;
         const DynamicMesh<D> before = mesh;
-        auto [after, changes] = must(commit<D>(std::move(mesh), {&*patch, 1}));
+        auto [after, changes] = must(replace_cavities<D>(std::move(mesh), {&*patch, 1}));
         mesh = std::move(after);
         if (const std::string law = step % 8 == 0 ? unless_told(before, mesh, changes) : ""; !law.empty())
             return broken_at(step, law);
@@ -106,7 +106,7 @@ std::string run_topology(std::uint64_t seed, const RunOptions& options, Tally<D>
         const auto [patch, refused] = Trying<D>(mesh, dice, workspace).starred(kinds<D>()[kind]);
         tally.count(kind, refused);
         if (!patch) continue;
-        mesh = must(commit<D>(std::move(mesh), {&*patch, 1})).mesh;
+        mesh = must(replace_cavities<D>(std::move(mesh), {&*patch, 1})).mesh;
         if (step % options.steps_a_check != 0) continue;
         if (const std::string law = unless_topology_holds(mesh, kept); !law.empty())
             return "seed " + std::to_string(seed) + ", step " + std::to_string(step) + ": " + law;

@@ -50,7 +50,7 @@ std::vector<VertexId> corners_of(const Features<D>& features, const Column<Verte
 }
 template <int D>
 Outcome<Column<LogMetric<D>>> log_metrics_of(const Adaptation<D>& r, const Execution& execution) {
-    auto logs = map_each(execution, r.metrics.size(), [&](std::size_t v) { return r.metrics[v].log_metric; });
+    auto logs = map_each(execution, r.vertices.metrics.size(), [&](std::size_t v) { return r.vertices.metrics[v].log_metric; });
     if (!logs) return fail(logs.error());
     return Column<LogMetric<D>>(std::move(*logs));
 }

@@ -4,16 +4,17 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <vector>
-module camber.adapt:node_shell;
+export module camber.operation:node_shell;
 import camber.core;
-import camber.operation;
 import camber.bezier;
 import camber.metric;
 import camber.validity;
+import :judged_patch;
 
 /// The node of one inner edge, and how its place distorts the elements around it.
-namespace camber {
+export namespace camber {
 
 /// An element around the edge with all that does not depend on the node.
 template <int D>
@@ -83,12 +84,17 @@ class NodeShell {
         }
         return now;
     }
-    /// Whether every element keeps its bound, by the certificate: with it at both ends, and det J affine in the node
-    /// (see certify_motion), all of the way is certified.
-    [[nodiscard]] bool is_certified(const Vec<D>& node) const {
-        return std::ranges::all_of(elements, [&](const DistortedElement<D>& e) {
+    /// The edge's node there, if every element keeps its bound by the certificate: with it at both ends, and det J affine
+    /// in the node (see certify_motion), all of the way is certified.
+    [[nodiscard]] std::optional<JudgedNode<D>> judged(EdgeId edge, const Vec<D>& node) const {
+        const bool is_valid = std::ranges::all_of(elements, [&](const DistortedElement<D>& e) {
             return decide(NodalSimplex<D>{with_node(e, node)}, e.bound) == Verdict::valid;
         });
+        if (!is_valid) return {};
+        JudgedNode<D> out;
+        out.edge_ = edge;
+        out.node_ = {node};
+        return out;
     }
 
   private:

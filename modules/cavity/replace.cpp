@@ -432,7 +432,7 @@ Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>
 }  // namespace
 
 template <int D>
-Outcome<ChangedMesh<D>> commit(DynamicMesh<D> mesh, std::span<const Patch<D>> patches) {
+Outcome<ChangedMesh<D>> replace_cavities(DynamicMesh<D> mesh, std::span<const Patch<D>> patches) {
     return guarded([&]() -> Outcome<ChangedMesh<D>> {
         if (auto checked = check_patches(mesh, patches); !checked) return fail(checked.error());
         if (patches.empty()) return ChangedMesh<D>{std::move(mesh), {}};
@@ -442,7 +442,7 @@ Outcome<ChangedMesh<D>> commit(DynamicMesh<D> mesh, std::span<const Patch<D>> pa
     });
 }
 
-template Outcome<ChangedMesh<2>> commit<2>(DynamicMesh<2>, std::span<const Patch<2>>);
-template Outcome<ChangedMesh<3>> commit<3>(DynamicMesh<3>, std::span<const Patch<3>>);
+template Outcome<ChangedMesh<2>> replace_cavities<2>(DynamicMesh<2>, std::span<const Patch<2>>);
+template Outcome<ChangedMesh<3>> replace_cavities<3>(DynamicMesh<3>, std::span<const Patch<3>>);
 
 }  // namespace camber

@@ -1,0 +1,57 @@
+module;
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.operation;
+import camber.core;
+import camber.cavity;
+import camber.metric;
+import camber.surface;
+
+namespace camber {
+
+template <int D>
+Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D>> judged) {
+    return guarded([&]() -> Outcome<CommittedState<D>> {
+        std::vector<VertexRow<D>> rows;
+        std::vector<bool> are_short;
+        std::vector<Patch<D>> patches;
+        for (JudgedPatch<D>& patch : judged) {
+            rows.push_back(patch.vertex());
+            are_short.push_back(patch.is_short_of_geometry());
+            patches.push_back(std::move(patch).take_patch());
+        }
+        auto changed = replace_cavities<D>(std::move(state.mesh), patches);
+        if (!changed) return fail(changed.error());
+        auto& [mesh, changes] = *changed;
+        state.mesh = std::move(mesh);
+        state.vertices.put(changes.points, rows, state.mesh.points.size());
+        auto off_geometry = take(std::move(state.off_geometry));
+        for (std::size_t i = 0; i < rows.size(); ++i)
+            if (are_short[i]) off_geometry.push_back(changes.points[i]);
+        state.off_geometry = std::move(off_geometry);
+        follow_walls(state.walls, state.mesh, changes.facets);
+        return CommittedState<D>{std::move(state), std::move(changes)};
+    });
+}
+
+template <int D>
+Adaptation<D> commit(Adaptation<D> state, std::span<const JudgedNode<D>> judged) {
+    if (judged.empty()) return state;
+    auto nodes = take(std::move(state.mesh.nodes));
+    for (const JudgedNode<D>& node : judged) nodes[node.edge().index()] = node.node();
+    state.mesh.nodes = std::move(nodes);
+    state.mesh.stamp = new_stamp();
+    return state;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                           \
+    template Outcome<CommittedState<D>> commit<D>(Adaptation<D>, std::vector<JudgedPatch<D>>);               \
+    template Adaptation<D> commit<D>(Adaptation<D>, std::span<const JudgedNode<D>>);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

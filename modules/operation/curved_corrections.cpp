@@ -1,0 +1,255 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+module camber.operation;
+import camber.core;
+import camber.bezier;
+import camber.cavity;
+import camber.crossing;
+import camber.metric;
+import camber.optimisation;
+import camber.surface;
+import camber.validity;
+
+namespace camber {
+
+template <int D>
+void CurvedNodes<D>::begin_elements() {
+    begin_cones();
+    bound_ = limits_.min_jacobian;
+    has_raised_ = false;
+    w_.programmes = 0;
+}
+
+/// Where an element is not valid, and one that is replaced is below the bound itself, the lowest bound is enough.
+template <int D>
+void CurvedNodes<D>::judge_elements() {
+    refresh_stale();
+    if (bound_ == limits_.lowest_jacobian || !replaces_worse_where_invalid()) return;
+    bound_ = limits_.lowest_jacobian;
+    for (Cone<D>& cone : w_.cones) cone.is_stale = cone.verdict != Verdict::valid;
+    refresh_stale();
+}
+
+template <int D>
+bool CurvedNodes<D>::replaces_worse_where_invalid() const {
+    return std::ranges::any_of(w_.cones, [](const Cone<D>& c) { return c.verdict != Verdict::valid; }) && replaces_worse();
+}
+
+template <int D>
+void CurvedNodes<D>::refresh_stale() {
+    for (Cone<D>& cone : w_.cones)
+        if (cone.is_stale) refresh(cone);
+}
+
+template <int D>
+ElementState CurvedNodes<D>::element(std::size_t joined) const {
+    const Cone<D>& cone = w_.cones[joined];
+    if (cone.verdict == Verdict::valid) return {true, cone.is_flat, cone.shape, false};
+    return {false, false, 0, bound_ == limits_.lowest_jacobian && may_stay_invalid(joined)};
+}
+
+template <int D>
+double CurvedNodes<D>::length_to(std::size_t s) const {
+    return edge_length<D>(request_.metric.log_metric, r_.vertices.metrics[vertex(s)].log_metric,
+                          {request_.place, {w_.spokes[s].node}, end(s)});
+}
+
+/// First nodes are drawn back as far as they can be, then raised, once.
+template <int D>
+bool CurvedNodes<D>::correct(RejectionReason reason) {
+    if (has_raised_) return false;
+    if (draw_back()) return true;
+    has_raised_ = true;
+    return reason == RejectionReason::volume && raise();
+}
+
+template <int D>
+void CurvedNodes<D>::give(std::vector<LagrangeNode<D>>& nodes) const {
+    nodes.clear();
+    for (const Spoke<D>& spoke : w_.spokes) nodes.push_back({spoke.node});
+}
+
+template <int D>
+void CurvedNodes<D>::begin_cones() {
+    w_.cones.resize(out_.star.joined.size());
+    for (std::size_t j = 0; j < w_.cones.size(); ++j) {
+        const auto& [element, opposite] = out_.star.joined[j];
+        Cone<D>& cone = w_.cones[j];
+        cone = {};
+        cone.nodes = nodes_of(r_.mesh, element);
+        cone.point = static_cast<int>(opposite);
+        cone.nodes[opposite] = request_.place;
+        const auto& vertices = r_.mesh.elements.vertices[element];
+        for (int i = 0; i <= D; ++i) {
+            const bool is_point = i == cone.point;
+            cone.metrics[i] = is_point ? request_.metric.log_metric : r_.vertices.metrics[vertices[i]].log_metric;
+            if (!is_point) cone.spokes[i] = star_.vertices.find(vertices[i]);
+        }
+    }
+}
+
+template <int D>
+void CurvedNodes<D>::refresh(Cone<D>& cone) const {
+    for (int i = 0; i <= D; ++i)
+        if (i != cone.point) cone.nodes[D + 1 + edge_between<D>[i][cone.point]] = w_.spokes[cone.spokes[i]].node;
+    const NodalSimplex<D> element{cone.nodes};
+    const BoundedJacobian<D> jacobian = bounded_jacobian(element);
+    cone.verdict = decide_by_coefficients(jacobian, bound_);
+    if (cone.verdict == Verdict::undecided) cone.verdict = decide(element, bound_);
+    cone.is_flat = cone.verdict == Verdict::valid && is_flat(element, jacobian);
+    cone.shape = cone.verdict == Verdict::valid ? curved_shape(cone.nodes, cone.metrics) : 0;
+    cone.is_stale = false;
+}
+
+template <int D>
+bool CurvedNodes<D>::is_flat(const NodalSimplex<D>& element, const BoundedJacobian<D>& jacobian) const {
+    std::array<Vec<D>, D + 1> corners;
+    std::copy_n(element.nodes.begin(), D + 1, corners.begin());
+    const double floor = rounding_floor<D>(corners);
+    if (std::ranges::min(jacobian.coefficients) - jacobian.error > floor) return false;
+    return decide(element, std::max(bound_, floor / std::abs(jacobian.straight))) != Verdict::valid;
+}
+
+template <int D>
+bool CurvedNodes<D>::may_stay_invalid(std::size_t joined) const {
+    return limits_.invalid_before == InvalidBefore::may_stay &&
+           decide(NodalSimplex<D>{nodes_of(r_.mesh, out_.star.joined[joined].element)}, bound_) != Verdict::valid;
+}
+
+template <int D>
+bool CurvedNodes<D>::is_good(const Cone<D>& cone) {
+    return cone.verdict == Verdict::valid && !cone.is_flat && bar_.is_met(cone.shape);
+}
+
+template <int D>
+bool CurvedNodes<D>::replaces_worse() const {
+    return std::ranges::any_of(out_.removed.elements, [&](ElementId e) {
+        return decide(NodalSimplex<D>{nodes_of(r_.mesh, e)}, limits_.min_jacobian) != Verdict::valid;
+    });
+}
+
+template <int D>
+bool CurvedNodes<D>::draw_back() {
+    bool drawn = false;
+    for (Cone<D>& cone : w_.cones) {
+        if (is_good(cone)) continue;
+        for (int i = 0; i <= D; ++i) {
+            if (i == cone.point) continue;
+            Spoke<D>& spoke = w_.spokes[cone.spokes[i]];
+            if (spoke.kind != EdgeKind::volume || spoke.share == 0 || spoke.wanted == spoke.extended) continue;
+            spoke.share = spoke.share > 0.5 ? 0.5 : 0;
+            spoke.node = spoke.extended + spoke.share * (spoke.wanted - spoke.extended);
+            drawn = true;
+        }
+    }
+    if (drawn) mark_stale();
+    return drawn;
+}
+
+template <int D>
+void CurvedNodes<D>::mark_stale() {
+    for (Cone<D>& cone : w_.cones)
+        for (int i = 0; i <= D; ++i)
+            if (i != cone.point)
+                cone.is_stale |=
+                    cone.nodes[D + 1 + edge_between<D>[i][cone.point]] != w_.spokes[cone.spokes[i]].node;
+}
+
+template <int D>
+bool CurvedNodes<D>::may_leave(std::ptrdiff_t joined) const {
+    const auto& elements = out_.removed.elements;
+    const auto at = std::ranges::find(elements, out_.star.joined[joined].element) - elements.begin();
+    return request_.holders > 0 && static_cast<std::size_t>(at) >= request_.holders;
+}
+
+template <int D>
+bool CurvedNodes<D>::raise() {
+    const auto is_broken = [](const Cone<D>& cone) { return cone.verdict != Verdict::valid; };
+    for (;;) {
+        const auto broken = std::ranges::find_if(w_.cones, is_broken);
+        if (broken == w_.cones.end()) return true;
+        if (may_leave(broken - w_.cones.begin())) return false;
+        bool raised = false;
+        for (int i = 0; i <= D && is_broken(*broken); ++i) {
+            if (i == broken->point || !is_free(broken->spokes[i])) continue;
+            if (w_.programmes == limits_.programmes) return false;
+            ++w_.programmes;
+            raised |= raise(broken->spokes[i]);
+        }
+        if (!raised) return false;
+    }
+}
+
+template <int D>
+bool CurvedNodes<D>::raise(std::uint32_t s) {
+    const EdgeShell<D> shell = shell_of(s);
+    constexpr double worthwhile = 1e-3;
+    const double before = smallest_scaled_jacobian(shell, shell.node, bound_);
+    const auto highest = highest_node(shell, {.max_cuts = 0, .enough = 2 * bound_, .least = before + worthwhile});
+    if (!highest) return false;
+    w_.spokes[s].share = 0;
+    put(s, highest->node.point);
+    return true;
+}
+
+template <int D>
+EdgeShell<D> CurvedNodes<D>::shell_of(std::uint32_t s) const {
+    EdgeShell<D> shell{{w_.spokes[s].node}, {}};
+    for (const Cone<D>& cone : w_.cones)
+        for (int i = 0; i <= D; ++i)
+            if (i != cone.point && cone.spokes[i] == s)
+                shell.elements.push_back({{cone.nodes}, edge_between<D>[i][cone.point], {}});
+    return shell;
+}
+
+template <int D>
+void CurvedNodes<D>::put(std::uint32_t s, const Vec<D>& node) {
+    w_.spokes[s].node = node;
+    mark_stale();
+    refresh_stale();
+}
+
+template <int D>
+void CurvedNodes<D>::approach() {
+    QuadraticModel<D> model;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j <= i; ++j) {
+            model.hessian(i, j) = 0;
+            for (const Vec<D>& row : request_.metric.measure.rows) model.hessian(i, j) += row[i] * row[j];
+        }
+    for (std::uint32_t s = 0; s < w_.spokes.size() && w_.programmes < limits_.approaches; ++s) {
+        const Spoke<D>& spoke = w_.spokes[s];
+        if (spoke.share == 1 || !is_free(s) || spoke.node == spoke.wanted) continue;
+        ++w_.programmes;
+        model.centre = spoke.wanted;
+        const Vec<D> before = spoke.node;
+        const auto nearest = nearest_node(shell_of(s), model, bound_, {.max_cuts = 8});
+        if (!nearest || !(model(nearest->node.point) < model(before))) continue;
+        put(s, nearest->node.point);
+        bool is_bad = false;
+        for (std::size_t j = 0; j < w_.cones.size(); ++j) is_bad |= !is_good(w_.cones[j]) && !element(j).is_tolerated;
+        if (is_bad) put(s, before);
+    }
+}
+
+#define CAMBER_INSTANTIATE(D)                                                  \
+    template void CurvedNodes<D>::begin_elements();                            \
+    template void CurvedNodes<D>::judge_elements();                            \
+    template ElementState CurvedNodes<D>::element(std::size_t) const;          \
+    template double CurvedNodes<D>::length_to(std::size_t) const;              \
+    template bool CurvedNodes<D>::correct(RejectionReason);                    \
+    template void CurvedNodes<D>::approach();                                  \
+    template void CurvedNodes<D>::give(std::vector<LagrangeNode<D>>&) const;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+}  // namespace camber

@@ -1,0 +1,136 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+module camber.operation:curved_nodes;
+import camber.core;
+import camber.bezier;
+import camber.cavity;
+import camber.metric;
+import camber.optimisation;
+import camber.validity;
+import :curved_workspace;
+import :operate;
+import :quality_bar;
+import :request;
+import :star_judge;
+import :state;
+
+/// The nodes of a star of degree 2 (paper §3.2).
+namespace camber {
+
+/// Nodes for the edges of patch.star at its point, into patch.nodes, and what its elements are with them:
+/// 1. Edges that elements or facets outside of the cavity have keep their nodes; those of the boundary have theirs on
+///    the geometry; the others where the metric wants them (accurate_offsets).
+/// 2. An element that is not valid to limits.min_jacobian, or no better than it may be, has its inner nodes drawn
+///    towards the cavity's own curves as they were: the removed elements as a map from their straight shapes to their
+///    curved ones, read at the middle of the new chord (THEORY: relaxing towards the extension). Half of the way, then
+///    all of it. Where nothing bends and nothing else moves, an edge that is split has exactly its halves there.
+/// 3. Where elements are still not valid: one inner edge of them after the other goes where the least Jacobian around it
+///    is largest, a linear programme (see highest_node), at most limits.programmes of them.
+/// 4. Edges along their curves within the bounds of lengths.
+template <int D>
+class CurvedNodes {
+  public:
+    CurvedNodes(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const CavityRequest<D>& request,
+                const PatchLimits& limits, OperationWorkspace<D>& workspace, Patch<D>& patch, QualityBar<D>& bar)
+        : r_(r),
+          goal_(goal),
+          request_(request),
+          limits_(limits),
+          star_(workspace.star),
+          w_(workspace.curved),
+          out_(patch),
+          bar_(bar) {}
+
+    static constexpr int degree = 2;
+    /// Validity of all elements first, then heights, then shapes.
+    static constexpr bool is_judged_by_element = false;
+
+    void place();
+    /// Of the edge from the point to that vertex of the star's boundary, in the metric.
+    [[nodiscard]] double length_to(std::size_t spoke) const;
+    void begin_elements();
+    void judge_elements();
+    [[nodiscard]] ElementState element(std::size_t joined) const;
+    /// Whether nodes went where that may help.
+    [[nodiscard]] bool correct(RejectionReason reason);
+    /// Nodes that were drawn back go as near to where they are wanted as their elements stay good, one after the other:
+    /// a quadratic programme each.
+    void approach();
+    void give(std::vector<LagrangeNode<D>>& nodes) const;
+    [[nodiscard]] int programmes() const { return w_.programmes; }
+    [[nodiscard]] bool has_drawn_back() const {
+        return std::ranges::any_of(w_.spokes, [](const Spoke<D>& s) { return s.share < 1; });
+    }
+
+  private:
+    [[nodiscard]] VertexId vertex(std::size_t spoke) const { return out_.star.boundary[spoke]; }
+    [[nodiscard]] const Vec<D>& end(std::size_t spoke) const { return r_.mesh.points[vertex(spoke)]; }
+    [[nodiscard]] Vec<D> middle(std::size_t spoke) const { return midpoint(request_.place, end(spoke)); }
+
+    /// Which edges keep their nodes, and which are of the boundary.
+    void begin_spokes();
+    /// x(X) of a place between the origin and v, or of the origin: in an element that holds the point and has v, of
+    /// which X is a part whatever else lies there too, as where straight shapes are inverted. The largest: the others
+    /// may be all but flat. Where there is none, wherever X is.
+    [[nodiscard]] Vec<D> old_place_of(const Vec<D>& p, VertexId v) const;
+    /// The edge from the point to v that the cavity has already; invalid: none.
+    [[nodiscard]] EdgeId edge_there(VertexId v) const;
+    /// The node of the edge that a vertex which stays where it is has to v in the cavity already.
+    [[nodiscard]] std::optional<Vec<D>> node_there(const Vec<D>& origin, VertexId v) const;
+    /// Half of what the point is off the cavity's old curves goes along, as where it ends.
+    void put_extended(bool is_bent);
+    /// x(X) of a place on the boundary: by the removed facets of the spoke's surfaces, on a line by its removed edges.
+    /// Elements would do where their straight shapes are sound, but a surface must not leave itself.
+    [[nodiscard]] Vec<D> old_place_on_sides(std::size_t s, const Vec<D>& p) const;
+    void put_on_geometry();
+    /// Nothing where the geometry has no surface at the spoke, but for embedded lines: these have their curve.
+    [[nodiscard]] std::optional<Vec<D>> target_on_geometry(std::size_t s) const;
+    void put_wanted();
+    void take_wanted();
+    void find_accurate_offsets();
+    void search_offsets();
+
+    void begin_cones();
+    void refresh(Cone<D>& cone) const;
+    void refresh_stale();
+    [[nodiscard]] bool replaces_worse_where_invalid() const;
+    /// As of degree 1: somewhere so low, det J by the largest face, that coordinates, which are known to their rounding
+    /// only, do not tell on which side its vertices are.
+    [[nodiscard]] bool is_flat(const NodalSimplex<D>& element, const BoundedJacobian<D>& jacobian) const;
+    /// Of the element with the same vertices, which the joined face is of.
+    [[nodiscard]] bool may_stay_invalid(std::size_t joined) const;
+    [[nodiscard]] bool is_good(const Cone<D>& cone);
+    /// Whether an element that is removed is below the bound itself.
+    [[nodiscard]] bool replaces_worse() const;
+    /// False where no node of a bad element has any way left.
+    [[nodiscard]] bool draw_back();
+    void mark_stale();
+    /// Halves of an edge that is split keep its curve.
+    [[nodiscard]] bool is_free(std::uint32_t s) const {
+        return w_.spokes[s].kind == EdgeKind::volume && vertex(s) != request_.halves[0] && vertex(s) != request_.halves[1];
+    }
+    /// Whether the cavity may do without the element that a new one comes of: cheaper than a programme.
+    [[nodiscard]] bool may_leave(std::ptrdiff_t joined) const;
+    /// Whether all elements are valid in the end.
+    [[nodiscard]] bool raise();
+    [[nodiscard]] EdgeShell<D> shell_of(std::uint32_t s) const;
+    void put(std::uint32_t s, const Vec<D>& node);
+    [[nodiscard]] bool raise(std::uint32_t s);
+
+    const Adaptation<D>& r_;
+    const AdaptationGoal<D>& goal_;
+    const CavityRequest<D>& request_;
+    const PatchLimits& limits_;
+    const StarWorkspace<D>& star_;
+    CurvedWorkspace<D>& w_;
+    Patch<D>& out_;
+    double bound_ = 0;
+    bool has_raised_ = false;
+    QualityBar<D>& bar_;
+};
+
+}  // namespace camber
