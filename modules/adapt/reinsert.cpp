@@ -74,10 +74,10 @@ class Reinsertions final : public Pass<D> {
         candidate.limits.facet_cosine = any_facet;
         candidate.limits.corrections = 0;
         candidate.limits.node_gain = NodeGain::asked;
-        candidate.limits.approaches = is_approaching_ ? max_approaches : 0;
+        candidate.limits.approaching = is_approaching_ ? max_approaching : 0;
         return candidate;
     }
-    static constexpr int max_approaches = 16;
+    static constexpr int max_approaching = 24;
     static constexpr double any_facet = -2;  ///< of cosines: corners of facets stay where they are
     const AdaptationGoal<D>& goal_;
     ReinsertionOptions options_;

@@ -219,25 +219,79 @@ void CurvedNodes<D>::put(std::uint32_t s, const Vec<D>& node) {
 
 template <int D>
 void CurvedNodes<D>::approach() {
-    QuadraticModel<D> model;
-    for (int i = 0; i < D; ++i)
-        for (int j = 0; j <= i; ++j) {
-            model.hessian(i, j) = 0;
-            for (const Vec<D>& row : request_.metric.measure.rows) model.hessian(i, j) += row[i] * row[j];
-        }
-    for (std::uint32_t s = 0; s < w_.spokes.size() && w_.programmes < limits_.approaches; ++s) {
-        const Spoke<D>& spoke = w_.spokes[s];
-        if (spoke.share == 1 || !is_free(s) || spoke.node == spoke.wanted) continue;
-        ++w_.programmes;
-        model.centre = spoke.wanted;
-        const Vec<D> before = spoke.node;
-        const auto nearest = nearest_node(shell_of(s), model, bound_, {.max_cuts = 8});
-        if (!nearest || !(model(nearest->node.point) < model(before))) continue;
-        put(s, nearest->node.point);
-        bool is_bad = false;
-        for (std::size_t j = 0; j < w_.cones.size(); ++j) is_bad |= !is_good(w_.cones[j]) && !element(j).is_tolerated;
-        if (is_bad) put(s, before);
+    w_.short_of_place.clear();
+    for (std::uint32_t s = 0; s < w_.spokes.size() && std::ssize(w_.short_of_place) < limits_.approaching; ++s)
+        if (w_.spokes[s].share < 1 && is_free(s) && w_.spokes[s].node != w_.spokes[s].wanted) w_.short_of_place.push_back(s);
+    if (w_.short_of_place.empty()) return;
+    ++w_.programmes;
+    const JointProgramme<D> programme = approaching_programme();
+    const std::vector<Vec<D>> none(programme.unknowns.size());
+    const std::vector<Vec<D>> offsets = solve(programme, none).offsets;
+    const auto cost = [&](double share) {
+        double sum = 0;
+        for (std::size_t i = 0; i < offsets.size(); ++i) sum += programme.unknowns[i](share * offsets[i]);
+        return sum;
+    };
+    std::vector<Vec<D>> before;
+    for (const std::uint32_t s : w_.short_of_place) before.push_back(w_.spokes[s].node);
+    for (double share = 1; share > 0.1 && cost(share) < cost(0); share /= 2) {
+        for (std::size_t i = 0; i < before.size(); ++i)
+            w_.spokes[w_.short_of_place[i]].node = before[i] + share * offsets[i];
+        mark_stale();
+        refresh_stale();
+        if (are_elements_good()) return;
     }
+    for (std::size_t i = 0; i < before.size(); ++i) w_.spokes[w_.short_of_place[i]].node = before[i];
+    mark_stale();
+    refresh_stale();
+}
+
+/// Distances as both ends of an edge see them, whichever of them is the point: otherwise one would undo what the other
+/// does.
+template <int D>
+Sym<D> CurvedNodes<D>::distance_seen_along(std::uint32_t s) const {
+    Sym<D> sum;
+    for (const MeasuringMetric<D>* metric : {&request_.metric.measure, &r_.vertices.metrics[vertex(s)].measure})
+        for (const Vec<D>& row : metric->rows)
+            for (int i = 0; i < D; ++i)
+                for (int j = 0; j <= i; ++j) sum(i, j) += row[i] * row[j];
+    return sum;
+}
+
+/// What keeps the elements at the bound, at the least distance from the places that are wanted.
+template <int D>
+JointProgramme<D> CurvedNodes<D>::approaching_programme() const {
+    JointProgramme<D> programme;
+    std::vector<int> unknown_of(w_.spokes.size(), JointProgramme<D>::fixed);
+    for (const std::uint32_t s : w_.short_of_place) {
+        unknown_of[s] = static_cast<int>(programme.unknowns.size());
+        programme.unknowns.push_back({w_.spokes[s].wanted - w_.spokes[s].node, distance_seen_along(s)});
+    }
+    for (const Cone<D>& cone : w_.cones) {
+        if (cone.verdict != Verdict::valid) continue;
+        typename JointProgramme<D>::Element element;
+        element.unknowns.fill(JointProgramme<D>::fixed);
+        bool is_moved = false;
+        for (int i = 0; i <= D; ++i)
+            if (i != cone.point) {
+                const int unknown = unknown_of[cone.spokes[i]];
+                element.unknowns[D + 1 + edge_between<D>[i][cone.point]] = unknown;
+                is_moved |= unknown != JointProgramme<D>::fixed;
+            }
+        if (!is_moved) continue;
+        constexpr double margin = 1e-3;  // of certificates, which know the rounding of coefficients
+        element.bezier = bezier_form(NodalSimplex<D>{cone.nodes});
+        element.floor = bound_ * (1 + margin);
+        programme.elements.push_back(element);
+    }
+    return programme;
+}
+
+template <int D>
+bool CurvedNodes<D>::are_elements_good() {
+    for (std::size_t j = 0; j < w_.cones.size(); ++j)
+        if (!is_good(w_.cones[j]) && !element(j).is_tolerated) return false;
+    return true;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                  \

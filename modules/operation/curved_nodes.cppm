@@ -57,8 +57,7 @@ class CurvedNodes {
     [[nodiscard]] ElementState element(std::size_t joined) const;
     /// Whether nodes went where that may help.
     [[nodiscard]] bool correct(RejectionReason reason);
-    /// Nodes that were drawn back go as near to where they are wanted as their elements stay good, one after the other:
-    /// a quadratic programme each.
+    /// Nodes that were drawn back go together as near to where they are wanted as their elements stay good: a joint programme.
     void approach();
     void give(std::vector<LagrangeNode<D>>& nodes) const;
     [[nodiscard]] int programmes() const { return w_.programmes; }
@@ -117,6 +116,9 @@ class CurvedNodes {
     [[nodiscard]] bool may_leave(std::ptrdiff_t joined) const;
     /// Whether all elements are valid in the end.
     [[nodiscard]] bool raise();
+    [[nodiscard]] Sym<D> distance_seen_along(std::uint32_t s) const;
+    [[nodiscard]] JointProgramme<D> approaching_programme() const;
+    [[nodiscard]] bool are_elements_good();
     [[nodiscard]] EdgeShell<D> shell_of(std::uint32_t s) const;
     void put(std::uint32_t s, const Vec<D>& node);
     [[nodiscard]] bool raise(std::uint32_t s);

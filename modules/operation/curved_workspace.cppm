@@ -57,7 +57,8 @@ struct CurvedWorkspace {
     std::vector<FreeEdge<D>> searched;
     std::vector<EdgeMinimum<D>> found;
     std::vector<std::uint32_t> free;  ///< spokes of kind volume
-    int programmes = 0;               ///< spent
+    std::vector<std::uint32_t> short_of_place;  ///< spokes that approach where they are wanted
+    int programmes = 0;                         ///< spent
 };
 
 }  // namespace camber

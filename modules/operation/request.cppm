@@ -70,8 +70,8 @@ struct PatchLimits {
     InvalidBefore invalid_before = InvalidBefore::refused;
     /// Linear programmes, each for one inner edge, that may be spent where the old curves do not make a star valid.
     int programmes = 8;
-    /// Quadratic ones, each for one inner edge, by which nodes that were drawn back come nearer to where they are wanted.
-    int approaches = 0;
+    /// Inner nodes that were drawn back and then come nearer together to where they are wanted, at most.
+    int approaching = 0;
     /// The least cosine between a new facet's normal and those of the facets that it replaces.
     double facet_cosine = 0.8;
     /// New facets from the geometry, as a share of their longest edges (see distance_from_geometry).
