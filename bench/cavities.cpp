@@ -70,7 +70,8 @@ void insert_one(const Square& square) {
     for (int i = 0; i <= 50; ++i)
         for (int j = 0; j <= 50; ++j) {
             const CavityRequest<2> request = insertion_request(square, {{0.25 + 0.01 * i, 0.25 + 0.01 * j}});
-            if (operate(square.state, square.goal, request, {}, workspace, patch).rejected != RejectionReason::none) continue;
+            if (operate(square.state, square.goal, request, {}, workspace, patch).rejected != RejectionReason::none)
+                continue;
             double near = 1;
             for (const VertexId v : patch.patch().star.boundary)
                 near = std::min(near, distance(square.state.mesh.points[v], request.place));

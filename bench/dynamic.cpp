@@ -33,9 +33,9 @@ double bytes(const Column<T>& column) {
     return static_cast<double>(column.size() * sizeof(T));
 }
 double topology_bytes(const DynamicMesh<3>& m) {
-    return bytes(m.states) + bytes(m.element_of) + bytes(m.elements.marks) + bytes(m.face_neighbours) + bytes(m.edges_of) +
-           bytes(m.edges) + bytes(m.line_of) + bytes(m.facets.marks) + bytes(m.sides) + bytes(m.lines) +
-           bytes(m.line_references) + bytes(m.line_entities) + bytes(m.line_marks);
+    return bytes(m.states) + bytes(m.element_of) + bytes(m.elements.marks) + bytes(m.face_neighbours) +
+           bytes(m.edges_of) + bytes(m.edges) + bytes(m.line_of) + bytes(m.facets.marks) + bytes(m.sides) +
+           bytes(m.lines) + bytes(m.line_references) + bytes(m.line_entities) + bytes(m.line_marks);
 }
 
 std::vector<Patch<3>> splits(const DynamicMesh<3>& mesh, std::size_t count, std::size_t shift) {

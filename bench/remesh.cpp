@@ -141,7 +141,7 @@ int main(int argc, char** argv) {
         goal.geometry = Geometry<3>(must(build_surrogate(mesh, edges, features, SurrogateOptions{}, execution)));
     if (a.curved && curved.edges.size() == 0) curved = must(elevate(mesh, execution));
     Adaptation<3> r = is_curved ? must(begin_adaptation(curved, breaks, goal, execution))
-                               : must(begin_adaptation(mesh, edges, breaks, goal, execution));
+                                : must(begin_adaptation(mesh, edges, breaks, goal, execution));
     tell(r, execution);
     for (int round = 0; round < a.rounds; ++round) {
         r = step("collapse", std::move(r), a, execution,

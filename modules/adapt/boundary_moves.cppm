@@ -48,9 +48,10 @@ template <int D>
 
 /// Of a surface: to the geometry, or, where that has none there, in the plane of all of its facets.
 template <int D>
-[[nodiscard]] std::optional<BoundaryPlace<D>> place_on_surface(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
-                                                               const Cavity<D>& around, const Vec<D>& here,
-                                                               const GeometryEntity& known, const Vec<D>& wanted) {
+[[nodiscard]] std::optional<BoundaryPlace<D>> place_on_surface(const AdaptationGoal<D>& goal,
+                                                               const DynamicMesh<D>& mesh, const Cavity<D>& around,
+                                                               const Vec<D>& here, const GeometryEntity& known,
+                                                               const Vec<D>& wanted) {
     const FacetId f = around.facets.front();
     if (goal.geometry && (*goal.geometry)->has_surface_at(site_of(mesh, f)))
         return boundary_place(on_geometry_at_facet(goal, mesh, f, known, wanted));
@@ -63,9 +64,8 @@ template <int D>
 /// Of a line: along that one of its two edges which the step goes with, and from there to the geometry; where that is
 /// no other place, only along what is straight.
 [[nodiscard]] inline std::optional<BoundaryPlace<3>> place_on_line(const AdaptationGoal<3>& goal,
-                                                                   const DynamicMesh<3>& mesh,
-                                                                   const Cavity<3>& around, VertexId v,
-                                                                   const Vec<3>& wanted) {
+                                                                   const DynamicMesh<3>& mesh, const Cavity<3>& around,
+                                                                   VertexId v, const Vec<3>& wanted) {
     if (around.lines.size() != 2) return {};
     const Vec<3> here = mesh.points[v];
     const Vec<3> step = wanted - here;

@@ -93,8 +93,8 @@ template <int D>
         const auto& vertices = r.mesh.elements.vertices[request.cavity.elements[i]];
         for (const VertexId v : vertices)
             if (i == 0 || local_vertex(r.mesh.elements.vertices[request.cavity.elements[i - 1]], v) < 0)
-                nearest = std::min(
-                    nearest, edge_length(request.metric.measure, r.vertices.metrics[v].measure, r.mesh.points[v] - request.place));
+                nearest = std::min(nearest, edge_length(request.metric.measure, r.vertices.metrics[v].measure,
+                                                        r.mesh.points[v] - request.place));
     }
     return nearest;
 }

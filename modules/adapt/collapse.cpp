@@ -85,7 +85,7 @@ class Collapses final : public Pass<D> {
 
 template <int D>
 Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal, const CollapseOptions& options,
-                              const Execution& execution) {
+                             const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     Collapses<D> pass(options);
     auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
@@ -96,8 +96,8 @@ Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
 }
 
 template Outcome<Adapted<2>> collapse<2>(Adaptation<2>, const AdaptationGoal<2>&, const CollapseOptions&,
-                                          const Execution&);
+                                         const Execution&);
 template Outcome<Adapted<3>> collapse<3>(Adaptation<3>, const AdaptationGoal<3>&, const CollapseOptions&,
-                                          const Execution&);
+                                         const Execution&);
 
 }  // namespace camber

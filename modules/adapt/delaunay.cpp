@@ -64,10 +64,10 @@ void grow_delaunay(const Adaptation<D>& r, const Vec<D>& point, const MeasuringM
         }
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template bool is_in_metric_sphere<D>(const Adaptation<D>&, ElementId, const Vec<D>&, const MeasuringMetric<D>&);    \
-    template void grow_delaunay<D>(const Adaptation<D>&, const Vec<D>&, const MeasuringMetric<D>&, std::size_t, double, \
-                                   Cavity<D>&);
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template bool is_in_metric_sphere<D>(const Adaptation<D>&, ElementId, const Vec<D>&, const MeasuringMetric<D>&); \
+    template void grow_delaunay<D>(const Adaptation<D>&, const Vec<D>&, const MeasuringMetric<D>&, std::size_t,      \
+                                   double, Cavity<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -52,7 +52,8 @@ int main() {
     Buffer<LogMetric<2>> metrics(mesh.points.size());
     for (std::size_t v = 0; v < metrics.size(); ++v)
         metrics[v] = log_metric_of_sizes<2>({{0.01 + 0.2 * std::abs(mesh.points[v][0] - 0.5), 0.1}});
-    const AdaptationGoal<2> goal{make_back_mesh<2>(mesh, balls(mesh, all).value(), std::move(metrics), all).value(), {}};
+    const AdaptationGoal<2> goal{make_back_mesh<2>(mesh, balls(mesh, all).value(), std::move(metrics), all).value(),
+                                 {}};
     auto begun = begin_adaptation(mesh, unique_edges(mesh, all).value(), {}, goal, all).value();
     const auto [state, told] = bring_to_metric<2>(std::move(begun), goal, {}, all).value();
     std::printf("%.1f %% of the edges were of unit length, %.1f %% are; %zu triangles were %zu\n",

@@ -20,7 +20,9 @@ template <int D>
 class Removals final : public Pass<D> {
   public:
     Removals(const AdaptationGoal<D>& goal, const MendOptions& options, const Column<VertexId>& off_geometry)
-        : goal_(goal), wanted_(shape_of_quality(options.wanted, D)), off_geometry_(off_geometry.begin(), off_geometry.end()) {
+        : goal_(goal),
+          wanted_(shape_of_quality(options.wanted, D)),
+          off_geometry_(off_geometry.begin(), off_geometry.end()) {
         std::ranges::sort(off_geometry_);
     }
 
@@ -97,7 +99,7 @@ class Removals final : public Pass<D> {
 
 template <int D>
 Outcome<Adapted<D>> remove_vertices(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
-                                     const Execution& execution) {
+                                    const Execution& execution) {
     Removals<D> pass(goal, options, state.off_geometry);
     auto statistics = run_pass<D>(state, goal, pass, pass.tasks(state), execution);
     if (!statistics) return fail(statistics.error());
@@ -108,7 +110,7 @@ Outcome<Adapted<D>> remove_vertices(Adaptation<D> state, const AdaptationGoal<D>
 
 template <int D>
 Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
-                          const Execution& execution) {
+                         const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     Adapted<D> out{std::move(state), {}};
     for (int turn = 0; turn < options.turns; ++turn) {

@@ -35,7 +35,8 @@ std::vector<std::uint8_t> fixed_edges(const DynamicMesh<D>& mesh) {
                          (mesh.states[a].marks.has(Mark::frozen) && mesh.states[b].marks.has(Mark::frozen));
             for (int face = 0; face <= D; ++face)
                 if (face != local_edges<D>[k][0] && face != local_edges<D>[k][1])
-                    stays |= !mesh.face_neighbours[element][face].valid() || mesh.face_neighbours[element][face].is_facet();
+                    stays |=
+                        !mesh.face_neighbours[element][face].valid() || mesh.face_neighbours[element][face].is_facet();
             if (stays) fixed[edge.index()] = 1;
         }
     }

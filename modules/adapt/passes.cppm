@@ -21,7 +21,7 @@ struct Adapted {
 /// Edges that are longer than `longest` are split, at the middle by length, the longest first.
 struct SplitOptions {
     double longest = longest_unit_edge;
-    double shortest = 0.6;        ///< no edge shorter than this is made
+    double shortest = 0.6;      ///< no edge shorter than this is made
     double min_quality = 0.05;  ///< of new elements, unless what they replace is worse
 
     [[nodiscard]] static constexpr auto options() {
@@ -39,13 +39,13 @@ struct SplitOptions {
 };
 template <int D>
 [[nodiscard]] Outcome<Adapted<D>> split(Adaptation<D> state, const AdaptationGoal<D>& goal, const SplitOptions& options,
-                                         const Execution& execution);
+                                        const Execution& execution);
 
 /// One end of each edge that is shorter than `shortest` goes into the other, the shortest first.
 struct CollapseOptions {
     double shortest = shortest_unit_edge;
     double longest = longest_unit_edge;  ///< no edge longer than this is made
-    double min_quality = 0.1;          ///< of new elements, unless what they replace is worse
+    double min_quality = 0.1;            ///< of new elements, unless what they replace is worse
     double distance = 0.2;               ///< of new facets from the geometry, see is_near_geometry
 
     [[nodiscard]] static constexpr auto options() {
@@ -67,7 +67,7 @@ struct CollapseOptions {
 };
 template <int D>
 [[nodiscard]] Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                            const CollapseOptions& options, const Execution& execution);
+                                           const CollapseOptions& options, const Execution& execution);
 
 /// Edges and faces of elements whose quality is below `wanted` are swapped where that makes the worst element better:
 /// the one of their ends, or of the vertices around them, is joined to what they leave that wins most.
@@ -90,7 +90,7 @@ struct SwapOptions {
 };
 template <int D>
 [[nodiscard]] Outcome<Adapted<D>> swap(Adaptation<D> state, const AdaptationGoal<D>& goal, const SwapOptions& options,
-                                        const Execution& execution);
+                                       const Execution& execution);
 
 /// What nodes of inner edges of a mesh of degree 2 are smoothed by.
 enum class SmoothedNodes : std::uint8_t {
@@ -124,7 +124,7 @@ struct SmoothOptions {
 };
 template <int D>
 [[nodiscard]] Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                          const SmoothOptions& options, const Execution& execution);
+                                         const SmoothOptions& options, const Execution& execution);
 
 /// Swaps and moves for bad elements alone, in turns, until there are none or no turn finds anything to do.
 struct MendOptions {
@@ -141,6 +141,6 @@ struct MendOptions {
 };
 template <int D>
 [[nodiscard]] Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
-                                        const Execution& execution);
+                                       const Execution& execution);
 
 }  // namespace camber

@@ -28,7 +28,7 @@ class Reinsertions final : public Pass<D> {
     }
     /// Nodes of the boundary go a part of their way.
     [[nodiscard]] std::optional<Candidate<D>> shortened(const Adaptation<D>& r, const Task& task,
-                                                          double share) const override {
+                                                        double share) const override {
         if (r.mesh.states[VertexId(std::size_t{task.id})].place == VertexPlace::inside) return {};
         return candidate_at(r, task, share);
     }
@@ -36,8 +36,8 @@ class Reinsertions final : public Pass<D> {
         for (const ElementId e : changes.elements.created)
             for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
     }
-    /// All vertices at first, then those whose elements have changed since the last call; of them those that have a node
-    /// elsewhere than it is wanted. Those inside come first.
+    /// All vertices at first, then those whose elements have changed since the last call; of them those that have a
+    /// node elsewhere than it is wanted. Those inside come first.
     [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) {
         std::vector<std::uint8_t> is_short(r.mesh.points.size(), 0);
         for (std::size_t e = 0; e < r.mesh.edges.size(); ++e)
@@ -51,8 +51,8 @@ class Reinsertions final : public Pass<D> {
         return tasks;
     }
 
-    /// From now on nodes come as near to their places as elements allow. Not before halves of the way are of no more use:
-    /// nodes that others are in the way of would be in the way of them.
+    /// From now on nodes come as near to their places as elements allow. Not before halves of the way are of no more
+    /// use: nodes that others are in the way of would be in the way of them.
     [[nodiscard]] bool begin_approaching() {
         if (is_approaching_) return false;
         touched_.assign(touched_.size(), 1);
@@ -60,7 +60,8 @@ class Reinsertions final : public Pass<D> {
     }
 
   private:
-    [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task, double share) const {
+    [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task,
+                                                           double share) const {
         const VertexId v(std::size_t{task.id});
         if (r.mesh.is_free(v) || r.mesh.states[v].marks.has(Mark::frozen)) return {};
         Candidate<D> candidate;
@@ -156,7 +157,7 @@ Outcome<Reinserted<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>&
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                   \
+#define CAMBER_INSTANTIATE(D)                                                                                     \
     template Outcome<Reinserted<D>> reinsert<D>(const QuadraticMesh<D>&, const Proposal<D>&, const BreaksOfMesh&, \
                                                 const BackMesh<D>&, const ReinsertionOptions&, const Execution&);
 

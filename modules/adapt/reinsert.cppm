@@ -49,9 +49,9 @@ struct Reinserted {
 /// the nodes of its edges go to where `wanted` has them, as far as elements stay valid: all of the way, or by halves of
 /// it. Those that other nodes keep back have another turn once these have moved. No element is worse for it than the
 /// worst of its cavity, unless it is good, and none is invalid that was not. `wanted`: of `curve`, a row an edge; the
-/// kind `fixed` stays. `breaks`: see make_dynamic. `field`: by which elements are judged. Edges that no element holds go
-/// to their places straight away. Threads have no say. Errors: options out of range, a proposal that is not the mesh's,
-/// those of make_dynamic; stopped, memory.
+/// kind `fixed` stays. `breaks`: see make_dynamic. `field`: by which elements are judged. Edges that no element holds
+/// go to their places straight away. Threads have no say. Errors: options out of range, a proposal that is not the
+/// mesh's, those of make_dynamic; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Reinserted<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>& wanted,
                                               const BreaksOfMesh& breaks, const BackMesh<D>& field,

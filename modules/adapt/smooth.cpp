@@ -118,7 +118,8 @@ class Moves final : public Pass<D> {
         }
     }
     /// Where v would make the worst of its elements regular, as v's metric sees its opposite face.
-    [[nodiscard]] static Vec<D> apex_of_worst(const Adaptation<D>& r, const std::vector<ElementId>& around, VertexId v) {
+    [[nodiscard]] static Vec<D> apex_of_worst(const Adaptation<D>& r, const std::vector<ElementId>& around,
+                                              VertexId v) {
         const ElementId worst = *std::ranges::min_element(around, {}, [&](ElementId e) { return shape_of(r, e); });
         const auto& vertices = r.mesh.elements.vertices[worst];
         const auto& rows = r.vertices.metrics[v].measure.rows;
@@ -190,7 +191,7 @@ std::vector<std::uint8_t> vertices_of_bad_elements(const Adaptation<D>& r, const
 
 template <int D>
 Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal, const SmoothOptions& options,
-                            const Execution& execution) {
+                           const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     return guarded([&]() -> Outcome<Adapted<D>> {
         const auto snap = snap_to_geometry(state, goal, without_progress(execution));

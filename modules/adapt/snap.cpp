@@ -23,14 +23,15 @@ class Snaps final : public Pass<D> {
         return candidate_at(r, task, 1);
     }
     [[nodiscard]] std::optional<Candidate<D>> shortened(const Adaptation<D>& r, const Task& task,
-                                                          double share) const override {
+                                                        double share) const override {
         return share > 0 ? candidate_at(r, task, share) : std::nullopt;
     }
     void follow(const Adaptation<D>&, const TopologyChanges&, std::vector<Task>&) override {}
 
   private:
     /// `share`: how far the vertex goes.
-    [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task, double share) const {
+    [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task,
+                                                           double share) const {
         const VertexId v(std::size_t{task.id});
         if (v.index() >= r.mesh.points.size() || r.mesh.is_free(v)) return {};
         const VertexState& state = r.mesh.states[v];

@@ -10,6 +10,6 @@ namespace camber {
 /// cavities grow where that helps. Those that cannot go all of the way yet stay `off_geometry`. Errors: of run_pass.
 template <int D>
 [[nodiscard]] Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<D>& goal,
-                                                 const Execution& execution);
+                                                       const Execution& execution);
 
 }  // namespace camber

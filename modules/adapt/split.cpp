@@ -36,7 +36,7 @@ class Splits final : public Pass<D> {
         return candidate_at(r, task, 1);
     }
     [[nodiscard]] std::optional<Candidate<D>> shortened(const Adaptation<D>& r, const Task& task,
-                                                          double share) const override {
+                                                        double share) const override {
         auto candidate = goal_.geometry ? candidate_at(r, task, share) : std::nullopt;
         if (candidate && candidate->request.cavity.facets.empty()) candidate.reset();
         return candidate;
@@ -49,7 +49,8 @@ class Splits final : public Pass<D> {
     static constexpr std::size_t max_elements = 64;
 
     /// `share`: how far the point goes to the geometry.
-    [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task, double share) const {
+    [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task,
+                                                           double share) const {
         const EdgeId edge(std::size_t{task.id});
         if (r.mesh.is_free(edge) || !(length_of(r, edge) > options_.longest)) return {};
         const auto [element, local] = element_with_edge(r.mesh, edge);
@@ -94,7 +95,7 @@ class Splits final : public Pass<D> {
 
 template <int D>
 Outcome<Adapted<D>> split(Adaptation<D> state, const AdaptationGoal<D>& goal, const SplitOptions& options,
-                           const Execution& execution) {
+                          const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     Splits<D> pass(goal, options);
     auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));

@@ -146,7 +146,7 @@ class Swaps final : public Pass<D> {
 
 template <int D>
 Outcome<Adapted<D>> swap(Adaptation<D> state, const AdaptationGoal<D>& goal, const SwapOptions& options,
-                          const Execution& execution) {
+                         const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     auto shapes = KeptShapes<D>::of(state, without_progress(execution));
     if (!shapes) return fail(shapes.error());

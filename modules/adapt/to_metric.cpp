@@ -51,7 +51,7 @@ class Driving {
 };
 
 bool has_converged(const UnitMeshStatistics& before, const UnitMeshStatistics& after, std::size_t changed_vertices,
-                 double min_change) {
+                   double min_change) {
     const auto vertices = static_cast<double>(after.edges) / 7;  // of tetrahedra; of triangles fewer edges each
     return after.unit_share() - before.unit_share() < min_change &&
            static_cast<double>(changed_vertices) < min_change * vertices;

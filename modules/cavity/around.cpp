@@ -21,7 +21,8 @@ template <int D>
 void add_facets(const DynamicMesh<D>& mesh, ElementId e, const std::array<bool, D + 1>& held,
                 std::vector<FacetId>& found) {
     for (int face = 0; face <= D; ++face)
-        if (!held[face] && mesh.face_neighbours[e][face].is_facet()) found.push_back(mesh.face_neighbours[e][face].facet());
+        if (!held[face] && mesh.face_neighbours[e][face].is_facet())
+            found.push_back(mesh.face_neighbours[e][face].facet());
 }
 
 /// Without a branch at each, so that several are compared at once.

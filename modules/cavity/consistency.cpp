@@ -57,7 +57,8 @@ const char* wrong_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
     const ElementId other = across.element();
     if (other.index() >= mesh.elements.size() || mesh.is_free(other)) return "the element across a face is not there";
     for (int back = 0; back <= D; ++back)
-        if (mesh.face_neighbours[other][back] == FaceNeighbour(e) && sorted_face<D>(mesh.elements.vertices[other], back) == own)
+        if (mesh.face_neighbours[other][back] == FaceNeighbour(e) &&
+            sorted_face<D>(mesh.elements.vertices[other], back) == own)
             return mesh.elements.references[other] == mesh.elements.references[e]
                        ? nullptr
                        : "materials meet in a face that is no facet";
@@ -94,7 +95,8 @@ const char* wrong_facet(const DynamicMesh<D>& mesh, FacetId f) {
                    : "a facet on no element is not held";
     for (const ElementId side : {first, second}) {
         if (!side.valid()) continue;
-        if (mesh.is_free(side) || std::ranges::find(mesh.face_neighbours[side], FaceNeighbour(f)) == mesh.face_neighbours[side].end())
+        if (mesh.is_free(side) ||
+            std::ranges::find(mesh.face_neighbours[side], FaceNeighbour(f)) == mesh.face_neighbours[side].end())
             return "an element beside a facet does not know of it";
     }
     return nullptr;

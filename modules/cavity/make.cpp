@@ -69,7 +69,8 @@ Outcome<Done> put_facets(const LinearMesh<D>& mesh, const Incidence<ElementId>& 
         const FacetPlace<D> place = place_of<D>(mesh, balls, mesh.facets.vertices[f]);
         sides[f] = place.sides;
         for (int side = 0; side < 2; ++side)
-            if (place.sides[side].valid()) across[place.sides[side].index()][place.opposite[side]] = FaceNeighbour(FacetId(f));
+            if (place.sides[side].valid())
+                across[place.sides[side].index()][place.opposite[side]] = FaceNeighbour(FacetId(f));
     });
 }
 
@@ -96,7 +97,8 @@ template <int D>
 Buffer<std::array<FaceNeighbour, D + 1>> faces_across(const Neighbours<D>& neighbours) {
     Buffer<std::array<FaceNeighbour, D + 1>> across(neighbours.size());
     for (std::size_t e = 0; e < across.size(); ++e)
-        for (int i = 0; i <= D; ++i) across[e][i] = neighbours[e][i].valid() ? FaceNeighbour(neighbours[e][i]) : FaceNeighbour{};
+        for (int i = 0; i <= D; ++i)
+            across[e][i] = neighbours[e][i].valid() ? FaceNeighbour(neighbours[e][i]) : FaceNeighbour{};
     return across;
 }
 

@@ -115,7 +115,7 @@ struct DynamicMesh {
     Column<ElementId> element_of;  ///< one of the elements of each vertex
 
     DynamicSimplices<D> elements;
-    Column<std::array<FaceNeighbour, D + 1>> face_neighbours;                   ///< each element's faces
+    Column<std::array<FaceNeighbour, D + 1>> face_neighbours;   ///< each element's faces
     Column<std::array<EdgeId, edges_per_simplex<D>>> edges_of;  ///< in the order of `local_edges`
     Column<std::array<VertexId, 2>> edges;                      ///< lower vertex first
     Column<LineId> line_of;                                     ///< of each edge; no rows in 2D
@@ -142,7 +142,9 @@ struct DynamicMesh {
     [[nodiscard]] bool is_free(FacetId f) const { return !facets.vertices[f][0].valid(); }
     [[nodiscard]] bool is_free(EdgeId e) const { return !edges[e][0].valid(); }
     [[nodiscard]] bool is_free(LineId l) const { return !lines[l].valid(); }
-    [[nodiscard]] bool is_free(VertexId v) const { return !element_of[v].valid() && !states[v].marks.has(Mark::frozen); }
+    [[nodiscard]] bool is_free(VertexId v) const {
+        return !element_of[v].valid() && !states[v].marks.has(Mark::frozen);
+    }
     /// The line on an edge, if there is one.
     [[nodiscard]] LineId line_at(EdgeId e) const { return line_of.empty() ? LineId{} : line_of[e]; }
     [[nodiscard]] bool is_embedded(LineId l) const { return l.valid() && line_marks[l].has(Mark::embedded); }

@@ -50,7 +50,7 @@ bool may_collapse(const DynamicMesh<D>& mesh, const Cavity<D>& around, VertexId 
     return false;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                \
+#define CAMBER_INSTANTIATE(D)                                                           \
     template void cavity_of_edge<D>(const DynamicMesh<D>&, ElementId, int, Cavity<D>&); \
     template void cavity_of_vertex<D>(const DynamicMesh<D>&, VertexId, Cavity<D>&);     \
     template void cavity_of_face<D>(const DynamicMesh<D>&, ElementId, int, Cavity<D>&); \

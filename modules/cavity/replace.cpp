@@ -136,7 +136,8 @@ class Committing {
         if (!across.valid()) return {};
         if (across.is_facet()) return {across, d_.sides[across.facet().index()][0] == open.element ? 0 : 1};
         const auto& faces = d_.face_neighbours[across.element().index()];
-        return {across, static_cast<int>(std::find(faces.begin(), faces.end(), FaceNeighbour(open.element)) - faces.begin())};
+        return {across,
+                static_cast<int>(std::find(faces.begin(), faces.end(), FaceNeighbour(open.element)) - faces.begin())};
     }
     /// What is beyond an open face has `element` on this side now.
     void turn_to(const Beyond& there, ElementId element) {

@@ -12,6 +12,7 @@ export import :execution;
 export import :pack;
 export import :each;
 export import :mesh;
+export import :shape_functions;
 export import :maps;
 export import :required;
 export import :sparse;

@@ -90,8 +90,7 @@ class Search {
     }
 
     Crossing divided(const Net<D>& first, const Net<D>& second, bool divide_first, bool divide_second) {
-        if ((divide_first && first.divisions == max_divisions) ||
-            (divide_second && second.divisions == max_divisions))
+        if ((divide_first && first.divisions == max_divisions) || (divide_second && second.divisions == max_divisions))
             return Crossing::undecided;
         Crossing worst = Crossing::clear;
         const auto against = [&](const Net<D>& piece) {

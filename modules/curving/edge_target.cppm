@@ -41,7 +41,7 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
   public:
     CurvingAim aim = CurvingAim::accuracy;
     MeasuredEdges measured = MeasuredEdges::all;
-    double min_jacobian = 0.1;
+    double min_jacobian = default_bound;
 
     [[nodiscard]] static constexpr auto options() {
         using S = CurveOptions;

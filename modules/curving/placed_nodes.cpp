@@ -18,8 +18,8 @@ namespace camber {
 
 namespace {
 
-constexpr double min_gain = 1e-6;    // a length that falls by less is the same
-constexpr double min_relief = 0.01;  // a distance that falls by less is
+constexpr double min_gain = 1e-6;      // a length that falls by less is the same
+constexpr double min_relief = 0.01;    // a distance that falls by less is
 constexpr double no_distance = 1e-10;  // of the chord
 constexpr double distance_growth = 2;  // by length: of the distance with the projected middle, is allowed
 constexpr int max_halvings = 6;

@@ -14,11 +14,11 @@ struct ShapeOptions {
     ExtensionOptions extension;
     /// Of the programmes. Without cuts elements count by their coefficients, which are close where shapes are good.
     EdgeProgrammeOptions programme{.tolerance = 1e-3, .max_cuts = 0};
-    double enough = 0.95;      ///< elements with such a scaled Jacobian are let be
+    double enough = 0.95;    ///< elements with such a scaled Jacobian are let be
     double min_gain = 1e-3;  ///< a step must raise the smallest scaled Jacobian around its edge by so much
     /// Elements are raised together that are less than this above the worst, of max(1, |worst|).
     double band = 0.02;
-    int rings = 2;                ///< of elements that are raised with the worst, where these alone do not rise
+    int rings = 2;               ///< of elements that are raised with the worst, where these alone do not rise
     std::size_t max_steps = 20;  ///< in one band, for each of its elements
     int max_bands = 100;
 };

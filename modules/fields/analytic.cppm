@@ -95,10 +95,9 @@ struct RotatingField {
 
     [[nodiscard]] static constexpr auto options() {
         using S = RotatingField;
-        return std::tuple(
-            option("min_size", &S::min_size, "size along the turning axis").unit("model units").above(0),
-            option("size", &S::size, "size across it").unit("model units").above(0),
-            option("period", &S::period, "of a whole turn").unit("model units").above(0));
+        return std::tuple(option("min_size", &S::min_size, "size along the turning axis").unit("model units").above(0),
+                          option("size", &S::size, "size across it").unit("model units").above(0),
+                          option("period", &S::period, "of a whole turn").unit("model units").above(0));
     }
     friend bool operator==(const RotatingField&, const RotatingField&) = default;
 };

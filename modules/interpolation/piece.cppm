@@ -23,10 +23,7 @@ struct Quadratic {
     [[nodiscard]] T at(const Barycentric<D>& xi) const {
         T value{};
         for (int i = 0; i <= D; ++i) value = value + corners[i] * xi[i];
-        for (int e = 0; e < edges_per_simplex<D>; ++e) {
-            const auto [i, j] = local_edges<D>[e];
-            value = value + bubbles[e] * (4 * xi[i] * xi[j]);
-        }
+        for (int e = 0; e < edges_per_simplex<D>; ++e) value = value + bubbles[e] * edge_shape<D>(xi, e);
         return value;
     }
 };

@@ -158,8 +158,7 @@ Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Inc
 
 template <int D>
 Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, Column<LogMetric<D>> log_metrics) {
-    const auto* const curved = dynamic_cast<const CurvedBack<D>*>(&*back);
-    const StraightBack<D>* const straight = curved ? &curved->reference : straight_part(back);
+    const StraightBack<D>* const straight = back->packed().straight;
     if (!straight) return fail(ErrorKind::internal, "there is no straight mesh behind this back mesh");
     if (auto fits = check_rows(straight->mesh, log_metrics); !fits) return fail(fits.error());
     StraightBack<D> other = *straight;

@@ -76,6 +76,19 @@ struct BackSector {
     std::array<Vec<D>, D - 1> walls{};
 };
 
+template <int D>
+class StraightBack;
+template <int D>
+class CurvedBack;
+
+/// What of a field searches in packs can work on: a straight mesh, the field's own or its reference, and the map from
+/// that where it is bent; null where there is none.
+template <int D>
+struct PackedField {
+    const StraightBack<D>* straight = nullptr;
+    const CurvedBack<D>* bent = nullptr;
+};
+
 /// The face that every kind of back mesh has: a metric field with elements, by which a search for a point begins where
 /// the last one ended. Models are immutable, and asked by many threads at once; up to rounding no answer depends on a
 /// hint. Nothing here says that elements are straight: in a curved back mesh ξ are coordinates of the reference
@@ -104,6 +117,9 @@ class BackModel {
 
     /// What edges of the mesh see: out[i] of edges[i].
     virtual void see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const = 0;
+
+    /// For searches that take many edges at a time; those of a model without it go one by one.
+    [[nodiscard]] virtual PackedField<D> packed() const { return {}; }
 
     [[nodiscard]] virtual std::size_t vertex_count() const = 0;
     [[nodiscard]] virtual BackVertex<D> vertex(VertexId v) const = 0;

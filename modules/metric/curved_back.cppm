@@ -34,6 +34,7 @@ class CurvedBack final : public BackModel<D> {
     void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                          std::span<FieldSample<D>> out) const override;
     void see(std::span<const BackEdge> pack, std::span<EdgeEnds<D>> out) const override;
+    [[nodiscard]] PackedField<D> packed() const override { return {&reference, this}; }
     [[nodiscard]] std::size_t vertex_count() const override { return reference.vertex_count(); }
     [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return reference.vertex(v); }
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;

@@ -21,20 +21,13 @@ struct CurvedSimplex {
     [[nodiscard]] Vec<D> point(const std::array<double, K + 1>& xi) const {
         Vec<D> p;
         for (int i = 1; i <= K; ++i) p += xi[i] * d[i];
-        for (int e = 0; e < edges_per_simplex<K>; ++e) {
-            const auto [i, j] = local_edges<K>[e];
-            p += (4 * xi[i] * xi[j]) * u[e];
-        }
+        for (int e = 0; e < edges_per_simplex<K>; ++e) p += edge_shape<K>(xi, e) * u[e];
         return p;
     }
     /// ∂F/∂ξ_a for a = 1 … K, with ξ_0 = 1 − Σ ξ_a.
     [[nodiscard]] std::array<Vec<D>, K> derivatives(const std::array<double, K + 1>& xi) const {
         std::array<Vec<D>, K + 1> partial = d;
-        for (int e = 0; e < edges_per_simplex<K>; ++e) {
-            const auto [i, j] = local_edges<K>[e];
-            partial[i] += (4 * xi[j]) * u[e];
-            partial[j] += (4 * xi[i]) * u[e];
-        }
+        for (int e = 0; e < edges_per_simplex<K>; ++e) add_edge_derivatives<K>(xi, e, u[e], partial);
         std::array<Vec<D>, K> columns;
         for (int a = 0; a < K; ++a) columns[a] = partial[a + 1] - partial[0];
         return columns;

@@ -327,13 +327,6 @@ std::vector<std::uint32_t> by_shell_size(std::span<const BackEdge> edges) {
     return order;
 }
 
-/// The straight mesh of a field, or its reference; null where there is none.
-template <int D>
-const StraightBack<D>* straight_mesh_of(const BackMesh<D>& back) {
-    if (const auto* const curved = dynamic_cast<const CurvedBack<D>*>(&*back)) return &curved->reference;
-    return straight_part(back);
-}
-
 }  // namespace
 
 template <int D>
@@ -342,8 +335,7 @@ EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, std::span<const Back
                                    const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
                                    Instructions set) {
     EdgeSearchWork work;
-    const auto* const curved = dynamic_cast<const CurvedBack<D>*>(&*back);
-    const StraightBack<D>* const straight = straight_mesh_of(back);
+    const auto [straight, curved] = back->packed();
     std::vector<std::uint8_t> alone(edges.size(), straight && options.field == EdgeFieldKind::back ? 0 : 1);
     if (straight)
         for (std::size_t i = 0; i < edges.size(); ++i) {
@@ -381,8 +373,7 @@ template <int D>
 EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<D>> edges, const EdgeRules& rules,
                               const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima, Instructions set) {
     EdgeSearchWork work;
-    const auto* const curved = dynamic_cast<const CurvedBack<D>*>(&*back);
-    const StraightBack<D>* const straight = straight_mesh_of(back);
+    const auto [straight, curved] = back->packed();
     std::vector<std::uint8_t> alone(edges.size(), straight && options.field == EdgeFieldKind::back ? 0 : 1);
     for (std::size_t i = 0; i < edges.size(); ++i) {
         minima[i] = {};

@@ -115,7 +115,8 @@ Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     for (;; ++result.sweeps) {
         auto next = map_each(quiet, n, swept);
         if (!next) return fail(next.error());
-        report_progress(execution, static_cast<std::size_t>(result.sweeps) + 1, static_cast<std::size_t>(options.max_sweeps) + 1);
+        report_progress(execution, static_cast<std::size_t>(result.sweeps) + 1,
+                        static_cast<std::size_t>(options.max_sweeps) + 1);
         bool any = false;
         for (std::size_t v = 0; v < n; ++v) {
             (*metrics)[v] = (*next)[v].metric;

@@ -99,13 +99,5 @@ template <int N, int K, int D>
     for (std::size_t a = 0; a < nodes.size(); ++a) out.logs[a] = sample_value(back, nodes[a].point, hint).log_metric;
     return out;
 }
-template <int N, int K, int D>
-[[nodiscard]] inline BezierLogs<N, K, D> bezier_logs(const BackMesh<D>& back,
-                                                     const std::array<ControlPoint<D>, node_count<N, K>>& points,
-                                                     ElementId hint) {
-    BezierLogs<N, K, D> out;
-    for (std::size_t a = 0; a < points.size(); ++a) out.logs[a] = sample_value(back, points[a].point, hint).log_metric;
-    return out;
-}
 
 }  // namespace camber

@@ -26,7 +26,6 @@ import :unit_frame;
 import :edge_sectors;
 export import :edge_minimiser;
 import :edge_search;
-export import :edge_barycentric;
 export import :edge_accuracy;
 export import :edge_pack_search;
 export import :intersection;

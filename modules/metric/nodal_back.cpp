@@ -25,8 +25,7 @@ std::array<Sym<D>, D> reference_gradient(const NodalBack<D>& back, ElementId e, 
         const auto [i, j] = local_edges<D>[k];
         const Sym<D> bow = back.logs.mid_nodes[back.mesh.edges.of_elements[e][k]].l -
                            0.5 * (back.logs.vertices[v[i]].l + back.logs.vertices[v[j]].l);
-        partial[i] += (4 * xi[j]) * bow;
-        partial[j] += (4 * xi[i]) * bow;
+        add_edge_derivatives<D>(xi, k, bow, partial);
     }
     std::array<Sym<D>, D> out{};
     for (int a = 0; a < D; ++a) out[a] = partial[a + 1] - partial[0];
@@ -110,7 +109,7 @@ LogMetric<D> NodalBack<D>::value_at(const Location<D>& location) const {
         const auto [i, j] = local_edges<D>[k];
         const Sym<D> bow = logs.mid_nodes[mesh.edges.of_elements[location.element][k]].l -
                            0.5 * (logs.vertices[v[i]].l + logs.vertices[v[j]].l);
-        value.l += (4 * xi[i] * xi[j]) * bow;
+        value.l += edge_shape<D>(xi, k) * bow;
     }
     return value;
 }

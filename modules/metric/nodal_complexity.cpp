@@ -51,11 +51,9 @@ Outcome<double> complexity(const QuadraticMesh<D>& mesh, const NodalLogs<D>& log
         double sum = 0;
         for (const auto& [xi, weight] : rule) {
             double half_trace = 0;
-            for (int i = 0; i <= D; ++i) half_trace += xi[i] * (2 * xi[i] - 1) * 0.5 * trace(logs.vertices[v[i]].l);
-            for (int k = 0; k < edges_per_simplex<D>; ++k) {
-                const auto [i, j] = local_edges<D>[k];
-                half_trace += 4 * xi[i] * xi[j] * 0.5 * trace(logs.mid_nodes[mesh.edges.of_elements[e][k]].l);
-            }
+            for (int i = 0; i <= D; ++i) half_trace += vertex_shape(xi[i]) * 0.5 * trace(logs.vertices[v[i]].l);
+            for (int k = 0; k < edges_per_simplex<D>; ++k)
+                half_trace += edge_shape<D>(xi, k) * 0.5 * trace(logs.mid_nodes[mesh.edges.of_elements[e][k]].l);
             sum += weight * std::exp(half_trace) * std::abs(det(jacobian_at(element, xi)));
         }
         return sum;

@@ -35,7 +35,7 @@ Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Baryc
         for (int i = 1; i <= D; ++i) size += std::abs(xi[i] * element.d[i][c]);
         for (int e = 0; e < edges_per_simplex<D>; ++e) {
             const auto [i, j] = local_edges<D>[e];
-            size += std::abs(4 * xi[i] * xi[j]) *
+            size += std::abs(edge_shape<D>(xi, e)) *
                     (std::abs(element.u[e][c]) + std::abs(element.d[i][c]) + std::abs(element.d[j][c]));
         }
         bound[c] = 8 * std::numeric_limits<double>::epsilon() * size;

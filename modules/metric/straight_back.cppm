@@ -26,6 +26,7 @@ class StraightBack final : public BackModel<D> {
     void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                          std::span<FieldSample<D>> out) const override;
     void see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const override;
+    [[nodiscard]] PackedField<D> packed() const override { return {this, nullptr}; }
     [[nodiscard]] std::size_t vertex_count() const override { return mesh.points.size(); }
     [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return {mesh.points[v], log_metrics[v]}; }
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
@@ -49,12 +50,5 @@ template <int D>
 [[nodiscard]] Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back,
                                                              const Incidence<ElementId>& balls,
                                                              const Execution& execution);
-
-/// The straight mesh behind a back mesh; null where that is of another kind. For searches that move in barycentric
-/// coordinates of its elements; all others ask the face.
-template <int D>
-[[nodiscard]] const StraightBack<D>* straight_part(const BackMesh<D>& back) {
-    return dynamic_cast<const StraightBack<D>*>(&*back);
-}
 
 }  // namespace camber

@@ -46,8 +46,8 @@ Adaptation<D> commit(Adaptation<D> state, std::span<const JudgedNode<D>> judged)
     return state;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                           \
-    template Outcome<CommittedState<D>> commit<D>(Adaptation<D>, std::vector<JudgedPatch<D>>);               \
+#define CAMBER_INSTANTIATE(D)                                                                  \
+    template Outcome<CommittedState<D>> commit<D>(Adaptation<D>, std::vector<JudgedPatch<D>>); \
     template Adaptation<D> commit<D>(Adaptation<D>, std::span<const JudgedNode<D>>);
 
 CAMBER_INSTANTIATE(2)

@@ -17,8 +17,8 @@ struct CommittedState {
 };
 
 /// The last verb of the operator, and the only way into a state: patches in the place of their cavities (see
-/// replace_cavities), and with them all that is known of vertices; walls; points that are short of the geometry. Give the
-/// state away (std::move), or all of it is copied; with an error it is lost then. Errors: of replace_cavities.
+/// replace_cavities), and with them all that is known of vertices; walls; points that are short of the geometry. Give
+/// the state away (std::move), or all of it is copied; with an error it is lost then. Errors: of replace_cavities.
 template <int D>
 [[nodiscard]] Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D>> patches);
 

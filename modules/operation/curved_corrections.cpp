@@ -40,7 +40,8 @@ void CurvedNodes<D>::judge_elements() {
 
 template <int D>
 bool CurvedNodes<D>::replaces_worse_where_invalid() const {
-    return std::ranges::any_of(w_.cones, [](const Cone<D>& c) { return c.verdict != Verdict::valid; }) && replaces_worse();
+    return std::ranges::any_of(w_.cones, [](const Cone<D>& c) { return c.verdict != Verdict::valid; }) &&
+           replaces_worse();
 }
 
 template <int D>
@@ -159,8 +160,7 @@ void CurvedNodes<D>::mark_stale() {
     for (Cone<D>& cone : w_.cones)
         for (int i = 0; i <= D; ++i)
             if (i != cone.point)
-                cone.is_stale |=
-                    cone.nodes[D + 1 + edge_between<D>[i][cone.point]] != w_.spokes[cone.spokes[i]].node;
+                cone.is_stale |= cone.nodes[D + 1 + edge_between<D>[i][cone.point]] != w_.spokes[cone.spokes[i]].node;
 }
 
 template <int D>
@@ -221,7 +221,8 @@ template <int D>
 void CurvedNodes<D>::approach() {
     w_.short_of_place.clear();
     for (std::uint32_t s = 0; s < w_.spokes.size() && std::ssize(w_.short_of_place) < limits_.approaching; ++s)
-        if (w_.spokes[s].share < 1 && is_free(s) && w_.spokes[s].node != w_.spokes[s].wanted) w_.short_of_place.push_back(s);
+        if (w_.spokes[s].share < 1 && is_free(s) && w_.spokes[s].node != w_.spokes[s].wanted)
+            w_.short_of_place.push_back(s);
     if (w_.short_of_place.empty()) return;
     ++w_.programmes;
     const JointProgramme<D> programme = approaching_programme();
@@ -294,13 +295,13 @@ bool CurvedNodes<D>::are_elements_good() {
     return true;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                  \
-    template void CurvedNodes<D>::begin_elements();                            \
-    template void CurvedNodes<D>::judge_elements();                            \
-    template ElementState CurvedNodes<D>::element(std::size_t) const;          \
-    template double CurvedNodes<D>::length_to(std::size_t) const;              \
-    template bool CurvedNodes<D>::correct(RejectionReason);                    \
-    template void CurvedNodes<D>::approach();                                  \
+#define CAMBER_INSTANTIATE(D)                                         \
+    template void CurvedNodes<D>::begin_elements();                   \
+    template void CurvedNodes<D>::judge_elements();                   \
+    template ElementState CurvedNodes<D>::element(std::size_t) const; \
+    template double CurvedNodes<D>::length_to(std::size_t) const;     \
+    template bool CurvedNodes<D>::correct(RejectionReason);           \
+    template void CurvedNodes<D>::approach();                         \
     template void CurvedNodes<D>::give(std::vector<LagrangeNode<D>>&) const;
 
 CAMBER_INSTANTIATE(2)

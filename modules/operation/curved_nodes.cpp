@@ -220,7 +220,8 @@ void CurvedNodes<D>::find_accurate_offsets() {
     for (const std::uint32_t s : w_.free) {
         const VertexId v = vertex(s);
         w_.chords.push_back(end(s) - request_.place);
-        w_.ends.push_back({{request_.metric.log_metric, request_.gradient}, {r_.vertices.metrics[v].log_metric, r_.vertices.gradients[v]}});
+        w_.ends.push_back({{request_.metric.log_metric, request_.gradient},
+                           {r_.vertices.metrics[v].log_metric, r_.vertices.gradients[v]}});
     }
     accurate_offsets<D>(w_.chords, w_.ends, goal_.accuracy, w_.offsets);
 }
@@ -245,8 +246,8 @@ void CurvedNodes<D>::search_offsets() {
     for (std::size_t i = 0; i < w_.free.size(); ++i) w_.offsets[i] = w_.found[i].node.point - middle(w_.free[i]);
 }
 
-#define CAMBER_INSTANTIATE(D)                                              \
-    template void CurvedNodes<D>::place();                                 \
+#define CAMBER_INSTANTIATE(D)              \
+    template void CurvedNodes<D>::place(); \
     template EdgeId CurvedNodes<D>::edge_there(VertexId) const;
 
 CAMBER_INSTANTIATE(2)

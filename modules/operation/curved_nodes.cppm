@@ -28,7 +28,8 @@ namespace camber {
 ///    towards the cavity's own curves as they were: the removed elements as a map from their straight shapes to their
 ///    curved ones, read at the middle of the new chord (THEORY: relaxing towards the extension). Half of the way, then
 ///    all of it. Where nothing bends and nothing else moves, an edge that is split has exactly its halves there.
-/// 3. Where elements are still not valid: one inner edge of them after the other goes where the least Jacobian around it
+/// 3. Where elements are still not valid: one inner edge of them after the other goes where the least Jacobian around
+/// it
 ///    is largest, a linear programme (see highest_node), at most limits.programmes of them.
 /// 4. Edges along their curves within the bounds of lengths.
 template <int D>
@@ -57,7 +58,8 @@ class CurvedNodes {
     [[nodiscard]] ElementState element(std::size_t joined) const;
     /// Whether nodes went where that may help.
     [[nodiscard]] bool correct(RejectionReason reason);
-    /// Nodes that were drawn back go together as near to where they are wanted as their elements stay good: a joint programme.
+    /// Nodes that were drawn back go together as near to where they are wanted as their elements stay good: a joint
+    /// programme.
     void approach();
     void give(std::vector<LagrangeNode<D>>& nodes) const;
     [[nodiscard]] int programmes() const { return w_.programmes; }
@@ -110,7 +112,8 @@ class CurvedNodes {
     void mark_stale();
     /// Halves of an edge that is split keep its curve.
     [[nodiscard]] bool is_free(std::uint32_t s) const {
-        return w_.spokes[s].kind == EdgeKind::volume && vertex(s) != request_.halves[0] && vertex(s) != request_.halves[1];
+        return w_.spokes[s].kind == EdgeKind::volume && vertex(s) != request_.halves[0] &&
+               vertex(s) != request_.halves[1];
     }
     /// Whether the cavity may do without the element that a new one comes of: cheaper than a programme.
     [[nodiscard]] bool may_leave(std::ptrdiff_t joined) const;

@@ -56,7 +56,7 @@ struct CurvedWorkspace {
     std::vector<EdgeEnds<D>> ends;
     std::vector<FreeEdge<D>> searched;
     std::vector<EdgeMinimum<D>> found;
-    std::vector<std::uint32_t> free;  ///< spokes of kind volume
+    std::vector<std::uint32_t> free;            ///< spokes of kind volume
     std::vector<std::uint32_t> short_of_place;  ///< spokes that approach where they are wanted
     int programmes = 0;                         ///< spent
 };

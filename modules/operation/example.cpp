@@ -31,7 +31,8 @@ int main() {
     wheel.elements = {std::move(triangles), Buffer<Reference>(10, 1), {}};
     wheel.facets = {std::move(rim), Buffer<Reference>(10, 1), {}};
     Buffer<LogMetric<2>> metrics(11, log_metric_of_sizes<2>({{1, 1}}));
-    const AdaptationGoal<2> goal{make_back_mesh<2>(wheel, balls(wheel, all).value(), std::move(metrics), all).value(), {}};
+    const AdaptationGoal<2> goal{make_back_mesh<2>(wheel, balls(wheel, all).value(), std::move(metrics), all).value(),
+                                 {}};
     Adaptation<2> state = begin_adaptation(wheel, unique_edges(wheel, all).value(), {}, goal, all).value();
     const auto worst = [&] { return unit_mesh_statistics(state, all).value().worst_quality; };
     const double before = worst();

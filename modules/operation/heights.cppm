@@ -34,8 +34,8 @@ template <int D>
     return rounding * largest;
 }
 
-/// A determinant that is not above this is that of an element so low that coordinates, which are known to their rounding
-/// only, do not tell on which side its vertices are: height by the largest face.
+/// A determinant that is not above this is that of an element so low that coordinates, which are known to their
+/// rounding only, do not tell on which side its vertices are: height by the largest face.
 template <int D>
 [[nodiscard]] double rounding_floor(const std::array<Vec<D>, D + 1>& corners) {
     return rounding_of(corners) * largest_face<D>(corners);

@@ -7,8 +7,8 @@ import :state;
 
 export namespace camber {
 
-/// A patch that was judged, and found good enough: only `operate` makes one, and `commit` takes no other. It speaks of the
-/// state that it was planned for.
+/// A patch that was judged, and found good enough: only `operate` makes one, and `commit` takes no other. It speaks of
+/// the state that it was planned for.
 template <int D>
 class JudgedPatch {
   public:

@@ -32,7 +32,8 @@ template <int D>
     if (r.mesh.is_curved())
         return edge_length<D>(r.vertices.metrics[a].log_metric, r.vertices.metrics[b].log_metric,
                               {r.mesh.points[a], r.mesh.nodes[edge], r.mesh.points[b]});
-    return edge_length(r.vertices.metrics[a].measure, r.vertices.metrics[b].measure, r.mesh.points[b] - r.mesh.points[a]);
+    return edge_length(r.vertices.metrics[a].measure, r.vertices.metrics[b].measure,
+                       r.mesh.points[b] - r.mesh.points[a]);
 }
 template <int D>
 [[nodiscard]] inline double straight_shape_of(const Adaptation<D>& r, ElementId e) {

@@ -28,11 +28,8 @@ auto places_on_facet() {
 template <int D>
 Vec<D> point_of(const NodalFacet<D>& facet, const Barycentric<D - 1>& xi) {
     Vec<D> p;
-    for (int i = 0; i < D; ++i) p += xi[i] * (2 * xi[i] - 1) * facet.nodes[i];
-    for (int e = 0; e < edges_per_simplex<D - 1>; ++e) {
-        const auto [i, j] = local_edges<D - 1>[e];
-        p += 4 * xi[i] * xi[j] * facet.nodes[D + e];
-    }
+    for (int i = 0; i < D; ++i) p += vertex_shape(xi[i]) * facet.nodes[i];
+    for (int e = 0; e < edges_per_simplex<D - 1>; ++e) p += edge_shape<D - 1>(xi, e) * facet.nodes[D + e];
     return p;
 }
 
@@ -63,8 +60,8 @@ double distance_share(const EmbeddedCurves<3>& curves, Reference reference, cons
 }
 
 /// Whether no new edge on an embedded line is farther from the curve than the share, or than those that are removed.
-bool are_lines_near(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const Patch<3>& patch,
-                    const Vec<3>& place, double share) {
+bool are_lines_near(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const Patch<3>& patch, const Vec<3>& place,
+                    double share) {
     if (goal.curves.pieces.empty() || patch.star.lines.empty()) return true;
     const auto& mesh = r.mesh;
     double after = 0, before = 0;

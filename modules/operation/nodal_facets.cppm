@@ -34,8 +34,8 @@ template <int D>
 
 /// The one that a patch makes of a side of a removed one. `place`: of the patch's point.
 template <int D>
-[[nodiscard]] NodalFacet<D> nodal_facet(const DynamicMesh<D>& mesh, const Patch<D>& patch,
-                                        const JoinedFacet& joined, const Vec<D>& place) {
+[[nodiscard]] NodalFacet<D> nodal_facet(const DynamicMesh<D>& mesh, const Patch<D>& patch, const JoinedFacet& joined,
+                                        const Vec<D>& place) {
     const int opposite = static_cast<int>(joined.opposite);
     auto corners = corners_of(mesh, joined.facet);
     corners[opposite] = place;

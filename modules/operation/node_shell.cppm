@@ -84,8 +84,8 @@ class NodeShell {
         }
         return now;
     }
-    /// The edge's node there, if every element keeps its bound by the certificate: with it at both ends, and det J affine
-    /// in the node (see certify_motion), all of the way is certified.
+    /// The edge's node there, if every element keeps its bound by the certificate: with it at both ends, and det J
+    /// affine in the node (see certify_motion), all of the way is certified.
     [[nodiscard]] std::optional<JudgedNode<D>> judged(EdgeId edge, const Vec<D>& node) const {
         const bool is_valid = std::ranges::all_of(elements, [&](const DistortedElement<D>& e) {
             return decide(NodalSimplex<D>{with_node(e, node)}, e.bound) == Verdict::valid;

@@ -30,7 +30,7 @@ namespace camber {
 /// The removed elements as maps but for those of no straight volume; false, and none, where all of them are straight.
 template <int D>
 [[nodiscard]] bool old_elements_of(const Adaptation<D>& r, const std::vector<ElementId>& elements,
-                        std::vector<OldElement<D>>& pieces) {
+                                   std::vector<OldElement<D>>& pieces) {
     pieces.clear();
     bool is_bent = false;
     for (const ElementId e : elements) {
@@ -77,10 +77,7 @@ template <int D>
         for (double& x : xi) x /= sum;
     }
     Vec<D> out = p;
-    for (int k = 0; k < edges_per_simplex<D>; ++k) {
-        const auto [i, j] = local_edges<D>[k];
-        out += 4 * xi[i] * xi[j] * piece.offsets[k];
-    }
+    for (int k = 0; k < edges_per_simplex<D>; ++k) out += edge_shape<D>(xi, k) * piece.offsets[k];
     return out;
 }
 
@@ -133,7 +130,7 @@ void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, 
     for (double& c : xi) sum += c = std::max(c, 0.0);
     for (int k = 0; k < edges_per_simplex<K>; ++k) {
         const auto [i, j] = local_edges<K>[k];
-        best.point += 4 * xi[i] * xi[j] / (sum * sum) * (nodes[k] - midpoint(corners[i], corners[j]));
+        best.point += edge_shape<K>(xi, k) / (sum * sum) * (nodes[k] - midpoint(corners[i], corners[j]));
     }
 }
 

@@ -46,8 +46,8 @@ template <int D>
 /// The point of the geometry for p, on or near an edge with these facets; p itself without a geometry, or inside. On an
 /// embedded line that of its curve.
 template <int D>
-[[nodiscard]] SurfacePoint<D> on_geometry_at_edge(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh, EdgeId edge,
-                                                  const std::vector<FacetId>& facets, const Vec<D>& p) {
+[[nodiscard]] SurfacePoint<D> on_geometry_at_edge(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
+                                                  EdgeId edge, const std::vector<FacetId>& facets, const Vec<D>& p) {
     const LineId line = mesh.line_at(edge);
     EdgeSite<D> site;
     site.kind = line.valid() ? EdgeKind::ridge : EdgeKind::surface;
@@ -74,8 +74,7 @@ template <int D>
 /// `known`: what it lies on, if that is known.
 template <int D>
 [[nodiscard]] std::optional<SurfacePoint<D>> foot_of(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
-                                                     const Cavity<D>& around, VertexId v,
-                                                     const GeometryEntity& known) {
+                                                     const Cavity<D>& around, VertexId v, const GeometryEntity& known) {
     if (!goal.geometry) return {};
     const Vec<D> here = mesh.points[v];
     if constexpr (D == 3)
@@ -102,7 +101,7 @@ template <int D>
 /// Whether a point is at its foot, but for rounding and what projections leave.
 template <int D>
 [[nodiscard]] bool is_at_foot(const DynamicMesh<D>& mesh, const Cavity<D>& around, const Vec<D>& here,
-                           const Vec<D>& foot) {
+                              const Vec<D>& foot) {
     constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
     constexpr double tolerance = 1e-9;  // of the size of facets: projections are so to rounding
     const auto& [a, b] = around.facets.empty() ? mesh.edges[mesh.lines[around.lines.front()]]

@@ -35,16 +35,16 @@ struct OperationResult {
     int corrections = 0;
     /// Of degree 2: what the test of degree 1 says of the same star: that an element has no volume, or that all have
     /// one. And whether nodes were drawn back from where the metric has them.
-    int programmes = 0;  ///< spent
+    int programmes = 0;         ///< spent
     double farthest_facet = 0;  ///< see PassStatistics
     bool straight_inverted = false, straight_positive = false, drawn_back = false;
 };
 
-/// The way of a request: its star, the star's nodes by the degree, the judge, corrections; what is good enough in the end
-/// is `out`, which means something only where nothing is rejected. The state is as it was in any case. Signs of volumes are
-/// exact; in a mesh of degree 2 straight elements may be as they like (see CurvedNodes). Where an element would be inverted
-/// or bad, the one that it comes of leaves the cavity if it may (see `holders`), otherwise the one across its outer face
-/// joins it: up to `corrections` times.
+/// The way of a request: its star, the star's nodes by the degree, the judge, corrections; what is good enough in the
+/// end is `out`, which means something only where nothing is rejected. The state is as it was in any case. Signs of
+/// volumes are exact; in a mesh of degree 2 straight elements may be as they like (see CurvedNodes). Where an element
+/// would be inverted or bad, the one that it comes of leaves the cavity if it may (see `holders`), otherwise the one
+/// across its outer face joins it: up to `corrections` times.
 template <int D>
 [[nodiscard]] OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                       const CavityRequest<D>& request, const PatchLimits& limits,

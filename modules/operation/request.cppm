@@ -9,6 +9,7 @@ import camber.core;
 import camber.metric;
 import camber.cavity;
 import camber.surface;
+import camber.validity;
 import :state;
 import :vertex_data;
 
@@ -59,11 +60,11 @@ enum class NodeGain : std::uint8_t { not_asked, asked };
 
 /// What is asked of the new simplices.
 struct PatchLimits {
-    double min_shape = 0;                                                  ///< shape_of each new element: above this
+    double min_shape = 0;                                                    ///< shape_of each new element: above this
     BelowLeast below_least = BelowLeast::refused;                            ///< see QualityBar, which asks for more
     double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< edges at the point, in the metric
     /// Of degree 2: of new elements the scaled Jacobian, unless one that is replaced is worse.
-    double min_jacobian = 0.1;
+    double min_jacobian = default_bound;
     /// And this, if one that is replaced is worse.
     double lowest_jacobian = 0;
     /// Where every new element has the vertices of one that it replaces: what was not valid may stay so.

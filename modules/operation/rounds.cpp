@@ -126,7 +126,8 @@ class Rounds {
             share = share > 0.2 ? share / 2 : 0;
             const Vec<D> before = candidate->request.place;
             candidate = pass_.shortened(r_, task, share);
-            if (candidate && !candidate->request.point.valid() && candidate->request.place == before) return;  // the geometry is the chord
+            if (candidate && !candidate->request.point.valid() && candidate->request.place == before)
+                return;  // the geometry is the chord
         }
     }
     [[nodiscard]] static bool lies_badly(RejectionReason reason) {
@@ -202,8 +203,8 @@ class Rounds {
 }  // namespace
 
 template <int D>
-Outcome<PassStatistics> run_pass(Adaptation<D>& r, const AdaptationGoal<D>& goal, Pass<D>& pass, std::vector<Task> tasks,
-                                 const Execution& execution) {
+Outcome<PassStatistics> run_pass(Adaptation<D>& r, const AdaptationGoal<D>& goal, Pass<D>& pass,
+                                 std::vector<Task> tasks, const Execution& execution) {
     return guarded([&] { return Rounds<D>(r, goal, pass, std::move(tasks), execution).run(); });
 }
 

@@ -49,8 +49,8 @@ template <int D>
     return bar.is_met(e.shape) ? RejectionReason::none : RejectionReason::quality;
 }
 
-/// The first fault of a star's elements: of the first element that has one, or, where corrections ask for it, the gravest
-/// one.
+/// The first fault of a star's elements: of the first element that has one, or, where corrections ask for it, the
+/// gravest one.
 template <int D, class Nodes>
 [[nodiscard]] StarFault first_fault(std::size_t elements, const Nodes& nodes, QualityBar<D>& bar) {
     StarFault found;

@@ -86,7 +86,7 @@ Outcome<Done> ask_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal, c
 /// `make`: the mesh that changes.
 template <int D, class Make>
 Outcome<Adaptation<D>> begun(std::size_t elements, const AdaptationGoal<D>& goal, const Execution& execution,
-                            Make&& make) {
+                             Make&& make) {
     if (elements == 0)
         return fail(
             ErrorKind::input,
@@ -109,14 +109,14 @@ Outcome<Adaptation<D>> begun(std::size_t elements, const AdaptationGoal<D>& goal
 
 template <int D>
 Outcome<Adaptation<D>> begin_adaptation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const BreaksOfMesh& breaks,
-                                      const AdaptationGoal<D>& goal, const Execution& execution) {
+                                        const AdaptationGoal<D>& goal, const Execution& execution) {
     return begun<D>(mesh.elements.size(), goal, execution,
                     [&] { return make_dynamic(mesh, edges, breaks, execution); });
 }
 
 template <int D>
 Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
-                                      const AdaptationGoal<D>& goal, const Execution& execution) {
+                                        const AdaptationGoal<D>& goal, const Execution& execution) {
     return begun<D>(mesh.linear.elements.size(), goal, execution,
                     [&] { return make_dynamic(mesh, breaks, execution); });
 }
@@ -166,11 +166,11 @@ Outcome<UnitMeshStatistics> unit_mesh_statistics(const Adaptation<D>& r, const E
     return all;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                       \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
     template Outcome<Adaptation<D>> begin_adaptation<D>(const LinearMesh<D>&, const EdgeSet<D>&, const BreaksOfMesh&, \
-                                                      const AdaptationGoal<D>&, const Execution&);                   \
+                                                        const AdaptationGoal<D>&, const Execution&);                  \
     template Outcome<Adaptation<D>> begin_adaptation<D>(const QuadraticMesh<D>&, const BreaksOfMesh&,                 \
-                                                      const AdaptationGoal<D>&, const Execution&);                   \
+                                                        const AdaptationGoal<D>&, const Execution&);                  \
     template Outcome<UnitMeshStatistics> unit_mesh_statistics<D>(const Adaptation<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -39,8 +39,8 @@ struct AdaptationGoal {
     // Of degree 2, where inner nodes are wanted: by a search, or without one by the closed form of accuracy.
     EdgeAccuracyOptions accuracy = {};
     std::optional<NodeSearch> search = {};
-    /// Of degree 2, where the topology stays: where the node of each edge is wanted, the boundary's too. Then neither the
-    /// field nor the geometry is asked.
+    /// Of degree 2, where the topology stays: where the node of each edge is wanted, the boundary's too. Then neither
+    /// the field nor the geometry is asked.
     Column<LagrangeNode<D>> wanted = {};
     EmbeddedCurves<D> curves = {};  ///< on which the mesh's embedded lines lie
     /// A pass that comes beyond it ends with an error (memory): no field that asks for more than anybody expected takes
@@ -52,12 +52,12 @@ struct AdaptationGoal {
 /// of make_dynamic.
 template <int D>
 [[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                                    const BreaksOfMesh& breaks, const AdaptationGoal<D>& goal,
-                                                    const Execution& execution);
+                                                      const BreaksOfMesh& breaks, const AdaptationGoal<D>& goal,
+                                                      const Execution& execution);
 
 /// The same of a mesh of degree 2.
 template <int D>
 [[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
-                                                    const AdaptationGoal<D>& goal, const Execution& execution);
+                                                      const AdaptationGoal<D>& goal, const Execution& execution);
 
 }  // namespace camber

@@ -22,7 +22,8 @@ namespace camber {
 
 /// The corners of a new element.
 template <int D>
-[[nodiscard]] std::array<Vec<D>, D + 1> corners_of(const Adaptation<D>& r, const ElementFace& open, const Vec<D>& place) {
+[[nodiscard]] std::array<Vec<D>, D + 1> corners_of(const Adaptation<D>& r, const ElementFace& open,
+                                                   const Vec<D>& place) {
     std::array<Vec<D>, D + 1> p;
     for (int i = 0; i <= D; ++i)
         p[i] = i == static_cast<int>(open.opposite) ? place : r.mesh.points[r.mesh.elements.vertices[open.element][i]];

@@ -34,8 +34,8 @@ struct VertexRow {
 template <int D>
 struct VertexData {
     Column<VertexMetric<D>> metrics;
-    /// What the vertex lies on, and where in that if it is at a place of the geometry's; of nothing inside. No rows without
-    /// a geometry.
+    /// What the vertex lies on, and where in that if it is at a place of the geometry's; of nothing inside. No rows
+    /// without a geometry.
     Column<GeometryPlace> places = {};
     Column<LogGradient<D>> gradients = {};  ///< of degree 2: of the field, recovered
 

@@ -15,7 +15,6 @@ template <int D>
 
 /// Whether a patch makes more of them than it removes. Not so where there is no geometry, nor of a plane.
 template <int D>
-[[nodiscard]] bool adds_wall_elements(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
-                                      const Patch<D>& patch);
+[[nodiscard]] bool adds_wall_elements(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch);
 
 }  // namespace camber

@@ -76,11 +76,11 @@ bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     return true;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                          \
-    template FacetGrid<D> walls_of<D>(const DynamicMesh<D>&);                                          \
-    template void follow_walls<D>(FacetGrid<D>&, const DynamicMesh<D>&, const IdChanges<FacetId>&);    \
-    template std::vector<NodalFacet<D>> new_facets<D>(const DynamicMesh<D>&, const Patch<D>&); \
-    template bool are_walls_clear<D>(const Adaptation<D>&, const Patch<D>&);                    \
+#define CAMBER_INSTANTIATE(D)                                                                       \
+    template FacetGrid<D> walls_of<D>(const DynamicMesh<D>&);                                       \
+    template void follow_walls<D>(FacetGrid<D>&, const DynamicMesh<D>&, const IdChanges<FacetId>&); \
+    template std::vector<NodalFacet<D>> new_facets<D>(const DynamicMesh<D>&, const Patch<D>&);      \
+    template bool are_walls_clear<D>(const Adaptation<D>&, const Patch<D>&);                        \
     template class NewWalls<D>;
 
 CAMBER_INSTANTIATE(2)

@@ -18,7 +18,7 @@ export namespace camber {
 /// coefficients of its parts, affine in the node as well, take the place of its own.
 struct EdgeProgrammeOptions {
     double tolerance = 1e-3;  ///< cuts end when the optimum is known to this, relative to max(1, |optimum|)
-    int max_cuts = 60;       ///< bisections in all; 0: the plain coefficient test
+    int max_cuts = 60;        ///< bisections in all; 0: the plain coefficient test
     /// Cuts end when the largest smallest value is known to be above or below this.
     double enough = std::numeric_limits<double>::infinity();
     /// Without cuts: a node is given only if by its coefficients it reaches more than this. None is cheaper to tell.

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int max_updates = 20;  // of the multipliers
 constexpr int max_steps = 8;     // between two of them
-constexpr int patience = 4;       // updates without progress
+constexpr int patience = 4;      // updates without progress
 constexpr double largest_penalty = 1e8;
 
 /// An augmented Lagrangian while it is minimised, with the slacks where it is.

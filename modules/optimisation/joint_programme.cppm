@@ -37,7 +37,7 @@ struct JointProgramme {
     };
     std::vector<OffsetModel<D>> unknowns;
     std::vector<Element> elements;
-    double first_penalty = weak;                                 ///< of a shortfall, beside the models
+    double first_penalty = weak;                                ///< of a shortfall, beside the models
     double max_work = std::numeric_limits<double>::infinity();  ///< after it no more steps are taken
 
     static constexpr double weak = 0.1;   ///< the first steps choose the way that costs little

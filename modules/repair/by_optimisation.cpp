@@ -149,10 +149,9 @@ struct Passes {
             if (is_costly(edge)) elements.insert(elements.end(), state.shells[edge].begin(), state.shells[edge].end());
         elements |= ranges::actions::sort | ranges::actions::unique;
         const auto claim = [&](ElementId e) { return repair_cavity(state, e, Reach{}).elements; };
-        return while_moving<ElementId>(std::move(elements), max_joint_turns, claim,
-                                       [&](ElementId e, double max_work) {
-                                           return plan_joint_return(state, repair_cavity(state, e, Reach{}), max_work);
-                                       });
+        return while_moving<ElementId>(std::move(elements), max_joint_turns, claim, [&](ElementId e, double max_work) {
+            return plan_joint_return(state, repair_cavity(state, e, Reach{}), max_work);
+        });
     }
 
   private:
@@ -329,7 +328,7 @@ Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, cons
 
 template <int D>
 Outcome<Repaired<D>> repair_by_optimisation(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
-                                          const RepairOptions& options, const Execution& execution) {
+                                            const RepairOptions& options, const Execution& execution) {
     const QuadraticMesh<D>& mesh = wanted.mesh();
     const double max_work = std::min(allowed_work(wanted.validation().not_valid(), options.effort), options.max_work);
     Schedule schedule(mesh.linear.elements.size());
@@ -347,9 +346,9 @@ Outcome<Repaired<D>> repair_by_optimisation(const JudgedProposal<D>& wanted, con
     return judge_all(passes.state, passes.cut_short, wanted, statistics, execution);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                              \
+#define CAMBER_INSTANTIATE(D)                                                                                \
     template Outcome<Repaired<D>> repair_by_optimisation<D>(const JudgedProposal<D>&, const RepairGuide<D>&, \
-                                                          const RepairOptions&, const Execution&);
+                                                            const RepairOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

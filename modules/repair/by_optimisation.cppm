@@ -19,6 +19,6 @@ namespace camber {
 /// mesh's straight element| too, and the mean ratio at least min(before, 0.05), or the vertex stays. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Repaired<D>> repair_by_optimisation(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
-                                                        const RepairOptions& options, const Execution& execution);
+                                                          const RepairOptions& options, const Execution& execution);
 
 }  // namespace camber

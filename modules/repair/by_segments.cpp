@@ -50,7 +50,7 @@ std::vector<Swept<D>> swept_shell(const Trial<D>& trial, EdgeId edge, const Lagr
         s.scale = std::max(scale_of(s.at_0), scale_of(s.at_1));
         s.min_at_1 = *std::min_element(s.at_1.coefficients.begin(), s.at_1.coefficients.end()) / s.scale;
         s.min_needed = trial.state.options.min_scaled_jacobian * (1 + 0x1p-40) +
-                         4 * std::max(s.at_0.error, s.at_1.error) / s.scale;
+                       4 * std::max(s.at_0.error, s.at_1.error) / s.scale;
         shell.push_back(s);
     }
     return shell;

@@ -39,8 +39,8 @@ template <int D>
 /// none, the bound is tried once more from there. Errors: those of `repair`, stopped.
 template <int D, class Repair>
 [[nodiscard]] Outcome<Repaired<D>> min_invalid(const JudgedProposal<D>& wanted, Outcome<Repaired<D>> asked,
-                                                 const RepairOptions& options, const Execution& execution,
-                                                 Repair&& repair) {
+                                               const RepairOptions& options, const Execution& execution,
+                                               Repair&& repair) {
     const double bound = options.min_scaled_jacobian;
     if (!asked || asked->judged.validation().all_valid() || bound <= min_bound) return asked;
     auto best = judge_twice(std::move(*asked), bound, execution);

@@ -68,7 +68,7 @@ template <int D>
 /// below the bound and is not even that.
 template <int D>
 [[nodiscard]] inline bool is_degraded(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
-                                 Verdict verdict) {
+                                      Verdict verdict) {
     if (verdict == Verdict::valid) return false;
     return state.good(e) || (decide(state.element(e), 0) == Verdict::valid && decide(next, 0) != Verdict::valid);
 }
@@ -138,8 +138,7 @@ template <int D>
 /// The cavity's nodes together nearer to where they are wanted, as far as its elements allow: from where they are, and
 /// from where they are wanted, whichever costs less; none if that is not worth it.
 template <int D>
-[[nodiscard]] Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity,
-                                           double max_work);
+[[nodiscard]] Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity, double max_work);
 
 /// Where the node of a volume edge goes back to; none: it stays.
 template <int D>

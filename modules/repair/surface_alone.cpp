@@ -167,7 +167,7 @@ class Surface {
     /// and lets none beside it fall below that, or below what it has; none if there is no such.
     template <int M>
     [[nodiscard]] std::optional<Vec<3>> min_displacement(std::size_t of, EdgeId edge, const Vec<3>& at,
-                                                           const Freedom& freedom, double floor) {
+                                                         const Freedom& freedom, double floor) {
         const double unit = chord(edge);
         std::vector<AffineFunction<M>> functions;
         functions.reserve(12);
@@ -191,7 +191,7 @@ class Surface {
         return displacement;
     }
     [[nodiscard]] std::optional<Vec<3>> min_displacement(std::size_t of, EdgeId edge, const Vec<3>& at,
-                                                           const Freedom& freedom, double floor) {
+                                                         const Freedom& freedom, double floor) {
         switch (freedom.size) {
             case 1: return min_displacement<1>(of, edge, at, freedom, floor);
             case 2: return min_displacement<2>(of, edge, at, freedom, floor);

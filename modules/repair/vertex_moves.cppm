@@ -105,7 +105,7 @@ template <class T>
 /// What the coefficients of an element with a free vertex are to be above.
 template <int D>
 [[nodiscard]] inline double min_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e,
-                                     double share) {
+                                   double share) {
     constexpr double nothing = -std::numeric_limits<double>::infinity();
     if (share == 0) return nothing;
     for (const VertexId v : state.mesh().linear.elements.vertices[e])

@@ -58,7 +58,7 @@ Model<K> model_at(const CubicExpansion<K, D>& x) {
 /// The model's least point on the segment from `from` to `from + along`, both as steps δ.
 template <int K>
 std::array<double, K> min_on_segment(const Model<K>& m, const std::array<double, K>& from,
-                                       const std::array<double, K>& along) {
+                                     const std::array<double, K>& along) {
     double slope = 0, curvature = 0;
     for (int a = 0; a < K; ++a) {
         double gradient = m.g[a];

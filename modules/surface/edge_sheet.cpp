@@ -15,11 +15,11 @@ namespace {
 constexpr double same_plane = 1 - 1e-12;
 
 constexpr double farthest_start = 1e-4;   // of the chord
-constexpr double min_tangent = 0.2;     // sine of the angle between the edge and the normal
+constexpr double min_tangent = 0.2;       // sine of the angle between the edge and the normal
 constexpr double farthest_foot = 0.5;     // of a step: beyond it the step is longer than the radius of curvature
 constexpr double largest_sideways = 0.1;  // of a step: a foot that is not below its point is on a rim
 constexpr double longest_move = 2;        // of a step
-constexpr double min_cosine = 0.5;      // between the normals, or tangents, before and after a step
+constexpr double min_cosine = 0.5;        // between the normals, or tangents, before and after a step
 constexpr double difference = 1e-4;       // of the chord: for tangents of curves without parameters
 
 template <int D>

@@ -24,7 +24,7 @@ struct CurveFacts {
     std::size_t edges = 0;
     double length = 0;
     double min_turn = 0, largest_turn = 0;  ///< degrees between its two facets, of edges that have two
-    std::vector<Reference> references;        ///< of the facets beside it, rising
+    std::vector<Reference> references;      ///< of the facets beside it, rising
 };
 
 /// Facets turn by 0 degrees where they are in one plane, and by 180 where they lie on each other.

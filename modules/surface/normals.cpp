@@ -166,10 +166,9 @@ Outcome<FanNormals> fan_normals(const LinearMesh<3>& mesh, const EdgeSet<3>& edg
                                 const CurveTangents<3>& tangents, const Junctions<3>& junctions, double max_degrees,
                                 const Execution& execution) {
     const double min_cosine = max_degrees > 0 ? std::cos(max_degrees * std::numbers::pi / 180) : 2;
-    const Fitter fit{mesh,        edges,     features,
-                     shells,      fans,      flats,
-                     tangents,    junctions, GivenAtVertices<3>(mesh.geometry.normals),
-                     min_cosine};
+    const Fitter fit{
+        mesh,      edges, features, shells, fans, flats, tangents, junctions, GivenAtVertices<3>(mesh.geometry.normals),
+        min_cosine};
     Buffer<std::uint8_t> prescribed(fans.size());
     auto normals = map_each(
         execution, fans.size(),

@@ -109,8 +109,8 @@ AdaptationGoal<D> curved_goal(const NamedDomain<D>& domain, double size, double 
     sizes[0] /= anisotropy;
     for (auto& log : logs) log = log_metric_of_sizes<D>(sizes);
     AdaptationGoal<D> goal{must(make_back_mesh(domain.mesh, must(balls(domain.mesh, alone)),
-                                              Column<LogMetric<D>>(std::move(logs)), alone)),
-                          {}};
+                                               Column<LogMetric<D>>(std::move(logs)), alone)),
+                           {}};
     goal.geometry = Geometry<D>(domain.surfaces);
     return goal;
 }

@@ -42,7 +42,8 @@ void expect_told(const PassStatistics& s) {
 }
 
 template <int D>
-Adaptation<D> one_round(Adaptation<D> r, const AdaptationGoal<D>& goal, const Execution& execution, PassStatistics& all) {
+Adaptation<D> one_round(Adaptation<D> r, const AdaptationGoal<D>& goal, const Execution& execution,
+                        PassStatistics& all) {
     auto done = must(collapse<D>(std::move(r), goal, {}, execution));
     expect_told(done.statistics);
     all += done.statistics;
@@ -194,7 +195,8 @@ TEST_CASE("the field may be on another mesh, coarser than this one") {
     Dice dice(3);
     const AdaptationGoal<3> goal = goal_over(coarse, 0.7, dice);
     const auto r = begun(mesh, goal);
-    for (std::size_t v = 0; v < mesh.points.size(); ++v) CHECK(r.vertices.metrics[v].back.index() < coarse.elements.size());
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+        CHECK(r.vertices.metrics[v].back.index() < coarse.elements.size());
     PassStatistics all;
     CHECK(check_consistency(one_round(r, goal, alone, all).mesh, alone).has_value());
 }

@@ -182,8 +182,8 @@ TEST_CASE("a vertex inside that moves leaves all ids as they are") {
     CHECK(changed.changes.points == std::vector{request.point});
     // Joined to another vertex it is a collapse.
     request.join_to(r, r.mesh.elements.vertices[request.cavity.elements[0]][0] == request.point
-                        ? r.mesh.elements.vertices[request.cavity.elements[0]][1]
-                        : r.mesh.elements.vertices[request.cavity.elements[0]][0]);
+                           ? r.mesh.elements.vertices[request.cavity.elements[0]][1]
+                           : r.mesh.elements.vertices[request.cavity.elements[0]][0]);
     if (operate(r, goal, request, {}, workspace, patch).rejected == RejectionReason::none)
         CHECK(!keeps_topology<3>(r.mesh.elements.vertices.view(), patch.patch()));
 }

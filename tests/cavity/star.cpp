@@ -33,7 +33,9 @@ TEST_CASE("what must stay stays") {
     cavity = {{ElementId(0)}, {}, {}};
     for (std::size_t e = 3; e < mesh.elements.size(); ++e) {
         cavity.elements = {ElementId(0), ElementId(e)};
-        if (std::ranges::find(dynamic.face_neighbours[0], FaceNeighbour(ElementId(e))) == dynamic.face_neighbours[0].end()) break;
+        if (std::ranges::find(dynamic.face_neighbours[0], FaceNeighbour(ElementId(e))) ==
+            dynamic.face_neighbours[0].end())
+            break;
     }
     CHECK(star(dynamic, cavity, VertexId{}, workspace, made) == StarFailure::ball);
 }

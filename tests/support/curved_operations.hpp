@@ -109,8 +109,8 @@ class CurvedTrying {
         out.request.join_to(r_, patch.point.vertex);
         if (patch.point.place) {
             out.request.place = kind.kind.place == VertexPlace::inside
-                                 ? out.request.place + stretched(0.2 * dice_.vector<D>(), domain_.stretch)
-                                 : *patch.point.place;
+                                    ? out.request.place + stretched(0.2 * dice_.vector<D>(), domain_.stretch)
+                                    : *patch.point.place;
             ask(out.request);
         }
         return out;

@@ -61,7 +61,8 @@ const Description<Commit>& Described<Commit>::get() {
 const Description<Reinsert>& Described<Reinsert>::get() {
     static const Description<Reinsert> description{
         "reinsert",
-        "The paper's global algorithm: every vertex is put in again where it is, by the cavity operator with its ball as "
+        "The paper's global algorithm: every vertex is put in again where it is, by the cavity operator with its ball "
+        "as "
         "the cavity, and the nodes of its edges go to where curve wants them, or a part of the way. No element that is "
         "valid stops being so at any time. In place of curve, validate, relax and commit. Of the options of relax its "
         "bounds count.",

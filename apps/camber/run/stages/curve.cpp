@@ -203,7 +203,7 @@ Outcome<CurveInput<D>> moved_input(Runner<D>& run, const Boundary<D>& boundary, 
 
 #define CAMBER_INSTANTIATE(D)                                                                                         \
     template CurveReport curve_report<D>(const QuadraticMesh<D>&, const Curved<D>&);                                  \
-    template void report_curve<D>(Runner<D>&, CurveReport, double);                                                     \
+    template void report_curve<D>(Runner<D>&, CurveReport, double);                                                   \
     template Outcome<CurveInput<D>> begin_curving<D>(Runner<D>&, const Boundary<D>&, const config::Curve&);           \
     template Outcome<CurveInput<D>> moved_input<D>(Runner<D>&, const Boundary<D>&, CurveInput<D>, const BackMesh<D>&, \
                                                    const config::Curve&, const Execution&);                           \

@@ -41,8 +41,9 @@ Outcome<Done> check_options(const config::Reinsert& options) {
     std::apply([&](const auto&... of) { (look(of), ...); }, config::Relax::options());
     if (foreign.empty()) return Done{};
     return fail(ErrorKind::usage,
-                "reinsert: relax/" + foreign + " is of repair, which works on whole meshes; a cavity draws back the nodes "
-                "at its point",
+                "reinsert: relax/" + foreign +
+                    " is of repair, which works on whole meshes; a cavity draws back the nodes "
+                    "at its point",
                 {}, {}, "leave it out, or take the stages curve, validate and relax");
 }
 
@@ -77,10 +78,10 @@ Outcome<Walked<D>> walk_cavities(const QuadraticMesh<D>& mesh, const Boundary<D>
     if (!now) return fail(now.error());
 
     const PassStatistics& s = made->statistics;
-    CavitiesReport report{verdicts_report(judged->validation(), bound.is_asked).summary,
-                          relax_report(changes_between(*judged, *now), 0, options.relax.method),
-                          ReinsertReport{made->turns, s.rounds, s.accepted, s.of(RejectionReason::volume),
-                                         s.of(RejectionReason::gain)}};
+    CavitiesReport report{
+        verdicts_report(judged->validation(), bound.is_asked).summary,
+        relax_report(changes_between(*judged, *now), 0, options.relax.method),
+        ReinsertReport{made->turns, s.rounds, s.accepted, s.of(RejectionReason::volume), s.of(RejectionReason::gain)}};
     Notices notices;
     if (made->left > 0)
         notices.push_back(std::to_string(made->left) + " vertices could have another turn: max_turns ended it");

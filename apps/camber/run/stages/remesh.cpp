@@ -50,7 +50,8 @@ std::vector<VertexId> corners_of(const Features<D>& features, const Column<Verte
 }
 template <int D>
 Outcome<Column<LogMetric<D>>> log_metrics_of(const Adaptation<D>& r, const Execution& execution) {
-    auto logs = map_each(execution, r.vertices.metrics.size(), [&](std::size_t v) { return r.vertices.metrics[v].log_metric; });
+    auto logs =
+        map_each(execution, r.vertices.metrics.size(), [&](std::size_t v) { return r.vertices.metrics[v].log_metric; });
     if (!logs) return fail(logs.error());
     return Column<LogMetric<D>>(std::move(*logs));
 }
@@ -261,7 +262,7 @@ Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
 template <int D, class Options>
 Outcome<Done> apply_pass(Runner<D>& run, const Options& options,
                          Outcome<Adapted<D>> (*pass)(Adaptation<D>, const AdaptationGoal<D>&, const Options&,
-                                                      const Execution&)) {
+                                                     const Execution&)) {
     if (auto done = begin_changing(run); !done) return done;
     return change(run, options, [&](Adaptation<D> mesh, const AdaptationGoal<D>& goal, const Execution& e) {
         return pass(std::move(mesh), goal, options, e);

@@ -57,7 +57,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Validate& options) {
 
 #define CAMBER_INSTANTIATE(D)                                                   \
     template JacobianBound bound_for<D>(Runner<D>&, const JacobianBound&);      \
-    template void report_verdicts<D>(Runner<D>&, const Validation<D>&);                   \
+    template void report_verdicts<D>(Runner<D>&, const Validation<D>&);         \
     template Outcome<Done> judge_plan<D>(Runner<D>&, double, const Execution&); \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Validate&);
 
