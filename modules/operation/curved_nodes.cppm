@@ -26,7 +26,7 @@ namespace camber {
 ///    the geometry; the others where the metric wants them (accurate_offsets).
 /// 2. An element that is not valid to limits.min_jacobian, or no better than it may be, has its inner nodes drawn
 ///    towards the cavity's own curves as they were: the removed elements as a map from their straight shapes to their
-///    curved ones, read at the middle of the new chord (THEORY: relaxing towards the extension). Half of the way, then
+///    curved ones, read at the middle of the new chord. Half of the way, then
 ///    all of it. Where nothing bends and nothing else moves, an edge that is split has exactly its halves there.
 /// 3. Where elements are still not valid: one inner edge of them after the other goes where the least Jacobian around
 /// it

@@ -8,7 +8,7 @@ import :repaired;
 
 export namespace camber {
 
-/// What is not valid repaired, by the method of the options, until it is or the work that may be spent is spent; what
+/// Repairs elements that are not valid, by the method of the options, until all are or the work is spent; what
 /// cannot be repaired remains, and the validation says so. Nothing changes when all elements are valid. `guide`: what
 /// methods go by. A proposal that was judged for another bound is judged again. The result is the
 /// same for any number of threads. Errors: options out of range (usage), columns that do not fit the mesh (internal),

@@ -1,4 +1,4 @@
-/// What is not valid repaired: places of a judged proposal changed until its elements are, at the least loss of what
+/// Repairs elements that are not valid: places of a judged proposal change until they are, at the least loss of what
 /// was wanted; and whole meshes in one call.
 export module camber.repair;
 export import :guide;

@@ -1,4 +1,4 @@
-/// Soundness of the straight mesh that all begins with: what may be wrong with it (`examine`), and what of it can be
+/// Whether a straight mesh is fit to work on: what may be wrong with it (`examine`), and what of it can be
 /// mended without a doubt (`prepare`).
 export module camber.soundness;
 export import :defects;

@@ -102,7 +102,7 @@ std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elem
     return reports;
 }
 
-/// What is not valid repaired; boundary nodes may go back to their chords.
+/// Elements that are not valid are repaired; boundary nodes may go back to their chords.
 template <int D>
 struct Relaxed {
     JudgedProposal<D> judged;
