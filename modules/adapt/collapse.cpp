@@ -95,9 +95,11 @@ Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
     return Adapted<D>{std::move(state), *statistics};
 }
 
-template Outcome<Adapted<2>> collapse<2>(Adaptation<2>, const AdaptationGoal<2>&, const CollapseOptions&,
-                                         const Execution&);
-template Outcome<Adapted<3>> collapse<3>(Adaptation<3>, const AdaptationGoal<3>&, const CollapseOptions&,
-                                         const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Adapted<D>> collapse<D>(Adaptation<D>, const AdaptationGoal<D>&, const CollapseOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -130,7 +130,11 @@ Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, con
     return out;
 }
 
-template Outcome<Adapted<2>> mend<2>(Adaptation<2>, const AdaptationGoal<2>&, const MendOptions&, const Execution&);
-template Outcome<Adapted<3>> mend<3>(Adaptation<3>, const AdaptationGoal<3>&, const MendOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Adapted<D>> mend<D>(Adaptation<D>, const AdaptationGoal<D>&, const MendOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

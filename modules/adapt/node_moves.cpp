@@ -195,7 +195,11 @@ Outcome<NodeMoves> smooth_nodes(Adaptation<D>& r, const SmoothOptions& options, 
     });
 }
 
-template Outcome<NodeMoves> smooth_nodes<2>(Adaptation<2>&, const SmoothOptions&, const Execution&);
-template Outcome<NodeMoves> smooth_nodes<3>(Adaptation<3>&, const SmoothOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<NodeMoves> smooth_nodes<D>(Adaptation<D>&, const SmoothOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -217,7 +217,11 @@ Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal, c
     });
 }
 
-template Outcome<Adapted<2>> smooth<2>(Adaptation<2>, const AdaptationGoal<2>&, const SmoothOptions&, const Execution&);
-template Outcome<Adapted<3>> smooth<3>(Adaptation<3>, const AdaptationGoal<3>&, const SmoothOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Adapted<D>> smooth<D>(Adaptation<D>, const AdaptationGoal<D>&, const SmoothOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -85,7 +85,11 @@ Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<
     return all;
 }
 
-template Outcome<PassStatistics> snap_to_geometry<2>(Adaptation<2>&, const AdaptationGoal<2>&, const Execution&);
-template Outcome<PassStatistics> snap_to_geometry<3>(Adaptation<3>&, const AdaptationGoal<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<PassStatistics> snap_to_geometry<D>(Adaptation<D>&, const AdaptationGoal<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -105,7 +105,11 @@ Outcome<Adapted<D>> split(Adaptation<D> state, const AdaptationGoal<D>& goal, co
     return Adapted<D>{std::move(state), *statistics};
 }
 
-template Outcome<Adapted<2>> split<2>(Adaptation<2>, const AdaptationGoal<2>&, const SplitOptions&, const Execution&);
-template Outcome<Adapted<3>> split<3>(Adaptation<3>, const AdaptationGoal<3>&, const SplitOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Adapted<D>> split<D>(Adaptation<D>, const AdaptationGoal<D>&, const SplitOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

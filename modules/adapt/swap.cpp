@@ -159,7 +159,11 @@ Outcome<Adapted<D>> swap(Adaptation<D> state, const AdaptationGoal<D>& goal, con
     return Adapted<D>{std::move(state), *statistics};
 }
 
-template Outcome<Adapted<2>> swap<2>(Adaptation<2>, const AdaptationGoal<2>&, const SwapOptions&, const Execution&);
-template Outcome<Adapted<3>> swap<3>(Adaptation<3>, const AdaptationGoal<3>&, const SwapOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Adapted<D>> swap<D>(Adaptation<D>, const AdaptationGoal<D>&, const SwapOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -94,9 +94,11 @@ Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const Adaptatio
     return guarded([&] { return driven(std::move(state), goal, options, around); });
 }
 
-template Outcome<BroughtToMetric<2>> bring_to_metric<2>(Adaptation<2>, const AdaptationGoal<2>&, const ToMetricOptions&,
-                                                        const AroundPass&);
-template Outcome<BroughtToMetric<3>> bring_to_metric<3>(Adaptation<3>, const AdaptationGoal<3>&, const ToMetricOptions&,
-                                                        const AroundPass&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<BroughtToMetric<D>> bring_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&, const ToMetricOptions&, const AroundPass&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

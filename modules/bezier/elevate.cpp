@@ -19,7 +19,11 @@ Outcome<QuadraticMesh<D>> elevate(LinearMesh<D> mesh, const Execution& execution
     return QuadraticMesh<D>{std::move(mesh), std::move(*edges), std::move(*mid_nodes)};
 }
 
-template Outcome<QuadraticMesh<2>> elevate<2>(LinearMesh<2>, const Execution&);
-template Outcome<QuadraticMesh<3>> elevate<3>(LinearMesh<3>, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<QuadraticMesh<D>> elevate<D>(LinearMesh<D>, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -163,7 +163,11 @@ Outcome<CompactMesh<D>> compacted(const DynamicMesh<D>& mesh, const Execution& e
     });
 }
 
-template Outcome<CompactMesh<2>> compacted<2>(const DynamicMesh<2>&, const Execution&);
-template Outcome<CompactMesh<3>> compacted<3>(const DynamicMesh<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<CompactMesh<D>> compacted<D>(const DynamicMesh<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

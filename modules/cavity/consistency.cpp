@@ -199,7 +199,11 @@ Outcome<Done> check_consistency(const DynamicMesh<D>& mesh, const Execution& exe
     });
 }
 
-template Outcome<Done> check_consistency<2>(const DynamicMesh<2>&, const Execution&);
-template Outcome<Done> check_consistency<3>(const DynamicMesh<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> check_consistency<D>(const DynamicMesh<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -118,7 +118,11 @@ Outcome<PointSite<D>> locate(const DynamicMesh<D>& mesh, const Vec<D>& point, El
     return *found;
 }
 
-template Outcome<PointSite<2>> locate<2>(const DynamicMesh<2>&, const Vec<2>&, ElementId, double);
-template Outcome<PointSite<3>> locate<3>(const DynamicMesh<3>&, const Vec<3>&, ElementId, double);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<PointSite<D>> locate<D>(const DynamicMesh<D>&, const Vec<D>&, ElementId, double);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -340,11 +340,12 @@ Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksO
     return made;
 }
 
-template Outcome<DynamicMesh<2>> make_dynamic<2>(const QuadraticMesh<2>&, const BreaksOfMesh&, const Execution&);
-template Outcome<DynamicMesh<3>> make_dynamic<3>(const QuadraticMesh<3>&, const BreaksOfMesh&, const Execution&);
-template Outcome<DynamicMesh<2>> make_dynamic<2>(const LinearMesh<2>&, const EdgeSet<2>&, const BreaksOfMesh&,
-                                                 const Execution&);
-template Outcome<DynamicMesh<3>> make_dynamic<3>(const LinearMesh<3>&, const EdgeSet<3>&, const BreaksOfMesh&,
-                                                 const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<DynamicMesh<D>> make_dynamic<D>(const QuadraticMesh<D>&, const BreaksOfMesh&, const Execution&); \
+    template Outcome<DynamicMesh<D>> make_dynamic<D>(const LinearMesh<D>&, const EdgeSet<D>&, const BreaksOfMesh&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -443,7 +443,11 @@ Outcome<ChangedMesh<D>> replace_cavities(DynamicMesh<D> mesh, std::span<const Pa
     });
 }
 
-template Outcome<ChangedMesh<2>> replace_cavities<2>(DynamicMesh<2>, std::span<const Patch<2>>);
-template Outcome<ChangedMesh<3>> replace_cavities<3>(DynamicMesh<3>, std::span<const Patch<3>>);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<ChangedMesh<D>> replace_cavities<D>(DynamicMesh<D>, std::span<const Patch<D>>);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

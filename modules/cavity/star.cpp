@@ -218,10 +218,12 @@ StarFailure star(const DynamicMesh<D>& mesh, const Cavity<D>& cavity, VertexId p
     return Starring<D>(mesh, cavity, point, workspace, out).run();
 }
 
-template StarFailure star<2>(const DynamicMesh<2>&, const Cavity<2>&, VertexId, StarWorkspace<2>&, Star<2>&);
-template StarFailure star<3>(const DynamicMesh<3>&, const Cavity<3>&, VertexId, StarWorkspace<3>&, Star<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template StarFailure star<D>(const DynamicMesh<D>&, const Cavity<D>&, VertexId, StarWorkspace<D>&, Star<D>&); \
+    template class Starring<D>;
 
-template class Starring<2>;
-template class Starring<3>;
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -115,7 +115,11 @@ StarFailure Starring<D>::line_at_point() {
     return passing_ == 2 && !mixed_ ? StarFailure::none : StarFailure::line;
 }
 
-template class Starring<2>;
-template class Starring<3>;
+#define CAMBER_INSTANTIATE(D) \
+    template class Starring<D>;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

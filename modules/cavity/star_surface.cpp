@@ -207,7 +207,11 @@ bool Starring<D>::share_a_vertex(const JoinedFacet& a, const JoinedFacet& b) con
     return false;
 }
 
-template class Starring<2>;
-template class Starring<3>;
+#define CAMBER_INSTANTIATE(D) \
+    template class Starring<D>;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

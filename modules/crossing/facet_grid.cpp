@@ -119,7 +119,11 @@ void FacetGrid<D>::meeting(const Box<D>& box, std::vector<FacetId>& found) const
     std::sort(found.begin(), found.end());
 }
 
-template class FacetGrid<2>;
-template class FacetGrid<3>;
+#define CAMBER_INSTANTIATE(D) \
+    template class FacetGrid<D>;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -77,11 +77,13 @@ Crossing crossing_of_itself(const NodalFacet<D>& facet, int effort) {
     return judge_itself(facet, effort).verdict;
 }
 
-template Judgement judge_pair<2>(const NodalFacet<2>&, const NodalFacet<2>&, int);
-template Judgement judge_pair<3>(const NodalFacet<3>&, const NodalFacet<3>&, int);
-template Crossing crossing_of<2>(const NodalFacet<2>&, const NodalFacet<2>&, int);
-template Crossing crossing_of<3>(const NodalFacet<3>&, const NodalFacet<3>&, int);
-template Crossing crossing_of_itself<2>(const NodalFacet<2>&, int);
-template Crossing crossing_of_itself<3>(const NodalFacet<3>&, int);
+#define CAMBER_INSTANTIATE(D) \
+    template Judgement judge_pair<D>(const NodalFacet<D>&, const NodalFacet<D>&, int); \
+    template Crossing crossing_of<D>(const NodalFacet<D>&, const NodalFacet<D>&, int); \
+    template Crossing crossing_of_itself<D>(const NodalFacet<D>&, int);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

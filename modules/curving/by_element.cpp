@@ -119,9 +119,9 @@ Outcome<Buffer<double>> shares_of(const Elements<D, K>& elements, std::span<cons
 }
 
 template <int D, int K>
-Outcome<std::size_t> lessen(const Elements<D, K>& elements, const Incidence<ElementId>& shells, double least,
+Outcome<std::size_t> limit(const Elements<D, K>& elements, const Incidence<ElementId>& shells, double least,
                             std::span<Vec<D>> offsets, const Execution& execution) {
-    std::vector<EdgeId> lessened;
+    std::vector<EdgeId> limited;
     std::vector<ElementId> looked_at(elements.simplices().size());
     for (std::size_t e = 0; e < looked_at.size(); ++e) looked_at[e] = ElementId(e);
     for (int round = 0; round < max_rounds && !looked_at.empty(); ++round) {
@@ -141,14 +141,14 @@ Outcome<std::size_t> lessen(const Elements<D, K>& elements, const Incidence<Elem
             Vec<D>& offset = offsets[edge.index()];
             if (offset == Vec<D>{}) continue;
             offset *= *asked.find(edge);
-            lessened.push_back(edge);
+            limited.push_back(edge);
             looked_at.insert(looked_at.end(), shells[edge].begin(), shells[edge].end());
         }
         std::ranges::sort(looked_at);
         looked_at.erase(std::ranges::unique(looked_at).begin(), looked_at.end());
     }
-    std::ranges::sort(lessened);
-    return static_cast<std::size_t>(std::ranges::unique(lessened).begin() - lessened.begin());
+    std::ranges::sort(limited);
+    return static_cast<std::size_t>(std::ranges::unique(limited).begin() - limited.begin());
 }
 
 }  // namespace
@@ -159,15 +159,15 @@ Outcome<std::size_t> limit_by_jacobian(const QuadraticMesh<D>& mesh, std::span<c
                                        const Execution& execution) {
     if constexpr (D == 3)
         if (is_surface_alone(mesh.linear))
-            return lessen(Elements<3, 2>(mesh, base, offsets), shells, least, offsets, execution);
-    return lessen(Elements<D, D>(mesh, base, offsets), shells, least, offsets, execution);
+            return limit(Elements<3, 2>(mesh, base, offsets), shells, least, offsets, execution);
+    return limit(Elements<D, D>(mesh, base, offsets), shells, least, offsets, execution);
 }
 
-template Outcome<std::size_t> limit_by_jacobian<2>(const QuadraticMesh<2>&, std::span<const LagrangeNode<2>>,
-                                                   const Incidence<ElementId>&, double, std::span<Vec<2>>,
-                                                   const Execution&);
-template Outcome<std::size_t> limit_by_jacobian<3>(const QuadraticMesh<3>&, std::span<const LagrangeNode<3>>,
-                                                   const Incidence<ElementId>&, double, std::span<Vec<3>>,
-                                                   const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<std::size_t> limit_by_jacobian<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Incidence<ElementId>&, double, std::span<Vec<D>>, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -10,10 +10,10 @@ export namespace camber {
 /// Nodes as their elements bear them: where `base` + `offsets` (one row an edge) would bring an element's scaled
 /// Jacobian below `least`, those of its edges go only a part of their way, the largest of 3/4, 1/2, 1/4 and 0 that
 /// holds it, or the best where none does; an edge takes the least share that its elements ask for. Elements around what
-/// was lessened are looked at again, until none asks for more (through a stack of layers that is a round a layer), and
+/// was limited are looked at again, until none asks for more (through a stack of layers that is a round a layer), and
 /// shares multiply. What an edge alone does not see: error in the gradient grows as
 /// 1/det J, so that a few elements that are nearly flat cost more than all others gain. The number of edges that
-/// were lessened. Errors: stopped.
+/// were limited. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<std::size_t> limit_by_jacobian(const QuadraticMesh<D>& mesh,
                                                      std::span<const LagrangeNode<D>> base,

@@ -67,9 +67,9 @@ Outcome<Buffer<LagrangeNode<D>>> carried_nodes(const QuadraticMesh<D>& mesh, std
     auto displacements = map_each(part_of(execution, 0.25, 0.5), mesh.edges.size(),
                                   [&](std::size_t e) { return nodes[e].point - (*middles)[e].point; });
     if (!displacements) return fail(displacements.error());
-    const auto lessened =
+    const auto limited =
         limit_by_jacobian<D>(mesh, *middles, shells, min_back_jacobian, *displacements, part_of(execution, 0.5, 0.8));
-    if (!lessened) return fail(lessened.error());
+    if (!limited) return fail(limited.error());
     return map_each(part_of(execution, 0.8, 1), mesh.edges.size(), [&](std::size_t e) {
         const Vec<D>& u = (*displacements)[e];
         const bool whole = u == nodes[e].point - (*middles)[e].point;

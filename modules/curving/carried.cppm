@@ -18,7 +18,7 @@ template <int D>
                                                                 const Execution& execution);
 
 /// Of these nodes (one an edge) those of a back mesh, for make_curved_back_mesh: displacements that would bring an
-/// element below a tenth of the straight one's Jacobian are lessened, on the boundary too; so it is the field's map
+/// element below a tenth of the straight one's Jacobian are limited, on the boundary too; so it is the field's map
 /// alone, and no place for a mesh's nodes. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> carried_nodes(const QuadraticMesh<D>& mesh,

@@ -99,10 +99,10 @@ Outcome<BorneOffsets<D>> offsets_by_element(const QuadraticMesh<D>& mesh, const 
                                             const Execution& execution) {
     auto offsets = accurate_offsets(mesh, kinds, EdgeKind::volume, shells, back, options, part_of(execution, 0, 0.84));
     if (!offsets) return fail(offsets.error());
-    auto lessened =
+    auto limited =
         limit_by_jacobian<D>(mesh, base.view(), shells, options.min_jacobian, *offsets, part_of(execution, 0.84, 1));
-    if (!lessened) return fail(lessened.error());
-    return BorneOffsets<D>{std::move(*offsets), *lessened};
+    if (!limited) return fail(limited.error());
+    return BorneOffsets<D>{std::move(*offsets), *limited};
 }
 
 /// Edges from `begin` to `end`, searched together; those that are measured are measured.

@@ -136,7 +136,7 @@ class NodeSearch {
         if (!(whole.after < whole.before)) return std::nullopt;
         whole.node.point = place->point;
         whole.has_walked = sheet_.has_walked(start_, *place);
-        whole.is_lessened = true;
+        whole.is_limited = true;
         return whole;
     }
 
@@ -194,7 +194,7 @@ class NodeSearch {
     const EdgeSheet<D>& sheet_;
     const SheetPlace<D>& start_;
     Vec<D> p20_, p02_;
-    Reach<D> reach_;
+    NodeReach<D> reach_;
     SheetSearch<D> search_;
     const BackMesh<D>& back_;
     ElementId holder_;
@@ -332,7 +332,7 @@ PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes) {
         s.far += node.fate == NodeFate::far;
         s.elements += node.fate == NodeFate::elements;
         s.walked += node.has_walked;
-        s.lessened += node.is_lessened;
+        s.limited += node.is_limited;
         const double gain = node.fate == NodeFate::placed && node.after > 0 ? node.before / node.after - 1 : 0;
         before += node.before;
         after += node.after;

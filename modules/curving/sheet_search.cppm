@@ -17,7 +17,7 @@ namespace camber {
 
 /// How far a node may go, from where it began.
 template <int D>
-struct Reach {
+struct NodeReach {
     static constexpr double most = 0.3;          ///< of the chord
     static constexpr double to_the_ridge = 0.4;  ///< of the way to the corner that is on one, across the edge
 
@@ -50,7 +50,7 @@ struct SheetIterate {
 template <int D>
 class SheetSearch {
   public:
-    SheetSearch(const EdgeSheet<D>& sheet, const Reach<D>& reach) : sheet_(sheet), reach_(reach) {}
+    SheetSearch(const EdgeSheet<D>& sheet, const NodeReach<D>& reach) : sheet_(sheet), reach_(reach) {}
 
     /// The place a step away in coordinates; nothing where there is none within reach.
     [[nodiscard]] std::optional<SheetPlace<D>> at(const SheetPlace<D>& from, const Vec<2>& y) const {
@@ -170,7 +170,7 @@ class SheetSearch {
     }
 
     const EdgeSheet<D>& sheet_;
-    const Reach<D>& reach_;
+    const NodeReach<D>& reach_;
 };
 
 }  // namespace camber

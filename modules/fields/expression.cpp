@@ -135,9 +135,11 @@ Outcome<Column<LogMetric<D>>> log_metrics_of(const MetricExpression& expression,
     return std::visit([&](const auto& e) { return made<D>(e, points, execution); }, expression);
 }
 
-template Outcome<Column<LogMetric<2>>> log_metrics_of<2>(const MetricExpression&, std::span<const Vec<2>>,
-                                                         const Execution&);
-template Outcome<Column<LogMetric<3>>> log_metrics_of<3>(const MetricExpression&, std::span<const Vec<3>>,
-                                                         const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Column<LogMetric<D>>> log_metrics_of<D>(const MetricExpression&, std::span<const Vec<D>>, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -106,7 +106,11 @@ std::function<void(std::span<const Vec<D>>, std::span<double>)> ScalarExpression
     return [own](std::span<const Vec<D>> points, std::span<double> values) { evaluate<D>(*own, points, values); };
 }
 
-template class ScalarExpression<2>;
-template class ScalarExpression<3>;
+#define CAMBER_INSTANTIATE(D) \
+    template class ScalarExpression<D>;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

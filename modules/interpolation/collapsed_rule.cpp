@@ -128,7 +128,11 @@ void CollapsedRule<D>::to_reference(std::array<std::vector<double>, D>& slopes) 
     }
 }
 
-template struct CollapsedRule<2>;
-template struct CollapsedRule<3>;
+#define CAMBER_INSTANTIATE(D) \
+    template struct CollapsedRule<D>;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -89,9 +89,11 @@ Outcome<InterpolationError> interpolation_error(const QuadraticMesh<D>& mesh, co
     return guarded([&] { return errors_of(mesh, field, options, execution); });
 }
 
-template Outcome<InterpolationError> interpolation_error<2>(const QuadraticMesh<2>&, const ScalarField<2>&,
-                                                            const InterpolationOptions&, const Execution&);
-template Outcome<InterpolationError> interpolation_error<3>(const QuadraticMesh<3>&, const ScalarField<3>&,
-                                                            const InterpolationOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<InterpolationError> interpolation_error<D>(const QuadraticMesh<D>&, const ScalarField<D>&, const InterpolationOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -40,7 +40,11 @@ Error find_not_finite(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, 
         ErrorKind::usage, "the field or its error's square is beyond the range of numbers", {}, element, remedy};
 }
 
-template Error find_not_finite<2>(const QuadraticMesh<2>&, std::size_t, Sides, const Rules<2>&, Integrator<2>&);
-template Error find_not_finite<3>(const QuadraticMesh<3>&, std::size_t, Sides, const Rules<3>&, Integrator<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template Error find_not_finite<D>(const QuadraticMesh<D>&, std::size_t, Sides, const Rules<D>&, Integrator<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -50,9 +50,11 @@ Integrated integrate_parts(const Piece<D>& whole, const Integrals& of_whole, con
     return finer;
 }
 
-template Integrated integrate_parts<2>(const Piece<2>&, const Integrals&, const Squares&, int, const CollapsedRule<2>&,
-                                       Integrator<2>&);
-template Integrated integrate_parts<3>(const Piece<3>&, const Integrals&, const Squares&, int, const CollapsedRule<3>&,
-                                       Integrator<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template Integrated integrate_parts<D>(const Piece<D>&, const Integrals&, const Squares&, int, const CollapsedRule<D>&, Integrator<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

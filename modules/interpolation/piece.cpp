@@ -160,7 +160,11 @@ Integrals Integrator<D>::integrate(const Piece<D>& piece, const CollapsedRule<D>
     return sum;
 }
 
-template class Integrator<2>;
-template class Integrator<3>;
+#define CAMBER_INSTANTIATE(D) \
+    template class Integrator<D>;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

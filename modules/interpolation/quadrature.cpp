@@ -159,9 +159,12 @@ Error Quadrature<D>::not_finite(std::uint32_t e) const {
     return find_not_finite(mesh_, e, sides_, rules_, integrator);
 }
 
-template Rules<2> quadrature_rules<2>();
-template Rules<3> quadrature_rules<3>();
-template class Quadrature<2>;
-template class Quadrature<3>;
+#define CAMBER_INSTANTIATE(D) \
+    template Rules<D> quadrature_rules<D>(); \
+    template class Quadrature<D>;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

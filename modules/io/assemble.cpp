@@ -152,7 +152,11 @@ Outcome<DecodedMesh> assembled(Mesh<D> mesh, MidNodeKind kind, std::vector<Notic
         .mesh = straight_mesh(std::move(mesh)), .notices = std::move(notices), .fields = std::move(fields)};
 }
 
-template Outcome<DecodedMesh> assembled<2>(Mesh<2>, MidNodeKind, std::vector<Notice>, const Execution&);
-template Outcome<DecodedMesh> assembled<3>(Mesh<3>, MidNodeKind, std::vector<Notice>, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<DecodedMesh> assembled<D>(Mesh<D>, MidNodeKind, std::vector<Notice>, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::listing

@@ -123,7 +123,11 @@ Outcome<MidNodes> mid_nodes_of(const Mesh<D>& raw, const EdgeSet<D>& edges, cons
     return mid;
 }
 
-template Outcome<MidNodes> mid_nodes_of<2>(const Mesh<2>&, const EdgeSet<2>&, const Renumbering&, const Execution&);
-template Outcome<MidNodes> mid_nodes_of<3>(const Mesh<3>&, const EdgeSet<3>&, const Renumbering&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<MidNodes> mid_nodes_of<D>(const Mesh<D>&, const EdgeSet<D>&, const Renumbering&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::listing

@@ -50,8 +50,12 @@ std::vector<Notice> not_in_cgns(const LinearMesh<D>& mesh) {
     return losses;
 }
 
-template std::vector<Notice> not_in_cgns<2>(const LinearMesh<2>&);
-template std::vector<Notice> not_in_cgns<3>(const LinearMesh<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template std::vector<Notice> not_in_cgns<D>(const LinearMesh<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 namespace cgns {
 

@@ -206,7 +206,11 @@ Outcome<Done> read_conditions(Reader<D>& of) {
     return ConditionReader<D>{of}.read();
 }
 
-template Outcome<Done> read_conditions<2>(Reader<2>&);
-template Outcome<Done> read_conditions<3>(Reader<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> read_conditions<D>(Reader<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::cgns

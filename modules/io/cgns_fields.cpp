@@ -99,7 +99,11 @@ Outcome<Done> read_fields(Reader<D>& of) {
     return Done{};
 }
 
-template Outcome<Done> read_fields<2>(Reader<2>&);
-template Outcome<Done> read_fields<3>(Reader<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> read_fields<D>(Reader<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::cgns

@@ -177,7 +177,11 @@ Outcome<Done> read_sections(Reader<D>& of) {
     return sections.refuse_foreign();
 }
 
-template Outcome<Done> read_sections<2>(Reader<2>&);
-template Outcome<Done> read_sections<3>(Reader<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> read_sections<D>(Reader<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::cgns

@@ -98,11 +98,13 @@ std::vector<Notice> not_in_gmf(const LinearMesh<D>& mesh) {
     return losses;
 }
 
-template std::vector<Notice> not_in_gmf<2>(const LinearMesh<2>&);
-template std::vector<Notice> not_in_gmf<3>(const LinearMesh<3>&);
-template Outcome<Chunks> encode_gmf_mesh<2>(const LinearMesh<2>&, GmfOptions, const Execution&);
-template Outcome<Chunks> encode_gmf_mesh<3>(const LinearMesh<3>&, GmfOptions, const Execution&);
-template Outcome<Chunks> encode_gmf_mesh<2>(const QuadraticMesh<2>&, GmfOptions, const Execution&);
-template Outcome<Chunks> encode_gmf_mesh<3>(const QuadraticMesh<3>&, GmfOptions, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template std::vector<Notice> not_in_gmf<D>(const LinearMesh<D>&); \
+    template Outcome<Chunks> encode_gmf_mesh<D>(const LinearMesh<D>&, GmfOptions, const Execution&); \
+    template Outcome<Chunks> encode_gmf_mesh<D>(const QuadraticMesh<D>&, GmfOptions, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

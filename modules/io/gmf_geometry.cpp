@@ -96,7 +96,11 @@ Outcome<GivenGeometry<D>> read_geometry(const File& file, std::size_t vertices, 
     return given;
 }
 
-template Outcome<GivenGeometry<2>> read_geometry<2>(const File&, std::size_t, const Execution&);
-template Outcome<GivenGeometry<3>> read_geometry<3>(const File&, std::size_t, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<GivenGeometry<D>> read_geometry<D>(const File&, std::size_t, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::gmf

@@ -176,7 +176,11 @@ Outcome<listing::Mesh<D>> read_raw(const File& file, const Execution& execution)
     return raw;
 }
 
-template Outcome<listing::Mesh<2>> read_raw<2>(const File&, const Execution&);
-template Outcome<listing::Mesh<3>> read_raw<3>(const File&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<listing::Mesh<D>> read_raw<D>(const File&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::gmf

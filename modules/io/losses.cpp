@@ -53,7 +53,11 @@ std::vector<Notice> not_held(const LinearMesh<D>& mesh, Holds holds, std::string
     return notices;
 }
 
-template std::vector<Notice> not_held<2>(const LinearMesh<2>&, Holds, std::string_view);
-template std::vector<Notice> not_held<3>(const LinearMesh<3>&, Holds, std::string_view);
+#define CAMBER_INSTANTIATE(D) \
+    template std::vector<Notice> not_held<D>(const LinearMesh<D>&, Holds, std::string_view);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

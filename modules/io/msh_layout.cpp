@@ -154,9 +154,12 @@ Outcome<Layout> layout_of(const Grid<Mesh>& grid, const Numbers& numbers, const 
     return Maker<Mesh>(grid, numbers, execution).make();
 }
 
-template Outcome<Layout> layout_of(const Grid<LinearMesh<2>>&, const Numbers&, const Execution&);
-template Outcome<Layout> layout_of(const Grid<LinearMesh<3>>&, const Numbers&, const Execution&);
-template Outcome<Layout> layout_of(const Grid<QuadraticMesh<2>>&, const Numbers&, const Execution&);
-template Outcome<Layout> layout_of(const Grid<QuadraticMesh<3>>&, const Numbers&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Layout> layout_of(const Grid<LinearMesh<D>>&, const Numbers&, const Execution&); \
+    template Outcome<Layout> layout_of(const Grid<QuadraticMesh<D>>&, const Numbers&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::msh

@@ -106,7 +106,11 @@ std::vector<Notice> not_in_msh(const LinearMesh<D>& mesh, MshVersion version) {
     return notices;
 }
 
-template std::vector<Notice> not_in_msh<2>(const LinearMesh<2>&, MshVersion);
-template std::vector<Notice> not_in_msh<3>(const LinearMesh<3>&, MshVersion);
+#define CAMBER_INSTANTIATE(D) \
+    template std::vector<Notice> not_in_msh<D>(const LinearMesh<D>&, MshVersion);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -163,9 +163,12 @@ Numbers numbers_of(const LinearMesh<D>& mesh) {
     return numbers;
 }
 
-template Buffer<Place> places_of<2>(const LinearMesh<2>&);
-template Buffer<Place> places_of<3>(const LinearMesh<3>&);
-template Numbers numbers_of<2>(const LinearMesh<2>&);
-template Numbers numbers_of<3>(const LinearMesh<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template Buffer<Place> places_of<D>(const LinearMesh<D>&); \
+    template Numbers numbers_of<D>(const LinearMesh<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::msh

@@ -46,9 +46,11 @@ Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh, std::span<c
     return CurvedMeasures{std::move(*lengths), std::move(*means), std::move(*least)};
 }
 
-template Outcome<CurvedMeasures> measure_curved<2>(const QuadraticMesh<2>&, std::span<const LogMetric<2>>, int,
-                                                   const Execution&);
-template Outcome<CurvedMeasures> measure_curved<3>(const QuadraticMesh<3>&, std::span<const LogMetric<3>>, int,
-                                                   const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<CurvedMeasures> measure_curved<D>(const QuadraticMesh<D>&, std::span<const LogMetric<D>>, int, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

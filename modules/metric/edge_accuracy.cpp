@@ -230,9 +230,11 @@ void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D
     });
 }
 
-template void accurate_offsets<2>(std::span<const Vec<2>>, std::span<const EdgeEnds<2>>, const EdgeAccuracyOptions&,
-                                  std::span<Vec<2>>, Instructions);
-template void accurate_offsets<3>(std::span<const Vec<3>>, std::span<const EdgeEnds<3>>, const EdgeAccuracyOptions&,
-                                  std::span<Vec<3>>, Instructions);
+#define CAMBER_INSTANTIATE(D) \
+    template void accurate_offsets<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>, const EdgeAccuracyOptions&, std::span<Vec<D>>, Instructions);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

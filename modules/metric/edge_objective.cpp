@@ -84,11 +84,12 @@ EdgeObjective<D> edge_objective(const BackMesh<D>& back, const Quadrature& rule,
     return objective;
 }
 
-template struct EdgeObjective<2>;
-template struct EdgeObjective<3>;
-template EdgeObjective<2> edge_objective<2>(const BackMesh<2>&, const Quadrature&, EdgeObjectiveKind, EdgeFieldKind,
-                                            const Vec<2>&, const Vec<2>&, ElementId);
-template EdgeObjective<3> edge_objective<3>(const BackMesh<3>&, const Quadrature&, EdgeObjectiveKind, EdgeFieldKind,
-                                            const Vec<3>&, const Vec<3>&, ElementId);
+#define CAMBER_INSTANTIATE(D) \
+    template struct EdgeObjective<D>; \
+    template EdgeObjective<D> edge_objective<D>(const BackMesh<D>&, const Quadrature&, EdgeObjectiveKind, EdgeFieldKind, const Vec<D>&, const Vec<D>&, ElementId);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

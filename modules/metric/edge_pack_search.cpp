@@ -400,15 +400,12 @@ EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<
     return work;
 }
 
-template EdgeSearchWork minimise_edges<2>(const BackMesh<2>&, std::span<const FreeEdge<2>>, const EdgeRules&,
-                                          const EdgeMinimiserOptions&, std::span<EdgeMinimum<2>>, Instructions);
-template EdgeSearchWork minimise_edges<3>(const BackMesh<3>&, std::span<const FreeEdge<3>>, const EdgeRules&,
-                                          const EdgeMinimiserOptions&, std::span<EdgeMinimum<3>>, Instructions);
-template EdgeSearchWork minimise_back_edges<2>(const BackMesh<2>&, std::span<const BackEdge>,
-                                               std::span<const LagrangeNode<2>>, const EdgeRules&,
-                                               const EdgeMinimiserOptions&, std::span<EdgeMinimum<2>>, Instructions);
-template EdgeSearchWork minimise_back_edges<3>(const BackMesh<3>&, std::span<const BackEdge>,
-                                               std::span<const LagrangeNode<3>>, const EdgeRules&,
-                                               const EdgeMinimiserOptions&, std::span<EdgeMinimum<3>>, Instructions);
+#define CAMBER_INSTANTIATE(D) \
+    template EdgeSearchWork minimise_edges<D>(const BackMesh<D>&, std::span<const FreeEdge<D>>, const EdgeRules&, const EdgeMinimiserOptions&, std::span<EdgeMinimum<D>>, Instructions); \
+    template EdgeSearchWork minimise_back_edges<D>(const BackMesh<D>&, std::span<const BackEdge>, std::span<const LagrangeNode<D>>, const EdgeRules&, const EdgeMinimiserOptions&, std::span<EdgeMinimum<D>>, Instructions);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

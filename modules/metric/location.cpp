@@ -201,7 +201,11 @@ Location<D> StraightBack<D>::locate(const Vec<D>& p, ElementId hint) const {
     return lost;
 }
 
-template Location<2> StraightBack<2>::locate(const Vec<2>&, ElementId) const;
-template Location<3> StraightBack<3>::locate(const Vec<3>&, ElementId) const;
+#define CAMBER_INSTANTIATE(D) \
+    template Location<D> StraightBack<D>::locate(const Vec<D>&, ElementId) const;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

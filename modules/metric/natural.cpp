@@ -221,14 +221,12 @@ Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh, con
     return std::move((*mean)[0]);
 }
 
-template Outcome<Buffer<LogMetric<2>>> natural_log_metrics<2>(const LinearMesh<2>&, const Incidence<ElementId>&,
-                                                              const Execution&);
-template Outcome<Buffer<LogMetric<3>>> natural_log_metrics<3>(const LinearMesh<3>&, const Incidence<ElementId>&,
-                                                              const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Buffer<LogMetric<D>>> natural_log_metrics<D>(const LinearMesh<D>&, const Incidence<ElementId>&, const Execution&); \
+    template Outcome<NaturalLogMetrics<D>> curved_natural_log_metrics<D>(const QuadraticMesh<D>&, const Incidence<ElementId>&, const Execution&);
 
-template Outcome<NaturalLogMetrics<2>> curved_natural_log_metrics<2>(const QuadraticMesh<2>&,
-                                                                     const Incidence<ElementId>&, const Execution&);
-template Outcome<NaturalLogMetrics<3>> curved_natural_log_metrics<3>(const QuadraticMesh<3>&,
-                                                                     const Incidence<ElementId>&, const Execution&);
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -64,7 +64,11 @@ Outcome<double> complexity(const QuadraticMesh<D>& mesh, const NodalLogs<D>& log
     return sum;
 }
 
-template Outcome<double> complexity<2>(const QuadraticMesh<2>&, const NodalLogs<2>&, const Execution&);
-template Outcome<double> complexity<3>(const QuadraticMesh<3>&, const NodalLogs<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<double> complexity<D>(const QuadraticMesh<D>&, const NodalLogs<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -128,9 +128,12 @@ std::optional<double> root_radius(const QuadraticMesh<D>& mesh, const Location<D
     return root.radius;
 }
 
-template Location<2> NodalBack<2>::locate(const Vec<2>&, ElementId) const;
-template Location<3> NodalBack<3>::locate(const Vec<3>&, ElementId) const;
-template std::optional<double> root_radius<2>(const QuadraticMesh<2>&, const Location<2>&, const Vec<2>&);
-template std::optional<double> root_radius<3>(const QuadraticMesh<3>&, const Location<3>&, const Vec<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template Location<D> NodalBack<D>::locate(const Vec<D>&, ElementId) const; \
+    template std::optional<double> root_radius<D>(const QuadraticMesh<D>&, const Location<D>&, const Vec<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -46,9 +46,11 @@ Outcome<Column<LogMetric<D>>> surface_log_metrics(const VertexNormals<D>& normal
     return Column<LogMetric<D>>(std::move(*logs));
 }
 
-template Outcome<Column<LogMetric<2>>> surface_log_metrics<2>(const VertexNormals<2>&, const SurfaceMetricOptions&,
-                                                              const Execution&);
-template Outcome<Column<LogMetric<3>>> surface_log_metrics<3>(const VertexNormals<3>&, const SurfaceMetricOptions&,
-                                                              const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Column<LogMetric<D>>> surface_log_metrics<D>(const VertexNormals<D>&, const SurfaceMetricOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -124,7 +124,11 @@ Outcome<TensorLogs<D>> log_metrics_of_tensors(std::span<const double> rows, Tens
     return out;
 }
 
-template Outcome<TensorLogs<2>> log_metrics_of_tensors<2>(std::span<const double>, TensorPrecision, const Execution&);
-template Outcome<TensorLogs<3>> log_metrics_of_tensors<3>(std::span<const double>, TensorPrecision, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<TensorLogs<D>> log_metrics_of_tensors<D>(std::span<const double>, TensorPrecision, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -45,7 +45,11 @@ Outcome<FinishedMesh<D>> finished(const Adaptation<D>& r, const Execution& execu
     });
 }
 
-template Outcome<FinishedMesh<2>> finished<2>(const Adaptation<2>&, const Execution&);
-template Outcome<FinishedMesh<3>> finished<3>(const Adaptation<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<FinishedMesh<D>> finished<D>(const Adaptation<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -109,9 +109,11 @@ FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoa
     return out;
 }
 
-template FacetDistance distance_from_geometry<2>(const Adaptation<2>&, const AdaptationGoal<2>&, const Patch<2>&,
-                                                 double);
-template FacetDistance distance_from_geometry<3>(const Adaptation<3>&, const AdaptationGoal<3>&, const Patch<3>&,
-                                                 double);
+#define CAMBER_INSTANTIATE(D) \
+    template FacetDistance distance_from_geometry<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const Patch<D>&, double);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -229,9 +229,11 @@ OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal, c
     return Operating<D, StraightNodes<D>>(r, goal, request, limits, workspace, out).run();
 }
 
-template OperationResult operate<2>(const Adaptation<2>&, const AdaptationGoal<2>&, const CavityRequest<2>&,
-                                    const PatchLimits&, OperationWorkspace<2>&, JudgedPatch<2>&);
-template OperationResult operate<3>(const Adaptation<3>&, const AdaptationGoal<3>&, const CavityRequest<3>&,
-                                    const PatchLimits&, OperationWorkspace<3>&, JudgedPatch<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template OperationResult operate<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const CavityRequest<D>&, const PatchLimits&, OperationWorkspace<D>&, JudgedPatch<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -208,9 +208,11 @@ Outcome<PassStatistics> run_pass(Adaptation<D>& r, const AdaptationGoal<D>& goal
     return guarded([&] { return Rounds<D>(r, goal, pass, std::move(tasks), execution).run(); });
 }
 
-template Outcome<PassStatistics> run_pass<2>(Adaptation<2>&, const AdaptationGoal<2>&, Pass<2>&, std::vector<Task>,
-                                             const Execution&);
-template Outcome<PassStatistics> run_pass<3>(Adaptation<3>&, const AdaptationGoal<3>&, Pass<3>&, std::vector<Task>,
-                                             const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<PassStatistics> run_pass<D>(Adaptation<D>&, const AdaptationGoal<D>&, Pass<D>&, std::vector<Task>, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -142,9 +142,12 @@ bool adds_wall_elements(const Adaptation<D>& r, const AdaptationGoal<D>& goal, c
     return std::ranges::any_of(at_point, [&](const FacetAtPoint<D>& f) { return !is_plane(goal, r.mesh, f.like); });
 }
 
-template bool is_wall_element<2>(const DynamicMesh<2>&, ElementId);
-template bool is_wall_element<3>(const DynamicMesh<3>&, ElementId);
-template bool adds_wall_elements<2>(const Adaptation<2>&, const AdaptationGoal<2>&, const Patch<2>&);
-template bool adds_wall_elements<3>(const Adaptation<3>&, const AdaptationGoal<3>&, const Patch<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template bool is_wall_element<D>(const DynamicMesh<D>&, ElementId); \
+    template bool adds_wall_elements<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const Patch<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

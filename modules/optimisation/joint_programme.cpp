@@ -189,7 +189,11 @@ JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> s
     return {descent.offsets(), shortfall, work};
 }
 
-template JointSolution<2> solve<2>(const JointProgramme<2>&, std::vector<Vec<2>>);
-template JointSolution<3> solve<3>(const JointProgramme<3>&, std::vector<Vec<3>>);
+#define CAMBER_INSTANTIATE(D) \
+    template JointSolution<D> solve<D>(const JointProgramme<D>&, std::vector<Vec<D>>);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

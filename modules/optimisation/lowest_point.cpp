@@ -35,7 +35,11 @@ LowestPoint<D> lowest_point(const BoundedJacobian<D>& jacobian) {
     return lowest;
 }
 
-template LowestPoint<2> lowest_point<2>(const BoundedJacobian<2>&);
-template LowestPoint<3> lowest_point<3>(const BoundedJacobian<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template LowestPoint<D> lowest_point<D>(const BoundedJacobian<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

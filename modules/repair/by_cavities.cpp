@@ -31,15 +31,15 @@ constexpr double min_joint_return = 1e-5;
 /// What vertices that move are asked to leave of the determinants around them, as shares, one after the other.
 constexpr std::array kept_shares{0.2, 0.02, 0.0};
 
-bool may_move(EdgeKind kind, Reach reach) {
-    const bool also_surface = reach.moves == Reach::Moves::surface_nodes || reach.moves == Reach::Moves::slides;
+bool may_move(EdgeKind kind, CavityExtent extent) {
+    const bool also_surface = extent.moves == CavityExtent::Moves::surface_nodes || extent.moves == CavityExtent::Moves::slides;
     return kind == EdgeKind::volume || (kind != EdgeKind::fixed && also_surface);
 }
 
 template <int D>
-void add_edges(const RepairState<D>& state, ElementId e, Reach reach, std::vector<EdgeId>& edges) {
+void add_edges(const RepairState<D>& state, ElementId e, CavityExtent extent, std::vector<EdgeId>& edges) {
     for (const EdgeId edge : state.mesh().edges.of_elements[e])
-        if (may_move(state.kinds[edge], reach)) edges.push_back(edge);
+        if (may_move(state.kinds[edge], extent)) edges.push_back(edge);
 }
 
 template <int D>
@@ -52,10 +52,10 @@ std::vector<ElementId> around(const RepairState<D>& state, const std::vector<Edg
 }
 
 template <int D>
-bool moves_vertex(const RepairState<D>& state, VertexId v, Reach reach) {
+bool moves_vertex(const RepairState<D>& state, VertexId v, CavityExtent extent) {
     const VertexFreedom freedom = state.around_vertices.freedom[v];
     if (freedom != VertexFreedom::sliding) return freedom == VertexFreedom::free;
-    return reach.moves == Reach::Moves::slides && state.vertices_onto != nullptr &&
+    return extent.moves == CavityExtent::Moves::slides && state.vertices_onto != nullptr &&
            (*state.vertices_onto)(v, state.moved.points[v]).across != Sym<D>::identity();
 }
 
@@ -201,23 +201,23 @@ double cost_of(const JointProgramme<D>& programme, const std::vector<Vec<D>>& of
 }  // namespace
 
 template <int D>
-RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach reach) {
+RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, CavityExtent extent) {
     RepairCavity<D> cavity;
-    add_edges(state, seed, reach, cavity.edges);
+    add_edges(state, seed, extent, cavity.edges);
     cavity.edges |= ranges::actions::sort | ranges::actions::unique;
-    for (int closure = 0; closure < reach.closures; ++closure) {
+    for (int closure = 0; closure < extent.closures; ++closure) {
         std::vector<EdgeId> wider = cavity.edges;
-        for (const ElementId e : around(state, cavity.edges)) add_edges(state, e, reach, wider);
+        for (const ElementId e : around(state, cavity.edges)) add_edges(state, e, extent, wider);
         wider |= ranges::actions::sort | ranges::actions::unique;
         if (wider.size() > max_edges) break;
         cavity.edges = std::move(wider);
     }
     cavity.elements = around(state, cavity.edges);
-    if (reach.moves == Reach::Moves::volume_nodes || state.around_vertices.freedom.empty()) return cavity;
+    if (extent.moves == CavityExtent::Moves::volume_nodes || state.around_vertices.freedom.empty()) return cavity;
     for (const VertexId v : state.mesh().linear.elements.vertices[seed])
-        if (moves_vertex(state, v, reach)) cavity.vertices.push_back(v);
+        if (moves_vertex(state, v, extent)) cavity.vertices.push_back(v);
     cavity.vertices |= ranges::actions::sort | ranges::actions::unique;
-    if (reach.moves == Reach::Moves::slides) {
+    if (extent.moves == CavityExtent::Moves::slides) {
         add_edges_at(state, cavity.vertices, cavity.edges);
         cavity.elements = around(state, cavity.edges);
     }
@@ -286,7 +286,7 @@ Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>&
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                   \
-    template RepairCavity<D> repair_cavity<D>(const RepairState<D>&, ElementId, Reach);                         \
+    template RepairCavity<D> repair_cavity<D>(const RepairState<D>&, ElementId, CavityExtent);                         \
     template Planned<D> plan_cavity_repair<D>(const RepairState<D>&, const RepairCavity<D>&, ElementId, double, \
                                               double);                                                          \
     template Planned<D> plan_joint_return<D>(const RepairState<D>&, const RepairCavity<D>&, double);

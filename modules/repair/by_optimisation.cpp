@@ -61,20 +61,20 @@ struct Passes {
     bool cut_short = false;                      ///< some pass spent the work that it had and left elements
 
     [[nodiscard]] Outcome<Done> by_edges() {
-        return over_queue([&](ElementId e) { return repair_cavity(state, e, Reach{}).elements; },
+        return over_queue([&](ElementId e) { return repair_cavity(state, e, CavityExtent{}).elements; },
                           [&](ElementId e, double) { return plan_edge_repair(state, e); });
     }
-    [[nodiscard]] Outcome<Done> by_cavities(Reach reach, double asked) {
-        return over_queue([&](ElementId e) { return repair_cavity(state, e, reach).elements; },
+    [[nodiscard]] Outcome<Done> by_cavities(CavityExtent extent, double asked) {
+        return over_queue([&](ElementId e) { return repair_cavity(state, e, extent).elements; },
                           [&](ElementId e, double max_work) {
-                              return plan_cavity_repair(state, repair_cavity(state, e, reach), e, asked, max_work);
+                              return plan_cavity_repair(state, repair_cavity(state, e, extent), e, asked, max_work);
                           });
     }
     /// Nodes of boundary edges slide on the geometry, together with those of the volume.
-    [[nodiscard]] Outcome<Done> by_slides(Reach reach, double asked) {
-        return over_queue([&](ElementId e) { return repair_cavity(state, e, reach).elements; },
+    [[nodiscard]] Outcome<Done> by_slides(CavityExtent extent, double asked) {
+        return over_queue([&](ElementId e) { return repair_cavity(state, e, extent).elements; },
                           [&](ElementId e, double max_work) {
-                              return plan_slide_repair(state, repair_cavity(state, e, reach), e, asked, max_work);
+                              return plan_slide_repair(state, repair_cavity(state, e, extent), e, asked, max_work);
                           });
     }
     /// What is left goes home; what this spoils is repaired as before, or stays as it was.
@@ -92,7 +92,7 @@ struct Passes {
             state.moved.apply(trial.state.moved.moves());
             return finish(Done{});
         }
-        auto done = trial.by_cavities({Reach::Moves::volume_nodes, 0}, state.options.target);
+        auto done = trial.by_cavities({CavityExtent::Moves::volume_nodes, 0}, state.options.target);
         if (done) done = trial.by_edges();
         if (!done) return done;
         state.work_left = trial.state.work_left;
@@ -148,9 +148,9 @@ struct Passes {
         for (const EdgeId edge : edges_concerned())
             if (is_costly(edge)) elements.insert(elements.end(), state.shells[edge].begin(), state.shells[edge].end());
         elements |= ranges::actions::sort | ranges::actions::unique;
-        const auto claim = [&](ElementId e) { return repair_cavity(state, e, Reach{}).elements; };
+        const auto claim = [&](ElementId e) { return repair_cavity(state, e, CavityExtent{}).elements; };
         return while_moving<ElementId>(std::move(elements), max_joint_turns, claim, [&](ElementId e, double max_work) {
-            return plan_joint_return(state, repair_cavity(state, e, Reach{}), max_work);
+            return plan_joint_return(state, repair_cavity(state, e, CavityExtent{}), max_work);
         });
     }
 
@@ -252,7 +252,7 @@ Outcome<Done> look_around_vertices(RepairState<D>& state, const Execution& execu
 
 template <int D>
 Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatistics& s) {
-    using Moves = Reach::Moves;
+    using Moves = CavityExtent::Moves;
     const RepairOptions& options = passes.state.options;
     const bool homes_first = options.method == RepairMethod::extension;
     const bool with_cavities = has_cavities(options.method);
@@ -265,8 +265,8 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
         done = pass();
         counter += before - passes.queue.size();
     };
-    const auto cavities = [&](std::size_t& counter, Reach reach, double asked) {
-        if (with_cavities) counted(counter, [&] { return passes.by_cavities(reach, asked); });
+    const auto cavities = [&](std::size_t& counter, CavityExtent extent, double asked) {
+        if (with_cavities) counted(counter, [&] { return passes.by_cavities(extent, asked); });
     };
     const auto extension = [&](int rings) {
         if (with_cavities) counted(s.by_extension, [&] { return passes.by_extension(rings); });

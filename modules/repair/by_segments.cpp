@@ -216,9 +216,12 @@ bool put_back(Trial<D>& trial, EdgeId edge) {
     return changes.broken.empty();
 }
 
-template bool repair_element<2>(Trial<2>&, ElementId, EdgeGroup, Steps);
-template bool repair_element<3>(Trial<3>&, ElementId, EdgeGroup, Steps);
-template bool put_back<2>(Trial<2>&, EdgeId);
-template bool put_back<3>(Trial<3>&, EdgeId);
+#define CAMBER_INSTANTIATE(D) \
+    template bool repair_element<D>(Trial<D>&, ElementId, EdgeGroup, Steps); \
+    template bool put_back<D>(Trial<D>&, EdgeId);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

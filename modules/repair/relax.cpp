@@ -231,7 +231,11 @@ Outcome<Repaired<D>> relax(const JudgedProposal<D>& wanted, const RepairOptions&
     });
 }
 
-template Outcome<Repaired<2>> relax<2>(const JudgedProposal<2>&, const RepairOptions&, const Execution&);
-template Outcome<Repaired<3>> relax<3>(const JudgedProposal<3>&, const RepairOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Repaired<D>> relax<D>(const JudgedProposal<D>&, const RepairOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

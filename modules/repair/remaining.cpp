@@ -207,12 +207,13 @@ BoundaryShift boundary_shift(const QuadraticMesh<D>& mesh, const Proposal<D>& pr
     return shifts;
 }
 
-template std::vector<RemainingElement> remaining<2>(const Repaired<2>&);
-template std::vector<RemainingElement> remaining<3>(const Repaired<3>&);
-template std::vector<RemainingElement> remaining_but_for_shape<2>(const Repaired<2>&);
-template std::vector<RemainingElement> remaining_but_for_shape<3>(const Repaired<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template std::vector<RemainingElement> remaining<D>(const Repaired<D>&); \
+    template std::vector<RemainingElement> remaining_but_for_shape<D>(const Repaired<D>&); \
+    template BoundaryShift boundary_shift<D>(const QuadraticMesh<D>&, const Proposal<D>&);
 
-template BoundaryShift boundary_shift<2>(const QuadraticMesh<2>&, const Proposal<2>&);
-template BoundaryShift boundary_shift<3>(const QuadraticMesh<3>&, const Proposal<3>&);
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -101,7 +101,7 @@ template <int D>
 [[nodiscard]] Planned<D> plan_return(const RepairState<D>& state, EdgeId edge);
 
 /// What a cavity may move, and how far it reaches around its element.
-struct Reach {
+struct CavityExtent {
     /// `slides`: surface nodes and vertices of volume and boundary, with the nodes of all their edges.
     enum class Moves : std::uint8_t { volume_nodes, vertices, surface_nodes, slides };
     Moves moves = Moves::volume_nodes;
@@ -116,7 +116,7 @@ struct RepairCavity {
     std::vector<ElementId> elements;
 };
 template <int D>
-[[nodiscard]] RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Reach reach);
+[[nodiscard]] RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, CavityExtent extent);
 
 /// The cavity's nodes and vertices together: repairs the seed, to `asked` as a scaled Jacobian; no other element that
 /// is good enough stops being so. `asked` 0: to the bound, at whatever cost. None when that is not found.

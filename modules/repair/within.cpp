@@ -143,9 +143,11 @@ Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const Repair
     return min_invalid(wanted, to(wanted, options), options, execution, to);
 }
 
-template Outcome<Repaired<2>> repair_within<2>(const JudgedProposal<2>&, const RepairGuide<2>&, const RepairOptions&,
-                                               const Execution&);
-template Outcome<Repaired<3>> repair_within<3>(const JudgedProposal<3>&, const RepairGuide<3>&, const RepairOptions&,
-                                               const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Repaired<D>> repair_within<D>(const JudgedProposal<D>&, const RepairGuide<D>&, const RepairOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

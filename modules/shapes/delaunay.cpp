@@ -283,7 +283,11 @@ Outcome<Buffer<SimplexVertices<D>>> delaunay(std::span<const Vec<D>> points, con
     return triangulation.build().map([&](Done) { return triangulation.finite(); });
 }
 
-template Outcome<Buffer<SimplexVertices<2>>> delaunay<2>(std::span<const Vec<2>>, const Noise&);
-template Outcome<Buffer<SimplexVertices<3>>> delaunay<3>(std::span<const Vec<3>>, const Noise&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Buffer<SimplexVertices<D>>> delaunay<D>(std::span<const Vec<D>>, const Noise&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

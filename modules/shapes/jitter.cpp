@@ -69,9 +69,11 @@ Outcome<Done> move_points(Buffer<Vec<D>>& points, std::span<const Vec<D>> moved,
     return Done{};
 }
 
-template Outcome<Done> move_points<2>(Buffer<Vec<2>>&, std::span<const Vec<2>>, std::span<const SimplexVertices<2>>,
-                                      double, const Execution&);
-template Outcome<Done> move_points<3>(Buffer<Vec<3>>&, std::span<const Vec<3>>, std::span<const SimplexVertices<3>>,
-                                      double, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> move_points<D>(Buffer<Vec<D>>&, std::span<const Vec<D>>, std::span<const SimplexVertices<D>>, double, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -153,7 +153,11 @@ Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution&
     return guarded([&] { return generate_shell(options, execution); });
 }
 
-template Outcome<LinearMesh<2>> generate<2>(const ShellOptions<2>&, const Execution&);
-template Outcome<LinearMesh<3>> generate<3>(const ShellOptions<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<LinearMesh<D>> generate<D>(const ShellOptions<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -127,7 +127,11 @@ Outcome<Done> examine_boundary(const LinearMesh<D>& mesh, Examination<D>& x, con
     return Done{};
 }
 
-template Outcome<Done> examine_boundary<2>(const LinearMesh<2>&, Examination<2>&, const Execution&);
-template Outcome<Done> examine_boundary<3>(const LinearMesh<3>&, Examination<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> examine_boundary<D>(const LinearMesh<D>&, Examination<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -176,7 +176,11 @@ Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& x, const 
     return count_faces(mesh, x, quiet);
 }
 
-template Outcome<Done> examine_faces<2>(const LinearMesh<2>&, Examination<2>&, const Execution&);
-template Outcome<Done> examine_faces<3>(const LinearMesh<3>&, Examination<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> examine_faces<D>(const LinearMesh<D>&, Examination<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

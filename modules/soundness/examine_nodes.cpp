@@ -44,7 +44,11 @@ Outcome<Done> examine_nodes(const QuadraticMesh<D>& mesh, Examination<D>& x, con
     return Done{};
 }
 
-template Outcome<Done> examine_nodes<2>(const QuadraticMesh<2>&, Examination<2>&, const Execution&);
-template Outcome<Done> examine_nodes<3>(const QuadraticMesh<3>&, Examination<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> examine_nodes<D>(const QuadraticMesh<D>&, Examination<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -104,9 +104,11 @@ Outcome<Done> examine_orientation(const LinearMesh<D>& mesh, const Buffer<double
     return Done{};
 }
 
-template Outcome<Done> examine_orientation<2>(const LinearMesh<2>&, const Buffer<double>&, Examination<2>&,
-                                              const Execution&);
-template Outcome<Done> examine_orientation<3>(const LinearMesh<3>&, const Buffer<double>&, Examination<3>&,
-                                              const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> examine_orientation<D>(const LinearMesh<D>&, const Buffer<double>&, Examination<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

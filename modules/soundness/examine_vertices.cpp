@@ -185,7 +185,11 @@ Outcome<Done> examine_vertices(const LinearMesh<D>& mesh, Examination<D>& x, con
     return Done{};
 }
 
-template Outcome<Done> examine_vertices<2>(const LinearMesh<2>&, Examination<2>&, const Execution&);
-template Outcome<Done> examine_vertices<3>(const LinearMesh<3>&, Examination<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> examine_vertices<D>(const LinearMesh<D>&, Examination<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

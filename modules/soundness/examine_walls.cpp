@@ -140,7 +140,11 @@ Outcome<Done> examine_walls(const LinearMesh<D>& mesh, const ExamineOptions& opt
     return Done{};
 }
 
-template Outcome<Done> examine_walls<2>(const LinearMesh<2>&, const ExamineOptions&, Examination<2>&, const Execution&);
-template Outcome<Done> examine_walls<3>(const LinearMesh<3>&, const ExamineOptions&, Examination<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> examine_walls<D>(const LinearMesh<D>&, const ExamineOptions&, Examination<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -60,9 +60,12 @@ std::optional<Vec<3>> closest_on_intersection(const AnalyticSurface<3>& a, const
     return held_by(b, held_by(a, *met));
 }
 
-template const AnalyticSurface<2>* surface_of(const AnalyticGeometry<2>&, Reference);
-template const AnalyticSurface<3>* surface_of(const AnalyticGeometry<3>&, Reference);
-template SurfaceFoot<2> closest_point<2>(const AnalyticSurface<2>&, const Vec<2>&);
-template SurfaceFoot<3> closest_point<3>(const AnalyticSurface<3>&, const Vec<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template const AnalyticSurface<D>* surface_of(const AnalyticGeometry<D>&, Reference); \
+    template SurfaceFoot<D> closest_point<D>(const AnalyticSurface<D>&, const Vec<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

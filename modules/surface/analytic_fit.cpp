@@ -170,7 +170,11 @@ Outcome<Done> check_fit(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& ge
     return Done{};
 }
 
-template Outcome<Done> check_fit(const LinearMesh<2>&, const AnalyticGeometry<2>&, const Execution&);
-template Outcome<Done> check_fit(const LinearMesh<3>&, const AnalyticGeometry<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> check_fit(const LinearMesh<D>&, const AnalyticGeometry<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

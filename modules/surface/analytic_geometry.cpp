@@ -87,7 +87,11 @@ std::shared_ptr<const GeometryModel<D>> model_of(AnalyticGeometry<D> analytic) {
     return std::make_shared<const AnalyticModel<D>>(std::move(analytic));
 }
 
-template std::shared_ptr<const GeometryModel<2>> model_of(AnalyticGeometry<2>);
-template std::shared_ptr<const GeometryModel<3>> model_of(AnalyticGeometry<3>);
+#define CAMBER_INSTANTIATE(D) \
+    template std::shared_ptr<const GeometryModel<D>> model_of(AnalyticGeometry<D>);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -121,11 +121,13 @@ EntityPoint<D> point_of_parameters(const AnalyticSurface<D>& surface, const Geom
     return std::visit([&](const auto& s) { return at(s, parameters.u[0], parameters.u[1]); }, surface);
 }
 
-template std::array<double, 2> periods_of<2>(const AnalyticSurface<2>&);
-template std::array<double, 2> periods_of<3>(const AnalyticSurface<3>&);
-template GeometryParameters parameters_of<2>(const AnalyticSurface<2>&, const Vec<2>&);
-template GeometryParameters parameters_of<3>(const AnalyticSurface<3>&, const Vec<3>&);
-template EntityPoint<2> point_of_parameters<2>(const AnalyticSurface<2>&, const GeometryParameters&);
-template EntityPoint<3> point_of_parameters<3>(const AnalyticSurface<3>&, const GeometryParameters&);
+#define CAMBER_INSTANTIATE(D) \
+    template std::array<double, 2> periods_of<D>(const AnalyticSurface<D>&); \
+    template GeometryParameters parameters_of<D>(const AnalyticSurface<D>&, const Vec<D>&); \
+    template EntityPoint<D> point_of_parameters<D>(const AnalyticSurface<D>&, const GeometryParameters&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -82,9 +82,11 @@ Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh, std::s
     return BoundaryDistance{total->largest, total->area > 0 ? total->weighted / total->area : 0, total->worst};
 }
 
-template Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<2>&, std::span<const LagrangeNode<2>>,
-                                                     const Features<2>&, const Geometry<2>&, const Execution&);
-template Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<3>&, std::span<const LagrangeNode<3>>,
-                                                     const Features<3>&, const Geometry<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Features<D>&, const Geometry<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -27,9 +27,11 @@ Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, co
     });
 }
 
-template Outcome<Buffer<LagrangeNode<2>>> boundary_nodes(const QuadraticMesh<2>&, const Features<2>&,
-                                                         const Geometry<2>&, const Execution&);
-template Outcome<Buffer<LagrangeNode<3>>> boundary_nodes(const QuadraticMesh<3>&, const Features<3>&,
-                                                         const Geometry<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -378,9 +378,11 @@ Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     return features;
 }
 
-template Outcome<Features<2>> find_features(const LinearMesh<2>&, const EdgeSet<2>&, const FeatureOptions<2>&,
-                                            const Execution&);
-template Outcome<Features<3>> find_features(const LinearMesh<3>&, const EdgeSet<3>&, const FeatureOptions<3>&,
-                                            const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Features<D>> find_features(const LinearMesh<D>&, const EdgeSet<D>&, const FeatureOptions<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -77,9 +77,12 @@ Outcome<Buffer<FlatPatch<D>>> flat_patches(const LinearMesh<D>& mesh, const Feat
     return map_each(execution, points.size(), [&](std::size_t p) { return plane_of<D>(points[p]); }, 1);
 }
 
-template FlatPatch<2> plane_of(std::span<const Vec<2>>);
-template FlatPatch<3> plane_of(std::span<const Vec<3>>);
-template Outcome<Buffer<FlatPatch<2>>> flat_patches(const LinearMesh<2>&, const Features<2>&, const Execution&);
-template Outcome<Buffer<FlatPatch<3>>> flat_patches(const LinearMesh<3>&, const Features<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template FlatPatch<D> plane_of(std::span<const Vec<D>>); \
+    template Outcome<Buffer<FlatPatch<D>>> flat_patches(const LinearMesh<D>&, const Features<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -146,7 +146,11 @@ bool GeometryModel<D>::prescribes_any() const {
     return false;
 }
 
-template class GeometryModel<2>;
-template class GeometryModel<3>;
+#define CAMBER_INSTANTIATE(D) \
+    template class GeometryModel<D>;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -96,9 +96,11 @@ Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>& mesh, const EdgeSet<D>
     return of_patches;
 }
 
-template Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<2>&, const EdgeSet<2>&, const Features<2>&,
-                                              const NormalOfFacet<2>&, const Execution&);
-template Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<3>&, const EdgeSet<3>&, const Features<3>&,
-                                              const NormalOfFacet<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, const NormalOfFacet<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -54,15 +54,12 @@ Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh, const 
     });
 }
 
-template Outcome<Buffer<std::uint8_t>> edges_in_planes(const QuadraticMesh<2>&, const Features<2>&, const Geometry<2>&,
-                                                       const Execution&);
-template Outcome<Buffer<std::uint8_t>> edges_in_planes(const QuadraticMesh<3>&, const Features<3>&, const Geometry<3>&,
-                                                       const Execution&);
-template Outcome<Buffer<LagrangeNode<2>>> slid_nodes(const QuadraticMesh<2>&, const Column<LagrangeNode<2>>&,
-                                                     std::span<const Vec<2>>, const Features<2>&, const Geometry<2>&,
-                                                     const Execution&);
-template Outcome<Buffer<LagrangeNode<3>>> slid_nodes(const QuadraticMesh<3>&, const Column<LagrangeNode<3>>&,
-                                                     std::span<const Vec<3>>, const Features<3>&, const Geometry<3>&,
-                                                     const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Buffer<std::uint8_t>> edges_in_planes(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&, const Execution&); \
+    template Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, std::span<const Vec<D>>, const Features<D>&, const Geometry<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

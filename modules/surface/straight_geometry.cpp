@@ -15,7 +15,11 @@ GeometryEntity StraightGeometry<D>::surface_at(const FacetSite<D>&) const {
     return {};
 }
 
-template class StraightGeometry<2>;
-template class StraightGeometry<3>;
+#define CAMBER_INSTANTIATE(D) \
+    template class StraightGeometry<D>;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

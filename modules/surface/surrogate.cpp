@@ -403,17 +403,14 @@ Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D
     return made_beside(&prescribed, mesh, edges, features, options, execution);
 }
 
-template struct Surrogate<2>;
-template struct Surrogate<3>;
-template Outcome<Done> plant_trees(Surrogate<2>&, const Execution&);
-template Outcome<Done> plant_trees(Surrogate<3>&, const Execution&);
-template Outcome<Surrogate<2>> build_surrogate(const LinearMesh<2>&, const EdgeSet<2>&, const Features<2>&,
-                                               const SurrogateOptions&, const Execution&);
-template Outcome<Surrogate<2>> build_surrogate(const LinearMesh<2>&, const EdgeSet<2>&, const Features<2>&,
-                                               const GeometryModel<2>&, const SurrogateOptions&, const Execution&);
-template Outcome<Surrogate<3>> build_surrogate(const LinearMesh<3>&, const EdgeSet<3>&, const Features<3>&,
-                                               const SurrogateOptions&, const Execution&);
-template Outcome<Surrogate<3>> build_surrogate(const LinearMesh<3>&, const EdgeSet<3>&, const Features<3>&,
-                                               const GeometryModel<3>&, const SurrogateOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template struct Surrogate<D>; \
+    template Outcome<Done> plant_trees(Surrogate<D>&, const Execution&); \
+    template Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, const SurrogateOptions&, const Execution&); \
+    template Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, const GeometryModel<D>&, const SurrogateOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -312,9 +312,12 @@ std::shared_ptr<const GeometryModel<D>> model_of(PrescribedSurrogate<D> prescrib
     return std::make_shared<const PrescribedModel<D>>(std::move(prescribed.surrogate));
 }
 
-template std::shared_ptr<const GeometryModel<2>> model_of(Surrogate<2>);
-template std::shared_ptr<const GeometryModel<3>> model_of(Surrogate<3>);
-template std::shared_ptr<const GeometryModel<2>> model_of(PrescribedSurrogate<2>);
-template std::shared_ptr<const GeometryModel<3>> model_of(PrescribedSurrogate<3>);
+#define CAMBER_INSTANTIATE(D) \
+    template std::shared_ptr<const GeometryModel<D>> model_of(Surrogate<D>); \
+    template std::shared_ptr<const GeometryModel<D>> model_of(PrescribedSurrogate<D>);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

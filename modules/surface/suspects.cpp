@@ -122,11 +122,11 @@ Outcome<std::vector<Suspect<D>>> find_suspects(const LinearMesh<D>& mesh, const 
     return out;
 }
 
-template Outcome<std::vector<Suspect<2>>> find_suspects(const LinearMesh<2>&, const EdgeSet<2>&, const Features<2>&,
-                                                        const std::vector<Hinge<2>>&, const InspectionLimits&,
-                                                        const Execution&);
-template Outcome<std::vector<Suspect<3>>> find_suspects(const LinearMesh<3>&, const EdgeSet<3>&, const Features<3>&,
-                                                        const std::vector<Hinge<3>>&, const InspectionLimits&,
-                                                        const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<std::vector<Suspect<D>>> find_suspects(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, const std::vector<Hinge<D>>&, const InspectionLimits&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

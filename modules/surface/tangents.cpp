@@ -310,13 +310,12 @@ Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSe
     return CurveTangents<D>{std::move(curve_edges), std::move(*tangents), std::move(supports)};
 }
 
-template struct CurveTangents<2>;
-template struct CurveTangents<3>;
-template Outcome<CurveTangents<2>> curve_tangents(const LinearMesh<2>&, const EdgeSet<2>&, const Features<2>&,
-                                                  const Incidence<FacetId>&, const Junctions<2>&, double,
-                                                  const Execution&);
-template Outcome<CurveTangents<3>> curve_tangents(const LinearMesh<3>&, const EdgeSet<3>&, const Features<3>&,
-                                                  const Incidence<FacetId>&, const Junctions<3>&, double,
-                                                  const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template struct CurveTangents<D>; \
+    template Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, const Incidence<FacetId>&, const Junctions<D>&, double, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

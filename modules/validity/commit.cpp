@@ -39,9 +39,12 @@ Committed<D> commit_uncertified(const JudgedProposal<D>& judged) {
     return {apply_proposal(judged.mesh(), judged.proposal()), identities(judged.mesh())};
 }
 
-template Outcome<Committed<2>> commit<2>(const JudgedProposal<2>&);
-template Outcome<Committed<3>> commit<3>(const JudgedProposal<3>&);
-template Committed<2> commit_uncertified<2>(const JudgedProposal<2>&);
-template Committed<3> commit_uncertified<3>(const JudgedProposal<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Committed<D>> commit<D>(const JudgedProposal<D>&); \
+    template Committed<D> commit_uncertified<D>(const JudgedProposal<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -30,7 +30,11 @@ std::array<LowJacobian, pack_size> low_jacobians(const NodalPack<D>& elements, I
     return out;
 }
 
-template std::array<LowJacobian, pack_size> low_jacobians(const NodalPack<2>&, Instructions);
-template std::array<LowJacobian, pack_size> low_jacobians(const NodalPack<3>&, Instructions);
+#define CAMBER_INSTANTIATE(D) \
+    template std::array<LowJacobian, pack_size> low_jacobians(const NodalPack<D>&, Instructions);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -231,9 +231,12 @@ Outcome<JudgedProposal<D>> JudgedProposal<D>::judge_again(Proposal<D> proposal, 
     });
 }
 
-template class JudgedProposal<2>;
-template class JudgedProposal<3>;
-template Outcome<Validation<2>> validate<2>(const QuadraticMesh<2>&, double, const Execution&);
-template Outcome<Validation<3>> validate<3>(const QuadraticMesh<3>&, double, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template class JudgedProposal<D>; \
+    template Outcome<Validation<D>> validate<D>(const QuadraticMesh<D>&, double, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -71,7 +71,11 @@ Outcome<CrossingsReport> crossings_report(const QuadraticMesh<D>& mesh, const Fi
     return report;
 }
 
-template Outcome<CrossingsReport> crossings_report<2>(const QuadraticMesh<2>&, const FileNumbers&, const Execution&);
-template Outcome<CrossingsReport> crossings_report<3>(const QuadraticMesh<3>&, const FileNumbers&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<CrossingsReport> crossings_report<D>(const QuadraticMesh<D>&, const FileNumbers&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

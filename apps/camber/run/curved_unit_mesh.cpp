@@ -123,9 +123,11 @@ std::string curved_unit_mesh_json(const CurvedUnitMeshReport& r) {
     return j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-template Outcome<CurvedUnitMesh> measure_curved_unit_mesh<2>(const QuadraticMesh<2>&, const Column<LogMetric<2>>&,
-                                                             std::string, std::size_t, const Execution&);
-template Outcome<CurvedUnitMesh> measure_curved_unit_mesh<3>(const QuadraticMesh<3>&, const Column<LogMetric<3>>&,
-                                                             std::string, std::size_t, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<CurvedUnitMesh> measure_curved_unit_mesh<D>(const QuadraticMesh<D>&, const Column<LogMetric<D>>&, std::string, std::size_t, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

@@ -165,7 +165,11 @@ std::string entity_rows(const DistancesReport& report, std::size_t most) {
     return text;
 }
 
-template DistancesReport distances_report<2>(const GeometryDistances<2>&, const Geometry<2>&, const config::Geometry&);
-template DistancesReport distances_report<3>(const GeometryDistances<3>&, const Geometry<3>&, const config::Geometry&);
+#define CAMBER_INSTANTIATE(D) \
+    template DistancesReport distances_report<D>(const GeometryDistances<D>&, const Geometry<D>&, const config::Geometry&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

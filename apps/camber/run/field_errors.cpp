@@ -147,11 +147,12 @@ Outcome<FieldErrors> field_errors(const QuadraticMesh<D>& mesh, const std::strin
     return found;
 }
 
-template Outcome<ElementKinds> element_kinds<2>(const QuadraticMesh<2>&, const Column<float>&, const Execution&);
-template Outcome<ElementKinds> element_kinds<3>(const QuadraticMesh<3>&, const Column<float>&, const Execution&);
-template Outcome<FieldErrors> field_errors<2>(const QuadraticMesh<2>&, const std::string&, const ElementKinds&,
-                                              const Execution&);
-template Outcome<FieldErrors> field_errors<3>(const QuadraticMesh<3>&, const std::string&, const ElementKinds&,
-                                              const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<ElementKinds> element_kinds<D>(const QuadraticMesh<D>&, const Column<float>&, const Execution&); \
+    template Outcome<FieldErrors> field_errors<D>(const QuadraticMesh<D>&, const std::string&, const ElementKinds&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

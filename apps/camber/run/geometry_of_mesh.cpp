@@ -121,9 +121,11 @@ Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions
         other);
 }
 
-template Outcome<Geometry<2>> geometry_of_mesh<2>(const AnyMesh&, const FeatureOptions<2>&, const LinearMesh<2>&,
-                                                  const Execution&);
-template Outcome<Geometry<3>> geometry_of_mesh<3>(const AnyMesh&, const FeatureOptions<3>&, const LinearMesh<3>&,
-                                                  const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Geometry<D>> geometry_of_mesh<D>(const AnyMesh&, const FeatureOptions<D>&, const LinearMesh<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

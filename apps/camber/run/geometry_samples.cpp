@@ -66,9 +66,11 @@ Outcome<GeometrySamples<D>> samples_of_geometry(const QuadraticMesh<D>& mesh, co
     });
 }
 
-template Outcome<GeometrySamples<2>> samples_of_geometry<2>(const QuadraticMesh<2>&, const Features<2>&,
-                                                            const Geometry<2>&, const Execution&);
-template Outcome<GeometrySamples<3>> samples_of_geometry<3>(const QuadraticMesh<3>&, const Features<3>&,
-                                                            const Geometry<3>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<GeometrySamples<D>> samples_of_geometry<D>(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

@@ -86,8 +86,12 @@ VerdictsReport verdicts_report(const Validation<D>& v, bool is_asked) {
                     v.worst.valid() ? v.worst.index() + 1 : 0};
     return part;
 }
-template VerdictsReport verdicts_report<2>(const Validation<2>&, bool);
-template VerdictsReport verdicts_report<3>(const Validation<3>&, bool);
+#define CAMBER_INSTANTIATE(D) \
+    template VerdictsReport verdicts_report<D>(const Validation<D>&, bool);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 void add(Report& report, const Notices& notices) {
     report.notices.insert(report.notices.end(), notices.begin(), notices.end());

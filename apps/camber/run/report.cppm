@@ -97,7 +97,7 @@ struct OffSurfacesReport {
 /// What became of nodes of boundary edges that were to go elsewhere than to the projected middle.
 struct BoundaryNodesReport {
     std::string by;  ///< the aim's word
-    std::size_t edges = 0, placed = 0, best = 0, off = 0, far = 0, elements = 0, walked = 0, lessened = 0;
+    std::size_t edges = 0, placed = 0, best = 0, off = 0, far = 0, elements = 0, walked = 0, limited = 0;
     double mean_gain = 0, largest_gain = 0;
 };
 

@@ -116,7 +116,7 @@ Json json(const BoundaryNodesReport& n) {
             {"far", n.far},
             {"elements", n.elements},
             {"walked", n.walked},
-            {"lessened", n.lessened},
+            {"limited", n.limited},
             {"mean_gain", n.mean_gain},
             {"largest_gain", n.largest_gain}};
 }

@@ -130,9 +130,11 @@ Outcome<SurfaceMesh> surface_mesh(const QuadraticMesh<D>& mesh, const Features<D
                                    of_cells("facet", std::move(numbers)), of_cells("patch", std::move(patches))})};
 }
 
-template Outcome<SurfaceMesh> surface_mesh<2>(const QuadraticMesh<2>&, const Features<2>&, const Geometry<2>&,
-                                              const Execution&);
-template Outcome<SurfaceMesh> surface_mesh<3>(const QuadraticMesh<3>&, const Features<3>&, const Geometry<3>&,
-                                              const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<SurfaceMesh> surface_mesh<D>(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

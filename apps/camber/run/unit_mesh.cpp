@@ -139,13 +139,12 @@ std::string unit_mesh_json(const UnitMeshReport& r) {
     return j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-template Outcome<UnitMesh> measure_unit_mesh<2>(const LinearMesh<2>&, const EdgeSet<2>&, const Column<LogMetric<2>>&,
-                                                std::string, const Execution&);
-template Outcome<UnitMesh> measure_unit_mesh<3>(const LinearMesh<3>&, const EdgeSet<3>&, const Column<LogMetric<3>>&,
-                                                std::string, const Execution&);
-template Outcome<UnitMesh> measure_unit_mesh<2>(const QuadraticMesh<2>&, const Column<LogMetric<2>>&, std::string,
-                                                const Execution&);
-template Outcome<UnitMesh> measure_unit_mesh<3>(const QuadraticMesh<3>&, const Column<LogMetric<3>>&, std::string,
-                                                const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<UnitMesh> measure_unit_mesh<D>(const LinearMesh<D>&, const EdgeSet<D>&, const Column<LogMetric<D>>&, std::string, const Execution&); \
+    template Outcome<UnitMesh> measure_unit_mesh<D>(const QuadraticMesh<D>&, const Column<LogMetric<D>>&, std::string, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

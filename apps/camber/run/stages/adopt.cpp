@@ -79,7 +79,11 @@ Outcome<Done> adopt_own_nodes(Runner<D>& run) {
     return Done{};
 }
 
-template Outcome<Done> adopt_own_nodes<2>(Runner<2>&);
-template Outcome<Done> adopt_own_nodes<3>(Runner<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> adopt_own_nodes<D>(Runner<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

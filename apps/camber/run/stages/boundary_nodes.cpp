@@ -155,7 +155,7 @@ BoundaryNodesReport nodes_report(BoundaryNodeAim aim, const PlacementStatistics&
             s.far,
             s.elements,
             s.walked,
-            s.lessened,
+            s.limited,
             s.mean_gain,
             s.largest_gain};
 }

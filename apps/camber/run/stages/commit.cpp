@@ -40,7 +40,11 @@ Outcome<Done> apply(Runner<D>& run, const config::Commit& options) {
     });
 }
 
-template Outcome<Done> apply<2>(Runner<2>&, const config::Commit&);
-template Outcome<Done> apply<3>(Runner<3>&, const config::Commit&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Commit&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

@@ -20,7 +20,11 @@ Outcome<Done> apply(Runner<D>& run, const config::Elevate& options) {
     return Done{};
 }
 
-template Outcome<Done> apply<2>(Runner<2>&, const config::Elevate&);
-template Outcome<Done> apply<3>(Runner<3>&, const config::Elevate&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Elevate&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

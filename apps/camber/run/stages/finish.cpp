@@ -67,7 +67,11 @@ Outcome<Done> finish(Runner<D>& run) {
     return Done{};
 }
 
-template Outcome<Done> finish<2>(Runner<2>&);
-template Outcome<Done> finish<3>(Runner<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> finish<D>(Runner<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

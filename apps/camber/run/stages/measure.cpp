@@ -188,7 +188,11 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
     return std::move(made->lengths);
 }
 
-template Outcome<std::optional<EdgeLengths>> measure<2>(Runner<2>&);
-template Outcome<std::optional<EdgeLengths>> measure<3>(Runner<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<std::optional<EdgeLengths>> measure<D>(Runner<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

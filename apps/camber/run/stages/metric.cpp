@@ -268,13 +268,13 @@ Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, C
     return input;
 }
 
-template Outcome<OwnField<2>> make_own_field<2>(Runner<2>&, const LinearMesh<2>&, const EdgeSet<2>&,
-                                                const Boundary<2>&);
-template Outcome<OwnField<3>> make_own_field<3>(Runner<3>&, const LinearMesh<3>&, const EdgeSet<3>&,
-                                                const Boundary<3>&);
-template Outcome<OwnField<2>> make_own_field<2>(Runner<2>&, const QuadraticMesh<2>&, const Boundary<2>&);
-template Outcome<OwnField<3>> make_own_field<3>(Runner<3>&, const QuadraticMesh<3>&, const Boundary<3>&);
-template Outcome<CurveInput<2>> make_field<2>(Runner<2>&, const Boundary<2>&, CurveInput<2>, CurvingAim);
-template Outcome<CurveInput<3>> make_field<3>(Runner<3>&, const Boundary<3>&, CurveInput<3>, CurvingAim);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<OwnField<D>> make_own_field<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&, const Boundary<D>&); \
+    template Outcome<OwnField<D>> make_own_field<D>(Runner<D>&, const QuadraticMesh<D>&, const Boundary<D>&); \
+    template Outcome<CurveInput<D>> make_field<D>(Runner<D>&, const Boundary<D>&, CurveInput<D>, CurvingAim);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

@@ -126,7 +126,11 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& given) {
     });
 }
 
-template Outcome<Done> apply<2>(Runner<2>&, const config::Reinsert&);
-template Outcome<Done> apply<3>(Runner<3>&, const config::Reinsert&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Reinsert&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

@@ -168,7 +168,11 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
     });
 }
 
-template Outcome<Done> apply<2>(Runner<2>&, const config::Relax&);
-template Outcome<Done> apply<3>(Runner<3>&, const config::Relax&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Relax&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

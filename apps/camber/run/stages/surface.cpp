@@ -108,9 +108,11 @@ Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh
     return std::move(made->boundary);
 }
 
-template Outcome<Boundary<2>> describe_boundary<2>(Runner<2>&, const LinearMesh<2>&, const EdgeSet<2>&,
-                                                   std::span<const LagrangeNode<2>>);
-template Outcome<Boundary<3>> describe_boundary<3>(Runner<3>&, const LinearMesh<3>&, const EdgeSet<3>&,
-                                                   std::span<const LagrangeNode<3>>);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Boundary<D>> describe_boundary<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&, std::span<const LagrangeNode<D>>);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

@@ -75,7 +75,11 @@ Outcome<Done> move_vertices(Runner<D>& run) {
     return Done{};
 }
 
-template Outcome<Done> move_vertices<2>(Runner<2>&);
-template Outcome<Done> move_vertices<3>(Runner<3>&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Done> move_vertices<D>(Runner<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run
