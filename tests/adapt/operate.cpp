@@ -1,6 +1,7 @@
 // One request: granted, or rejected with the reason, and the mesh as it was.
 #include <array>
 #include <cstddef>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -154,6 +155,22 @@ TEST_CASE_FIXTURE(Fixture, "a cavity is corrected: elements that would be invert
         corrected = true;
     }
     CHECK(corrected);
+}
+
+TEST_CASE_FIXTURE(Fixture, "commit takes what was judged, for the state that it was planned for, with what is known of the point") {
+    static_assert(!std::is_constructible_v<JudgedPatch<3>, Patch<3>>);
+    static_assert(!std::is_assignable_v<JudgedPatch<3>, Patch<3>>);
+    static_assert(!std::is_constructible_v<JudgedNode<3>, EdgeId, LagrangeNode<3>>);
+    CavityRequest<3> request;
+    request.cavity.elements = {ElementId(3)};
+    for (const Vec<3>& p : corners(mesh, 3)) request.place += p / 4;
+    request.metric = VertexMetric<3>(log_metric_of_sizes<3>({{0.5, 0.25, 0.125}}), ElementId(3));
+    REQUIRE(planned(request).rejected == RejectionReason::none);
+    auto [state, changes] = must(commit<3>(r, {patch}));
+    CHECK(state.vertices.metrics.size() == state.mesh.points.size());
+    CHECK(state.vertices.metrics[changes.points.front()] == request.metric);
+    CHECK(state.mesh.element_count() == mesh.elements.size() + 3);
+    CHECK(!commit<3>(state, {patch}).has_value());
 }
 
 TEST_CASE("a vertex inside that moves leaves all ids as they are") {
