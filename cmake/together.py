@@ -28,7 +28,7 @@ PARTITION = re.compile(r"^(export )?import (:\w+);")
 INCLUDE = re.compile(r'^#include ([<"])([^>"]+)[>"]')
 LOCAL_TYPE = re.compile(r"^(?:template <[^>]*>\s*)?(?:(?:struct|class|enum class|enum|union|concept)\s+(\w+)\b(?!\s*;)|using (\w+) =)")
 LOCAL_VALUE = re.compile(r"^(?:static |inline |constexpr |const )+[\w:<>, ]+?\s(\w+)(?:\[\w*\])?(?:\s*=|\{|;)")
-INSTANTIATED = re.compile(r"^\s*template (?:class (\w+)<|[^<(].*?\s(\w+)<\w+>::)")  # a class, or a member of it: not both in one text
+INSTANTIATED = re.compile(r"^(?:#define CAMBER_INSTANTIATE\(D\))?\s*template (?:class (\w+)<|[^<(].*?\s(\w+)<\w+>::)")  # a class, or a member of it: not both in one text
 DECLARED = re.compile(r"[\w>&*\]] [&*]?(\w+)\s*(?=[=;,){\[:])")  # a variable or a parameter, perhaps
 USED = re.compile(r"(?<![\w.>:])(\w+)\s*(?=[(<{])")  # a function or a type, perhaps; `a.b(`, `a->b(` and `a::b(` are looked up elsewhere
 LOCAL_FUNCTION = re.compile(r"^[\w\[\]:<>,*& ]+?[\s*&](\w+)\(")

@@ -95,8 +95,9 @@ Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
     return Adapted<D>{std::move(state), *statistics};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Adapted<D>> collapse<D>(Adaptation<D>, const AdaptationGoal<D>&, const CollapseOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                 \
+    template Outcome<Adapted<D>> collapse<D>(Adaptation<D>, const AdaptationGoal<D>&, const CollapseOptions&, \
+                                             const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

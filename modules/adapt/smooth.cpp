@@ -217,8 +217,9 @@ Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal, c
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Adapted<D>> smooth<D>(Adaptation<D>, const AdaptationGoal<D>&, const SmoothOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                             \
+    template Outcome<Adapted<D>> smooth<D>(Adaptation<D>, const AdaptationGoal<D>&, const SmoothOptions&, \
+                                           const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -105,8 +105,9 @@ Outcome<Adapted<D>> split(Adaptation<D> state, const AdaptationGoal<D>& goal, co
     return Adapted<D>{std::move(state), *statistics};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Adapted<D>> split<D>(Adaptation<D>, const AdaptationGoal<D>&, const SplitOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                           \
+    template Outcome<Adapted<D>> split<D>(Adaptation<D>, const AdaptationGoal<D>&, const SplitOptions&, \
+                                          const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -94,8 +94,9 @@ Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const Adaptatio
     return guarded([&] { return driven(std::move(state), goal, options, around); });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<BroughtToMetric<D>> bring_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&, const ToMetricOptions&, const AroundPass&);
+#define CAMBER_INSTANTIATE(D)                                                                        \
+    template Outcome<BroughtToMetric<D>> bring_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&, \
+                                                            const ToMetricOptions&, const AroundPass&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -19,8 +19,7 @@ Outcome<QuadraticMesh<D>> elevate(LinearMesh<D> mesh, const Execution& execution
     return QuadraticMesh<D>{std::move(mesh), std::move(*edges), std::move(*mid_nodes)};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<QuadraticMesh<D>> elevate<D>(LinearMesh<D>, const Execution&);
+#define CAMBER_INSTANTIATE(D) template Outcome<QuadraticMesh<D>> elevate<D>(LinearMesh<D>, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -163,8 +163,7 @@ Outcome<CompactMesh<D>> compacted(const DynamicMesh<D>& mesh, const Execution& e
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<CompactMesh<D>> compacted<D>(const DynamicMesh<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) template Outcome<CompactMesh<D>> compacted<D>(const DynamicMesh<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

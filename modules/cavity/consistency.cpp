@@ -199,8 +199,7 @@ Outcome<Done> check_consistency(const DynamicMesh<D>& mesh, const Execution& exe
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> check_consistency<D>(const DynamicMesh<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> check_consistency<D>(const DynamicMesh<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -340,9 +340,10 @@ Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksO
     return made;
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
     template Outcome<DynamicMesh<D>> make_dynamic<D>(const QuadraticMesh<D>&, const BreaksOfMesh&, const Execution&); \
-    template Outcome<DynamicMesh<D>> make_dynamic<D>(const LinearMesh<D>&, const EdgeSet<D>&, const BreaksOfMesh&, const Execution&);
+    template Outcome<DynamicMesh<D>> make_dynamic<D>(const LinearMesh<D>&, const EdgeSet<D>&, const BreaksOfMesh&,    \
+                                                     const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -218,7 +218,7 @@ StarFailure star(const DynamicMesh<D>& mesh, const Cavity<D>& cavity, VertexId p
     return Starring<D>(mesh, cavity, point, workspace, out).run();
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                                                                     \
     template StarFailure star<D>(const DynamicMesh<D>&, const Cavity<D>&, VertexId, StarWorkspace<D>&, Star<D>&); \
     template class Starring<D>;
 

@@ -115,8 +115,7 @@ StarFailure Starring<D>::line_at_point() {
     return passing_ == 2 && !mixed_ ? StarFailure::none : StarFailure::line;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template class Starring<D>;
+#define CAMBER_INSTANTIATE(D) template class Starring<D>;
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

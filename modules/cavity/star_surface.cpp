@@ -207,8 +207,7 @@ bool Starring<D>::share_a_vertex(const JoinedFacet& a, const JoinedFacet& b) con
     return false;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template class Starring<D>;
+#define CAMBER_INSTANTIATE(D) template class Starring<D>;
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

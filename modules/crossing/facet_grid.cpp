@@ -119,8 +119,7 @@ void FacetGrid<D>::meeting(const Box<D>& box, std::vector<FacetId>& found) const
     std::sort(found.begin(), found.end());
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template class FacetGrid<D>;
+#define CAMBER_INSTANTIATE(D) template class FacetGrid<D>;
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -77,7 +77,7 @@ Crossing crossing_of_itself(const NodalFacet<D>& facet, int effort) {
     return judge_itself(facet, effort).verdict;
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                                          \
     template Judgement judge_pair<D>(const NodalFacet<D>&, const NodalFacet<D>&, int); \
     template Crossing crossing_of<D>(const NodalFacet<D>&, const NodalFacet<D>&, int); \
     template Crossing crossing_of_itself<D>(const NodalFacet<D>&, int);

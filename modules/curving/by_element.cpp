@@ -120,7 +120,7 @@ Outcome<Buffer<double>> shares_of(const Elements<D, K>& elements, std::span<cons
 
 template <int D, int K>
 Outcome<std::size_t> limit(const Elements<D, K>& elements, const Incidence<ElementId>& shells, double least,
-                            std::span<Vec<D>> offsets, const Execution& execution) {
+                           std::span<Vec<D>> offsets, const Execution& execution) {
     std::vector<EdgeId> limited;
     std::vector<ElementId> looked_at(elements.simplices().size());
     for (std::size_t e = 0; e < looked_at.size(); ++e) looked_at[e] = ElementId(e);
@@ -163,8 +163,10 @@ Outcome<std::size_t> limit_by_jacobian(const QuadraticMesh<D>& mesh, std::span<c
     return limit(Elements<D, D>(mesh, base, offsets), shells, least, offsets, execution);
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<std::size_t> limit_by_jacobian<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Incidence<ElementId>&, double, std::span<Vec<D>>, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                     \
+    template Outcome<std::size_t> limit_by_jacobian<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, \
+                                                       const Incidence<ElementId>&, double, std::span<Vec<D>>,    \
+                                                       const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -63,7 +63,7 @@ template <int D>
 struct PlacedNode {
     LagrangeNode<D> node;
     NodeFate fate = NodeFate::held;
-    bool has_walked = false;   ///< to a facet of the surrogate that is not at the edge
+    bool has_walked = false;  ///< to a facet of the surrogate that is not at the edge
     bool is_limited = false;  ///< it went a part of its way only
     double before = 0, after = 0;
 };
@@ -72,7 +72,7 @@ struct PlacementStatistics {
     std::size_t edges = 0;  ///< that were asked
     std::size_t placed = 0, best = 0;
     std::size_t off = 0, far = 0, elements = 0;
-    std::size_t walked = 0, limited = 0;    ///< of those that were placed
+    std::size_t walked = 0, limited = 0;     ///< of those that were placed
     double mean_gain = 0, largest_gain = 0;  ///< of the sums over all that were asked; of one
 };
 template <int D>

@@ -135,8 +135,9 @@ Outcome<Column<LogMetric<D>>> log_metrics_of(const MetricExpression& expression,
     return std::visit([&](const auto& e) { return made<D>(e, points, execution); }, expression);
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Column<LogMetric<D>>> log_metrics_of<D>(const MetricExpression&, std::span<const Vec<D>>, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template Outcome<Column<LogMetric<D>>> log_metrics_of<D>(const MetricExpression&, std::span<const Vec<D>>, \
+                                                             const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -106,8 +106,7 @@ std::function<void(std::span<const Vec<D>>, std::span<double>)> ScalarExpression
     return [own](std::span<const Vec<D>> points, std::span<double> values) { evaluate<D>(*own, points, values); };
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template class ScalarExpression<D>;
+#define CAMBER_INSTANTIATE(D) template class ScalarExpression<D>;
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -128,8 +128,7 @@ void CollapsedRule<D>::to_reference(std::array<std::vector<double>, D>& slopes) 
     }
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template struct CollapsedRule<D>;
+#define CAMBER_INSTANTIATE(D) template struct CollapsedRule<D>;
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

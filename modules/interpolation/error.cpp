@@ -89,8 +89,9 @@ Outcome<InterpolationError> interpolation_error(const QuadraticMesh<D>& mesh, co
     return guarded([&] { return errors_of(mesh, field, options, execution); });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<InterpolationError> interpolation_error<D>(const QuadraticMesh<D>&, const ScalarField<D>&, const InterpolationOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template Outcome<InterpolationError> interpolation_error<D>(const QuadraticMesh<D>&, const ScalarField<D>&, \
+                                                                const InterpolationOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -50,8 +50,9 @@ Integrated integrate_parts(const Piece<D>& whole, const Integrals& of_whole, con
     return finer;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Integrated integrate_parts<D>(const Piece<D>&, const Integrals&, const Squares&, int, const CollapsedRule<D>&, Integrator<D>&);
+#define CAMBER_INSTANTIATE(D)                                                                      \
+    template Integrated integrate_parts<D>(const Piece<D>&, const Integrals&, const Squares&, int, \
+                                           const CollapsedRule<D>&, Integrator<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

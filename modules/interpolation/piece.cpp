@@ -160,8 +160,7 @@ Integrals Integrator<D>::integrate(const Piece<D>& piece, const CollapsedRule<D>
     return sum;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template class Integrator<D>;
+#define CAMBER_INSTANTIATE(D) template class Integrator<D>;
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -159,7 +159,7 @@ Error Quadrature<D>::not_finite(std::uint32_t e) const {
     return find_not_finite(mesh_, e, sides_, rules_, integrator);
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                \
     template Rules<D> quadrature_rules<D>(); \
     template class Quadrature<D>;
 

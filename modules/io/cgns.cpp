@@ -50,8 +50,7 @@ std::vector<Notice> not_in_cgns(const LinearMesh<D>& mesh) {
     return losses;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template std::vector<Notice> not_in_cgns<D>(const LinearMesh<D>&);
+#define CAMBER_INSTANTIATE(D) template std::vector<Notice> not_in_cgns<D>(const LinearMesh<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -206,8 +206,7 @@ Outcome<Done> read_conditions(Reader<D>& of) {
     return ConditionReader<D>{of}.read();
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> read_conditions<D>(Reader<D>&);
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> read_conditions<D>(Reader<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -99,8 +99,7 @@ Outcome<Done> read_fields(Reader<D>& of) {
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> read_fields<D>(Reader<D>&);
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> read_fields<D>(Reader<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

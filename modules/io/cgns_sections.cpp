@@ -177,8 +177,7 @@ Outcome<Done> read_sections(Reader<D>& of) {
     return sections.refuse_foreign();
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> read_sections<D>(Reader<D>&);
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> read_sections<D>(Reader<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -98,8 +98,8 @@ std::vector<Notice> not_in_gmf(const LinearMesh<D>& mesh) {
     return losses;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template std::vector<Notice> not_in_gmf<D>(const LinearMesh<D>&); \
+#define CAMBER_INSTANTIATE(D)                                                                        \
+    template std::vector<Notice> not_in_gmf<D>(const LinearMesh<D>&);                                \
     template Outcome<Chunks> encode_gmf_mesh<D>(const LinearMesh<D>&, GmfOptions, const Execution&); \
     template Outcome<Chunks> encode_gmf_mesh<D>(const QuadraticMesh<D>&, GmfOptions, const Execution&);
 

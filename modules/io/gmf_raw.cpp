@@ -176,8 +176,7 @@ Outcome<listing::Mesh<D>> read_raw(const File& file, const Execution& execution)
     return raw;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<listing::Mesh<D>> read_raw<D>(const File&, const Execution&);
+#define CAMBER_INSTANTIATE(D) template Outcome<listing::Mesh<D>> read_raw<D>(const File&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

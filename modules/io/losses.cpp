@@ -53,8 +53,7 @@ std::vector<Notice> not_held(const LinearMesh<D>& mesh, Holds holds, std::string
     return notices;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template std::vector<Notice> not_held<D>(const LinearMesh<D>&, Holds, std::string_view);
+#define CAMBER_INSTANTIATE(D) template std::vector<Notice> not_held<D>(const LinearMesh<D>&, Holds, std::string_view);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

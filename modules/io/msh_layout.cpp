@@ -154,7 +154,7 @@ Outcome<Layout> layout_of(const Grid<Mesh>& grid, const Numbers& numbers, const 
     return Maker<Mesh>(grid, numbers, execution).make();
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                                                         \
     template Outcome<Layout> layout_of(const Grid<LinearMesh<D>>&, const Numbers&, const Execution&); \
     template Outcome<Layout> layout_of(const Grid<QuadraticMesh<D>>&, const Numbers&, const Execution&);
 

@@ -106,8 +106,7 @@ std::vector<Notice> not_in_msh(const LinearMesh<D>& mesh, MshVersion version) {
     return notices;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template std::vector<Notice> not_in_msh<D>(const LinearMesh<D>&, MshVersion);
+#define CAMBER_INSTANTIATE(D) template std::vector<Notice> not_in_msh<D>(const LinearMesh<D>&, MshVersion);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

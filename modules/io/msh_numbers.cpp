@@ -163,7 +163,7 @@ Numbers numbers_of(const LinearMesh<D>& mesh) {
     return numbers;
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                  \
     template Buffer<Place> places_of<D>(const LinearMesh<D>&); \
     template Numbers numbers_of<D>(const LinearMesh<D>&);
 

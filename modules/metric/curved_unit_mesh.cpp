@@ -46,8 +46,9 @@ Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh, std::span<c
     return CurvedMeasures{std::move(*lengths), std::move(*means), std::move(*least)};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<CurvedMeasures> measure_curved<D>(const QuadraticMesh<D>&, std::span<const LogMetric<D>>, int, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<CurvedMeasures> measure_curved<D>(const QuadraticMesh<D>&, std::span<const LogMetric<D>>, int, \
+                                                       const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -230,8 +230,9 @@ void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template void accurate_offsets<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>, const EdgeAccuracyOptions&, std::span<Vec<D>>, Instructions);
+#define CAMBER_INSTANTIATE(D)                                                                \
+    template void accurate_offsets<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>, \
+                                      const EdgeAccuracyOptions&, std::span<Vec<D>>, Instructions);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -84,9 +84,10 @@ EdgeObjective<D> edge_objective(const BackMesh<D>& back, const Quadrature& rule,
     return objective;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template struct EdgeObjective<D>; \
-    template EdgeObjective<D> edge_objective<D>(const BackMesh<D>&, const Quadrature&, EdgeObjectiveKind, EdgeFieldKind, const Vec<D>&, const Vec<D>&, ElementId);
+#define CAMBER_INSTANTIATE(D)                                                                             \
+    template struct EdgeObjective<D>;                                                                     \
+    template EdgeObjective<D> edge_objective<D>(const BackMesh<D>&, const Quadrature&, EdgeObjectiveKind, \
+                                                EdgeFieldKind, const Vec<D>&, const Vec<D>&, ElementId);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

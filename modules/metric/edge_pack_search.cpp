@@ -400,9 +400,12 @@ EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<
     return work;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template EdgeSearchWork minimise_edges<D>(const BackMesh<D>&, std::span<const FreeEdge<D>>, const EdgeRules&, const EdgeMinimiserOptions&, std::span<EdgeMinimum<D>>, Instructions); \
-    template EdgeSearchWork minimise_back_edges<D>(const BackMesh<D>&, std::span<const BackEdge>, std::span<const LagrangeNode<D>>, const EdgeRules&, const EdgeMinimiserOptions&, std::span<EdgeMinimum<D>>, Instructions);
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template EdgeSearchWork minimise_edges<D>(const BackMesh<D>&, std::span<const FreeEdge<D>>, const EdgeRules&,    \
+                                              const EdgeMinimiserOptions&, std::span<EdgeMinimum<D>>, Instructions); \
+    template EdgeSearchWork minimise_back_edges<D>(                                                                  \
+        const BackMesh<D>&, std::span<const BackEdge>, std::span<const LagrangeNode<D>>, const EdgeRules&,           \
+        const EdgeMinimiserOptions&, std::span<EdgeMinimum<D>>, Instructions);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -201,8 +201,7 @@ Location<D> StraightBack<D>::locate(const Vec<D>& p, ElementId hint) const {
     return lost;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Location<D> StraightBack<D>::locate(const Vec<D>&, ElementId) const;
+#define CAMBER_INSTANTIATE(D) template Location<D> StraightBack<D>::locate(const Vec<D>&, ElementId) const;
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -221,9 +221,11 @@ Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh, con
     return std::move((*mean)[0]);
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Buffer<LogMetric<D>>> natural_log_metrics<D>(const LinearMesh<D>&, const Incidence<ElementId>&, const Execution&); \
-    template Outcome<NaturalLogMetrics<D>> curved_natural_log_metrics<D>(const QuadraticMesh<D>&, const Incidence<ElementId>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<Buffer<LogMetric<D>>> natural_log_metrics<D>(const LinearMesh<D>&, const Incidence<ElementId>&, \
+                                                                  const Execution&);                                 \
+    template Outcome<NaturalLogMetrics<D>> curved_natural_log_metrics<D>(                                            \
+        const QuadraticMesh<D>&, const Incidence<ElementId>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

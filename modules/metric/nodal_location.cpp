@@ -128,7 +128,7 @@ std::optional<double> root_radius(const QuadraticMesh<D>& mesh, const Location<D
     return root.radius;
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                                  \
     template Location<D> NodalBack<D>::locate(const Vec<D>&, ElementId) const; \
     template std::optional<double> root_radius<D>(const QuadraticMesh<D>&, const Location<D>&, const Vec<D>&);
 

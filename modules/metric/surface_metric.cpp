@@ -46,8 +46,9 @@ Outcome<Column<LogMetric<D>>> surface_log_metrics(const VertexNormals<D>& normal
     return Column<LogMetric<D>>(std::move(*logs));
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Column<LogMetric<D>>> surface_log_metrics<D>(const VertexNormals<D>&, const SurfaceMetricOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                              \
+    template Outcome<Column<LogMetric<D>>> surface_log_metrics<D>(const VertexNormals<D>&, \
+                                                                  const SurfaceMetricOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

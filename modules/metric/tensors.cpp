@@ -124,8 +124,9 @@ Outcome<TensorLogs<D>> log_metrics_of_tensors(std::span<const double> rows, Tens
     return out;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<TensorLogs<D>> log_metrics_of_tensors<D>(std::span<const double>, TensorPrecision, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                           \
+    template Outcome<TensorLogs<D>> log_metrics_of_tensors<D>(std::span<const double>, TensorPrecision, \
+                                                              const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

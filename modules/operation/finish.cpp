@@ -45,8 +45,7 @@ Outcome<FinishedMesh<D>> finished(const Adaptation<D>& r, const Execution& execu
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<FinishedMesh<D>> finished<D>(const Adaptation<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) template Outcome<FinishedMesh<D>> finished<D>(const Adaptation<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -109,8 +109,9 @@ FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoa
     return out;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template FacetDistance distance_from_geometry<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const Patch<D>&, double);
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template FacetDistance distance_from_geometry<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const Patch<D>&, \
+                                                     double);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

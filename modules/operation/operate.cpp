@@ -229,8 +229,9 @@ OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal, c
     return Operating<D, StraightNodes<D>>(r, goal, request, limits, workspace, out).run();
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template OperationResult operate<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const CavityRequest<D>&, const PatchLimits&, OperationWorkspace<D>&, JudgedPatch<D>&);
+#define CAMBER_INSTANTIATE(D)                                                                                    \
+    template OperationResult operate<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const CavityRequest<D>&, \
+                                        const PatchLimits&, OperationWorkspace<D>&, JudgedPatch<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

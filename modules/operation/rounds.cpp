@@ -208,8 +208,9 @@ Outcome<PassStatistics> run_pass(Adaptation<D>& r, const AdaptationGoal<D>& goal
     return guarded([&] { return Rounds<D>(r, goal, pass, std::move(tasks), execution).run(); });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<PassStatistics> run_pass<D>(Adaptation<D>&, const AdaptationGoal<D>&, Pass<D>&, std::vector<Task>, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                        \
+    template Outcome<PassStatistics> run_pass<D>(Adaptation<D>&, const AdaptationGoal<D>&, Pass<D>&, \
+                                                 std::vector<Task>, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

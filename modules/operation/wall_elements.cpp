@@ -142,7 +142,7 @@ bool adds_wall_elements(const Adaptation<D>& r, const AdaptationGoal<D>& goal, c
     return std::ranges::any_of(at_point, [&](const FacetAtPoint<D>& f) { return !is_plane(goal, r.mesh, f.like); });
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                           \
     template bool is_wall_element<D>(const DynamicMesh<D>&, ElementId); \
     template bool adds_wall_elements<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const Patch<D>&);
 

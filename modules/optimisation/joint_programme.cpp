@@ -189,8 +189,7 @@ JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> s
     return {descent.offsets(), shortfall, work};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template JointSolution<D> solve<D>(const JointProgramme<D>&, std::vector<Vec<D>>);
+#define CAMBER_INSTANTIATE(D) template JointSolution<D> solve<D>(const JointProgramme<D>&, std::vector<Vec<D>>);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -35,8 +35,7 @@ LowestPoint<D> lowest_point(const BoundedJacobian<D>& jacobian) {
     return lowest;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template LowestPoint<D> lowest_point<D>(const BoundedJacobian<D>&);
+#define CAMBER_INSTANTIATE(D) template LowestPoint<D> lowest_point<D>(const BoundedJacobian<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -32,7 +32,8 @@ constexpr double min_joint_return = 1e-5;
 constexpr std::array kept_shares{0.2, 0.02, 0.0};
 
 bool may_move(EdgeKind kind, CavityExtent extent) {
-    const bool also_surface = extent.moves == CavityExtent::Moves::surface_nodes || extent.moves == CavityExtent::Moves::slides;
+    const bool also_surface =
+        extent.moves == CavityExtent::Moves::surface_nodes || extent.moves == CavityExtent::Moves::slides;
     return kind == EdgeKind::volume || (kind != EdgeKind::fixed && also_surface);
 }
 
@@ -286,7 +287,7 @@ Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>&
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                   \
-    template RepairCavity<D> repair_cavity<D>(const RepairState<D>&, ElementId, CavityExtent);                         \
+    template RepairCavity<D> repair_cavity<D>(const RepairState<D>&, ElementId, CavityExtent);                  \
     template Planned<D> plan_cavity_repair<D>(const RepairState<D>&, const RepairCavity<D>&, ElementId, double, \
                                               double);                                                          \
     template Planned<D> plan_joint_return<D>(const RepairState<D>&, const RepairCavity<D>&, double);

@@ -216,7 +216,7 @@ bool put_back(Trial<D>& trial, EdgeId edge) {
     return changes.broken.empty();
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                                \
     template bool repair_element<D>(Trial<D>&, ElementId, EdgeGroup, Steps); \
     template bool put_back<D>(Trial<D>&, EdgeId);
 

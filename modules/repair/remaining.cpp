@@ -207,8 +207,8 @@ BoundaryShift boundary_shift(const QuadraticMesh<D>& mesh, const Proposal<D>& pr
     return shifts;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template std::vector<RemainingElement> remaining<D>(const Repaired<D>&); \
+#define CAMBER_INSTANTIATE(D)                                                              \
+    template std::vector<RemainingElement> remaining<D>(const Repaired<D>&);               \
     template std::vector<RemainingElement> remaining_but_for_shape<D>(const Repaired<D>&); \
     template BoundaryShift boundary_shift<D>(const QuadraticMesh<D>&, const Proposal<D>&);
 

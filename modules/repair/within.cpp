@@ -143,8 +143,9 @@ Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const Repair
     return min_invalid(wanted, to(wanted, options), options, execution, to);
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Repaired<D>> repair_within<D>(const JudgedProposal<D>&, const RepairGuide<D>&, const RepairOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                       \
+    template Outcome<Repaired<D>> repair_within<D>(const JudgedProposal<D>&, const RepairGuide<D>&, \
+                                                   const RepairOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -69,8 +69,9 @@ Outcome<Done> move_points(Buffer<Vec<D>>& points, std::span<const Vec<D>> moved,
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> move_points<D>(Buffer<Vec<D>>&, std::span<const Vec<D>>, std::span<const SimplexVertices<D>>, double, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                       \
+    template Outcome<Done> move_points<D>(Buffer<Vec<D>>&, std::span<const Vec<D>>, \
+                                          std::span<const SimplexVertices<D>>, double, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

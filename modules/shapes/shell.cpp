@@ -153,8 +153,7 @@ Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution&
     return guarded([&] { return generate_shell(options, execution); });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<LinearMesh<D>> generate<D>(const ShellOptions<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) template Outcome<LinearMesh<D>> generate<D>(const ShellOptions<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

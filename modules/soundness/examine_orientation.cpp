@@ -104,8 +104,9 @@ Outcome<Done> examine_orientation(const LinearMesh<D>& mesh, const Buffer<double
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> examine_orientation<D>(const LinearMesh<D>&, const Buffer<double>&, Examination<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template Outcome<Done> examine_orientation<D>(const LinearMesh<D>&, const Buffer<double>&, Examination<D>&, \
+                                                  const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

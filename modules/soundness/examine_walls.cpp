@@ -140,8 +140,9 @@ Outcome<Done> examine_walls(const LinearMesh<D>& mesh, const ExamineOptions& opt
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> examine_walls<D>(const LinearMesh<D>&, const ExamineOptions&, Examination<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                             \
+    template Outcome<Done> examine_walls<D>(const LinearMesh<D>&, const ExamineOptions&, Examination<D>&, \
+                                            const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -60,7 +60,7 @@ std::optional<Vec<3>> closest_on_intersection(const AnalyticSurface<3>& a, const
     return held_by(b, held_by(a, *met));
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                                             \
     template const AnalyticSurface<D>* surface_of(const AnalyticGeometry<D>&, Reference); \
     template SurfaceFoot<D> closest_point<D>(const AnalyticSurface<D>&, const Vec<D>&);
 

@@ -87,8 +87,7 @@ std::shared_ptr<const GeometryModel<D>> model_of(AnalyticGeometry<D> analytic) {
     return std::make_shared<const AnalyticModel<D>>(std::move(analytic));
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template std::shared_ptr<const GeometryModel<D>> model_of(AnalyticGeometry<D>);
+#define CAMBER_INSTANTIATE(D) template std::shared_ptr<const GeometryModel<D>> model_of(AnalyticGeometry<D>);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

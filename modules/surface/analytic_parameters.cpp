@@ -121,8 +121,8 @@ EntityPoint<D> point_of_parameters(const AnalyticSurface<D>& surface, const Geom
     return std::visit([&](const auto& s) { return at(s, parameters.u[0], parameters.u[1]); }, surface);
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template std::array<double, 2> periods_of<D>(const AnalyticSurface<D>&); \
+#define CAMBER_INSTANTIATE(D)                                                               \
+    template std::array<double, 2> periods_of<D>(const AnalyticSurface<D>&);                \
     template GeometryParameters parameters_of<D>(const AnalyticSurface<D>&, const Vec<D>&); \
     template EntityPoint<D> point_of_parameters<D>(const AnalyticSurface<D>&, const GeometryParameters&);
 

@@ -82,8 +82,9 @@ Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh, std::s
     return BoundaryDistance{total->largest, total->area > 0 ? total->weighted / total->area : 0, total->worst};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Features<D>&, const Geometry<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, \
+                                                         const Features<D>&, const Geometry<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

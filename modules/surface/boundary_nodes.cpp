@@ -27,8 +27,9 @@ Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, co
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                             \
+    template Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>&, const Features<D>&, \
+                                                             const Geometry<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -378,8 +378,9 @@ Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     return features;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Features<D>> find_features(const LinearMesh<D>&, const EdgeSet<D>&, const FeatureOptions<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                      \
+    template Outcome<Features<D>> find_features(const LinearMesh<D>&, const EdgeSet<D>&, const FeatureOptions<D>&, \
+                                                const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

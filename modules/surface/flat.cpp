@@ -77,7 +77,7 @@ Outcome<Buffer<FlatPatch<D>>> flat_patches(const LinearMesh<D>& mesh, const Feat
     return map_each(execution, points.size(), [&](std::size_t p) { return plane_of<D>(points[p]); }, 1);
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                \
     template FlatPatch<D> plane_of(std::span<const Vec<D>>); \
     template Outcome<Buffer<FlatPatch<D>>> flat_patches(const LinearMesh<D>&, const Features<D>&, const Execution&);
 

@@ -146,8 +146,7 @@ bool GeometryModel<D>::prescribes_any() const {
     return false;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template class GeometryModel<D>;
+#define CAMBER_INSTANTIATE(D) template class GeometryModel<D>;
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

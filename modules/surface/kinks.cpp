@@ -96,8 +96,9 @@ Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>& mesh, const EdgeSet<D>
     return of_patches;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, const NormalOfFacet<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \
+                                                  const NormalOfFacet<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -54,9 +54,12 @@ Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh, const 
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Buffer<std::uint8_t>> edges_in_planes(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&, const Execution&); \
-    template Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, std::span<const Vec<D>>, const Features<D>&, const Geometry<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                     \
+    template Outcome<Buffer<std::uint8_t>> edges_in_planes(const QuadraticMesh<D>&, const Features<D>&,           \
+                                                           const Geometry<D>&, const Execution&);                 \
+    template Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, \
+                                                         std::span<const Vec<D>>, const Features<D>&,             \
+                                                         const Geometry<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -15,8 +15,7 @@ GeometryEntity StraightGeometry<D>::surface_at(const FacetSite<D>&) const {
     return {};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template class StraightGeometry<D>;
+#define CAMBER_INSTANTIATE(D) template class StraightGeometry<D>;
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

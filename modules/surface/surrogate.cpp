@@ -403,11 +403,14 @@ Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D
     return made_beside(&prescribed, mesh, edges, features, options, execution);
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template struct Surrogate<D>; \
-    template Outcome<Done> plant_trees(Surrogate<D>&, const Execution&); \
-    template Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, const SurrogateOptions&, const Execution&); \
-    template Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, const GeometryModel<D>&, const SurrogateOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template struct Surrogate<D>;                                                                               \
+    template Outcome<Done> plant_trees(Surrogate<D>&, const Execution&);                                        \
+    template Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \
+                                                   const SurrogateOptions&, const Execution&);                  \
+    template Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \
+                                                   const GeometryModel<D>&, const SurrogateOptions&,            \
+                                                   const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -312,7 +312,7 @@ std::shared_ptr<const GeometryModel<D>> model_of(PrescribedSurrogate<D> prescrib
     return std::make_shared<const PrescribedModel<D>>(std::move(prescribed.surrogate));
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                                \
     template std::shared_ptr<const GeometryModel<D>> model_of(Surrogate<D>); \
     template std::shared_ptr<const GeometryModel<D>> model_of(PrescribedSurrogate<D>);
 

@@ -122,8 +122,10 @@ Outcome<std::vector<Suspect<D>>> find_suspects(const LinearMesh<D>& mesh, const 
     return out;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<std::vector<Suspect<D>>> find_suspects(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, const std::vector<Hinge<D>>&, const InspectionLimits&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                 \
+    template Outcome<std::vector<Suspect<D>>> find_suspects(const LinearMesh<D>&, const EdgeSet<D>&,          \
+                                                            const Features<D>&, const std::vector<Hinge<D>>&, \
+                                                            const InspectionLimits&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

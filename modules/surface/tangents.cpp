@@ -310,9 +310,11 @@ Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSe
     return CurveTangents<D>{std::move(curve_edges), std::move(*tangents), std::move(supports)};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template struct CurveTangents<D>; \
-    template Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, const Incidence<FacetId>&, const Junctions<D>&, double, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                      \
+    template struct CurveTangents<D>;                                                                              \
+    template Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \
+                                                      const Incidence<FacetId>&, const Junctions<D>&, double,      \
+                                                      const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -39,7 +39,7 @@ Committed<D> commit_uncertified(const JudgedProposal<D>& judged) {
     return {apply_proposal(judged.mesh(), judged.proposal()), identities(judged.mesh())};
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                           \
     template Outcome<Committed<D>> commit<D>(const JudgedProposal<D>&); \
     template Committed<D> commit_uncertified<D>(const JudgedProposal<D>&);
 

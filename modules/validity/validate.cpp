@@ -231,7 +231,7 @@ Outcome<JudgedProposal<D>> JudgedProposal<D>::judge_again(Proposal<D> proposal, 
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)         \
     template class JudgedProposal<D>; \
     template Outcome<Validation<D>> validate<D>(const QuadraticMesh<D>&, double, const Execution&);
 

@@ -157,7 +157,8 @@ TEST_CASE_FIXTURE(Fixture, "a cavity is corrected: elements that would be invert
     CHECK(corrected);
 }
 
-TEST_CASE_FIXTURE(Fixture, "commit takes what was judged, for the state that it was planned for, with what is known of the point") {
+TEST_CASE_FIXTURE(
+    Fixture, "commit takes what was judged, for the state that it was planned for, with what is known of the point") {
     static_assert(!std::is_constructible_v<JudgedPatch<3>, Patch<3>>);
     static_assert(!std::is_assignable_v<JudgedPatch<3>, Patch<3>>);
     static_assert(!std::is_constructible_v<JudgedNode<3>, EdgeId, LagrangeNode<3>>);

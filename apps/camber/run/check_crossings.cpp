@@ -71,8 +71,9 @@ Outcome<CrossingsReport> crossings_report(const QuadraticMesh<D>& mesh, const Fi
     return report;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<CrossingsReport> crossings_report<D>(const QuadraticMesh<D>&, const FileNumbers&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                          \
+    template Outcome<CrossingsReport> crossings_report<D>(const QuadraticMesh<D>&, const FileNumbers&, \
+                                                          const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

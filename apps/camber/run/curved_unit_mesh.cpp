@@ -123,8 +123,9 @@ std::string curved_unit_mesh_json(const CurvedUnitMeshReport& r) {
     return j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<CurvedUnitMesh> measure_curved_unit_mesh<D>(const QuadraticMesh<D>&, const Column<LogMetric<D>>&, std::string, std::size_t, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<CurvedUnitMesh> measure_curved_unit_mesh<D>(const QuadraticMesh<D>&, const Column<LogMetric<D>>&, \
+                                                                 std::string, std::size_t, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -165,8 +165,9 @@ std::string entity_rows(const DistancesReport& report, std::size_t most) {
     return text;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template DistancesReport distances_report<D>(const GeometryDistances<D>&, const Geometry<D>&, const config::Geometry&);
+#define CAMBER_INSTANTIATE(D)                                                                     \
+    template DistancesReport distances_report<D>(const GeometryDistances<D>&, const Geometry<D>&, \
+                                                 const config::Geometry&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -147,9 +147,10 @@ Outcome<FieldErrors> field_errors(const QuadraticMesh<D>& mesh, const std::strin
     return found;
 }
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
     template Outcome<ElementKinds> element_kinds<D>(const QuadraticMesh<D>&, const Column<float>&, const Execution&); \
-    template Outcome<FieldErrors> field_errors<D>(const QuadraticMesh<D>&, const std::string&, const ElementKinds&, const Execution&);
+    template Outcome<FieldErrors> field_errors<D>(const QuadraticMesh<D>&, const std::string&, const ElementKinds&,   \
+                                                  const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -121,8 +121,9 @@ Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions
         other);
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Geometry<D>> geometry_of_mesh<D>(const AnyMesh&, const FeatureOptions<D>&, const LinearMesh<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Outcome<Geometry<D>> geometry_of_mesh<D>(const AnyMesh&, const FeatureOptions<D>&, const LinearMesh<D>&, \
+                                                      const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -66,8 +66,9 @@ Outcome<GeometrySamples<D>> samples_of_geometry(const QuadraticMesh<D>& mesh, co
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<GeometrySamples<D>> samples_of_geometry<D>(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                \
+    template Outcome<GeometrySamples<D>> samples_of_geometry<D>(const QuadraticMesh<D>&, const Features<D>&, \
+                                                                const Geometry<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -86,8 +86,7 @@ VerdictsReport verdicts_report(const Validation<D>& v, bool is_asked) {
                     v.worst.valid() ? v.worst.index() + 1 : 0};
     return part;
 }
-#define CAMBER_INSTANTIATE(D) \
-    template VerdictsReport verdicts_report<D>(const Validation<D>&, bool);
+#define CAMBER_INSTANTIATE(D) template VerdictsReport verdicts_report<D>(const Validation<D>&, bool);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -130,8 +130,9 @@ Outcome<SurfaceMesh> surface_mesh(const QuadraticMesh<D>& mesh, const Features<D
                                    of_cells("facet", std::move(numbers)), of_cells("patch", std::move(patches))})};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<SurfaceMesh> surface_mesh<D>(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                      \
+    template Outcome<SurfaceMesh> surface_mesh<D>(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&, \
+                                                  const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -139,9 +139,11 @@ std::string unit_mesh_json(const UnitMeshReport& r) {
     return j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<UnitMesh> measure_unit_mesh<D>(const LinearMesh<D>&, const EdgeSet<D>&, const Column<LogMetric<D>>&, std::string, const Execution&); \
-    template Outcome<UnitMesh> measure_unit_mesh<D>(const QuadraticMesh<D>&, const Column<LogMetric<D>>&, std::string, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<UnitMesh> measure_unit_mesh<D>(const LinearMesh<D>&, const EdgeSet<D>&,                           \
+                                                    const Column<LogMetric<D>>&, std::string, const Execution&);       \
+    template Outcome<UnitMesh> measure_unit_mesh<D>(const QuadraticMesh<D>&, const Column<LogMetric<D>>&, std::string, \
+                                                    const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

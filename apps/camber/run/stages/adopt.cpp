@@ -79,8 +79,7 @@ Outcome<Done> adopt_own_nodes(Runner<D>& run) {
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> adopt_own_nodes<D>(Runner<D>&);
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> adopt_own_nodes<D>(Runner<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

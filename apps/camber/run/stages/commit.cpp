@@ -40,8 +40,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Commit& options) {
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> apply<D>(Runner<D>&, const config::Commit&);
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> apply<D>(Runner<D>&, const config::Commit&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

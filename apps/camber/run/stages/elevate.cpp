@@ -20,8 +20,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Elevate& options) {
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> apply<D>(Runner<D>&, const config::Elevate&);
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> apply<D>(Runner<D>&, const config::Elevate&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -67,8 +67,7 @@ Outcome<Done> finish(Runner<D>& run) {
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> finish<D>(Runner<D>&);
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> finish<D>(Runner<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -188,8 +188,7 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
     return std::move(made->lengths);
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<std::optional<EdgeLengths>> measure<D>(Runner<D>&);
+#define CAMBER_INSTANTIATE(D) template Outcome<std::optional<EdgeLengths>> measure<D>(Runner<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

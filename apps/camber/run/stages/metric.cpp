@@ -268,8 +268,9 @@ Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, C
     return input;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<OwnField<D>> make_own_field<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&, const Boundary<D>&); \
+#define CAMBER_INSTANTIATE(D)                                                                                 \
+    template Outcome<OwnField<D>> make_own_field<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&,      \
+                                                    const Boundary<D>&);                                      \
     template Outcome<OwnField<D>> make_own_field<D>(Runner<D>&, const QuadraticMesh<D>&, const Boundary<D>&); \
     template Outcome<CurveInput<D>> make_field<D>(Runner<D>&, const Boundary<D>&, CurveInput<D>, CurvingAim);
 

@@ -126,8 +126,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& given) {
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> apply<D>(Runner<D>&, const config::Reinsert&);
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> apply<D>(Runner<D>&, const config::Reinsert&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

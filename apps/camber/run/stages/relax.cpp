@@ -168,8 +168,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> apply<D>(Runner<D>&, const config::Relax&);
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> apply<D>(Runner<D>&, const config::Relax&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

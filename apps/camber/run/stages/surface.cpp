@@ -108,8 +108,9 @@ Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh
     return std::move(made->boundary);
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Boundary<D>> describe_boundary<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&, std::span<const LagrangeNode<D>>);
+#define CAMBER_INSTANTIATE(D)                                                                               \
+    template Outcome<Boundary<D>> describe_boundary<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&, \
+                                                       std::span<const LagrangeNode<D>>);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -75,8 +75,7 @@ Outcome<Done> move_vertices(Runner<D>& run) {
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> move_vertices<D>(Runner<D>&);
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> move_vertices<D>(Runner<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
