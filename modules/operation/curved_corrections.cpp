@@ -4,6 +4,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <span>
@@ -234,6 +235,7 @@ void CurvedNodes<D>::approach() {
         return sum;
     };
     std::vector<Vec<D>> before;
+    before.reserve(offsets.size());
     for (const std::uint32_t s : w_.short_of_place) before.push_back(w_.spokes[s].node);
     for (double share = 1; share > 0.1 && cost(share) < cost(0); share /= 2) {
         for (std::size_t i = 0; i < before.size(); ++i)
