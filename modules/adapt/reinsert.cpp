@@ -51,6 +51,7 @@ class Reinsertions final : public Pass<D> {
         return tasks;
     }
 
+    [[nodiscard]] bool is_approaching() const { return is_approaching_; }
     /// From now on nodes come as near to their places as elements allow. Not before halves of the way are of no more
     /// use: nodes that others are in the way of would be in the way of them.
     [[nodiscard]] bool begin_approaching() {
@@ -120,9 +121,11 @@ Outcome<Reinserted<D>> reinserted(const QuadraticMesh<D>& mesh, const Proposal<D
     Reinserted<D> out;
     Reinsertions<D> pass(*begun, goal, options);
     std::vector<Task> tasks = pass.tasks(*begun);
+    constexpr int max_approaching_turns = 10;  // what they win becomes less and less
+    int approaching_turns = 0;
     while (static_cast<int>(out.turns) < options.max_turns) {
-        if (tasks.empty() && !pass.begin_approaching()) break;
-        if (tasks.empty()) tasks = pass.tasks(*begun);
+        if (tasks.empty() && pass.begin_approaching()) tasks = pass.tasks(*begun);
+        if (pass.is_approaching() && approaching_turns++ == max_approaching_turns) tasks.clear();
         if (tasks.empty()) break;
         auto statistics = run_pass<D>(*begun, goal, pass, std::move(tasks), part_of(execution, 0.05, 1));
         if (!statistics) return fail(statistics.error());
