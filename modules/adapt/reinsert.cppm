@@ -14,8 +14,9 @@ export namespace camber {
 struct ReinsertionOptions {
     double min_scaled_jacobian = min_bound;
     double target = 0.01;
-    /// Through a stack of layers nodes come one layer a turn. Turns over the vertices that have a node short of its target next to something that changed; the first turn is
-    /// over all of them: those of the volume, then those of the boundary.
+    /// Through a stack of layers nodes come one layer a turn. Turns over the vertices that have a node short of its
+    /// target next to something that changed; the first turn is over all of them: those of the volume, then those of
+    /// the boundary.
     int max_turns = 100;
 
     [[nodiscard]] static constexpr auto options() {
