@@ -13,6 +13,7 @@ import camber.cad;
 import camber.commands;
 import camber.config;
 import camber.io;
+import camber.recipes;
 import camber.run;
 import camber.shapes;
 

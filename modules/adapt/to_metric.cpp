@@ -17,7 +17,7 @@ namespace {
 template <int D>
 class Driving {
   public:
-    Driving(Adaptation<D> state, const AdaptationGoal<D>& goal, const AroundPass& around)
+    Driving(Adaptation<D> state, const AdaptationGoal<D>& goal, const Around& around)
         : state_(std::move(state)), goal_(goal), around_(around) {}
 
     template <class Options>
@@ -26,7 +26,7 @@ class Driving {
     template <class Options>
     [[nodiscard]] Outcome<Done> pass(std::string_view name, Verb<Options> verb, const Options& options,
                                      PassStatistics& statistics) {
-        return around_(name, [&](const Execution& execution) -> Outcome<Done> {
+        return run_step(around_, name, [&](const Execution& execution) -> Outcome<Done> {
             auto done = verb(std::move(state_), goal_, options, execution);
             if (!done) return fail(done.error());
             state_ = std::move(done->state);
@@ -35,7 +35,7 @@ class Driving {
         });
     }
     [[nodiscard]] Outcome<Done> measure(UnitMeshStatistics& out) const {
-        return around_("lengths", [&](const Execution& execution) -> Outcome<Done> {
+        return run_step(around_, "lengths", [&](const Execution& execution) -> Outcome<Done> {
             auto measured = unit_mesh_statistics(state_, execution);
             if (!measured) return fail(measured.error());
             out = *measured;
@@ -47,7 +47,7 @@ class Driving {
   private:
     Adaptation<D> state_;
     const AdaptationGoal<D>& goal_;
-    const AroundPass& around_;
+    const Around& around_;
 };
 
 bool has_converged(const UnitMeshStatistics& before, const UnitMeshStatistics& after, std::size_t changed_vertices,
@@ -59,7 +59,7 @@ bool has_converged(const UnitMeshStatistics& before, const UnitMeshStatistics& a
 
 template <int D>
 Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
-                                   const AroundPass& around) {
+                                   const Around& around) {
     Driving<D> driving(std::move(state), goal, around);
     ToMetricStatistics s;
     if (auto begin = driving.measure(s.before); !begin) return fail(begin.error());
@@ -89,14 +89,14 @@ Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>&
 
 template <int D>
 Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                            const ToMetricOptions& options, const AroundPass& around) {
+                                            const ToMetricOptions& options, const Around& around) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     return guarded([&] { return driven(std::move(state), goal, options, around); });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                        \
     template Outcome<BroughtToMetric<D>> bring_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&, \
-                                                            const ToMetricOptions&, const AroundPass&);
+                                                            const ToMetricOptions&, const Around&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

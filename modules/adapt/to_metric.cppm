@@ -1,7 +1,5 @@
 module;
 #include <cstddef>
-#include <functional>
-#include <string_view>
 #include <tuple>
 #include <utility>
 export module camber.adapt:to_metric;
@@ -54,20 +52,14 @@ struct BroughtToMetric {
     ToMetricStatistics statistics;
 };
 
-/// A wrapper around each pass, with which a caller keeps clocks: `around(name, body)` must call body once, with the
-/// Execution to use.
-using AroundPass =
-    std::function<Outcome<Done>(std::string_view pass, const std::function<Outcome<Done>(const Execution&)>& body)>;
-
 /// A mesh brought to a metric, of degree 1. Errors: options out of range, those of the passes.
 template <int D>
 [[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                                          const ToMetricOptions& options, const AroundPass& around);
+                                                          const ToMetricOptions& options, const Around& around);
 template <int D>
 [[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                           const ToMetricOptions& options, const Execution& execution) {
-    const AroundPass plainly = [&](std::string_view, const auto& body) { return body(execution); };
-    return bring_to_metric(std::move(state), goal, options, plainly);
+    return bring_to_metric(std::move(state), goal, options, plainly(execution));
 }
 
 }  // namespace camber

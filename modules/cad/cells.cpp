@@ -7,6 +7,7 @@ module;
 #include "occ/kernel.hpp"
 module camber.cad;
 import camber.core;
+import camber.box_tree;
 import :parts;
 
 namespace camber {

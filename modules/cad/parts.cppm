@@ -11,6 +11,7 @@ module;
 #include "occ/kernel.hpp"
 module camber.cad:parts;
 import camber.core;
+import camber.box_tree;
 import :association;
 import :model;
 

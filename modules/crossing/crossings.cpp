@@ -7,6 +7,7 @@ module;
 #include <vector>
 module camber.crossing;
 import camber.core;
+import camber.box_tree;
 import camber.bezier;
 import :crossings;
 import :facet;

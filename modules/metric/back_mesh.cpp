@@ -9,6 +9,7 @@ module;
 module camber.metric;
 import :surface_back;
 import camber.core;
+import camber.box_tree;
 
 namespace camber {
 

@@ -10,6 +10,7 @@ import :curved_simplex;
 import :element_frame;
 import :nodal_back;
 import camber.core;
+import camber.box_tree;
 
 namespace camber {
 

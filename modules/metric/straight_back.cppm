@@ -3,6 +3,7 @@ module;
 #include <span>
 module camber.metric:straight_back;
 import camber.core;
+import camber.box_tree;
 import :back_mesh;
 import :spd;
 

@@ -10,6 +10,7 @@ module;
 module camber.metric;
 import :surface_back;
 import camber.core;
+import camber.box_tree;
 
 namespace camber {
 

@@ -4,6 +4,7 @@ module;
 #include <span>
 module camber.metric:surface_back;
 import camber.core;
+import camber.box_tree;
 import :back_mesh;
 import :spd;
 

@@ -12,6 +12,7 @@ module;
 #include <range/v3/action/unique.hpp>
 module camber.soundness;
 import camber.core;
+import camber.box_tree;
 import camber.validity;
 import :examination;
 

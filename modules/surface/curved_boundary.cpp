@@ -7,6 +7,7 @@ module;
 #include <utility>
 module camber.surface;
 import camber.core;
+import camber.box_tree;
 import camber.bezier;
 
 namespace camber {

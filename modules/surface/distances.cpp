@@ -10,6 +10,7 @@ module;
 #include <vector>
 module camber.surface;
 import camber.core;
+import camber.box_tree;
 import camber.bezier;
 
 namespace camber {

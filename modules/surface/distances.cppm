@@ -8,6 +8,7 @@ module;
 #include <vector>
 export module camber.surface:distances;
 import camber.core;
+import camber.box_tree;
 import camber.bezier;
 import :cubic;
 import :features;

@@ -13,6 +13,7 @@ module;
 #include <vector>
 module camber.surface;
 import camber.core;
+import camber.box_tree;
 
 namespace camber {
 

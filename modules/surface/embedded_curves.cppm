@@ -5,6 +5,7 @@ module;
 #include <span>
 export module camber.surface:embedded_curves;
 import camber.core;
+import camber.box_tree;
 import :cubic;
 import :features;
 import :geometry;

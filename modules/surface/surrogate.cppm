@@ -6,6 +6,7 @@ module;
 #include <limits>
 export module camber.surface:surrogate;
 import camber.core;
+import camber.box_tree;
 import camber.bezier;
 import :features;
 import :cubic;

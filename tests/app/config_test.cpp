@@ -9,6 +9,7 @@
 import camber.core;
 import camber.shapes;
 import camber.repair;
+import camber.recipes;
 import camber.config;
 
 using namespace camber;

@@ -23,7 +23,7 @@ struct Told {
     std::vector<double> shares = {};
 };
 
-run::Around listening(std::vector<Told>& told, int threads) {
+Around listening(std::vector<Told>& told, int threads) {
     return [&told, threads](std::string_view stage, const auto& body) {
         told.push_back({std::string(stage)});
         return body(Execution{.threads = threads, .progress = [&told](std::size_t done, std::size_t total) {

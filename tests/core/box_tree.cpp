@@ -10,6 +10,7 @@
 #include "property.hpp"
 
 import camber.core;
+import camber.box_tree;
 
 using namespace camber;
 using namespace camber::testing;

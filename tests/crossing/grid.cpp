@@ -8,6 +8,7 @@
 #include "property.hpp"
 
 import camber.core;
+import camber.box_tree;
 import camber.bezier;
 import camber.crossing;
 

@@ -63,7 +63,7 @@ void print_report(const run::CheckReport& report, const CheckArguments& argument
 Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
     Progress progress;
     const std::stop_token stop = stop_on_signals();
-    const run::Around around = [&](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
+    const Around around = [&](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
         progress.begin(std::string(stage));
         return body(Execution{.threads = arguments.threads, .stop = stop, .progress = progress.ticks()});
     };

@@ -14,6 +14,7 @@ export import :suggestion;
 import camber.core;
 import camber.cad;
 import camber.config;
+import camber.recipes;
 import camber.io;
 import camber.run;
 import camber.shapes;
@@ -49,7 +50,7 @@ struct GeometryArguments {
 struct CurveArguments : PipelineArguments {
     std::optional<std::string> metric;  ///< none: that of the settings, or natural
     GeometryArguments geometry;
-    std::optional<config::Objective> objective;  ///< none: that of the settings, or the stage's default
+    std::optional<Objective> objective;  ///< none: that of the settings, or the stage's default
 };
 [[nodiscard]] int curve_command(const CurveArguments& arguments);
 

@@ -192,7 +192,7 @@ struct Placed {
     AnyMesh mesh;
     MeshFields fields;
 };
-Outcome<Placed> raised(const run::Run& run, const Lift& lift, const run::Around& around) {
+Outcome<Placed> raised(const run::Run& run, const Lift& lift, const Around& around) {
     Placed placed;
     auto done = around("raise", [&](const Execution& execution) -> Outcome<Done> {
         auto mesh = camber::raised(run.mesh, lift, without_progress(execution));
@@ -210,7 +210,7 @@ Outcome<Placed> raised(const run::Run& run, const Lift& lift, const run::Around&
 struct OutputWriter {
     run::Run& run;
     const config::Output& output;
-    const run::Around& around;
+    const Around& around;
     Written& written;
     /// Where the input's mesh was a flat one: that in space, for formats that have no plane, and for others if the
     /// input's has one.
@@ -390,8 +390,8 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
     Progress progress;
     std::vector<run::StageTime> times;
     const std::stop_token stop = stop_on_signals();
-    const run::Around around = [&](std::string_view stage,
-                                   const std::function<Outcome<Done>(const Execution&)>& body) -> Outcome<Done> {
+    const Around around = [&](std::string_view stage,
+                              const std::function<Outcome<Done>(const Execution&)>& body) -> Outcome<Done> {
         progress.begin(std::string(stage));
         const Meter meter;
         auto done = guarded(

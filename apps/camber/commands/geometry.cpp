@@ -74,7 +74,7 @@ Outcome<run::GeometryReport> inspected(const GeometryCommandArguments& arguments
     if (auto files = check_files(arguments); !files) return fail(files.error());
     Progress progress;
     const std::stop_token stop = stop_on_signals();
-    const run::Around around = [&](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
+    const Around around = [&](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
         progress.begin(std::string(stage));
         return body(Execution{.threads = arguments.threads, .stop = stop, .progress = progress.ticks()});
     };

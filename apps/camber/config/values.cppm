@@ -18,6 +18,7 @@ import camber.curving;
 import camber.operation;
 import camber.adapt;
 import camber.repair;
+import camber.recipes;
 
 /// What a config says, as plain values, which describe their options themselves; some are options of a module.
 export namespace camber::config {
@@ -279,45 +280,10 @@ struct Features {
 
 // ---------------------------------------------------------------- the stages
 
-/// What places volume nodes: `curve` of camber.curving by one of its aims, or its `shape`.
-enum class Objective : std::uint8_t { accuracy, energy, length, shape };
-[[nodiscard]] constexpr auto words(Objective) {
-    return words_of(Word{Objective::accuracy, "accuracy"}, Word{Objective::energy, word_of(EdgeObjectiveKind::energy)},
-                    Word{Objective::length, word_of(EdgeObjectiveKind::length)}, Word{Objective::shape, "shape"});
-}
 struct Elevate {
     friend bool operator==(const Elevate&, const Elevate&) = default;
 };
-/// Where the metric is read.
-enum class BackMeshKind : std::uint8_t {
-    carried,   ///< in a mesh of degree 2 that goes along with walls that sag, see carried_nodes of camber.curving
-    straight,  ///< in the straight mesh (paper §1.2)
-};
-[[nodiscard]] constexpr auto words(BackMeshKind) {
-    return words_of(Word{BackMeshKind::carried, "carried"}, Word{BackMeshKind::straight, "straight"});
-}
-/// The options of `curve`, and what chooses between its aims and `shape`; the aim is set by edge_options().
-struct Curve : CurveOptions, PlacementOptions {
-    Objective objective = Objective::accuracy;
-    BackMeshKind back_mesh = BackMeshKind::carried;
-
-    [[nodiscard]] static constexpr auto options() {
-        return std::tuple_cat(
-            std::tuple(
-                option(
-                    "objective", &Curve::objective,
-                    "what edges are curved for: accuracy, that what the metric belongs to is interpolated well; energy "
-                    "or "
-                    "length, that this is least in the metric (energy: smooth, evenly spaced); shape: no metric, the "
-                    "Jacobians of elements are made as even as may be"),
-                option("back_mesh", &Curve::back_mesh,
-                       "where the metric is read: carried, the field goes along with walls that sag by more "
-                       "than a little of its sizes, and nodes start from there; straight, at its point's place "
-                       "in the straight mesh, as in the paper")),
-            PlacementOptions::options(), CurveOptions::options());
-    }
-    friend bool operator==(const Curve&, const Curve&) = default;
-};
+using Curve = ProposeOptions;
 struct Validate {
     JacobianBound min_scaled_jacobian = {};
 

@@ -18,6 +18,7 @@ import camber.fields;
 import camber.io;
 import camber.validity;
 import camber.soundness;
+import camber.recipes;
 import :check;
 import :check_parts;
 import :curved_unit_mesh;
@@ -99,9 +100,7 @@ class Checker {
         for (const std::string& field : options_.fields)
             if (const auto parsed = ScalarExpression<D>::parsed(field); !parsed) return fail(parsed.error());
         count();
-        auto done = step("examine", [&](const Execution& e) { return examine_mesh(e); })
-                        .and_then([&](Done) { return step("validate", [&](const Execution& e) { return judge(e); }); })
-                        .and_then([&](Done) { return step("cross", [&](const Execution& e) { return cross(e); }); })
+        auto done = judge()
                         .and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); }); })
                         .and_then([&](Done) { return measure_in_metric(); })
                         .and_then([&](Done) { return interpolate(); });
@@ -130,28 +129,31 @@ class Checker {
             is_surface_alone(linear_) ? linear_.facets.references : linear_.elements.references;
     }
 
-    Outcome<Done> examine_mesh(const Execution& execution) {
-        const ExamineOptions options{.ridge_angle_degrees = options_.ridge_angle};
-        auto found = mesh_ ? examine(*mesh_, options, execution) : examine(linear_, options, execution);
-        if (!found) return fail(found.error());
-        soundness_ = std::move(*found);
+    Outcome<Done> judge() {
+        const MeshCheckOptions options{options_.min_scaled_jacobian, {.ridge_angle_degrees = options_.ridge_angle}};
+        auto made =
+            mesh_ ? camber::check_mesh(*mesh_, options, around_) : camber::check_mesh(linear_, options, around_);
+        if (!made) return fail(made.error());
+        soundness_ = std::move(made->soundness);
+        validation_ = std::move(made->validation);
+        mesh_ = std::move(made->mesh);
+        if (made->walls)
+            report_.crossings = crossings_report(linear_, *made->walls, numbers_);
+        else
+            report_.crossings.looked_at = false;
+        tell_of_soundness();
+        tell_of_validity();
+        return Done{};
+    }
+
+    void tell_of_soundness() {
         report_.soundness = soundness_report(soundness_, numbers_);
         report_.wall_elements.reserve(soundness_.wall_elements.size());
         for (const WallElement& wall : soundness_.wall_elements)
             report_.wall_elements.push_back(wall.element.index() + 1);
-        return Done{};
     }
 
-    Outcome<Done> judge(const Execution& execution) {
-        const double of_elevation = mesh_ ? 0 : 0.7;
-        if (!mesh_) {
-            auto elevated = elevate(linear_, part_of(execution, 0, of_elevation));
-            if (!elevated) return fail(elevated.error());
-            mesh_ = std::move(*elevated);
-        }
-        auto validation = validate(*mesh_, options_.min_scaled_jacobian, part_of(execution, of_elevation, 1));
-        if (!validation) return fail(validation.error());
-        validation_ = std::move(*validation);
+    void tell_of_validity() {
         const Validation<D>& v = validation_;
         report_.validity = {.bound = v.bound,
                             .is_asked = true,
@@ -166,7 +168,6 @@ class Checker {
         };
         report_.invalid_elements = listed(Verdict::invalid);
         report_.undecided_elements = listed(Verdict::undecided);
-        return Done{};
     }
 
     Outcome<Done> measure(const Execution& execution) {
@@ -202,18 +203,6 @@ class Checker {
         auto worst = find_worst_elements(judged, options_.worst, without_progress(execution));
         if (!worst) return fail(worst.error());
         report_.worst = std::move(*worst);
-        return Done{};
-    }
-
-    Outcome<Done> cross(const Execution& execution) {
-        // What has fatal defects may be all at one place, each facet near each other one.
-        if (refusal(soundness_)) {
-            report_.crossings.looked_at = false;
-            return Done{};
-        }
-        auto crossings = crossings_report(*mesh_, numbers_, execution);
-        if (!crossings) return fail(crossings.error());
-        report_.crossings = std::move(*crossings);
         return Done{};
     }
 

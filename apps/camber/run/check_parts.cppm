@@ -8,6 +8,7 @@ module camber.run:check_parts;
 import camber.core;
 import camber.validity;
 import camber.soundness;
+import camber.recipes;
 import :check;
 
 namespace camber::run {
@@ -26,10 +27,10 @@ struct FileNumbers {
 /// As the file numbers what was found.
 [[nodiscard]] SoundnessReport soundness_report(Soundness soundness, const FileNumbers& numbers);
 
-/// Facets that cross, as the file numbers them.
+/// Facets that cross, as the file numbers them; those of the `given` mesh, where it lists any.
 template <int D>
-[[nodiscard]] Outcome<CrossingsReport> crossings_report(const QuadraticMesh<D>& mesh, const FileNumbers& numbers,
-                                                        const Execution& execution);
+[[nodiscard]] CrossingsReport crossings_report(const LinearMesh<D>& given, const CheckedWalls<D>& walls,
+                                               const FileNumbers& numbers);
 
 /// A mesh and what is known of its elements.
 template <int D>

@@ -132,8 +132,8 @@ template <int D>
 Outcome<Run> given_back(Outcome<Run> run, const BetterOrder& order, const Around& around) {
     if (!run) return fail(in_given_order<D>(run.error(), order.renumbering));
     run->report.reordered = ReorderedReport{order.scatter};
-    return step(around, "renumber",
-                [&](const Execution& e) { return in_given_order<D>(std::move(*run), order.renumbering, e); });
+    return run_step(around, "renumber",
+                    [&](const Execution& e) { return in_given_order<D>(std::move(*run), order.renumbering, e); });
 }
 
 /// The whole of a run.
@@ -142,7 +142,7 @@ Outcome<Run> run_on(StageInputs<D> given, const config::Pipeline& pipeline, cons
                     GeometrySource geometry, AvailableMemory memory, const Around& around) {
     const int degree = std::holds_alternative<LinearMesh<D>>(given.mesh) ? 1 : 2;
     if (auto order = check_order(pipeline.stages, degree); !order) return fail(order.error());
-    auto sound = step(around, "prepare", [&](const Execution& e) {
+    auto sound = run_step(around, "prepare", [&](const Execution& e) {
         return prepare_stage(std::move(given), pipeline.stages, ordering, e);
     });
     if (!sound) return fail(sound.error());
@@ -170,7 +170,7 @@ Outcome<std::optional<Growth>> growth_on(StageInputs<D> given, const config::Pip
         pipeline.stages, [](const config::Stage& s) { return !std::holds_alternative<config::Elevate>(s); });
     const auto changes = []<class S>(const S&) { return changes_topology<S>(); };
     if (first == pipeline.stages.end() || !std::visit(changes, *first)) return std::nullopt;
-    auto sound = step(around, "prepare", [&](const Execution& e) {
+    auto sound = run_step(around, "prepare", [&](const Execution& e) {
         return prepare_stage(std::move(given), pipeline.stages, inputs.ordering, e);
     });
     if (!sound) return fail(sound.error());

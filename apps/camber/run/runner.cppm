@@ -1,8 +1,10 @@
 module;
 #include <chrono>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
@@ -21,36 +23,18 @@ import :report;
 import :stages;
 import :state;
 
-export namespace camber::run {
-
-/// A wrapper around each step of a run, with which the shell keeps clocks and shows progress: `around(name, body)` must
-/// call body once, with the Execution to use.
-using Around =
-    std::function<Outcome<Done>(std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body)>;
-
-}  // namespace camber::run
-
 namespace camber::run {
-
-/// f(execution) → Outcome under the shell's wrapper, by that name; at its end the whole is told.
-template <class F>
-std::invoke_result_t<F, const Execution&> step(const Around& around, std::string_view name, F&& f) {
-    std::optional<std::invoke_result_t<F, const Execution&>> made;
-    const auto done = around(name, [&](const Execution& execution) -> Outcome<Done> {
-        made = guarded([&] { return f(execution); });
-        if (!*made) return fail(made->error());
-        camber::report_progress(execution, 1, 1);
-        return Done{};
-    });
-    if (!done) return fail(done.error());
-    return std::move(*made);
-}
 
 /// A value, and the seconds that it took.
 template <class T>
 struct Timed {
     T value;
     double seconds = 0;
+};
+
+/// The seconds of a recipe's steps, by name; of steps with one name the sum.
+struct Clocks {
+    std::map<std::string, double, std::less<>> seconds;
 };
 
 /// One run in D dimensions, as its stages see it: what the config says, the state that they take from and put into, the
@@ -80,7 +64,15 @@ class Runner {
 
     template <class F>
     auto step(std::string_view name, F&& f) {
-        return run::step(around_, name, std::forward<F>(f));
+        return run_step(around_, name, std::forward<F>(f));
+    }
+    /// The shell's wrapper for a recipe, with clocks.
+    [[nodiscard]] Around around(Clocks& clocks) {
+        return [this, &clocks](std::string_view name, const auto& body) {
+            auto done = timed([&] { return around_(name, body); });
+            clocks.seconds[std::string(name)] += done.seconds;
+            return std::move(done.value);
+        };
     }
     /// The step of the stage with these options.
     template <class Options, class F>

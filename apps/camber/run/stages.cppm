@@ -12,6 +12,7 @@ import camber.io;
 import camber.metric;
 import camber.ordering;
 import camber.optimisation;
+import camber.recipes;
 import camber.surface;
 import camber.cad;
 import camber.validity;
@@ -85,54 +86,6 @@ struct MetricInput {
     Column<LogMetric<D>> natural;        ///< the mesh's own, with straight edges or with its curves
     const Inherited<D>* inherited;       ///< of a mesh that was remeshed: its metric is made; null of others
 };
-
-/// What the edges of a mesh are curved from: where boundary nodes are wanted, and from where those of the volume start,
-/// one row an edge; and which nodes stay.
-template <int D>
-struct CurveInput {
-    Column<EdgeKind> kinds;
-    Column<LagrangeNode<D>> base;
-    Incidence<ElementId> shells;
-    Notices notices;
-    /// The boundary's displacement extended into the volume; empty where the field is read in the straight mesh, or
-    /// nothing is displaced. Of a mesh that was read with its curves too: curved again it comes out the same.
-    Column<LagrangeNode<D>> extended = {};
-    std::optional<BoundaryNodesReport> placed = {};  ///< where `base` has them elsewhere than projected
-    std::size_t drawn_back = 0;                      ///< slides that go a part of their way, for their elements
-};
-/// Boundary nodes on the geometry; of a mesh that was read with its curves only those on analytic surfaces. Volume
-/// edges start at the mesh's nodes.
-template <int D>
-[[nodiscard]] Outcome<CurveInput<D>> curve_input(const Quadratic<D>& at, const Boundary<D>& boundary,
-                                                 const Execution& execution);
-
-/// The same with the nodes of edges within plane walls where the displacement of all others extends to: layers that end
-/// at a plane wall go on it as they go inside.
-template <int D>
-[[nodiscard]] Outcome<CurveInput<D>> carried_in_planes(const Quadratic<D>& at, const Boundary<D>& boundary,
-                                                       CurveInput<D> input, const Execution& execution);
-
-/// The same with what a field that is carried goes along with, if the boundary is displaced at all.
-template <int D>
-[[nodiscard]] Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> input,
-                                                    const Execution& execution);
-
-/// The same with nodes in planes slid within them to where the options want them in the field; those that the
-/// mesh was read with stay.
-template <int D>
-[[nodiscard]] Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& boundary,
-                                                CurveInput<D> input, const BackMesh<D>& field,
-                                                const CurveOptions& options, const Execution& execution);
-
-/// The same with nodes of boundary edges where the options place them, by length in the field; of a mesh that was read
-/// with its curves those alone that `curve_input` puts onto prescribed surfaces.
-template <int D>
-[[nodiscard]] Outcome<CurveInput<D>> placed_input(const Quadratic<D>& at, const Boundary<D>& boundary,
-                                                  CurveInput<D> input, const BackMesh<D>& field,
-                                                  const config::Curve& options, const Execution& execution);
-
-/// The options of a curving for one edge.
-[[nodiscard]] CurveOptions edge_options(const config::Curve& options);
 
 /// Of targets that were found; how fast is for the runner to say.
 template <int D>

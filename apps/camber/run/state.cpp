@@ -10,6 +10,7 @@ import camber.metric;
 import camber.operation;
 import camber.adapt;
 import camber.surface;
+import camber.recipes;
 import camber.validity;
 import camber.curving;
 import :state;
@@ -45,7 +46,7 @@ const Validation<D>* Quadratic<D>::validation() const {
 
 template <int D>
 bool Quadratic<D>::boundary_is_given() const {
-    if (nodes != NodesOf::file) return false;
+    if (nodes != NodesOf::input) return false;
     const Wanted<D>* const wanted = planned() ? planned()->wanted() : nullptr;
     return !wanted || !wanted->boundary.geometry->prescribes_any();
 }
@@ -62,7 +63,7 @@ State<D> beginning_with(GivenMesh<D> mesh) {
     State<D> state;
     if (auto* curves = std::get_if<QuadraticMesh<D>>(&mesh)) {
         state.given_points = curves->linear.points;
-        state.mesh = Quadratic<D>{std::move(*curves), NodesOf::file, Unplanned<D>{}};
+        state.mesh = Quadratic<D>{std::move(*curves), NodesOf::input, Unplanned<D>{}};
     } else {
         auto& straight = std::get<LinearMesh<D>>(mesh);
         state.given_points = straight.points;

@@ -13,6 +13,7 @@ import camber.adapt;
 import camber.surface;
 import camber.validity;
 import camber.curving;
+import camber.recipes;
 import :histogram;
 import :report;
 
@@ -23,14 +24,6 @@ namespace camber::run {
 /// A mesh as it was read: its degree is the file's.
 template <int D>
 using GivenMesh = std::variant<LinearMesh<D>, QuadraticMesh<D>>;
-
-/// The boundary as the step `surface` finds it.
-template <int D>
-struct Boundary {
-    Features<D> features;
-    RequiredBoundary required = RequiredBoundary::keep;
-    Geometry<D> geometry;
-};
 
 /// A plan that began with the nodes that the mesh was read with.
 template <int D>
@@ -81,10 +74,6 @@ template <int D>
 struct Unplanned {
     std::optional<Validation<D>> validation;
 };
-
-/// Whence a mesh has the nodes that stages begin with: straight ones, or curves that it was read with or got by passes
-/// that changed it.
-enum class NodesOf : std::uint8_t { elevation, file };
 
 /// A mesh of degree 2, and what is planned for it.
 template <int D>

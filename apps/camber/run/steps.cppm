@@ -7,8 +7,10 @@ import camber.config;
 import camber.curving;
 import camber.io;
 import camber.metric;
+import camber.recipes;
 import camber.validity;
 import :memory;
+import :parts;
 import :report;
 import :runner;
 import :stages;
@@ -53,14 +55,17 @@ template <int D>
 [[nodiscard]] Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                      std::span<const LagrangeNode<D>> curves = {});
 
-/// Nodes of boundary edges where the options want them in the field: placed_input, slid_input; told of.
+/// What was told of the config's metric when it was made.
+struct MetricTold {
+    std::optional<MetricReport> report;
+    Notices notices;
+};
+/// The config's metric as recipes take it. Errors, when it is made, name the JSON path of the metric or the operation,
+/// or the file. All arguments are asked then.
 template <int D>
-[[nodiscard]] Outcome<CurveInput<D>> moved_input(Runner<D>& run, const Boundary<D>& boundary, CurveInput<D> input,
-                                                 const BackMesh<D>& field, const config::Curve& options,
-                                                 const Execution& execution);
-
-/// The field of the config's metric on the mesh itself, straight or with its curves, and what was told of it. Errors:
-/// as of make_field.
+[[nodiscard]] MetricSource<D> metric_for_curving(const Runner<D>& run, const QuadraticMesh<D>& mesh,
+                                                 const Boundary<D>& boundary, MetricTold& told);
+/// The same as a field on the mesh itself, straight or with its curves, and what was told of it.
 template <int D>
 struct OwnField {
     BackMesh<D> back;
@@ -72,6 +77,8 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<OwnField<D>> make_own_field(Runner<D>& run, const QuadraticMesh<D>& mesh,
                                                   const Boundary<D>& boundary);
+template <int D>
+void report_metric(Runner<D>& run, MetricTold told);
 
 /// Before any work of passes: what those of the config will make of the run's mesh; none where none of them splits.
 /// Errors: those of describe_boundary and make_own_field; memory: more than there is room for.
@@ -81,17 +88,6 @@ template <int D>
 /// A mesh that passes have changed becomes one as any other; nothing where none has.
 template <int D>
 [[nodiscard]] Outcome<Done> finish(Runner<D>& run);
-
-/// What edges are curved from, before the field.
-template <int D>
-[[nodiscard]] Outcome<CurveInput<D>> begin_curving(Runner<D>& run, const Boundary<D>& boundary,
-                                                   const config::Curve& options);
-
-/// The field of the config's metric, before a stage that curves by it; volume edges then start where it has them.
-/// Errors name the JSON path of the metric or the operation, or the file.
-template <int D>
-[[nodiscard]] Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, CurveInput<D> input,
-                                                CurvingAim aim);
 
 /// A mesh that was read with its curves brings what else the stage `curve` proposes: its nodes become the plan where
 /// there is none.
@@ -110,9 +106,13 @@ template <int D>
 template <int D>
 void report_verdicts(Runner<D>& run, const Validation<D>& validation);
 
-/// How fast edges found their nodes.
+/// What was proposed, in those seconds; and how nodes of a mesh with curves of its own fared.
 template <int D>
-void report_curve(Runner<D>& run, CurveReport part, double seconds);
+void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeOptions& options, double seconds);
+
+/// The field goes to the run's state, the rest to a plan.
+template <int D>
+[[nodiscard]] Wanted<D> keep_field(Runner<D>& run, Boundary<D> boundary, ProposedCurves<D> made, CurvingAim aim);
 
 /// The last step: what the report says of the end, and the lengths after correction where they were measured.
 template <int D>

@@ -12,6 +12,7 @@ import camber.metric;
 import camber.operation;
 import camber.adapt;
 import camber.surface;
+import camber.recipes;
 import camber.validity;
 import :histogram;
 import :parts;
@@ -63,7 +64,7 @@ Outcome<Done> finish(Runner<D>& run) {
     if (nodes.empty())
         run.state.mesh = std::move(linear);
     else
-        run.state.mesh = Quadratic<D>{{std::move(linear), std::move(edges), std::move(nodes)}, NodesOf::file, {}};
+        run.state.mesh = Quadratic<D>{{std::move(linear), std::move(edges), std::move(nodes)}, NodesOf::input, {}};
     return Done{};
 }
 

@@ -11,6 +11,7 @@ import camber.bezier;
 import camber.config;
 import camber.curving;
 import camber.metric;
+import camber.recipes;
 import :parts;
 import :report;
 import :runner;
@@ -63,16 +64,6 @@ Outcome<Field<D>> field_of(const MetricInput<D>& input, const config::Pipeline& 
     return Field<D>{std::move(made->log_metrics), std::move(made->report), std::move(made->notices)};
 }
 
-/// A field with elements to be read in, and where nodes of volume edges begin.
-template <int D>
-struct MadeField {
-    BackMesh<D> back;
-    std::optional<Column<LogMetric<D>>> straight;  ///< of the straight mesh, where the field is another
-    Column<LagrangeNode<D>> nodes;
-    MetricReport report;
-    Notices notices;
-};
-
 /// Whether the config asks for the mesh's own metric: that is another where the mesh has curves, no other is.
 template <int D>
 bool asks_for_natural(const MetricInput<D>& input, const config::Pipeline& config) {
@@ -85,194 +76,103 @@ bool asks_for_natural(const MetricInput<D>& input, const config::Pipeline& confi
            });
 }
 
-template <int D>
-Outcome<MadeField<D>> straight_field(MetricInput<D> input, const config::Pipeline& config, const Execution& execution) {
-    const auto around = balls(input.mesh, part_of(execution, 0, 0.1));
-    if (!around) return fail(around.error());
-    if (asks_for_natural(input, config)) {
-        auto natural = natural_log_metrics(input.mesh, *around, part_of(execution, 0.1, 0.5));
-        if (!natural) return fail(natural.error());
-        input.natural = std::move(*natural);
-    }
-    auto field = field_of<D>(input, config, part_of(execution, 0.5, 0.65));
-    if (!field) return fail(field.error());
-    auto back = make_back_mesh(input.mesh, *around, std::move(field->log_metrics), part_of(execution, 0.65, 1));
-    if (!back) return fail(back.error());
-    return MadeField<D>{std::move(*back), {}, {}, std::move(field->report), std::move(field->notices)};
-}
-
-/// The field of a mesh as it is, with its curves.
-template <int D>
-Outcome<MadeField<D>> curved_field(MetricInput<D> input, const QuadraticMesh<D>& mesh, const config::Pipeline& config,
-                                   const Execution& execution) {
-    const auto around = balls(mesh.linear, part_of(execution, 0, 0.1));
-    if (!around) return fail(around.error());
-    if (asks_for_natural(input, config)) {
-        auto natural = curved_natural_log_metrics(mesh, *around, part_of(execution, 0.1, 0.5));
-        if (!natural) return fail(natural.error());
-        input.natural = std::move(natural->curved);
-    }
-    auto field = field_of<D>(input, config, part_of(execution, 0.5, 0.65));
-    if (!field) return fail(field.error());
-    auto back = make_curved_back_mesh(mesh, *around, std::move(field->log_metrics), part_of(execution, 0.65, 1),
-                                      KeptGradients::recovered);
-    if (!back) return fail(back.error());
-    return MadeField<D>{std::move(*back), {}, {}, std::move(field->report), std::move(field->notices)};
-}
-
-/// The field of the mesh with its curves, and the metric of the one with straight edges.
-template <int D>
-struct BothFields {
-    Field<D> carried;
-    Column<LogMetric<D>> straight;
-};
-template <int D>
-Outcome<BothFields<D>> both_fields(MetricInput<D> input, const QuadraticMesh<D>& bent,
-                                   const Incidence<ElementId>& around, const config::Pipeline& config,
-                                   const Execution& execution) {
-    NaturalLogMetrics<D> natural;
-    if (asks_for_natural(input, config)) {
-        auto made = curved_natural_log_metrics(bent, around, part_of(execution, 0, 0.85));
-        if (!made) return fail(made.error());
-        natural = std::move(*made);
-        input.natural = std::move(natural.curved);
-    }
-    auto carried = field_of<D>(input, config, part_of(execution, asks_for_natural(input, config) ? 0.85 : 0, 1));
-    if (!carried) return fail(carried.error());
-    const Column<LogMetric<D>> logs = carried->log_metrics;
-    if (!asks_for_natural(input, config)) return BothFields<D>{std::move(*carried), logs};
-    input.natural = std::move(natural.straight);
-    auto straight = log_metrics_of(input, config, without_progress(execution));
-    if (!straight) return fail(straight.error());
-    return BothFields<D>{std::move(*carried), std::move(straight->log_metrics)};
-}
-
-template <int D>
-Outcome<MadeField<D>> carried_field(const MetricInput<D>& input, const QuadraticMesh<D>& mesh,
-                                    const CurveInput<D>& curves, CurvingAim aim, const config::Pipeline& config,
-                                    const Execution& execution) {
-    // Shares of the time with the natural metric, of shells with layers, 1 and 5 million elements.
-    const auto around = balls(mesh.linear, part_of(execution, 0, 0.05));
-    if (!around) return fail(around.error());
-    QuadraticMesh<D> bent = mesh;
-    bent.mid_nodes = curves.extended;
-    auto fields = both_fields<D>(input, bent, *around, config, part_of(execution, 0.05, 0.37));
-    if (!fields) return fail(fields.error());
-    auto& [field, straight] = *fields;
-    auto starts = noticeable_nodes(mesh, curves.extended.view(), field.log_metrics, part_of(execution, 0.37, 0.44));
-    if (!starts) return fail(starts.error());
-    Column<LagrangeNode<D>> nodes(std::move(*starts));
-    auto carried = carried_nodes(mesh, nodes.view(), curves.shells, part_of(execution, 0.44, 0.64));
-    if (!carried) return fail(carried.error());
-    bent.mid_nodes = std::move(*carried);
-    auto back =
-        make_curved_back_mesh(std::move(bent), *around, std::move(field.log_metrics), part_of(execution, 0.64, 1),
-                              aim == CurvingAim::accuracy ? KeptGradients::seen : KeptGradients::recovered);
-    if (!back) return fail(back.error());
-    return MadeField<D>{std::move(*back), std::move(straight), std::move(nodes), std::move(field.report),
-                        std::move(field.notices)};
-}
-
-/// Volume edges start where the field has them.
-template <int D>
-Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
-                                    Column<LagrangeNode<D>> nodes) {
-    const bool is_carried = !nodes.empty();
-    Buffer<LagrangeNode<D>> base = take(is_carried ? std::move(nodes) : input.base);
-    for (std::size_t e = 0; e < base.size(); ++e) {
-        const auto& [a, b] = mesh.edges.vertices[e];
-        if (input.kinds[e] != EdgeKind::volume)
-            base[e] = input.base[e];
-        else if (!is_carried)
-            base[e] = {midpoint(mesh.linear.points[a], mesh.linear.points[b])};
-    }
-    return base;
-}
-
 /// The file whose field is asked where it lies, and not at the vertices first: nothing is done to it.
 template <int D>
 const MetricFile* whole_field(const Runner<D>& run) {
     if (run.state.inherited || !run.config.metric_operations.empty()) return nullptr;
     return file_with_mesh(run.config, run.files);
 }
+
 template <int D>
-Outcome<MadeField<D>> given_field(const MetricFile& file, const Column<Vec<D>>& asked, const Execution& execution) {
-    auto field = field_of_file<D>(file, asked, execution);
-    if (!field) return fail(field.error());
-    return MadeField<D>{std::move(field->back), {}, {}, std::move(field->report), std::move(field->notices)};
+MetricSource<D> field_of_whole(const MetricFile& file, const Column<Vec<D>>& asked, MetricTold& told) {
+    return MetricField<D>{[&file, asked, &told](const Execution& e) -> Outcome<BackMesh<D>> {
+        auto field = field_of_file<D>(file, asked, e);
+        if (!field) return fail(field.error());
+        told = {std::move(field->report), std::move(field->notices)};
+        return std::move(field->back);
+    }};
+}
+
+/// Told of once: a second one is of the same mesh with straight edges.
+template <int D>
+MetricSource<D> at_vertices(const Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                            const Boundary<D>& boundary, MetricTold& told) {
+    const MetricInput<D> input{mesh,
+                               edges,
+                               boundary,
+                               run.state.given_points,
+                               run.files,
+                               {},
+                               run.state.inherited ? &*run.state.inherited : nullptr};
+    const config::Pipeline& config = run.config;
+    return MetricAtVertices<D>{
+        asks_for_natural(input, config),
+        [input, &config, &told](const Column<LogMetric<D>>& natural,
+                                const Execution& e) -> Outcome<Column<LogMetric<D>>> {
+            MetricInput<D> with_natural = input;
+            with_natural.natural = natural;
+            if (told.report) return log_metrics_of(with_natural, config, e).map(&SourcedMetric<D>::log_metrics);
+            auto field = field_of(with_natural, config, e);
+            if (!field) return fail(field.error());
+            told = {std::move(field->report), std::move(field->notices)};
+            return std::move(field->log_metrics);
+        }};
 }
 
 template <int D>
-MetricInput<D> metric_input(const Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                            const Boundary<D>& boundary) {
-    return {mesh,
-            edges,
-            boundary,
-            run.state.given_points,
-            run.files,
-            {},
-            run.state.inherited ? &*run.state.inherited : nullptr};
+MetricSource<D> metric_for_passes(const Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                  const Boundary<D>& boundary, MetricTold& told) {
+    const MetricFile* const file = whole_field(run);
+    return file ? field_of_whole<D>(*file, mesh.points, told) : at_vertices(run, mesh, edges, boundary, told);
 }
 
 template <int D>
-Outcome<OwnField<D>> told(Runner<D>& run, Outcome<MadeField<D>> made) {
+Outcome<OwnField<D>> own_field(Runner<D>& run, const auto& mesh, const MetricSource<D>& source, MetricTold& told) {
+    auto made = run.step("metric", [&](const Execution& e) { return make_field(mesh, source, e); });
     if (!made) return fail(made.error());
-    run.report(made->report);
-    run.report(made->notices);
-    return OwnField<D>{std::move(made->back), std::move(made->report)};
+    MetricReport report = *told.report;
+    report_metric(run, std::move(told));
+    return OwnField<D>{std::move(*made), std::move(report)};
 }
 
 }  // namespace
 
 template <int D>
+void report_metric(Runner<D>& run, MetricTold told) {
+    if (told.report) run.report(*told.report);
+    run.report(told.notices);
+}
+
+template <int D>
+MetricSource<D> metric_for_curving(const Runner<D>& run, const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
+                                   MetricTold& told) {
+    // Hints are the mesh's own elements: another one's field is read at the vertices.
+    const MetricFile* const file = whole_field(run);
+    const bool is_of_input = file && file->mesh->of == MetricMesh::Of::input;
+    return is_of_input ? field_of_whole<D>(*file, mesh.linear.points, told)
+                       : at_vertices(run, mesh.linear, mesh.edges, boundary, told);
+}
+
+template <int D>
 Outcome<OwnField<D>> make_own_field(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                     const Boundary<D>& boundary) {
-    const MetricFile* const file = whole_field(run);
-    auto made = run.step("metric", [&](const Execution& e) {
-        if (file) return given_field<D>(*file, mesh.points, e);
-        return straight_field<D>(metric_input(run, mesh, edges, boundary), run.config, e);
-    });
-    return told(run, std::move(made));
+    MetricTold told;
+    return own_field<D>(run, mesh, metric_for_passes(run, mesh, edges, boundary, told), told);
 }
 
 template <int D>
 Outcome<OwnField<D>> make_own_field(Runner<D>& run, const QuadraticMesh<D>& mesh, const Boundary<D>& boundary) {
-    const MetricFile* const file = whole_field(run);
-    auto made = run.step("metric", [&](const Execution& e) {
-        if (file) return given_field<D>(*file, mesh.linear.points, e);
-        return curved_field<D>(metric_input(run, mesh.linear, mesh.edges, boundary), mesh, run.config, e);
-    });
-    return told(run, std::move(made));
+    MetricTold told;
+    return own_field<D>(run, mesh, metric_for_passes(run, mesh.linear, mesh.edges, boundary, told), told);
 }
 
-template <int D>
-Outcome<CurveInput<D>> make_field(Runner<D>& run, const Boundary<D>& boundary, CurveInput<D> input, CurvingAim aim) {
-    const QuadraticMesh<D>& mesh = run.quadratic().mesh;
-    // Hints are the mesh's own elements: another one's field is read at the vertices.
-    const MetricFile* file = whole_field(run);
-    if (file && file->mesh->of != MetricMesh::Of::input) file = nullptr;
-    auto made = run.step("metric", [&](const Execution& e) {
-        if (file) return given_field<D>(*file, mesh.linear.points, e);
-        const MetricInput<D> from = metric_input(run, mesh.linear, mesh.edges, boundary);
-        return input.extended.empty() ? straight_field<D>(from, run.config, e)
-                                      : carried_field<D>(from, mesh, input, aim, run.config, e);
-    });
-    if (!made) return fail(made.error());
-    run.report(made->report);
-    run.report(made->notices);
-    run.state.field = std::move(made->back);
-    run.state.straight_log_metrics = std::move(made->straight);
-    // Searches begin at the nodes that a mesh was read with; what is found without one is found anew.
-    if (run.quadratic().nodes != NodesOf::file || aim == CurvingAim::accuracy)
-        input.base = starting_at(mesh, input, std::move(made->nodes));
-    return input;
-}
-
-#define CAMBER_INSTANTIATE(D)                                                                                 \
-    template Outcome<OwnField<D>> make_own_field<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&,      \
-                                                    const Boundary<D>&);                                      \
-    template Outcome<OwnField<D>> make_own_field<D>(Runner<D>&, const QuadraticMesh<D>&, const Boundary<D>&); \
-    template Outcome<CurveInput<D>> make_field<D>(Runner<D>&, const Boundary<D>&, CurveInput<D>, CurvingAim);
+#define CAMBER_INSTANTIATE(D)                                                                                     \
+    template void report_metric<D>(Runner<D>&, MetricTold);                                                       \
+    template MetricSource<D> metric_for_curving<D>(const Runner<D>&, const QuadraticMesh<D>&, const Boundary<D>&, \
+                                                   MetricTold&);                                                  \
+    template Outcome<OwnField<D>> make_own_field<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&,          \
+                                                    const Boundary<D>&);                                          \
+    template Outcome<OwnField<D>> make_own_field<D>(Runner<D>&, const QuadraticMesh<D>&, const Boundary<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

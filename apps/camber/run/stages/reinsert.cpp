@@ -14,6 +14,7 @@ import camber.metric;
 import camber.operation;
 import camber.adapt;
 import camber.repair;
+import camber.recipes;
 import camber.surface;
 import camber.validity;
 import :parts;
@@ -29,9 +30,6 @@ namespace {
 
 /// Options of `relax` that a cavity has no use for are refused where they are not the defaults.
 Outcome<Done> check_options(const config::Reinsert& options) {
-    if (options.curve.objective == config::Objective::shape)
-        return fail(ErrorKind::usage, "reinsert: the objective shape is of whole meshes, not of cavities", {}, {},
-                    "take the stage curve, or another objective");
     const config::Relax defaults;
     std::string foreign;
     const auto look = [&](const auto& of) {
@@ -47,83 +45,66 @@ Outcome<Done> check_options(const config::Reinsert& options) {
                 {}, {}, "leave it out, or take the stages curve, validate and relax");
 }
 
-/// What the walk over the vertices made.
+/// Verdicts of the nodes as they were wanted, and in the end.
 template <int D>
-struct Walked {
-    Curved<D> wanted;  ///< the targets of all edges: what `curve` would propose
-    Proposal<D> proposal;
-    Validation<D> before, after;  ///< of the targets, and in the end
-    CurveReport curve;
-    CavitiesReport report;
-    Notices notices;
+struct Verdicts {
+    JudgedProposal<D> wanted, made;
 };
 template <int D>
-Outcome<Walked<D>> walk_cavities(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary, const CurveInput<D>& input,
-                                 const BackMesh<D>& field, const config::Reinsert& options,
-                                 const Execution& execution) {
-    auto wanted = curve(mesh, input.kinds, input.base, input.shells, field, edge_options(options.curve),
-                        part_of(execution, 0, 0.2));
+Outcome<Verdicts<D>> judged(const QuadraticMesh<D>& mesh, const ReinsertedNodes<D>& nodes, const JacobianBound& bound,
+                            const Execution& execution) {
+    auto wanted = validate(mesh, nodes.wanted.curved.proposal, bound, part_of(execution, 0, 0.5));
     if (!wanted) return fail(wanted.error());
-    const JacobianBound& bound = options.relax.min_scaled_jacobian;
-    const ReinsertionOptions by{.min_scaled_jacobian = bound.is_asked ? bound.value : min_bound,
-                                .target = options.relax.aim(),
-                                .max_turns = options.max_turns};
-    const auto corners = corners_of(boundary.features);
-    auto made = reinsert(mesh, wanted->proposal, {boundary.features.edge_kinds.view(), corners}, field, by,
-                         part_of(execution, 0.2, 0.98));
+    auto made = validate(mesh, nodes.made.proposal, bound, part_of(execution, 0.5, 1));
     if (!made) return fail(made.error());
-    const auto judged = validate(mesh, wanted->proposal, bound, part_of(execution, 0.98, 0.99));
-    if (!judged) return fail(judged.error());
-    const auto now = validate(mesh, made->proposal, bound, part_of(execution, 0.99, 1));
-    if (!now) return fail(now.error());
+    return Verdicts<D>{std::move(*wanted), std::move(*made)};
+}
 
-    const PassStatistics& s = made->statistics;
-    CavitiesReport report{
-        verdicts_report(judged->validation(), bound.is_asked).summary,
-        relax_report(changes_between(*judged, *now), 0, options.relax.method),
-        ReinsertReport{made->turns, s.rounds, s.accepted, s.of(RejectionReason::volume), s.of(RejectionReason::gain)}};
-    Notices notices;
-    if (made->left > 0)
-        notices.push_back(std::to_string(made->left) + " vertices could have another turn: max_turns ended it");
-    CurveReport curve = curve_report(mesh, *wanted);
-    return Walked<D>{std::move(*wanted), std::move(made->proposal), judged->validation(), now->validation(),
-                     std::move(curve),   std::move(report),         std::move(notices)};
+template <int D>
+CavitiesReport cavities_report(const Reinserted<D>& made, const Verdicts<D>& verdicts, const JacobianBound& bound,
+                               RepairMethod method) {
+    const PassStatistics& s = made.statistics;
+    return {
+        verdicts_report(verdicts.wanted.validation(), bound.is_asked).summary,
+        relax_report(changes_between(verdicts.wanted, verdicts.made), 0, method),
+        ReinsertReport{made.turns, s.rounds, s.accepted, s.of(RejectionReason::volume), s.of(RejectionReason::gain)}};
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Done> apply(Runner<D>& run, const config::Reinsert& given) {
-    config::Reinsert options = given;
-    options.relax.min_scaled_jacobian = bound_for(run, given.relax.min_scaled_jacobian);
-    if (auto checked = check_options(given); !checked) return checked;
+Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
+    const JacobianBound bound = bound_for(run, options.relax.min_scaled_jacobian);
+    if (auto checked = check_options(options); !checked) return checked;
+    const CurvingAim aim = edge_options(options.curve).aim;
     run.state.curving = edge_options(options.curve);
-    auto boundary = describe_boundary(run, run.quadratic().mesh.linear, run.quadratic().mesh.edges);
+    Quadratic<D>& at = run.quadratic();
+    auto boundary = describe_boundary(run, at.mesh.linear, at.mesh.edges);
     if (!boundary) return fail(boundary.error());
-    auto input = begin_curving(run, *boundary, options.curve);
-    if (!input) return fail(input.error());
-    input = make_field(run, *boundary, std::move(*input), edge_options(options.curve).aim);
-    if (!input) return fail(input.error());
-    return run.step_of(given, [&](const Execution& e) -> Outcome<Done> {
-        Quadratic<D>& at = run.quadratic();
-        input = moved_input(run, *boundary, std::move(*input), *run.field(), options.curve, without_progress(e));
-        if (!input) return fail(input.error());
-        run.report(input->notices);
-        auto timed = run.timed([&] { return walk_cavities(at.mesh, *boundary, *input, *run.field(), options, e); });
-        if (!timed.value) return fail(timed.value.error());
-        Walked<D>& made = *timed.value;
-        run.report(made.report);
-        run.report(made.notices);
-        report_curve(run, made.curve, timed.seconds);
-        run.state.history = Corrected<D>{std::move(made.before)};
-        at.mesh.mid_nodes = made.proposal.mid_nodes;
-        at.plan = Plan<D>{Wanted<D>{std::move(*boundary), std::move(input->shells), std::move(made.wanted),
-                                    edge_options(options.curve).aim, std::move(input->extended)},
-                          CommittedPlaces<D>{std::move(made.proposal), std::move(made.after)}};
-        report_verdicts(run, *at.validation());
-        run.report(CommitReport{});
-        return Done{};
-    });
+    MetricTold told;
+    const auto metric = metric_for_curving(run, at.mesh, *boundary, told);
+    Clocks clocks;
+    auto nodes = reinsert_nodes<D>({at.mesh, at.nodes, *boundary}, metric,
+                                   {options.curve,
+                                    {.min_scaled_jacobian = bound.is_asked ? bound.value : min_bound,
+                                     .target = options.relax.aim(),
+                                     .max_turns = options.max_turns}},
+                                   run.around(clocks));
+    if (!nodes) return fail(nodes.error());
+    auto verdicts = run.step("validate", [&](const Execution& e) { return judged(at.mesh, *nodes, bound, e); });
+    if (!verdicts) return fail(verdicts.error());
+    report_metric(run, std::move(told));
+    report_curves(run, nodes->wanted, options.curve, clocks.seconds["reinsert"]);
+    run.report(cavities_report(nodes->made, *verdicts, bound, options.relax.method));
+    if (nodes->made.left > 0)
+        run.report(Notices{std::to_string(nodes->made.left) + " vertices could have another turn: max_turns ended it"});
+    run.state.history = Corrected<D>{verdicts->wanted.validation()};
+    at.mesh.mid_nodes = nodes->made.proposal.mid_nodes;
+    at.plan = Plan<D>{keep_field(run, std::move(*boundary), std::move(nodes->wanted), aim),
+                      CommittedPlaces<D>{std::move(nodes->made.proposal), verdicts->made.validation()}};
+    report_verdicts(run, *at.validation());
+    run.report(CommitReport{});
+    return Done{};
 }
 
 #define CAMBER_INSTANTIATE(D) template Outcome<Done> apply<D>(Runner<D>&, const config::Reinsert&);

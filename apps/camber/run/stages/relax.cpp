@@ -13,7 +13,7 @@ import camber.bezier;
 import camber.config;
 import camber.curving;
 import camber.metric;
-import camber.optimisation;
+import camber.recipes;
 import camber.repair;
 import camber.surface;
 import camber.validity;
@@ -27,43 +27,14 @@ namespace camber::run {
 
 namespace {
 
-/// What repair goes by: what a node off its wanted place costs in the field, or in the mesh's own metric where there is
-/// none (null).
+/// What repair goes by.
 template <int D>
-Outcome<RepairGuide<D>> guide_of(const Plan<D>& plan, const JudgedProposal<D>& judged, const BackMesh<D>* field,
-                                 RepairMethod method, const Execution& execution) {
-    if (!needs_models(method) || judged.validation().all_valid()) return RepairGuide<D>{};
-    if (is_surface_alone(judged.mesh().linear)) return RepairGuide<D>{};  // goes by the geometry
-    if (const Wanted<D>* wanted = plan.wanted()) {
-        const Column<LagrangeNode<D>> nodes = wanted->curved.proposal.mid_nodes;
-        return RepairGuide<D>{wanted->shells, [nodes](EdgeId e) { return nodes[e]; },
-                              field ? edge_models(wanted->aim, judged.mesh(), nodes, wanted->shells, *field)
-                                    : implied_edge_models(judged.mesh(), nodes, wanted->shells),
-                              wanted->extended};
-    }
-    const auto around = shells(judged.mesh().edges, execution);
-    if (!around) return fail(around.error());
-    return own_guide(judged, *around, execution);
-}
-
-/// The same, with feet on the surfaces that are prescribed.
-template <int D>
-Outcome<RepairGuide<D>> guide_on_geometry(const Plan<D>& plan, const JudgedProposal<D>& judged,
-                                          const BackMesh<D>* field, RepairMethod method, const Execution& execution) {
-    auto guide = guide_of(plan, judged, field, method, execution);
-    const Boundary<D>* const boundary = plan.boundary();
-    if (!guide || !boundary || judged.validation().all_valid()) return guide;
-    const bool is_alone = is_surface_alone(judged.mesh().linear);
-    if (!is_alone && !boundary->geometry->prescribes_any()) return guide;
-    const auto feet_of = is_alone ? feet_on_any<D> : feet_on<D>;
-    auto feet = feet_of(boundary->geometry, boundary->features.edge_kinds, judged.mesh(), without_progress(execution));
-    if (!feet) return fail(feet.error());
-    guide->onto = std::move(*feet);
-    if (is_alone) return guide;
-    auto vertices = vertex_feet_on(boundary->geometry, boundary->features, judged.mesh(), without_progress(execution));
-    if (!vertices) return fail(vertices.error());
-    guide->vertices_onto = std::move(*vertices);
-    return guide;
+Outcome<RepairGuide<D>> guide_for(const Plan<D>& plan, const JudgedProposal<D>& judged, const BackMesh<D>* field,
+                                  RepairMethod method, const Execution& execution) {
+    std::optional<WantedNodes<D>> nodes;
+    if (const Wanted<D>* wanted = plan.wanted())
+        nodes.emplace(WantedNodes<D>{wanted->curved, wanted->shells, wanted->extended, wanted->aim, field});
+    return make_guide(judged, nodes, plan.boundary(), method, execution);
 }
 
 /// Nodes of the boundary that repair moved, and that are on the geometry still, are counted apart; vertices of the
@@ -155,7 +126,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
         options.min_scaled_jacobian = bound_for(run, given.min_scaled_jacobian);
         if (auto done = judge_plan(run, options.min_scaled_jacobian, part_of(e, 0, 0.05)); !done) return done;
         const JudgedProposal<D>& judged = *run.plan().judged();
-        const auto guide = guide_on_geometry(run.plan(), judged, run.field(), options.method, part_of(e, 0.05, 0.1));
+        const auto guide = guide_for(run.plan(), judged, run.field(), options.method, part_of(e, 0.05, 0.1));
         if (!guide) return fail(guide.error());
         const auto relax = run.quadratic().boundary_is_given() ? relax_within_boundary<D> : relax_plan<D>;
         auto made = relax(judged, *guide, options, part_of(e, 0.1, 1));

@@ -1,8 +1,6 @@
 module;
 #include <algorithm>
 #include <cstddef>
-#include <functional>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -20,6 +18,7 @@ import camber.cavity;
 import camber.metric;
 import camber.operation;
 import camber.adapt;
+import camber.recipes;
 import camber.surface;
 import :memory;
 import :parts;
@@ -33,53 +32,12 @@ namespace camber::run {
 
 namespace {
 
-/// A mesh as passes take it, and how near to unit it is.
-template <int D>
-struct Begun {
-    Adaptation<D> mesh;
-    UnitMesh measured;
-};
-
-/// Those of the features, and those of embedded curves.
-template <int D>
-std::vector<VertexId> corners_of(const Features<D>& features, const Column<VertexId>& of_curves) {
-    std::vector<VertexId> corners(of_curves.begin(), of_curves.end());
-    const auto of_features = corners_of(features);
-    corners.insert(corners.end(), of_features.begin(), of_features.end());
-    return corners;
-}
 template <int D>
 Outcome<Column<LogMetric<D>>> log_metrics_of(const Adaptation<D>& r, const Execution& execution) {
     auto logs =
         map_each(execution, r.vertices.metrics.size(), [&](std::size_t v) { return r.vertices.metrics[v].log_metric; });
     if (!logs) return fail(logs.error());
     return Column<LogMetric<D>>(std::move(*logs));
-}
-
-template <int D>
-Outcome<Begun<D>> begun(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
-                        const AdaptationGoal<D>& goal, const Column<VertexId>& of_curves, const std::string& metric,
-                        const Execution& execution) {
-    const auto corners = corners_of(features, of_curves);
-    auto made = begin_adaptation(mesh, edges, {features.edge_kinds.view(), corners}, goal, part_of(execution, 0, 0.6));
-    if (!made) return fail(made.error());
-    auto logs = log_metrics_of(*made, without_progress(execution));
-    if (!logs) return fail(logs.error());
-    auto measured = measure_unit_mesh(mesh, edges, *logs, metric, part_of(execution, 0.6, 1));
-    if (!measured) return fail(measured.error());
-    return Begun<D>{std::move(*made), std::move(*measured)};
-}
-template <int D>
-Outcome<Begun<D>> begun(const QuadraticMesh<D>& mesh, const Features<D>& features, const AdaptationGoal<D>& goal,
-                        const Column<VertexId>& of_curves, const std::string& metric, const Execution& execution) {
-    const auto corners = corners_of(features, of_curves);
-    auto made = begin_adaptation(mesh, {features.edge_kinds.view(), corners}, goal, part_of(execution, 0, 0.6));
-    if (!made) return fail(made.error());
-    auto logs = log_metrics_of(*made, without_progress(execution));
-    if (!logs) return fail(logs.error());
-    auto measured = measure_unit_mesh(mesh, *logs, metric, part_of(execution, 0.6, 1));
-    if (!measured) return fail(measured.error());
-    return Begun<D>{std::move(*made), std::move(*measured)};
 }
 
 /// The longest edges that the config's passes leave, in lengths in the metric; none: no pass splits.
@@ -123,32 +81,33 @@ Outcome<std::optional<Growth>> check_growth(const Runner<D>& run, double complex
     return growth;
 }
 
-/// Where new inner edges of a mesh of degree 2 have their nodes.
+/// A mesh as passes take it, and how near to unit it is.
 template <int D>
-void set_objective(AdaptationGoal<D>& goal, const CurveOptions& options) {
-    goal.accuracy = static_cast<const EdgeAccuracyOptions&>(options);
-    goal.search.reset();
-    if (options.aim != CurvingAim::accuracy) goal.search.emplace(search_options(options));
-}
+struct Begun {
+    Remeshing<D> remeshing;
+    UnitMesh measured;
+};
 
-/// The run goes on with a mesh that changes. `curves`: its embedded ones, unless the mesh that it was remeshed from
-/// told of them. `begin`: of the goal, the corners of curves and the name of the metric.
-template <int D, class Curves, class Begin>
-Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, Geometry<D> geometry, Curves&& curves, Begin&& begin) {
-    AdaptationGoal<D> goal{std::move(field.back), std::move(geometry)};
-    const int degree = std::holds_alternative<LinearMesh<D>>(run.state.mesh) ? 1 : 2;
-    goal.max_elements = std::min(max_elements_within(run.memory.bytes, D, degree), max_entities);
-    set_objective(goal, run.state.curving);
+/// The run goes on with a mesh that changes: `begin(by, execution)` → Outcome<Remeshing>, and
+/// `measure(log_metrics, execution)` → Outcome<UnitMesh>.
+template <int D>
+Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, int degree, const auto& begin, const auto& measure) {
+    RemeshingBy<D> by{std::move(field.back), run.state.curving,
+                      std::min(max_elements_within(run.memory.bytes, D, degree), max_entities),
+                      run.state.inherited ? &run.state.inherited->curves : nullptr};
     auto made = run.step("topology", [&](const Execution& e) -> Outcome<Begun<D>> {
-        auto found = curves(*goal.geometry, without_progress(e));
-        if (!found) return fail(found.error());
-        goal.curves = run.state.inherited ? run.state.inherited->curves : *found;
-        return begin(goal, found->corners, field.report.source, e);
+        auto begun = begin(std::move(by), part_of(e, 0, 0.6));
+        if (!begun) return fail(begun.error());
+        auto logs = log_metrics_of(begun->mesh, without_progress(e));
+        if (!logs) return fail(logs.error());
+        auto measured = measure(*logs, part_of(e, 0.6, 1));
+        if (!measured) return fail(measured.error());
+        return Begun<D>{std::move(*begun), std::move(*measured)};
     });
     if (!made) return fail(made.error());
     run.report(BeginsChangingReport{made->measured.report});
-    run.state.mesh = Changing<D>{std::move(made->mesh), std::move(goal), std::move(field.report),
-                                 histograms_of(made->measured, "given")};
+    run.state.mesh = Changing<D>{std::move(made->remeshing.mesh), std::move(made->remeshing.goal),
+                                 std::move(field.report), histograms_of(made->measured, "given")};
     return Done{};
 }
 
@@ -194,33 +153,42 @@ Outcome<EdgeSet<D>> edges_of(Runner<D>& run, const LinearMesh<D>& mesh) {
 
 /// The state's mesh becomes one that changes.
 template <int D>
-Outcome<Done> begin_changing(Runner<D>& run, LinearMesh<D> mesh) {
+Outcome<Done> begin_changing(Runner<D>& run, const LinearMesh<D>& mesh) {
     const auto edges = edges_of(run, mesh);
     if (!edges) return fail(edges.error());
-    auto by = aims_for(run, mesh, *edges);
-    if (!by) return fail(by.error());
-    const auto curves = [&](const Geometry<D>& geometry, const Execution& e) {
-        return find_embedded_curves(mesh, *edges, by->boundary.features, geometry, {}, e);
-    };
-    return go_on_with(run, std::move(by->field), std::move(by->boundary.geometry), curves,
-                      [&](const auto&... of) { return begun(mesh, *edges, by->boundary.features, of...); });
+    auto aim = aims_for(run, mesh, *edges);
+    if (!aim) return fail(aim.error());
+    const std::string metric = aim->field.report.source;
+    return go_on_with(
+        run, std::move(aim->field), 1,
+        [&](RemeshingBy<D> by, const Execution& e) {
+            return begin_remeshing(mesh, *edges, aim->boundary, std::move(by), e);
+        },
+        [&](const auto& logs, const Execution& e) { return measure_unit_mesh(mesh, *edges, logs, metric, e); });
 }
 template <int D>
-Outcome<Done> begin_changing(Runner<D>& run, QuadraticMesh<D> mesh) {
+Outcome<Done> begin_changing(Runner<D>& run, const QuadraticMesh<D>& mesh) {
     const auto nodes = own_boundary_nodes(run, mesh);
-    auto by = aims_for(run, mesh, nodes);
-    if (!by) return fail(by.error());
-    const auto curves = [&](const Geometry<D>& geometry, const Execution& e) {
-        return find_embedded_curves(mesh.linear, mesh.edges, by->boundary.features, geometry, nodes, e);
-    };
-    return go_on_with(run, std::move(by->field), std::move(by->boundary.geometry), curves,
-                      [&](const auto&... of) { return begun(mesh, by->boundary.features, of...); });
+    auto aim = aims_for(run, mesh, nodes);
+    if (!aim) return fail(aim.error());
+    const std::string metric = aim->field.report.source;
+    return go_on_with(
+        run, std::move(aim->field), 2,
+        [&](RemeshingBy<D> by, const Execution& e) {
+            return begin_remeshing(mesh, nodes, aim->boundary, std::move(by), e);
+        },
+        [&](const auto& logs, const Execution& e) { return measure_unit_mesh(mesh, logs, metric, e); });
 }
 template <int D>
 Outcome<Done> begin_changing(Runner<D>& run) {
     if (std::holds_alternative<Changing<D>>(run.state.mesh)) return Done{};
-    if (auto* const straight = std::get_if<LinearMesh<D>>(&run.state.mesh)) return begin_changing(run, *straight);
-    return begin_changing(run, run.quadratic().mesh);
+    // The state gets another mesh while this one is asked.
+    if (auto* const straight = std::get_if<LinearMesh<D>>(&run.state.mesh)) {
+        const LinearMesh<D> mesh = *straight;
+        return begin_changing(run, mesh);
+    }
+    const QuadraticMesh<D> mesh = run.quadratic().mesh;
+    return begin_changing(run, mesh);
 }
 
 PassReport pass_report(std::string_view name, const PassStatistics& s, double seconds) {
@@ -309,20 +277,15 @@ template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     if (auto done = begin_changing(run); !done) return done;
     auto& changing = std::get<Changing<D>>(run.state.mesh);
-    std::map<std::string, double, std::less<>> seconds;
-    const AroundPass around = [&](std::string_view pass, const auto& body) {
-        auto done = run.timed([&] { return run.step(pass, body); });
-        seconds[std::string(pass)] += done.seconds;
-        return std::move(done.value);
-    };
-    auto made = bring_to_metric(std::move(changing.mesh), changing.goal, options, around);
+    Clocks clocks;
+    auto made = bring_to_metric(std::move(changing.mesh), changing.goal, options, run.around(clocks));
     if (!made) return fail(made.error());
     changing.mesh = std::move(made->state);
     const ToMetricStatistics& s = made->statistics;
     for (const auto& [pass, done] :
          {std::pair("collapse", &s.collapse), std::pair("split", &s.split), std::pair("swap", &s.swap),
           std::pair("smooth", &s.smooth), std::pair("mend", &s.mend)})
-        run.report(pass_report(pass, *done, seconds[pass]));
+        run.report(pass_report(pass, *done, clocks.seconds[pass]));
     return Done{};
 }
 

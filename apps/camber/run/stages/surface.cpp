@@ -9,6 +9,7 @@ module;
 module camber.run;
 import camber.core;
 import camber.config;
+import camber.recipes;
 import camber.surface;
 import :report;
 import :runner;
@@ -24,9 +25,6 @@ template <int D>
 FeatureOptions<D> by_angle(const config::Features& options) {
     return {.ridge_angle_degrees = options.ridge_angle};
 }
-/// A mesh that was remeshed lists all its breaks; its new facets may turn where the surface does not break.
-template <int D>
-constexpr FeatureOptions<D> listed_breaks{.ridge_angle_degrees = 180, .corner_angle_degrees = 180};
 
 template <class T, class More>
 Column<T> with(const Column<T>& rows, const More& more) {

@@ -4,24 +4,19 @@ module;
 #include <cstddef>
 #include <ranges>
 #include <span>
-#include <string>
 #include <utility>
 
-#include <fmt/format.h>
-module camber.run;
+module camber.recipes;
 import camber.core;
 import camber.bezier;
-import camber.config;
 import camber.surface;
 import camber.metric;
 import camber.curving;
 import camber.validity;
-import :parts;
-import :report;
-import :stages;
-import :state;
+import :boundary;
+import :curve_input;
 
-namespace camber::run {
+namespace camber {
 
 namespace {
 
@@ -50,12 +45,12 @@ Outcome<Incidence<ElementId>> holders(const QuadraticMesh<D>& mesh, const Execut
 
 template <int D>
 Outcome<CurveInput<D>> input_of(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                const EmbeddedCurves<D>& curves, Buffer<LagrangeNode<D>> nodes, Notices notices,
+                                const EmbeddedCurves<D>& curves, Buffer<LagrangeNode<D>> nodes, std::size_t kept,
                                 const Execution& execution) {
     auto around = holders(mesh, execution);
     if (!around) return fail(around.error());
     return CurveInput<D>{held_kinds(mesh, kinds_with_curves(boundary.features.edge_kinds, curves), boundary.required),
-                         Column<LagrangeNode<D>>(std::move(nodes)), std::move(*around), std::move(notices)};
+                         Column<LagrangeNode<D>>(std::move(nodes)), std::move(*around), kept};
 }
 
 /// Boundary nodes on the geometry.
@@ -64,7 +59,7 @@ Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Bou
                                          const EmbeddedCurves<D>& curves, const Execution& execution) {
     auto nodes = on_geometry(mesh, boundary, curves, part_of(execution, 0, 0.33));
     if (!nodes) return fail(nodes.error());
-    return input_of(mesh, boundary, curves, std::move(*nodes), {}, part_of(execution, 0.33, 1));
+    return input_of(mesh, boundary, curves, std::move(*nodes), 0, part_of(execution, 0.33, 1));
 }
 
 template <int D>
@@ -73,7 +68,7 @@ bool is_prescribed(const LinearMesh<D>& mesh, const Boundary<D>& boundary, std::
                                [&](FacetId f) { return boundary.geometry->prescribes(mesh.facets.references[f]); });
 }
 
-/// The same of a mesh that was read with its curves: boundary nodes where they are, but for edges on prescribed
+/// The same of a mesh with curves of its own: boundary nodes where they are, but for edges on prescribed
 /// surfaces.
 template <int D>
 Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
@@ -89,40 +84,39 @@ Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundar
         (*nodes)[e] = mesh.mid_nodes[e];
         ++kept;
     }
-    return input_of(mesh, boundary, curves, std::move(*nodes),
-                    {fmt::format("{} edges of the boundary keep the nodes that the mesh was read with", kept)},
-                    part_of(execution, 0.33, 1));
+    return input_of(mesh, boundary, curves, std::move(*nodes), kept, part_of(execution, 0.33, 1));
 }
 
 }  // namespace
 
 template <int D>
-Outcome<CurveInput<D>> curve_input(const Quadratic<D>& at, const Boundary<D>& boundary, const Execution& execution) {
-    const bool is_read = at.nodes == NodesOf::file;
-    const auto curves = find_embedded_curves<D>(at.mesh.linear, at.mesh.edges, boundary.features, boundary.geometry,
-                                                is_read ? at.mesh.mid_nodes.view() : std::span<const LagrangeNode<D>>{},
-                                                without_progress(execution));
+Outcome<CurveInput<D>> curve_input(const CurvedFrom<D>& from, const Execution& execution) {
+    const bool is_read = from.nodes == NodesOf::input;
+    const auto curves = find_embedded_curves<D>(
+        from.mesh.linear, from.mesh.edges, from.boundary.features, from.boundary.geometry,
+        is_read ? from.mesh.mid_nodes.view() : std::span<const LagrangeNode<D>>{}, without_progress(execution));
     if (!curves) return fail(curves.error());
-    return is_read ? input_of_read(at.mesh, boundary, *curves, execution)
-                   : input_of_elevated(at.mesh, boundary, *curves, execution);
+    return is_read ? input_of_read(from.mesh, from.boundary, *curves, execution)
+                   : input_of_elevated(from.mesh, from.boundary, *curves, execution);
 }
 
 template <int D>
-Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& boundary, CurveInput<D> input,
-                                  const BackMesh<D>& field, const CurveOptions& options, const Execution& execution) {
-    if (options.aim != CurvingAim::accuracy || at.nodes == NodesOf::file) return input;
-    auto shifts = accurate_offsets(at.mesh, input.kinds, EdgeKind::surface, input.shells, field, options,
+Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input, const BackMesh<D>& field,
+                                  const CurveOptions& options, const Execution& execution) {
+    if (options.aim != CurvingAim::accuracy || from.nodes == NodesOf::input) return input;
+    auto shifts = accurate_offsets(from.mesh, input.kinds, EdgeKind::surface, input.shells, field, options,
                                    part_of(execution, 0, 0.05));
     if (!shifts) return fail(shifts.error());
-    const QuadraticMesh<D> mesh = boundary.required == RequiredBoundary::keep ? at.mesh : without_required(at.mesh);
+    const QuadraticMesh<D> mesh =
+        from.boundary.required == RequiredBoundary::keep ? from.mesh : without_required(from.mesh);
     const Column<LagrangeNode<D>>& present = input.base;
-    auto nodes =
-        slid_nodes<D>(mesh, present, *shifts, boundary.features, boundary.geometry, part_of(execution, 0.05, 0.82));
+    auto nodes = slid_nodes<D>(mesh, present, *shifts, from.boundary.features, from.boundary.geometry,
+                               part_of(execution, 0.05, 0.82));
     if (!nodes) return fail(nodes.error());
     Buffer<Vec<D>>& slides = *shifts;
     for (std::size_t e = 0; e < slides.size(); ++e) slides[e] = (*nodes)[e].point - present[e].point;
     // A slide is worth no element; volume edges, which are where the field has them, have their say after it.
-    auto borne = limit_by_jacobian<D>(at.mesh, present.view(), input.shells, options.min_jacobian, slides,
+    auto borne = limit_by_jacobian<D>(from.mesh, present.view(), input.shells, options.min_jacobian, slides,
                                       part_of(execution, 0.82, 1));
     if (!borne) return fail(borne.error());
     input.drawn_back += *borne;
@@ -133,50 +127,36 @@ Outcome<CurveInput<D>> slid_input(const Quadratic<D>& at, const Boundary<D>& bou
 
 namespace {
 
-/// Edges of a mesh that was read with its curves stay, but for those on prescribed surfaces.
+/// Edges of a mesh with curves of its own stay, but for those on prescribed surfaces.
 template <int D>
-Outcome<Column<EdgeKind>> may_move(const Quadratic<D>& at, const Boundary<D>& boundary, const Column<EdgeKind>& kinds,
+Outcome<Column<EdgeKind>> may_move(const CurvedFrom<D>& from, const Column<EdgeKind>& kinds,
                                    const Execution& execution) {
-    if (at.nodes != NodesOf::file) return kinds;
-    const auto around = facet_shells(at.mesh.edges, without_progress(execution));
+    if (from.nodes != NodesOf::input) return kinds;
+    const auto around = facet_shells(from.mesh.edges, without_progress(execution));
     if (!around) return fail(around.error());
     Buffer<EdgeKind> held(kinds.begin(), kinds.end());
     for (std::size_t e = 0; e < held.size(); ++e)
-        if (!is_prescribed<D>(at.mesh.linear, boundary, (*around)[e])) held[e] = EdgeKind::fixed;
+        if (!is_prescribed<D>(from.mesh.linear, from.boundary, (*around)[e])) held[e] = EdgeKind::fixed;
     return Column<EdgeKind>(std::move(held));
-}
-
-BoundaryNodesReport nodes_report(BoundaryNodeAim aim, const PlacementStatistics& s) {
-    return {std::string(word_of(aim)),
-            s.edges,
-            s.placed,
-            s.best,
-            s.off,
-            s.far,
-            s.elements,
-            s.walked,
-            s.limited,
-            s.mean_gain,
-            s.largest_gain};
 }
 
 }  // namespace
 
 template <int D>
-Outcome<CurveInput<D>> placed_input(const Quadratic<D>& at, const Boundary<D>& boundary, CurveInput<D> input,
-                                    const BackMesh<D>& field, const config::Curve& options,
+Outcome<CurveInput<D>> placed_input(const CurvedFrom<D>& from, CurveInput<D> input, const BackMesh<D>& field,
+                                    const CurveOptions& edges, const PlacementOptions& options,
                                     const Execution& execution) {
     if (options.boundary_nodes == BoundaryNodeAim::projection) return input;
     return guarded([&]() -> Outcome<CurveInput<D>> {
-        auto kinds = may_move(at, boundary, input.kinds, execution);
+        auto kinds = may_move(from, input.kinds, execution);
         if (!kinds) return fail(kinds.error());
-        const auto placed = placed_nodes(at.mesh, *kinds, input.base, input.shells, boundary.features,
-                                         boundary.geometry, field, edge_options(options), options, execution);
+        const auto placed = placed_nodes(from.mesh, *kinds, input.base, input.shells, from.boundary.features,
+                                         from.boundary.geometry, field, edges, options, execution);
         if (!placed) return fail(placed.error());
         Buffer<LagrangeNode<D>> nodes(placed->size());
         for (std::size_t e = 0; e < nodes.size(); ++e) nodes[e] = (*placed)[e].node;
         input.base = std::move(nodes);
-        input.placed = nodes_report(options.boundary_nodes, placement_statistics<D>(*placed));
+        input.placed = placement_statistics<D>(*placed);
         return std::move(input);
     });
 }
@@ -197,50 +177,49 @@ bool is_straight(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
 }  // namespace
 
 template <int D>
-Outcome<CurveInput<D>> carried_in_planes(const Quadratic<D>& at, const Boundary<D>& boundary, CurveInput<D> input,
-                                         const Execution& execution) {
-    if (D == 2 || at.nodes == NodesOf::file || is_surface_alone(at.mesh.linear) || is_straight(at.mesh, input))
+Outcome<CurveInput<D>> carried_in_planes(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
+    if (D == 2 || from.nodes == NodesOf::input || is_surface_alone(from.mesh.linear) || is_straight(from.mesh, input))
         return input;
-    const auto inside = edges_in_planes(at.mesh, boundary.features, boundary.geometry, part_of(execution, 0, 0.1));
+    const auto inside =
+        edges_in_planes(from.mesh, from.boundary.features, from.boundary.geometry, part_of(execution, 0, 0.1));
     if (!inside) return fail(inside.error());
     Buffer<EdgeKind> free(input.kinds.begin(), input.kinds.end());
     for (std::size_t e = 0; e < free.size(); ++e)
         if ((*inside)[e] != 0 && free[e] == EdgeKind::surface) free[e] = EdgeKind::volume;
     const Column<EdgeKind> kinds(std::move(free));
     if (kinds == input.kinds) return input;
-    const auto extended = extend_boundary(at.mesh, kinds, input.base, input.shells, {}, part_of(execution, 0.1, 0.9));
+    const auto extended = extend_boundary(from.mesh, kinds, input.base, input.shells, {}, part_of(execution, 0.1, 0.9));
     if (!extended) return fail(extended.error());
     Buffer<Vec<D>> shifts(input.base.size(), Vec<D>{});
     for (std::size_t e = 0; e < shifts.size(); ++e)
         if (kinds[e] != input.kinds[e]) shifts[e] = extended->nodes[e].point - input.base[e].point;
-    auto nodes =
-        slid_nodes<D>(at.mesh, input.base, shifts, boundary.features, boundary.geometry, part_of(execution, 0.9, 1));
+    auto nodes = slid_nodes<D>(from.mesh, input.base, shifts, from.boundary.features, from.boundary.geometry,
+                               part_of(execution, 0.9, 1));
     if (!nodes) return fail(nodes.error());
     input.base = std::move(*nodes);
     return input;
 }
 
 template <int D>
-Outcome<CurveInput<D>> extended_input(const Quadratic<D>& at, CurveInput<D> input, const Execution& execution) {
-    if (is_straight(at.mesh, input)) return input;
-    auto extended = extend_boundary(at.mesh, input.kinds, input.base, input.shells, {}, execution);
+Outcome<CurveInput<D>> extended_input(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
+    if (is_straight(from.mesh, input)) return input;
+    auto extended = extend_boundary(from.mesh, input.kinds, input.base, input.shells, {}, execution);
     if (!extended) return fail(extended.error());
     input.extended = std::move(extended->nodes);
     return input;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                    \
-    template Outcome<CurveInput<D>> curve_input<D>(const Quadratic<D>&, const Boundary<D>&, const Execution&);   \
-    template Outcome<CurveInput<D>> carried_in_planes<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>, \
-                                                         const Execution&);                                      \
-    template Outcome<CurveInput<D>> extended_input<D>(const Quadratic<D>&, CurveInput<D>, const Execution&);     \
-    template Outcome<CurveInput<D>> placed_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,      \
-                                                    const BackMesh<D>&, const config::Curve&, const Execution&); \
-    template Outcome<CurveInput<D>> slid_input<D>(const Quadratic<D>&, const Boundary<D>&, CurveInput<D>,        \
-                                                  const BackMesh<D>&, const CurveOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<CurveInput<D>> curve_input<D>(const CurvedFrom<D>&, const Execution&);                          \
+    template Outcome<CurveInput<D>> carried_in_planes<D>(const CurvedFrom<D>&, CurveInput<D>, const Execution&);     \
+    template Outcome<CurveInput<D>> extended_input<D>(const CurvedFrom<D>&, CurveInput<D>, const Execution&);        \
+    template Outcome<CurveInput<D>> placed_input<D>(const CurvedFrom<D>&, CurveInput<D>, const BackMesh<D>&,         \
+                                                    const CurveOptions&, const PlacementOptions&, const Execution&); \
+    template Outcome<CurveInput<D>> slid_input<D>(const CurvedFrom<D>&, CurveInput<D>, const BackMesh<D>&,           \
+                                                  const CurveOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
 #undef CAMBER_INSTANTIATE
 
-}  // namespace camber::run
+}  // namespace camber

@@ -8,9 +8,9 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-export module camber.core:box_tree;
-import :column;
-import :vec;
+/// Trees of boxes.
+export module camber.box_tree;
+import camber.core;
 
 export namespace camber {
 

@@ -1,0 +1,168 @@
+module;
+#include <array>
+#include <cstddef>
+#include <utility>
+module camber.recipes;
+import camber.core;
+import camber.bezier;
+import camber.curving;
+import camber.metric;
+import camber.validity;
+import :boundary;
+import :curve_input;
+import :field;
+import :metric_source;
+import :propose;
+
+namespace camber {
+
+CurveOptions edge_options(const ProposeOptions& options) {
+    auto edge = static_cast<const CurveOptions&>(options);
+    edge.aim = options.objective == Objective::energy   ? CurvingAim::energy
+               : options.objective == Objective::length ? CurvingAim::length
+                                                        : CurvingAim::accuracy;
+    return edge;
+}
+
+namespace {
+
+template <int D>
+Outcome<CurveInput<D>> input_for(const CurvedFrom<D>& from, const ProposeOptions& options, const Execution& execution) {
+    // The field of a surface alone is constant along its normals: there is nothing to carry.
+    const bool carried = options.back_mesh == BackMeshKind::carried && options.objective != Objective::shape &&
+                         !is_surface_alone(from.mesh.linear);
+    const double of_nodes = carried ? 0.18 : 0.5, of_planes = carried ? 0.5 : 1;
+    auto input = curve_input(from, part_of(execution, 0, of_nodes));
+    if (!input) return input;
+    input = carried_in_planes(from, std::move(*input), part_of(execution, of_nodes, of_planes));
+    if (!input || !carried) return input;
+    return extended_input(from, std::move(*input), part_of(execution, 0.5, 1));
+}
+
+/// Volume edges start where the field has them.
+template <int D>
+Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
+                                    Column<LagrangeNode<D>> nodes) {
+    const bool is_carried = !nodes.empty();
+    Buffer<LagrangeNode<D>> base = take(is_carried ? std::move(nodes) : input.base);
+    for (std::size_t e = 0; e < base.size(); ++e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        if (input.kinds[e] != EdgeKind::volume)
+            base[e] = input.base[e];
+        else if (!is_carried)
+            base[e] = {midpoint(mesh.linear.points[a], mesh.linear.points[b])};
+    }
+    return base;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<CurvingStart<D>> begin_curving(const CurvedFrom<D>& from, const MetricSource<D>& metric,
+                                       const ProposeOptions& options, const Around& around) {
+    auto input = run_step(around, "extension", [&](const Execution& e) { return input_for(from, options, e); });
+    if (!input) return fail(input.error());
+    if (options.objective == Objective::shape) return CurvingStart<D>{std::move(*input), {}, {}};
+    const CurvingAim aim = edge_options(options).aim;
+    auto field = run_step(around, "metric",
+                          [&](const Execution& e) { return make_curving_field(from.mesh, *input, metric, aim, e); });
+    if (!field) return fail(field.error());
+    // Searches begin at the nodes that a mesh was read with; what is found without one is found anew.
+    if (from.nodes != NodesOf::input || aim == CurvingAim::accuracy)
+        input->base = starting_at(from.mesh, *input, std::move(field->nodes));
+    return CurvingStart<D>{std::move(*input), std::move(field->back), std::move(field->straight)};
+}
+
+template <int D>
+Outcome<CurveInput<D>> moved_input(const CurvedFrom<D>& from, CurveInput<D> input, const BackMesh<D>& field,
+                                   const ProposeOptions& options, const Execution& execution) {
+    const bool is_placed = options.boundary_nodes != BoundaryNodeAim::projection;
+    auto moved = placed_input(from, std::move(input), field, edge_options(options), options,
+                              is_placed ? part_of(execution, 0, 0.8) : without_progress(execution));
+    // Nodes in planes are where their edges are shortest already.
+    if (!moved || options.boundary_nodes == BoundaryNodeAim::length) return moved;
+    return slid_input(from, std::move(*moved), field, edge_options(options),
+                      is_placed ? part_of(execution, 0.8, 1) : execution);
+}
+
+namespace {
+
+/// The proposal of `shape` as one of `curve`, without lengths: there is no field to measure them in.
+template <int D>
+Curved<D> without_lengths(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, Proposal<D> proposal) {
+    const std::size_t n = mesh.edges.size();
+    Curved<D> curved{std::move(proposal), Buffer<double>(n, 0.0), Buffer<double>(n, 0.0), {}};
+    for (std::size_t e = 0; e < n; ++e) {
+        if (kinds[e] != EdgeKind::volume) continue;
+        ++curved.statistics.volume_edges;
+        curved.statistics.curved_edges += curved.proposal.mid_nodes[e] != mesh.mid_nodes[e];
+    }
+    return curved;
+}
+
+/// Nodes by the boundary alone.
+template <int D>
+Outcome<Curved<D>> by_shape(const CurvedFrom<D>& from, CurvingStart<D>& start, const ProposeOptions& options,
+                            const Execution& execution) {
+    auto placed = placed_input(from, std::move(start.input), BackMesh<D>{}, edge_options(options), options,
+                               without_progress(execution));
+    if (!placed) return fail(placed.error());
+    start.input = std::move(*placed);
+    const CurveInput<D>& input = start.input;
+    auto done = shape(from.mesh, input.kinds, input.base, input.shells, ShapeOptions{}, execution);
+    if (!done) return fail(done.error());
+    return without_lengths(from.mesh, input.kinds, std::move(done->proposal));
+}
+
+/// Those of the volume by the field.
+template <int D>
+Outcome<Curved<D>> by_field(const CurvedFrom<D>& from, CurvingStart<D>& start, const ProposeOptions& options,
+                            const Execution& execution) {
+    const CurveOptions edges = edge_options(options);
+    const double of_slides = options.boundary_nodes != BoundaryNodeAim::projection ? 0.5
+                             : edges.aim != CurvingAim::accuracy                   ? 0
+                             : edges.measured == MeasuredEdges::all                ? 0.05
+                                                                                   : 0.26;
+    auto moved = moved_input(from, std::move(start.input), *start.field, options, part_of(execution, 0, of_slides));
+    if (!moved) return fail(moved.error());
+    start.input = std::move(*moved);
+    const CurveInput<D>& input = start.input;
+    auto curved =
+        curve(from.mesh, input.kinds, input.base, input.shells, *start.field, edges, part_of(execution, of_slides, 1));
+    if (!curved) return fail(curved.error());
+    curved->statistics.drawn_back += input.drawn_back;
+    return curved;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const MetricSource<D>& metric,
+                                          const ProposeOptions& options, const Around& around) {
+    const bool is_shape = options.objective == Objective::shape;
+    if (is_shape && options.boundary_nodes == BoundaryNodeAim::length)
+        return fail(ErrorKind::usage, "curve: the objective shape has no metric in which edges could be short", {}, {},
+                    "take another objective, or boundary_nodes accuracy");
+    auto start = begin_curving(from, metric, options, around);
+    if (!start) return fail(start.error());
+    auto curved = run_step(around, "curve", [&](const Execution& e) {
+        return is_shape ? by_shape(from, *start, options, e) : by_field(from, *start, options, e);
+    });
+    if (!curved) return fail(curved.error());
+    return ProposedCurves<D>{std::move(*curved), std::move(start->input), std::move(start->field),
+                             std::move(start->straight_log_metrics)};
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                               \
+    template Outcome<CurvingStart<D>> begin_curving<D>(const CurvedFrom<D>&, const MetricSource<D>&,        \
+                                                       const ProposeOptions&, const Around&);               \
+    template Outcome<CurveInput<D>> moved_input<D>(const CurvedFrom<D>&, CurveInput<D>, const BackMesh<D>&, \
+                                                   const ProposeOptions&, const Execution&);                \
+    template Outcome<ProposedCurves<D>> propose_curves<D>(const CurvedFrom<D>&, const MetricSource<D>&,     \
+                                                          const ProposeOptions&, const Around&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

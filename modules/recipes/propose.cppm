@@ -1,0 +1,99 @@
+module;
+#include <cstdint>
+#include <optional>
+#include <tuple>
+export module camber.recipes:propose;
+import camber.core;
+import camber.bezier;
+import camber.curving;
+import camber.metric;
+import camber.optimisation;
+import camber.surface;
+import :boundary;
+import :curve_input;
+import :metric_source;
+
+export namespace camber {
+
+/// What places volume nodes: `curve` of camber.curving by one of its aims, or its `shape`.
+enum class Objective : std::uint8_t { accuracy, energy, length, shape };
+[[nodiscard]] constexpr auto words(Objective) {
+    return words_of(Word{Objective::accuracy, "accuracy"}, Word{Objective::energy, word_of(EdgeObjectiveKind::energy)},
+                    Word{Objective::length, word_of(EdgeObjectiveKind::length)}, Word{Objective::shape, "shape"});
+}
+
+/// Where the metric is read.
+enum class BackMeshKind : std::uint8_t {
+    carried,   ///< in a mesh of degree 2 that goes along with walls that sag, see carried_nodes of camber.curving
+    straight,  ///< in the straight mesh (paper §1.2)
+};
+[[nodiscard]] constexpr auto words(BackMeshKind) {
+    return words_of(Word{BackMeshKind::carried, "carried"}, Word{BackMeshKind::straight, "straight"});
+}
+
+/// The options of `curve`, and what chooses between its aims and `shape`.
+struct ProposeOptions : CurveOptions, PlacementOptions {
+    Objective objective = Objective::accuracy;
+    BackMeshKind back_mesh = BackMeshKind::carried;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = ProposeOptions;
+        return std::tuple_cat(
+            std::tuple(
+                option(
+                    "objective", &S::objective,
+                    "what edges are curved for: accuracy, that what the metric belongs to is interpolated well; energy "
+                    "or "
+                    "length, that this is least in the metric (energy: smooth, evenly spaced); shape: no metric, the "
+                    "Jacobians of elements are made as even as may be"),
+                option("back_mesh", &S::back_mesh,
+                       "where the metric is read: carried, the field goes along with walls that sag by more "
+                       "than a little of its sizes, and nodes start from there; straight, at its point's place "
+                       "in the straight mesh, as in the paper")),
+            PlacementOptions::options(), CurveOptions::options());
+    }
+    friend bool operator==(const ProposeOptions&, const ProposeOptions&) = default;
+};
+
+/// Those for one edge: the aim is the objective's.
+[[nodiscard]] CurveOptions edge_options(const ProposeOptions& options);
+
+/// Where the nodes of a mesh are wanted, before any correction, and what they were found from.
+template <int D>
+struct ProposedCurves {
+    Curved<D> curved;
+    CurveInput<D> input;
+    std::optional<BackMesh<D>> field;                          ///< none: of the objective shape
+    std::optional<Column<LogMetric<D>>> straight_log_metrics;  ///< at the vertices, of the straight mesh where the
+                                                               ///< field is another
+};
+
+/// Steps: extension, metric, curve. Errors (usage): the objective shape with boundary nodes by length; those of the
+/// metric; stopped; memory.
+template <int D>
+[[nodiscard]] Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const MetricSource<D>& metric,
+                                                        const ProposeOptions& options, const Around& around);
+
+}  // namespace camber
+
+namespace camber {
+
+/// What a curving begins with: the input with its base where the field has nodes, and the field.
+template <int D>
+struct CurvingStart {
+    CurveInput<D> input;
+    std::optional<BackMesh<D>> field;
+    std::optional<Column<LogMetric<D>>> straight_log_metrics;
+};
+/// The steps extension and, but for the objective shape, metric.
+template <int D>
+[[nodiscard]] Outcome<CurvingStart<D>> begin_curving(const CurvedFrom<D>& from, const MetricSource<D>& metric,
+                                                     const ProposeOptions& options, const Around& around);
+
+/// Nodes of boundary edges where the options want them in the field: placed_input, slid_input.
+template <int D>
+[[nodiscard]] Outcome<CurveInput<D>> moved_input(const CurvedFrom<D>& from, CurveInput<D> input,
+                                                 const BackMesh<D>& field, const ProposeOptions& options,
+                                                 const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,83 @@
+module;
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+export module camber.recipes:remesh_mesh;
+import camber.core;
+import camber.adapt;
+import camber.bezier;
+import camber.curving;
+import camber.metric;
+import camber.operation;
+import camber.surface;
+import :boundary;
+import :goal;
+
+export namespace camber {
+
+/// A mesh between two passes that change it, and what it is brought to.
+template <int D>
+struct Remeshing {
+    Adaptation<D> mesh;
+    AdaptationGoal<D> goal;
+};
+
+/// By what passes go: the field of the metric, and where inner edges that they make have their nodes (degree 2).
+template <int D>
+struct RemeshingBy {
+    BackMesh<D> field;
+    CurveOptions curving = {};
+    std::size_t max_elements = max_entities;    ///< see AdaptationGoal
+    const EmbeddedCurves<D>* curves = nullptr;  ///< of the mesh that this one was remeshed from; null: its own
+};
+
+/// Before the first pass. Of a mesh of degree 2 `nodes` are those by which its embedded curves are told; empty: they go
+/// by the geometry. Errors: those of begin_adaptation and find_embedded_curves.
+template <int D>
+[[nodiscard]] Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                    const Boundary<D>& boundary, RemeshingBy<D> by,
+                                                    const Execution& execution);
+template <int D>
+[[nodiscard]] Outcome<Remeshing<D>> begin_remeshing(const QuadraticMesh<D>& mesh,
+                                                    std::span<const LagrangeNode<D>> nodes, const Boundary<D>& boundary,
+                                                    RemeshingBy<D> by, const Execution& execution);
+
+/// Of which degree 1 and 2 have their own.
+struct RemeshMeshOptions {
+    ToMetricOptions passes = {};
+    CurveOptions curving = {};  ///< of degree 2: where inner edges have their nodes
+};
+
+/// A mesh that was remeshed; its facets approximate the same geometry, and its vertices know their metric.
+template <class Mesh>
+struct RemeshedMesh {
+    static constexpr int D = Mesh::dimension;
+    Mesh mesh;
+    Column<LogMetric<D>> log_metrics;  ///< at the vertices
+    Boundary<D> boundary;              ///< with the features of this mesh, which lists all its breaks
+    EmbeddedCurves<D> curves;
+    ToMetricStatistics statistics;
+    std::vector<std::string> notices;  ///< of what `prepare` did: sentences without a full stop
+};
+
+/// All that `camber remesh` does, in one call: the mesh is made sound (`prepare`) and brought to the metric by rounds
+/// of collapse, split, swap and smooth. Steps: prepare, edges (of degree 1), surface, metric, topology, collapse,
+/// split, swap, smooth, mend, finish. Errors: input (no mesh, see `prepare`), options out of range (usage), those of
+/// the goal, stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<RemeshedMesh<LinearMesh<D>>> remesh_mesh(LinearMesh<D> mesh, const MeshGoal<D>& goal,
+                                                               const RemeshMeshOptions& options, const Around& around);
+template <int D>
+[[nodiscard]] Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh(QuadraticMesh<D> mesh, const MeshGoal<D>& goal,
+                                                                  const RemeshMeshOptions& options,
+                                                                  const Around& around);
+
+/// Features of a mesh that was remeshed: it lists all its breaks; its new facets may turn where the surface does not
+/// break.
+template <int D>
+inline constexpr FeatureOptions<D> listed_breaks{.ridge_angle_degrees = 180, .corner_angle_degrees = 180};
+
+}  // namespace camber

@@ -1,0 +1,50 @@
+// recipes VERB IN OUT: a mesh is read, curved, remeshed or repaired in memory by one call, and written. The bytes are
+// those of `camber VERB IN -o OUT`, whose defaults these are.
+#include <cstddef>
+#include <cstdio>
+#include <fstream>
+#include <ios>
+#include <iterator>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+
+import camber.core;
+import camber.bezier;
+import camber.io;
+import camber.repair;
+import camber.recipes;
+
+using namespace camber;
+
+static Outcome<AnyMesh> made(const std::string& verb, AnyMesh mesh, const Around& around) {
+    const auto taken = [](auto of) -> AnyMesh { return std::move(of.mesh); };
+    if (verb == "curve") return curve_mesh<3>(std::get<LinearMesh<3>>(std::move(mesh)), {}, {}, around).map(taken);
+    if (verb == "repair")
+        return run_step(around, "repair", [&](const Execution& e) {
+            return repair_mesh(std::get<QuadraticMesh<3>>(std::move(mesh)), {}, e).map(taken);
+        });
+    if (auto* straight = std::get_if<LinearMesh<3>>(&mesh))
+        return remesh_mesh<3>(std::move(*straight), {}, {}, around).map(taken);
+    return remesh_mesh<3>(std::get<QuadraticMesh<3>>(std::move(mesh)), {}, {}, around).map(taken);
+}
+
+int main(int, char** arguments) {
+    const Execution all;
+    const std::string verb = arguments[1], in = arguments[2], out = arguments[3];
+    std::ifstream file(in, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const auto bytes = std::as_bytes(std::span(text));
+    const auto decoded = (*format_to_read(mesh_formats(), bytes, in))->decode(bytes, in, all);
+    const auto mesh = made(verb, decoded.value().mesh, plainly(all));
+    if (!mesh) {
+        std::fprintf(stderr, "%s\n", describe(mesh.error()).c_str());
+        return 1;
+    }
+    const auto chunks = (*format_to_write(mesh_formats(), out))->encode(*mesh, {}, {}, all);
+    std::ofstream to(out, std::ios::binary);
+    for (const auto& chunk : chunks.value())
+        to.write(reinterpret_cast<const char*>(chunk.data()), static_cast<std::streamsize>(chunk.size()));
+    return 0;
+}

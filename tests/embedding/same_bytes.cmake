@@ -1,0 +1,28 @@
+# cmake -DCAMBER=… -DOUTSIDE=… -DCONFIG=… -DFOLDER=… -P same_bytes.cmake: what the outside program makes of meshes by the recipes has the
+# bytes of what the program makes of them: curved, remeshed in both degrees, and repaired where curving by energy broke elements.
+file(MAKE_DIRECTORY "${FOLDER}")
+function(same VERB INPUT)
+    execute_process(COMMAND "${CAMBER}" ${VERB} ${INPUT} -o program.meshb WORKING_DIRECTORY "${FOLDER}" OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND "${OUTSIDE}" ${VERB} ${INPUT} outside.meshb WORKING_DIRECTORY "${FOLDER}" COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND "${CMAKE_COMMAND}" -E compare_files program.meshb outside.meshb WORKING_DIRECTORY "${FOLDER}"
+        COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+# run(RESULT STAGES MESH): the config with other stages, and its exit code.
+function(run RESULT STAGES MESH)
+    execute_process(COMMAND "${CAMBER}" run "${CONFIG}" --set "stages=${STAGES}" --set output/mesh=${MESH} --set output/report= --set output/vtu=
+        WORKING_DIRECTORY "${FOLDER}" RESULT_VARIABLE code OUTPUT_QUIET ERROR_QUIET)
+    set(${RESULT} ${code} PARENT_SCOPE)
+endfunction()
+run(code "[]" straight.meshb)
+if(NOT code EQUAL 0)
+    message(FATAL_ERROR "no stages were to leave the straight mesh, and the run ended with ${code}")
+endif()
+run(code "[\"elevate\",{\"curve\":{\"objective\":\"energy\",\"back_mesh\":\"straight\"}},\"commit\"]" broken.meshb)
+if(NOT code EQUAL 1)
+    message(FATAL_ERROR "curving without repair was to leave invalid elements (exit code 1), not ${code}")
+endif()
+same(curve straight.meshb)
+file(RENAME "${FOLDER}/program.meshb" "${FOLDER}/curved.meshb")
+same(remesh straight.meshb)
+same(remesh curved.meshb)
+same(repair broken.meshb)
