@@ -56,7 +56,8 @@ CavityRequest<2> insertion_request(const Square& square, const Vec<2>& place) {
     request.holders = request.cavity.elements.size();
     request.place = place;
     request.metric = {metric_of({{0.32, 0.08}}), ElementId{}};
-    grow_delaunay(square.state, place, request.metric.measure, 64, 0, request.cavity);
+    BentSpokes<2> spokes(square.state, square.goal);
+    grow_delaunay(square.state, {place, &request.metric}, spokes, 64, 0, request.cavity);
     return request;
 }
 

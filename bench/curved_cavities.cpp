@@ -123,7 +123,8 @@ void split_one(const Layer& layer) {
             request.metric = {sample.log_metric, sample.location.element};
             request.gradient = sample.gradient;
             request.holders = request.cavity.elements.size();
-            grow_delaunay(layer.state, request.place, request.metric.measure, 64, 0, request.cavity);
+            BentSpokes<2> spokes(layer.state, layer.goal);
+            grow_delaunay(layer.state, {request.place, &request.metric, &request.gradient}, spokes, 64, 0, request.cavity);
             best.look_at(request, 4);
         }
     best.print("curved-insertion");

@@ -216,9 +216,10 @@ void costs() {
     for (const Element<D>& e : elements) ends.emplace_back(e.metrics[1]);
     tell("edge_length, straight, metrics ready", n,
          [&](std::size_t i) { return edge_length(measures[0], ends[i], elements[i].nodes[1] - elements[i].nodes[0]); });
-    tell("edge_length along a curve", n, [&](std::size_t i) {
+    tell("bent_length, metrics ready", n, [&](std::size_t i) {
         const auto& p = elements[i].nodes;
-        return edge_length(elements[i].metrics[0], elements[i].metrics[1], QuadraticEdge<D>{p[0], {p[D + 1]}, p[1]});
+        return bent_length<D>({elements[0].metrics[0], measures[0]}, {elements[i].metrics[1], ends[i]}, p[1] - p[0],
+                              p[D + 1] - midpoint(p[0], p[1]));
     });
     if (sum == 0) std::printf("\n");
 }

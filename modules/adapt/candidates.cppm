@@ -10,6 +10,7 @@ import camber.core;
 import camber.metric;
 import camber.cavity;
 import camber.operation;
+import :bent_spokes;
 import :kept_shapes;
 
 /// What passes look at before they request.
@@ -87,15 +88,21 @@ template <class Id>
 
 /// The length from a request's place to the nearest vertex of the elements that hold it.
 template <int D>
-[[nodiscard]] double nearest_of_holders(const Adaptation<D>& r, const CavityRequest<D>& request) {
-    double nearest = std::numeric_limits<double>::infinity();
+[[nodiscard]] double nearest_of_holders(const Adaptation<D>& r, const CavityRequest<D>& request,
+                                        const ConePoint<D>& point, BentSpokes<D>& spokes) {
+    spokes.begin(point);
+    std::size_t count = 0;
     for (std::size_t i = 0; i < request.holders; ++i) {
         const auto& vertices = r.mesh.elements.vertices[request.cavity.elements[i]];
         for (const VertexId v : vertices)
-            if (i == 0 || local_vertex(r.mesh.elements.vertices[request.cavity.elements[i - 1]], v) < 0)
-                nearest = std::min(nearest, edge_length(request.metric.measure, r.vertices.metrics[v].measure,
-                                                        r.mesh.points[v] - request.place));
+            if (i == 0 || local_vertex(r.mesh.elements.vertices[request.cavity.elements[i - 1]], v) < 0) {
+                spokes.add(v, r.mesh.points[v], r.vertices.metrics[v]);
+                ++count;
+            }
     }
+    spokes.bend();
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < count; ++i) nearest = std::min(nearest, spokes.length(i));
     return nearest;
 }
 

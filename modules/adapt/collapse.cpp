@@ -19,7 +19,7 @@ namespace {
 template <int D>
 class Collapses final : public Pass<D> {
   public:
-    explicit Collapses(const CollapseOptions& options) : options_(options) {}
+    Collapses(const AdaptationGoal<D>& goal, const CollapseOptions& options) : goal_(goal), options_(options) {}
 
     [[nodiscard]] double order_of(double length) const { return length < options_.shortest ? length : infinite_order; }
 
@@ -30,7 +30,7 @@ class Collapses final : public Pass<D> {
         // Into the end where the worst element is better, of those where no edge becomes too long.
         std::optional<Candidate<D>> best;
         double best_shape = 0;
-        ConeShapes<D> cones(r);
+        ConeShapes<D> cones(r, goal_);
         for (const auto& [v, w] : {std::pair{a, b}, std::pair{b, a}}) {
             Candidate<D> candidate;
             cavity_around(r.mesh, v, candidate.request.cavity);
@@ -38,15 +38,16 @@ class Collapses final : public Pass<D> {
             cones.clear();
             for (const ElementId e : candidate.request.cavity.elements)
                 cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
+            cones.place(cone_point(r, w));
             const bool is_long = makes_long_edge(r, candidate.request.cavity.elements, cones, v, w);
             if (is_long && best) continue;
             const double least = best && best->rejected == RejectionReason::none ? best_shape : 0;
-            const double shape = is_long ? 0 : cones.worst(r.mesh.points[w], r.vertices.metrics[w].measure, least, w);
+            const double shape = is_long ? 0 : cones.worst(least, w);
             if (best && best->rejected == RejectionReason::none && !(shape > best_shape)) continue;
             candidate.request.join_to(r, w);
             if (is_long)
                 candidate.rejected = RejectionReason::length;
-            else if (!(shape > 0) && !r.mesh.is_curved())  // the curved ones may be valid
+            else if (!(shape > 0))
                 candidate.rejected = RejectionReason::volume;
             candidate.limits.longest = options_.longest;
             candidate.limits.min_shape = shape_of_quality(options_.min_quality, D);
@@ -66,18 +67,19 @@ class Collapses final : public Pass<D> {
   private:
     /// From w to a vertex around v that it has no edge to yet.
     [[nodiscard]] bool makes_long_edge(const Adaptation<D>& r, const std::vector<ElementId>& around,
-                                       const ConeShapes<D>& cones, VertexId v, VertexId w) const {
+                                       ConeShapes<D>& cones, VertexId v, VertexId w) const {
         std::vector<VertexId> beside{w};
         for (const ElementId e : around)
             if (const auto& vertices = r.mesh.elements.vertices[e]; local_vertex(vertices, w) >= 0)
                 for (const VertexId x : vertices)
                     if (x != v && x != w) beside.push_back(x);
-        return std::ranges::any_of(cones.vertices(), [&](const auto& corner) {
-            return !is_among(beside, corner.vertex) && edge_length(r.vertices.metrics[w].measure, *corner.metric,
-                                                                   corner.place - r.mesh.points[w]) > options_.longest;
-        });
+        const auto corners = cones.vertices();
+        for (std::size_t i = 0; i < corners.size(); ++i)
+            if (!is_among(beside, corners[i].vertex) && cones.length_to(i) > options_.longest) return true;
+        return false;
     }
 
+    const AdaptationGoal<D>& goal_;
     const CollapseOptions& options_;
 };
 
@@ -87,7 +89,7 @@ template <int D>
 Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal, const CollapseOptions& options,
                              const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    Collapses<D> pass(options);
+    Collapses<D> pass(goal, options);
     auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());
     auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);

@@ -12,25 +12,32 @@ import camber.core;
 import camber.metric;
 import camber.cavity;
 import camber.operation;
+import :bent_spokes;
 
 export namespace camber {
 
-/// Shapes of the simplices that faces make with one point. What the faces share is looked up and measured once, so each
-/// further place costs little more than the volumes, and the lengths to it of those vertices that are asked for. The
-/// faces are those of elements, the point comes to the place of the vertex opposite. See metric_shape.
+/// Shapes of the simplices that faces make with one point: metric_shape, in a mesh of degree 2 with edges as the curves
+/// that they are or would get (BentSpokes). What the faces share is looked up and measured once, so each further place
+/// costs little more than the volumes, and the lengths to it of those vertices that are asked for. The faces are those
+/// of elements, the point comes to the place of the vertex opposite.
 template <int D>
 class ConeShapes {
   public:
-    explicit ConeShapes(const Adaptation<D>& r) : r_(r) {}
+    ConeShapes(const Adaptation<D>& r, const AdaptationGoal<D>& goal) : r_(r), spokes_(r, goal) {}
 
     void clear() {
         faces_.clear();
         vertices_.clear();
     }
+    /// The face opposite a local vertex of an element.
     void add(ElementId e, int opposite) {
         Face face;
         const auto outward = face_opposite<D>(opposite);
         for (int i = 0; i < D; ++i) face.corners[i] = index_of(r_.mesh.elements.vertices[e][outward[i]]);
+        if (r_.mesh.is_curved())
+            for (int i = 0; i < D; ++i)
+                for (int j = 0; j < D; ++j)
+                    if (i != j) face.offsets[i][j] = offset_of(r_.mesh, r_.mesh.edges_of[e][edge_between<D>[outward[i]][outward[j]]]);
         faces_.push_back(face);
     }
 
@@ -39,38 +46,50 @@ class ConeShapes {
         VertexId vertex;
         std::uint32_t faces = 0;
         Vec<D> place;
-        const MeasuringMetric<D>* metric = nullptr;
+        const VertexMetric<D>* metric = nullptr;
     };
     [[nodiscard]] std::span<const Corner> vertices() const { return vertices_; }
 
+    /// Where the point is; its metric and gradient are asked as long as it is there.
+    void place(const ConePoint<D>& point) {
+        spokes_.begin(point);
+        for (const Corner& corner : vertices_) spokes_.add(corner.vertex, corner.place, *corner.metric);
+        spokes_.bend();
+    }
+    /// The length of the edge from there to vertices()[i].
+    [[nodiscard]] double length_to(std::size_t i) { return spokes_.length(i); }
+    /// Its tangent at the point, as long as a chord.
+    [[nodiscard]] Vec<D> tangent_to(std::size_t i) const { return spokes_.tangent(i); }
+
     /// The worst shape, where that is above `least`; otherwise something that is not. Faces that hold `without` do not
     /// count; 0 where none does.
-    [[nodiscard]] double worst(const Vec<D>& place, const MeasuringMetric<D>& metric, double least,
-                               VertexId without = {}) {
+    [[nodiscard]] double worst(double least, VertexId without = {}) {
         // Volumes first: they are cheap, and most bad places are so by them.
         for (Face& face : faces_) {
             face.counts = !holds(face, without);
             if (!face.counts) continue;
-            Mat<D> sides;
-            for (int i = 0; i < D; ++i) sides.column[i] = vertices_[face.corners[i]].place - place;
-            face.measure = det(sides);
+            face.measure = measure(face);
             if (!(face.measure > 0) && least >= 0) return 0;
         }
-        to_point_.assign(vertices_.size(), unknown);
         double worst = std::numeric_limits<double>::infinity();
         for (Face& face : faces_) {
             if (!face.counts) continue;
-            worst = std::min(worst, shape(face, place, metric));
+            worst = std::min(worst, shape(face));
             if (!(worst > least)) return worst;
         }
         return worst < std::numeric_limits<double>::infinity() ? worst : 0;  // nothing would be left
+    }
+    [[nodiscard]] double worst_at(const ConePoint<D>& point, double least, VertexId without = {}) {
+        place(point);
+        return worst(least, without);
     }
 
   private:
     static constexpr double unknown = -1;
     struct Face {
-        std::array<std::uint32_t, D> corners{};  ///< of `vertices_`, outward
-        double squares = unknown;                ///< of its edges, in the metrics of both ends
+        std::array<std::uint32_t, D> corners{};        ///< of `vertices_`, outward
+        std::array<std::array<Vec<D>, D>, D> offsets;  ///< of degree 2: of the edge between two of them
+        double squares = unknown;                      ///< of its edges, in the metrics of both ends
         double measure = 0;
         bool counts = true;
     };
@@ -81,7 +100,7 @@ class ConeShapes {
                 ++vertices_[i].faces;
                 return i;
             }
-        vertices_.push_back({v, 1, r_.mesh.points[v], &r_.vertices.metrics[v].measure});
+        vertices_.push_back({v, 1, r_.mesh.points[v], &r_.vertices.metrics[v]});
         return static_cast<std::uint32_t>(vertices_.size() - 1);
     }
     [[nodiscard]] bool holds(const Face& face, VertexId v) const {
@@ -89,28 +108,41 @@ class ConeShapes {
         for (const std::uint32_t c : face.corners) found |= vertices_[c].vertex == v;
         return found;
     }
+    /// D! times the volume: of degree 2 the mean of the Jacobians at the corners, 0 where one is not positive.
+    [[nodiscard]] double measure(const Face& face) const {
+        Mat<D> sides;
+        for (int i = 0; i < D; ++i) sides.column[i] = spokes_.tangent(face.corners[i]);
+        const double at_point = det(sides);
+        if (!r_.mesh.is_curved() || !(at_point > 0)) return at_point;
+        double sum = at_point;
+        for (int i = 0; i < D; ++i) {
+            const Vec<D>& from = vertices_[face.corners[i]].place;
+            // From the point's place in the order: a column that looks the other way turns the sign.
+            for (int j = 0; j < D; ++j)
+                sides.column[j] = i == j ? spokes_.tangent_back(face.corners[i])
+                                         : vertices_[face.corners[j]].place - from + 4.0 * face.offsets[i][j];
+            const double at_corner = -det(sides);
+            if (!(at_corner > 0)) return 0;
+            sum += at_corner;
+        }
+        return sum / (D + 1);
+    }
     [[nodiscard]] double squares_of(Face& face) const {
         if (face.squares != unknown) return face.squares;
         face.squares = 0;
         for (const auto& [a, b] : local_edges<D - 1>) {
             const Corner& p = vertices_[face.corners[a]];
             const Corner& q = vertices_[face.corners[b]];
-            const Vec<D> edge = q.place - p.place;
-            face.squares += p.metric->length_squared(edge) + q.metric->length_squared(edge);
+            face.squares += squares_between(r_, *p.metric, *q.metric, q.place - p.place, face.offsets[a][b]);
         }
         return face.squares;
     }
-    [[nodiscard]] double shape(Face& face, const Vec<D>& place, const MeasuringMetric<D>& metric) {
+    [[nodiscard]] double shape(Face& face) {
         double squares = squares_of(face);
-        double density = metric.density_root;
+        double density = spokes_.density_root();
         for (const std::uint32_t c : face.corners) {
-            const Corner& corner = vertices_[c];
-            density *= corner.metric->density_root;
-            if (to_point_[c] == unknown) {
-                const Vec<D> edge = place - corner.place;
-                to_point_[c] = metric.length_squared(edge) + corner.metric->length_squared(edge);
-            }
-            squares += to_point_[c];
+            density *= vertices_[c].metric->measure.density_root;
+            squares += spokes_.squares(c);
         }
         squares /= 2;
         if (!(squares > 0)) return 0;
@@ -121,7 +153,35 @@ class ConeShapes {
     const Adaptation<D>& r_;
     std::vector<Face> faces_;
     std::vector<Corner> vertices_;
-    std::vector<double> to_point_;
+    BentSpokes<D> spokes_;
 };
+
+/// The shape of an element as ConeShapes has it, of degree 2 with the curves that it has.
+template <int D>
+[[nodiscard]] double bent_shape_of(const Adaptation<D>& r, ElementId e) {
+    const auto& vertices = r.mesh.elements.vertices[e];
+    std::array<std::array<Vec<D>, D + 1>, D + 1> tangents;  // at i, towards j
+    double squares = 0, density = 1;
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto& [i, j] = local_edges<D>[k];
+        const Vec<D> chord = r.mesh.points[vertices[j]] - r.mesh.points[vertices[i]];
+        const Vec<D> offset = offset_of(r.mesh, r.mesh.edges_of[e][k]);
+        tangents[i][j] = chord + 4.0 * offset;
+        tangents[j][i] = 4.0 * offset - chord;
+        squares += squares_between(r, r.vertices.metrics[vertices[i]], r.vertices.metrics[vertices[j]], chord, offset) / 2;
+    }
+    double measure = 0;
+    for (int i = 0; i <= D; ++i) {
+        density *= r.vertices.metrics[vertices[i]].measure.density_root;
+        Mat<D> sides;
+        for (int j = 1; j <= D; ++j) sides.column[j - 1] = tangents[i][i == j ? 0 : j];
+        const double at_corner = i == 0 ? det(sides) : -det(sides);
+        if (!(at_corner > 0)) return 0;
+        measure += at_corner / (D + 1);
+    }
+    if (!(squares > 0)) return 0;
+    if constexpr (D == 2) return 2 * std::sqrt(3.0) * measure * density / squares;
+    return 6 * std::sqrt(12.0) * measure * density / (squares * std::sqrt(squares));
+}
 
 }  // namespace camber

@@ -11,14 +11,17 @@ import camber.operation;
 namespace camber {
 
 template <int D>
-bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const Vec<D>& point, const MeasuringMetric<D>& metric) {
+bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>& point, BentSpokes<D>& spokes) {
+    spokes.begin(point);
+    for (const VertexId v : r.mesh.elements.vertices[e]) spokes.add(v, r.mesh.points[v], r.vertices.metrics[v]);
+    spokes.bend();
     // Seen from the point, where the metric is the identity: the vertices' differences y_i to it. The origin lies in
     // the sphere through them where their lifted determinant |y_i, |y_i|²| has the sign of the element's volume.
     std::array<Vec<D>, D + 1> y;
     std::array<double, D + 1> squares{};
     for (int i = 0; i <= D; ++i) {
-        const Vec<D> x = r.mesh.points[r.mesh.elements.vertices[e][i]] - point;
-        for (int k = 0; k < D; ++k) y[i][k] = dot(metric.rows[k], x);
+        const Vec<D> x = spokes.tangent(static_cast<std::size_t>(i));
+        for (int k = 0; k < D; ++k) y[i][k] = dot(point.metric->measure.rows[k], x);
         squares[i] = norm_squared(y[i]);
     }
     // Expanded along the last column; volumes of the simplices of the point and a face, outward faces.
@@ -49,7 +52,7 @@ VertexId vertex_beyond(const DynamicMesh<D>& mesh, ElementId from, ElementId nex
 }  // namespace
 
 template <int D>
-void grow_delaunay(const Adaptation<D>& r, const Vec<D>& point, const MeasuringMetric<D>& metric, std::size_t most,
+void grow_delaunay(const Adaptation<D>& r, const ConePoint<D>& point, BentSpokes<D>& spokes, std::size_t most,
                    double shortest, Cavity<D>& cavity) {
     auto& elements = cavity.elements;
     for (std::size_t i = 0; i < elements.size() && elements.size() < most; ++i)
@@ -57,17 +60,18 @@ void grow_delaunay(const Adaptation<D>& r, const Vec<D>& point, const MeasuringM
             const FaceNeighbour across = r.mesh.face_neighbours[elements[i]][face];
             if (!across.valid() || !across.is_element()) continue;
             const ElementId next = across.element();
-            if (is_among(elements, next) || !is_in_metric_sphere(r, next, point, metric)) continue;
+            if (is_among(elements, next) || !is_in_metric_sphere(r, next, point, spokes)) continue;
             const VertexId v = vertex_beyond(r.mesh, elements[i], next);
-            if (edge_length(metric, r.vertices.metrics[v].measure, r.mesh.points[v] - point) < shortest) continue;
+            const int at = local_vertex(r.mesh.elements.vertices[next], v);
+            if (spokes.length(static_cast<std::size_t>(at)) < shortest) continue;
             elements.push_back(next);
         }
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template bool is_in_metric_sphere<D>(const Adaptation<D>&, ElementId, const Vec<D>&, const MeasuringMetric<D>&); \
-    template void grow_delaunay<D>(const Adaptation<D>&, const Vec<D>&, const MeasuringMetric<D>&, std::size_t,      \
-                                   double, Cavity<D>&);
+#define CAMBER_INSTANTIATE(D)                                                                                      \
+    template bool is_in_metric_sphere<D>(const Adaptation<D>&, ElementId, const ConePoint<D>&, BentSpokes<D>&);   \
+    template void grow_delaunay<D>(const Adaptation<D>&, const ConePoint<D>&, BentSpokes<D>&, std::size_t, double, \
+                                   Cavity<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

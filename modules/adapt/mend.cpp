@@ -76,15 +76,15 @@ class Removals final : public Pass<D> {
         const auto foot = foot_of(goal_, r.mesh, around, v, r.vertices.place(v).entity);
         return foot && !is_at_foot(r.mesh, around, r.mesh.points[v], foot->point);
     }
-    /// Where the worst straight element is best.
-    [[nodiscard]] static VertexId best_neighbour(const Adaptation<D>& r, const Cavity<D>& around, VertexId v) {
-        ConeShapes<D> cones(r);
+    /// Where the worst element is best, see ConeShapes.
+    [[nodiscard]] VertexId best_neighbour(const Adaptation<D>& r, const Cavity<D>& around, VertexId v) const {
+        ConeShapes<D> cones(r, goal_);
         for (const ElementId e : around.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
         VertexId best;
         double best_shape = 0;
         for (const auto& corner : cones.vertices()) {
             if (!may_collapse(r.mesh, around, v, corner.vertex)) continue;
-            const double shape = cones.worst(corner.place, *corner.metric, best_shape, corner.vertex);
+            const double shape = cones.worst_at(cone_point(r, corner.vertex), best_shape, corner.vertex);
             if (!(shape > best_shape)) continue;
             best = corner.vertex;
             best_shape = shape;

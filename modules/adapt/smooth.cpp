@@ -41,17 +41,18 @@ class Moves final : public Pass<D> {
         CavityRequest<D>& request = candidate.request;
         PatchLimits& limits = candidate.limits;
         cavity_around(r.mesh, v, request.cavity);
-        ConeShapes<D> cones(r);
+        ConeShapes<D> cones(r, goal_);
         for (const ElementId e : request.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
-        const double straight = cones.worst(r.mesh.points[v], r.vertices.metrics[v].measure, 0);
-        const double before = shapes_ ? shapes_->worst(request.cavity.elements) : straight;
+        const double here = cones.worst_at(cone_point(r, v), 0);
+        const double before = shapes_ ? shapes_->worst(request.cavity.elements) : here;
         if (!(before < wanted_)) return {};
-        BestPlace best{{}, {}, gain_ * straight};
+        BestPlace best{{}, {}, gain_ * here};
         const double least = best.shape;
         const auto look = [&](const Vec<D>& target, double share) {
             look_at(r, request.cavity, cones, v, r.mesh.points[v] + share * (target - r.mesh.points[v]), best);
             return best.shape > least;
         };
+        cones.place(cone_point(r, v));
         const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);
         // The first place that is better will do, but for bad elements: there the best.
         const bool is_poor = before < poor_;
@@ -104,7 +105,10 @@ class Moves final : public Pass<D> {
         if (!place) return;
         const FieldSample<D> sample = sample_value(goal_.field, place->point, r.vertices.metrics[v].back);
         const VertexMetric<D> metric(sample.log_metric, sample.location.element);
-        const double shape = cones.worst(place->point, metric.measure, best.shape);
+        ConePoint<D> point = cone_point(r, v);  // its gradient will do
+        point.place = place->point;
+        point.metric = &metric;
+        const double shape = cones.worst_at(point, best.shape);
         if (shape > best.shape) best = {*place, metric, shape};
     }
     /// Along the axes of v's metric, to both sides: the worst element may want v where neither its neighbours nor the
@@ -142,15 +146,19 @@ class Moves final : public Pass<D> {
     /// The mean of where v would be for each of its edges (on a surface those of its facets, on a line those) to have
     /// length 1 at its other end, by how many elements (facets) have the edge.
     [[nodiscard]] static Vec<D> centre_of_unit_edges(const Adaptation<D>& r, const Cavity<D>& around,
-                                                     const ConeShapes<D>& cones, VertexId v) {
+                                                     ConeShapes<D>& cones, VertexId v) {
         const Vec<D> here = r.mesh.points[v];
         Vec<D> sum{};
         double weights = 0;
         const auto add = [&](VertexId w, double weight) {
-            const Vec<D> edge = here - r.mesh.points[w];
-            const double length = edge_length(r.vertices.metrics[v].measure, r.vertices.metrics[w].measure, edge);
+            const auto corners = cones.vertices();
+            const auto i = static_cast<std::size_t>(
+                std::ranges::find(corners, w, &ConeShapes<D>::Corner::vertex) - corners.begin());
+            const double length = cones.length_to(i);
             if (!(length > min_length)) return;  // it asks for a place far beyond all others
-            sum += weight * (r.mesh.points[w] + (1 / length) * edge);
+            // Of a curve its tangent here, at the end of which w would be.
+            const Vec<D> end = r.mesh.is_curved() ? here + cones.tangent_to(i) : r.mesh.points[w];
+            sum += weight * (end + (1 / length) * (here - end));
             weights += weight;
         };
         const auto add_others = [&](const auto& simplex) {

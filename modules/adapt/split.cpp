@@ -76,10 +76,13 @@ class Splits final : public Pass<D> {
         ask_field(r, goal_, r.vertices.metrics[a].back, request);
         request.holders = request.cavity.elements.size();
         // Too near to a vertex that no growing takes away: rejected as it is.
-        if (nearest_of_holders(r, request) < options_.shortest)
+        const ConePoint<D> point{request.place, &request.metric, &request.gradient,
+                                 request.cavity.facets.empty() ? VertexPlace::inside : VertexPlace::surface};
+        BentSpokes<D> spokes(r, goal_);
+        if (nearest_of_holders(r, request, point, spokes) < options_.shortest)
             candidate.rejected = RejectionReason::length;
         else
-            grow_delaunay(r, request.place, request.metric.measure, max_elements, options_.shortest, request.cavity);
+            grow_delaunay(r, point, spokes, max_elements, options_.shortest, request.cavity);
         candidate.limits.corrections = 16;
         candidate.limits.wall_elements = WallElements::refused;
         candidate.limits.shortest = options_.shortest;

@@ -21,14 +21,15 @@ template <int D>
 struct BestSwap {
     Cavity<D> cavity;
     VertexId point;
-    double gain = 0;  ///< worst shape after by before; of degree 2 both of the straight elements
+    double gain = 0;  ///< worst shape after by before; see ConeShapes
 };
 
 template <int D>
 class Swaps final : public Pass<D> {
   public:
-    Swaps(const SwapOptions& options, KeptShapes<D> shapes)
-        : distance_(options.distance),
+    Swaps(const AdaptationGoal<D>& goal, const SwapOptions& options, KeptShapes<D> shapes)
+        : goal_(goal),
+          distance_(options.distance),
           wanted_(shape_of_quality(options.wanted, D)),
           gain_(shape_of_quality(options.gain, D)),
           shapes_(std::move(shapes)) {}
@@ -43,7 +44,7 @@ class Swaps final : public Pass<D> {
         if (!(shape < wanted_)) return {};
         BestSwap<D> best;
         best.gain = gain_;
-        ConeShapes<D> cones(r);
+        ConeShapes<D> cones(r, goal_);
         const auto beside = shapes_beside(r, e);
         for (int k = 0; k < edges_per_simplex<D>; ++k)
             if (is_worst_beside(beside, k, shape)) look_at_edge(r, e, k, cones, best);
@@ -91,7 +92,7 @@ class Swaps final : public Pass<D> {
         cavity_of_edge(r.mesh, e, k, cavity);
         if (D == 2 && !cavity.facets.empty()) return;
         if (shapes_.worst(cavity.elements) < shapes_[e]) return;
-        const double before = worst_straight(r, cavity.elements, e);
+        const double before = worst_bent(r, cavity.elements, e);
         const VertexId a = r.mesh.elements.vertices[e][local_edges<D>[k][0]];
         const VertexId b = r.mesh.elements.vertices[e][local_edges<D>[k][1]];
         cones.clear();
@@ -102,7 +103,7 @@ class Swaps final : public Pass<D> {
             const auto has_p = [&](FacetId f) { return local_vertex(r.mesh.facets.vertices[f], p) >= 0; };
             if (p == a || p == b || (!cavity.facets.empty() && !std::ranges::any_of(cavity.facets, has_p))) continue;
             const double least = best.gain * before;
-            const double after = cones.worst(corner.place, *corner.metric, least, p);
+            const double after = cones.worst_at(cone_point(r, p), least, p);
             if (after > least) take(best, cavity, p, after / before);
         }
     }
@@ -111,14 +112,14 @@ class Swaps final : public Pass<D> {
         best.point = p;
         best.gain = gain;
     }
-    /// The worst straight shape of a cavity in which e is the worst element; what is as good as inverted is worth
-    /// little, not nothing.
-    [[nodiscard]] double worst_straight(const Adaptation<D>& r, const std::vector<ElementId>& elements,
+    /// The worst shape of a cavity in which e is the worst element, as ConeShapes has it; what is as good as inverted is
+    /// worth little, not nothing.
+    [[nodiscard]] double worst_bent(const Adaptation<D>& r, const std::vector<ElementId>& elements,
                                         ElementId e) const {
         if (!r.mesh.is_curved()) return shapes_[e];
         constexpr double little = 1e-3;
         double worst = std::numeric_limits<double>::infinity();
-        for (const ElementId s : elements) worst = std::min(worst, straight_shape_of(r, s));
+        for (const ElementId s : elements) worst = std::min(worst, bent_shape_of(r, s));
         return std::max(worst, little);
     }
     /// Two elements without their face, joined to one of the two vertices opposite it: three elements.
@@ -131,12 +132,13 @@ class Swaps final : public Pass<D> {
         cones.clear();
         for (int i = 0; i <= D; ++i)
             if (local_vertex(r.mesh.elements.vertices[e], r.mesh.elements.vertices[other][i]) >= 0) cones.add(other, i);
-        const double before = worst_straight(r, cavity.elements, e);
+        const double before = worst_bent(r, cavity.elements, e);
         const double least = best.gain * before;
-        const double after = cones.worst(r.mesh.points[p], r.vertices.metrics[p].measure, least);
+        const double after = cones.worst_at(cone_point(r, p), least);
         if (after > least) take(best, cavity, p, after / before);
     }
 
+    const AdaptationGoal<D>& goal_;
     double distance_;
     double wanted_, gain_;  ///< of shapes
     KeptShapes<D> shapes_;
@@ -150,7 +152,7 @@ Outcome<Adapted<D>> swap(Adaptation<D> state, const AdaptationGoal<D>& goal, con
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     auto shapes = KeptShapes<D>::of(state, without_progress(execution));
     if (!shapes) return fail(shapes.error());
-    Swaps<D> pass(options, std::move(*shapes));
+    Swaps<D> pass(goal, options, std::move(*shapes));
     auto tasks = element_tasks(
         state, pass.shapes(), [&](double shape) { return pass.order_of(shape); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());

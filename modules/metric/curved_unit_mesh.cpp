@@ -11,12 +11,24 @@ import camber.bezier;
 namespace camber {
 
 template <int D>
+Outcome<Buffer<double>> bent_lengths(const QuadraticMesh<D>& mesh, std::span<const LogMetric<D>> log_metrics,
+                                     const Execution& execution) {
+    const auto metrics = map_each(part_of(execution, 0, 0.5), log_metrics.size(),
+                                  [&](std::size_t v) { return MeasuringMetric<D>(log_metrics[v]); });
+    if (!metrics) return fail(metrics.error());
+    const auto end = [&](VertexId v) { return BentEnd<D>{log_metrics[v.index()], (*metrics)[v.index()]}; };
+    return map_each(part_of(execution, 0.5, 1), mesh.edges.size(), [&](std::size_t e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        const Vec<D>& p = mesh.linear.points[a];
+        const Vec<D>& q = mesh.linear.points[b];
+        return bent_length<D>(end(a), end(b), q - p, mesh.mid_nodes[e].point - midpoint(p, q));
+    });
+}
+
+template <int D>
 Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh, std::span<const LogMetric<D>> log_metrics,
                                        int bisections, const Execution& execution) {
-    auto lengths = map_each(part_of(execution, 0, 0.1), mesh.edges.size(), [&](std::size_t e) {
-        const auto& [a, b] = mesh.edges.vertices[e];
-        return edge_length(log_metrics[a.index()], log_metrics[b.index()], edge_of(mesh, EdgeId(e)));
-    });
+    auto lengths = bent_lengths(mesh, log_metrics, part_of(execution, 0, 0.1));
     if (!lengths) return fail(lengths.error());
     const std::size_t n = mesh.linear.elements.size();
     auto qualities = map_each(part_of(execution, 0.1, 0.2), n, [&](std::size_t e) {
@@ -47,6 +59,7 @@ Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh, std::span<c
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<Buffer<double>> bent_lengths<D>(const QuadraticMesh<D>&, std::span<const LogMetric<D>>, const Execution&); \
     template Outcome<CurvedMeasures> measure_curved<D>(const QuadraticMesh<D>&, std::span<const LogMetric<D>>, int, \
                                                        const Execution&);
 

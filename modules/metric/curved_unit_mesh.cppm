@@ -31,6 +31,12 @@ template <int D>
     return element;
 }
 
+/// Lengths along the edges, one each (bent_length). Errors: stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<Buffer<double>> bent_lengths(const QuadraticMesh<D>& mesh,
+                                                   std::span<const LogMetric<D>> log_metrics,
+                                                   const Execution& execution);
+
 /// Lengths along the edges, one each; mean qualities (CurvedQuality) of the elements and bounds of their least.
 struct CurvedMeasures {
     Buffer<double> lengths, qualities;

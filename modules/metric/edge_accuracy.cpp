@@ -35,6 +35,7 @@ struct EdgeSight {
     SymPack<D> log_metric;     ///< log M̂, M̂ = Fᵀ M F
     GradientPack<D> gradient;  ///< in the reference
     MatPack<D> jacobian;       ///< F
+    SymPack<D> change = {};    ///< of the middle: of log M̂ from one end to the other
 };
 
 /// The field at an end as the straight edge sees it, where that is bent.
@@ -84,6 +85,7 @@ template <int D>
         see_through_map(b, bent != 0);
     }
     for (int k = 0; k < sym_size<D>; ++k) {
+        a.change.c[k] = b.log_metric.c[k] - a.log_metric.c[k];
         a.log_metric.c[k] = (a.log_metric.c[k] + b.log_metric.c[k]) / 2;
         for (int i = 0; i < D; ++i) a.gradient[i].c[k] = (a.gradient[i].c[k] + b.gradient[i].c[k]) / 2;
     }
@@ -105,7 +107,8 @@ struct EdgeFrame {
 };
 
 template <int D>
-[[nodiscard, gnu::always_inline]] inline EdgeFrame<D> edge_frame(const VecPack<D>& chord, const EdgeSight<D>& middle) {
+[[nodiscard, gnu::always_inline]] inline EdgeFrame<D> edge_frame(const VecPack<D>& chord, const EdgeSight<D>& middle,
+                                                                      ChangeAlong change) {
     EdgeFrame<D> f{};
     f.log_metric = eigen_system<D>(middle.log_metric);
     f.chord = times_transposed(f.log_metric.vectors, chord);
@@ -114,6 +117,7 @@ template <int D>
         along.c[k] = chord[0] * middle.gradient[0].c[k];
         for (int a = 1; a < D; ++a) along.c[k] += chord[a] * middle.gradient[a].c[k];
     }
+    if (change == ChangeAlong::of_ends) along = middle.change;
     f.along_chord = congruence_transposed(f.log_metric.vectors, along);
     for (int i = 0; i < D; ++i) {
         f.sizes[i] = exp(f.log_metric.values[i]);
@@ -197,12 +201,12 @@ template <int D>
 /// F R (by_axes + σ by_sizes), not further along the chord than `max_shift`; nothing where that is no number.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const VecPack<D>& chord, const EdgeSight<D>& middle,
-                                                                    double size_share) {
-    const EdgeFrame<D> f = edge_frame(chord, middle);
+                                                                    const EdgeAccuracyOptions& options) {
+    const EdgeFrame<D> f = edge_frame(chord, middle, options.change);
     const VecPack<D> axes = by_axes(f);
     const VecPack<D> sizes = by_sizes<D>(f, middle.gradient);
     VecPack<D> in_frame;
-    for (int j = 0; j < D; ++j) in_frame[j] = axes[j] + size_share * sizes[j];
+    for (int j = 0; j < D; ++j) in_frame[j] = axes[j] + options.size_share * sizes[j];
     VecPack<D> d = times(f.log_metric.vectors, in_frame);
     const Pack shift = abs(dot(d, chord)) / dot(chord, chord);
     const Pack kept = select(shift > max_shift, max_shift / shift, packed(1));
@@ -225,7 +229,7 @@ void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D
         for (std::size_t begin = 0; begin < offsets.size(); begin += pack_size) {
             const VecPack<D> chord = gathered_vec<D>(
                 chords, begin, [](const Vec<D>& v) __attribute__((always_inline)) -> const Vec<D>& { return v; });
-            scatter<D>(accurate_offset<D>(chord, seen_from_middle<D>(ends, begin), options.size_share), begin, offsets);
+            scatter<D>(accurate_offset<D>(chord, seen_from_middle<D>(ends, begin), options), begin, offsets);
         }
     });
 }

@@ -1,4 +1,5 @@
 module;
+#include <cstdint>
 #include <span>
 #include <tuple>
 export module camber.metric:edge_accuracy;
@@ -9,11 +10,18 @@ import :back_mesh;
 /// minimised. Derivation, bounds and figures: docs/algorithms/edge-accuracy.md.
 export namespace camber {
 
+/// How the change of log M along an edge is known.
+enum class ChangeAlong : std::uint8_t {
+    recovered,  ///< by the recovered gradients at its ends: they smooth metrics that are noisy, as a mesh's own is
+    of_ends,    ///< by its ends themselves: exact for axes that turn evenly, however far the edge reaches
+};
+
 struct EdgeAccuracyOptions {
     /// How far sizes that change draw a node into the finer side, as a share of what the geodesic asks for. The best is
     /// 2/3 where M = |H| of what is interpolated (its Hessian), 1 where M ~ |∇³u|^{2/3}, 0 where sizes tell nothing;
     /// the default is in the middle, since nobody says which.
     double size_share = 0.5;
+    ChangeAlong change = ChangeAlong::recovered;
 
     [[nodiscard]] static constexpr auto options() {
         using S = EdgeAccuracyOptions;
@@ -29,7 +37,8 @@ struct EdgeAccuracyOptions {
 
 /// Offsets of mid nodes from where the back mesh has them: chords[i] = P_02 − P_20, ends[i] what that edge sees. L, at
 /// the middle, is the mean of log(Fᵀ M F) at the ends, and its gradient likewise. With L = R diag(λ) Rᵀ, c = Rᵀ e, D_k
-/// = Rᵀ(∂_k L)R (∂_k along axis k), A = Σ c_k D_k and x_ij = λ_i − λ_j, in the frame of the axes
+/// = Rᵀ(∂_k L)R (∂_k along axis k), A = Σ c_k D_k (or Rᵀ(L_b − L_a)R, see ChangeAlong) and x_ij = λ_i − λ_j, in the frame
+/// of the axes
 ///
 ///   8 d_j = Σ_{i≠j} w(x_ij) A_ij c_i  +  σ [ Σ_i K_ij A_ij c_i − ½ Σ_{ab} K_ab sqrt(K_ja K_jb) (D_j)_ab c_a c_b ],
 ///   w(x) = (1 − e^{−|x|})²/|x| · min(1, e^{−x}),  K_ij = e^{−|x_ij|}, σ = size_share:

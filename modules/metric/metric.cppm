@@ -33,7 +33,7 @@ export import :operations;
 export import :gradation;
 export import :surface_metric;
 export import :unit_mesh;
-export import :curved_length;
+export import :bent_edge;
 export import :distortion;
 export import :distortion_bound;
 export import :distortion_in_field;

@@ -195,6 +195,20 @@ Outcome<NodalLogs<D>> nodal_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> v
 }
 
 template <int D>
+Outcome<NodalLogs<D>> framed_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> vertices, const Execution& execution) {
+    const auto sizes = map_each(part_of(execution, 0, 0.5), vertices.size(),
+                                [&](std::size_t v) { return MeasuringMetric<D>(vertices[v]).log_sizes; });
+    if (!sizes) return fail(sizes.error());
+    auto means = map_each(part_of(execution, 0.5, 1), edges.size(), [&](std::size_t e) {
+        const auto& [a, b] = edges.vertices[e];
+        const auto mean = frame_mean(vertices[a], (*sizes)[a.index()], vertices[b], (*sizes)[b.index()]);
+        return LogMetric<D>{composed(mean)};
+    });
+    if (!means) return fail(means.error());
+    return NodalLogs<D>{std::move(vertices), Column<LogMetric<D>>(std::move(*means))};
+}
+
+template <int D>
 Outcome<BackMesh<D>> make_nodal_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls, NodalLogs<D> logs,
                                           const Execution& execution) {
     if (auto fits = check_nodes(mesh, logs); !fits) return fail(fits.error());
@@ -222,6 +236,7 @@ Outcome<BackMesh<D>> make_nodal_back_mesh(QuadraticMesh<D> mesh, const Incidence
 #define CAMBER_INSTANTIATE(D)                                                                                          \
     template class NodalBack<D>;                                                                                       \
     template Outcome<NodalLogs<D>> nodal_logs<D>(const EdgeSet<D>&, Column<LogMetric<D>>, const Execution&);           \
+    template Outcome<NodalLogs<D>> framed_logs<D>(const EdgeSet<D>&, Column<LogMetric<D>>, const Execution&);           \
     template Outcome<BackMesh<D>> make_nodal_back_mesh<D>(QuadraticMesh<D>, const Incidence<ElementId>&, NodalLogs<D>, \
                                                           const Execution&);
 

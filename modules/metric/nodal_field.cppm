@@ -25,6 +25,12 @@ template <int D>
 [[nodiscard]] Outcome<NodalLogs<D>> nodal_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> vertices,
                                                const Execution& execution);
 
+/// The same for a mesh whose elements bend along with axes that turn: at the nodes the mean in the frame of both ends
+/// (frame_mean), which keeps sizes.
+template <int D>
+[[nodiscard]] Outcome<NodalLogs<D>> framed_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> vertices,
+                                                const Execution& execution);
+
 /// The field of form (4) of the paper on the curved elements of a mesh of degree 2, in physical space: at x = F_K(ξ)
 ///   log M = Σ_i ξ_i L_i + Σ_e 4 ξ_i ξ_j (L_e − (L_i + L_j)/2),
 /// which is Σ B_α(ξ) log M_α with the virtual metrics, and Σ φ_α(ξ) log M(P_α^l). The straight mesh of the same

@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -18,6 +19,7 @@ inline constexpr double longest_unit_edge = 1.4142135623730951;
 template <int D>
 struct MeasuringMetric {
     std::array<Vec<D>, D> rows{};
+    Vec<D> log_sizes;         ///< eigenvalues of log M, rising
     double density_root = 0;  ///< (sqrt(det M))^(1/(D + 1)): their product over an element is the volume's factor
 
     MeasuringMetric() = default;
@@ -29,6 +31,8 @@ struct MeasuringMetric {
             trace += e.values[i];
         }
         density_root = std::exp(trace / (2 * (D + 1)));
+        log_sizes = e.values;
+        std::ranges::sort(log_sizes.c);
     }
     /// vᵀ M v.
     [[nodiscard]] double length_squared(const Vec<D>& v) const {

@@ -60,8 +60,8 @@ ElementState CurvedNodes<D>::element(std::size_t joined) const {
 
 template <int D>
 double CurvedNodes<D>::length_to(std::size_t s) const {
-    return edge_length<D>(request_.metric.log_metric, r_.vertices.metrics[vertex(s)].log_metric,
-                          {request_.place, {w_.spokes[s].node}, end(s)});
+    return bent_length<D>(end_of(request_.metric), end_of(r_.vertices.metrics[vertex(s)]), end(s) - request_.place,
+                          w_.spokes[s].node - middle(s));
 }
 
 /// First nodes are drawn back as far as they can be, then raised, once.

@@ -24,14 +24,24 @@ template <int D>
     return shape_of_quality(curved_quality<D>(nodes, element_metric<D>(metrics)).mean, D);
 }
 
+/// How far the node of an edge of degree 2 is from the middle of its chord.
+template <int D>
+[[nodiscard]] inline Vec<D> offset_of(const DynamicMesh<D>& mesh, EdgeId edge) {
+    const auto& [a, b] = mesh.edges[edge];
+    return mesh.nodes[edge].point - midpoint(mesh.points[a], mesh.points[b]);
+}
+template <int D>
+[[nodiscard]] inline BentEnd<D> end_of(const VertexMetric<D>& metric) {
+    return {metric.log_metric, metric.measure};
+}
+
 /// The length of an edge in the metric, along its curve, and the shape of an element: metric_shape of a straight one.
-/// Candidates are looked for by straight shapes, also of curved elements: they cost a tenth.
 template <int D>
 [[nodiscard]] inline double length_of(const Adaptation<D>& r, EdgeId edge) {
     const auto& [a, b] = r.mesh.edges[edge];
     if (r.mesh.is_curved())
-        return edge_length<D>(r.vertices.metrics[a].log_metric, r.vertices.metrics[b].log_metric,
-                              {r.mesh.points[a], r.mesh.nodes[edge], r.mesh.points[b]});
+        return bent_length<D>(end_of(r.vertices.metrics[a]), end_of(r.vertices.metrics[b]),
+                              r.mesh.points[b] - r.mesh.points[a], offset_of(r.mesh, edge));
     return edge_length(r.vertices.metrics[a].measure, r.vertices.metrics[b].measure,
                        r.mesh.points[b] - r.mesh.points[a]);
 }

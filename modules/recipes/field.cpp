@@ -45,8 +45,9 @@ Outcome<BackMesh<D>> make_field(const QuadraticMesh<D>& mesh, const MetricSource
     }
     auto logs = source.make(natural, part_of(execution, 0.5, 0.65));
     if (!logs) return fail(logs.error());
-    return make_curved_back_mesh(mesh, *around, std::move(*logs), part_of(execution, 0.65, 1),
-                                 KeptGradients::recovered);
+    auto nodal = framed_logs(mesh.edges, std::move(*logs), part_of(execution, 0.65, 0.7));
+    if (!nodal) return fail(nodal.error());
+    return make_nodal_back_mesh(mesh, *around, std::move(*nodal), part_of(execution, 0.7, 1));
 }
 
 namespace {

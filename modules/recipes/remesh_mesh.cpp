@@ -105,7 +105,9 @@ Outcome<Made<D>> remeshed(const Given<D>& given, const MeshGoal<D>& goal, const 
     auto made_field = run_step(around, "metric", field);
     if (!made_field) return fail(made_field.error());
     auto begun = run_step(around, "topology", [&](const Execution& e) {
-        return begin(*boundary, RemeshingBy<D>{std::move(*made_field), options.curving}, e);
+        RemeshingBy<D> by{std::move(*made_field), options.curving};
+        by.curving.change = change_along(goal.metric);
+        return begin(*boundary, std::move(by), e);
     });
     if (!begun) return fail(begun.error());
     auto brought = bring_to_metric(std::move(begun->mesh), begun->goal, options.passes, around);

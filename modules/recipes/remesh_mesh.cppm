@@ -4,6 +4,7 @@ module;
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 export module camber.recipes:remesh_mesh;
 import camber.core;
@@ -15,6 +16,7 @@ import camber.operation;
 import camber.surface;
 import :boundary;
 import :goal;
+import :metric_source;
 
 export namespace camber {
 
@@ -29,7 +31,7 @@ struct Remeshing {
 template <int D>
 struct RemeshingBy {
     BackMesh<D> field;
-    CurveOptions curving = {};
+    CurveOptions curving = {};  ///< `change` of it too: of_ends for metrics that are given
     std::size_t max_elements = max_entities;    ///< see AdaptationGoal
     const EmbeddedCurves<D>* curves = nullptr;  ///< of the mesh that this one was remeshed from; null: its own
 };
@@ -48,7 +50,7 @@ template <int D>
 /// Of which degree 1 and 2 have their own.
 struct RemeshMeshOptions {
     ToMetricOptions passes = {};
-    CurveOptions curving = {};  ///< of degree 2: where inner edges have their nodes
+    CurveOptions curving = {};  ///< of degree 2: where inner edges have their nodes; `change` is the metric's
 };
 
 /// A mesh that was remeshed; its facets approximate the same geometry, and its vertices know their metric.
@@ -74,6 +76,13 @@ template <int D>
 [[nodiscard]] Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh(QuadraticMesh<D> mesh, const MeshGoal<D>& goal,
                                                                   const RemeshMeshOptions& options,
                                                                   const Around& around);
+
+/// How inner edges know the change of a metric: the mesh's own is noisy, others are taken at their word.
+template <int D>
+[[nodiscard]] ChangeAlong change_along(const MetricSource<D>& metric) {
+    const auto* const at_vertices = std::get_if<MetricAtVertices<D>>(&metric);
+    return at_vertices != nullptr && at_vertices->of_natural ? ChangeAlong::recovered : ChangeAlong::of_ends;
+}
 
 /// Features of a mesh that was remeshed: it lists all its breaks; its new facets may turn where the surface does not
 /// break.

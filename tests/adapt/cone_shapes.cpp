@@ -31,25 +31,25 @@ void same_shapes(std::uint64_t seed) {
     const VertexId v(dice.below(mesh.points.size()));
     std::vector<ElementId> around;
     ball(r.mesh, v, around);
-    ConeShapes<D> cones(r);
+    ConeShapes<D> cones(r, goal);
     for (const ElementId e : around) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
     for (int trial = 0; trial < 4; ++trial) {
         Vec<D> place = r.mesh.points[v];
         for (double& c : place.c) c += dice.uniform(-0.2, 0.2);
-        const auto& metric = r.vertices.metrics[dice.below(r.vertices.metrics.size())].measure;
+        const auto& metric = r.vertices.metrics[dice.below(r.vertices.metrics.size())];
         const VertexId without = trial < 2 ? VertexId{} : cones.vertices()[dice.below(cones.vertices().size())].vertex;
         double worst = std::numeric_limits<double>::infinity();
         for (const ElementId e : around)
             if (!without.valid() || local_vertex(r.mesh.elements.vertices[e], without) < 0)
-                worst = std::min(worst, shape_with(r, e, local_vertex(r.mesh.elements.vertices[e], v), place, metric));
-        const double all = cones.worst(place, metric, -2, without);
+                worst = std::min(worst, shape_with(r, e, local_vertex(r.mesh.elements.vertices[e], v), place, metric.measure));
+        const double all = cones.worst_at({place, &metric}, -2, without);
         if (std::isfinite(worst))
             RC_ASSERT(std::abs(all - worst) < 1e-12);
         else
             RC_ASSERT(all == 0.0);  // none counts
         // With something that is asked for: the worst if it is above, otherwise something that is not.
         const double least = dice.uniform(0, 0.5);
-        const double above = cones.worst(place, metric, least, without);
+        const double above = cones.worst_at({place, &metric}, least, without);
         RC_ASSERT((above > least) == (all > least));
         if (above > least) RC_ASSERT(above == all);
     }

@@ -128,6 +128,26 @@ void laws() {
 TEST_CASE("edges for accuracy: triangles") { laws<2>(); }
 TEST_CASE("edges for accuracy: tetrahedra") { laws<3>(); }
 
+TEST_CASE("the change of both ends gives an edge across axes that turn evenly the sagitta of its arc") {
+    for (const double turn : {0.05, 0.1, 0.2, 0.3}) {
+        const auto at = [](double angle) {
+            EdgeEnd<2> end;
+            const double anisotropy = 2 * std::log(100.0), c = std::cos(angle), s = std::sin(angle);
+            end.log_metric.l(0, 0) = anisotropy * c * c;
+            end.log_metric.l(0, 1) = anisotropy * c * s;
+            end.log_metric.l(1, 1) = anisotropy * s * s;
+            return end;
+        };
+        const EdgeEnds<2> ends{at(-turn / 2), at(turn / 2)};
+        const Vec<2> chord{{0, 2 * std::sin(turn / 2)}};
+        Vec<2> offset;
+        accurate_offsets<2>({&chord, 1}, {&ends, 1}, {0, ChangeAlong::of_ends}, {&offset, 1});
+        const double sagitta = 1 - std::cos(turn / 2);
+        CHECK(std::abs(offset[0] / sagitta - 1) < 0.03);
+        CHECK(std::abs(offset[1]) < 1e-12);
+    }
+}
+
 // u = e^{-x/ε} and the size of its Hessian, h ~ e^{x/(2ε)}: the third derivative of u∘F vanishes at the middle.
 TEST_CASE("sizes of a Hessian: no third derivative is left in one direction") {
     for (const double eps : {1.0, 3.0, -2.0}) {

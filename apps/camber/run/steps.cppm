@@ -70,6 +70,7 @@ template <int D>
 struct OwnField {
     BackMesh<D> back;
     MetricReport report;
+    ChangeAlong change = ChangeAlong::recovered;  ///< see change_along
 };
 template <int D>
 [[nodiscard]] Outcome<OwnField<D>> make_own_field(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,

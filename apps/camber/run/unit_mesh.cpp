@@ -83,10 +83,7 @@ Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>&
 template <int D>
 Outcome<UnitMesh> measure_unit_mesh(const QuadraticMesh<D>& mesh, const Column<LogMetric<D>>& log_metrics,
                                     std::string metric, const Execution& execution) {
-    const auto lengths = map_each(part_of(execution, 0, 0.5), mesh.edges.size(), [&](std::size_t e) {
-        const auto& [a, b] = mesh.edges.vertices[e];
-        return edge_length<D>(log_metrics[a], log_metrics[b], edge_of(mesh, EdgeId(e)));
-    });
+    const auto lengths = bent_lengths(mesh, log_metrics.view(), part_of(execution, 0, 0.5));
     if (!lengths) return fail(lengths.error());
     const auto qualities = map_each(part_of(execution, 0.5, 1), mesh.linear.elements.size(), [&](std::size_t e) {
         const auto element = element_in_metric<D>(mesh, log_metrics.view(), ElementId(e));

@@ -95,6 +95,7 @@ Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, int degree, const au
     RemeshingBy<D> by{std::move(field.back), run.state.curving,
                       std::min(max_elements_within(run.memory.bytes, D, degree), max_entities),
                       run.state.inherited ? &run.state.inherited->curves : nullptr};
+    by.curving.change = field.change;
     auto made = run.step("topology", [&](const Execution& e) -> Outcome<Begun<D>> {
         auto begun = begin(std::move(by), part_of(e, 0, 0.6));
         if (!begun) return fail(begun.error());

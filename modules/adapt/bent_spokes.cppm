@@ -1,0 +1,105 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+export module camber.adapt:bent_spokes;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+
+export namespace camber {
+
+/// Where edges are to be joined: a place, the metric there, and of degree 2 the field's gradient.
+template <int D>
+struct ConePoint {
+    Vec<D> place;
+    const VertexMetric<D>* metric = nullptr;
+    const LogGradient<D>* gradient = nullptr;  ///< null in degree 1
+    VertexPlace lies = VertexPlace::inside;
+};
+/// A vertex as it is.
+template <int D>
+[[nodiscard]] ConePoint<D> cone_point(const Adaptation<D>& r, VertexId v) {
+    return {r.mesh.points[v], &r.vertices.metrics[v],
+            r.vertices.gradients.empty() ? nullptr : &r.vertices.gradients[v], r.mesh.states[v].place};
+}
+/// Of an edge the squared lengths in the metrics of both ends, added; of degree 2 twice that of its curve.
+template <int D>
+[[nodiscard]] double squares_between(const Adaptation<D>& r, const VertexMetric<D>& a, const VertexMetric<D>& b,
+                                     const Vec<D>& chord, const Vec<D>& offset) {
+    if (!r.mesh.is_curved()) return a.measure.length_squared(chord) + b.measure.length_squared(chord);
+    const double length = bent_length<D>(end_of(a), end_of(b), chord, offset);
+    return 2 * length * length;
+}
+
+/// The edges that a point would get to vertices: straight ones, or in degree 2 the curves that the closed form of
+/// accuracy gives them (edge_accuracy), which is what the star takes for the nodes of new edges; chords where an edge of
+/// the boundary is likely.
+template <int D>
+class BentSpokes {
+  public:
+    BentSpokes(const Adaptation<D>& r, const AdaptationGoal<D>& goal) : r_(r), goal_(goal) {}
+
+    void begin(const ConePoint<D>& point) {
+        point_ = point;
+        ends_.clear();
+        chords_.clear();
+        squares_.clear();
+        to_.clear();
+    }
+    void add(VertexId v, const Vec<D>& place, const VertexMetric<D>& metric) {
+        to_.push_back({v, &metric});
+        chords_.push_back(place - point_.place);
+    }
+    /// Behind the last `add`.
+    void bend() {
+        squares_.assign(to_.size(), unknown);
+        offsets_.assign(to_.size(), Vec<D>{});
+        if (!r_.mesh.is_curved()) return;
+        for (const To& to : to_)
+            ends_.push_back({{point_.metric->log_metric, *point_.gradient},
+                             {to.metric->log_metric, r_.vertices.gradients[to.vertex]}});
+        accurate_offsets<D>(chords_, ends_, goal_.accuracy, offsets_);
+        if (point_.lies == VertexPlace::inside) return;
+        for (std::size_t i = 0; i < to_.size(); ++i)
+            if (r_.mesh.states[to_[i].vertex].place != VertexPlace::inside) offsets_[i] = {};
+    }
+
+    [[nodiscard]] double density_root() const { return point_.metric->measure.density_root; }
+    /// Of the edge at the point, and at the vertex.
+    [[nodiscard]] Vec<D> tangent(std::size_t i) const {
+        return r_.mesh.is_curved() ? chords_[i] + 4.0 * offsets_[i] : chords_[i];
+    }
+    [[nodiscard]] Vec<D> tangent_back(std::size_t i) const { return 4.0 * offsets_[i] - chords_[i]; }
+    /// See squares_between.
+    [[nodiscard]] double squares(std::size_t i) {
+        if (squares_[i] == unknown)
+            squares_[i] = squares_between(r_, *point_.metric, *to_[i].metric, chords_[i], offsets_[i]);
+        return squares_[i];
+    }
+    [[nodiscard]] double length(std::size_t i) {
+        if (r_.mesh.is_curved()) return std::sqrt(squares(i) / 2);
+        return edge_length(point_.metric->measure, to_[i].metric->measure, chords_[i]);
+    }
+
+  private:
+    static constexpr double unknown = -1;
+    struct To {
+        VertexId vertex;
+        const VertexMetric<D>* metric;
+    };
+
+    const Adaptation<D>& r_;
+    const AdaptationGoal<D>& goal_;
+    ConePoint<D> point_;
+    std::vector<To> to_;
+    std::vector<Vec<D>> chords_, offsets_;
+    std::vector<EdgeEnds<D>> ends_;
+    std::vector<double> squares_;
+};
+
+}  // namespace camber
