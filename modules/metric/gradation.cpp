@@ -69,14 +69,15 @@ Outcome<Buffer<EigenSystem<D>>> decomposed(const Column<LogMetric<D>>& field, co
 }  // namespace
 
 template <int D>
-EigenSystem<D> spanned_metric(const EigenSystem<D>& at_p, const Vec<D>& pq, const GradationOptions& options) {
+EigenSystem<D> spanned_metric(const EigenSystem<D>& at_p, const AxesTurn<D>& turn, const Vec<D>& pq,
+                              const GradationOptions& options) {
     const double growth = std::log(options.ratio);
-    const double metric_length = std::sqrt(SpectralMetric<D>(at_p).length_squared(pq));
+    const double metric_length = std::sqrt(SpectralMetric<D>(turned(at_p, turn.by(0.5))).length_squared(pq));
     const double metric_part = std::log1p(metric_length * growth);
     const double share = options.space == GradationSpace::metric     ? 0
                          : options.space == GradationSpace::physical ? 1
                                                                      : options.physical_share;
-    EigenSystem<D> out = at_p;
+    EigenSystem<D> out = turned(at_p, turn);
     const double distance_in_space = norm(pq);
     for (double& log_value : out.values.c) {
         // h grows by a factor g: λ = h⁻², so log λ falls by 2 log g.
@@ -96,14 +97,19 @@ Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     const Execution quiet = without_progress(execution);
     auto metrics = decomposed<D>(field, quiet);
     if (!metrics) return fail(metrics.error());
+    Buffer<Sym<D>> logs_now(n);
+    for (std::size_t v = 0; v < n; ++v) logs_now[v] = field[v].l;
     Buffer<std::uint8_t> active(n, std::uint8_t{1});   // changed in the last sweep
     Buffer<std::uint8_t> touched(n, std::uint8_t{0});  // changed in any
 
     const auto swept = [&](std::size_t v) {
         Swept<D> out{(*metrics)[v], false};
         for (const VertexId w : around[v]) {
-            if (active[w.index()] == 0) continue;
-            const auto spanned = spanned_metric<D>((*metrics)[w.index()], mesh.points[v] - mesh.points[w], options);
+            // What w spans here depends on both, since it turns along.
+            if (active[w.index()] == 0 && active[v] == 0) continue;
+            const auto spanned =
+                spanned_metric<D>((*metrics)[w.index()], turn_between(logs_now[w.index()], logs_now[v]),
+                                  mesh.points[v] - mesh.points[w], options);
             if (surely_contained<D>(out.metric, spanned) || size_excess<D>(out.metric, spanned) <= options.tolerance)
                 continue;
             out.metric = intersection<D>(out.metric, spanned);
@@ -119,8 +125,9 @@ Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& 
                         static_cast<std::size_t>(options.max_sweeps) + 1);
         bool any = false;
         for (std::size_t v = 0; v < n; ++v) {
-            (*metrics)[v] = (*next)[v].metric;
             active[v] = (*next)[v].changed ? 1 : 0;
+            if (active[v] != 0) logs_now[v] = composed((*next)[v].metric);
+            (*metrics)[v] = (*next)[v].metric;
             touched[v] |= active[v];
             any = any || active[v] != 0;
         }
@@ -128,7 +135,7 @@ Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& 
         if (!any || result.sweeps == options.max_sweeps) break;
     }
     auto logs = map_each(
-        quiet, n, [&](std::size_t v) { return touched[v] != 0 ? LogMetric<D>{composed((*metrics)[v])} : field[v]; });
+        quiet, n, [&](std::size_t v) { return touched[v] != 0 ? LogMetric<D>{logs_now[v]} : field[v]; });
     if (!logs) return fail(logs.error());
     result.log_metrics = std::move(*logs);
     for (const std::uint8_t t : touched) result.changed += t;
@@ -146,7 +153,8 @@ Outcome<double> gradation_excess(const LinearMesh<D>& mesh, const EdgeSet<D>& ed
         [&](double& most, std::size_t e) {
             const auto& [a, b] = edges.vertices[e];
             for (const auto& [p, q] : {std::array{a, b}, std::array{b, a}}) {
-                const auto spanned = spanned_metric<D>((*metrics)[p.index()], mesh.points[q] - mesh.points[p], options);
+                const auto spanned = spanned_metric<D>((*metrics)[p.index()], turn_between(field[p].l, field[q].l),
+                                                       mesh.points[q] - mesh.points[p], options);
                 most = std::max(most, size_excess<D>((*metrics)[q.index()], spanned));
             }
         },
@@ -154,7 +162,7 @@ Outcome<double> gradation_excess(const LinearMesh<D>& mesh, const EdgeSet<D>& ed
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
-    template EigenSystem<D> spanned_metric<D>(const EigenSystem<D>&, const Vec<D>&, const GradationOptions&);          \
+    template EigenSystem<D> spanned_metric<D>(const EigenSystem<D>&, const AxesTurn<D>&, const Vec<D>&, const GradationOptions&); \
     template Outcome<Graded<D>> apply_gradation<D>(const LinearMesh<D>&, const EdgeSet<D>&,                            \
                                                    const Column<LogMetric<D>>&, const GradationOptions&,               \
                                                    const Execution&);                                                  \

@@ -30,6 +30,7 @@ export import :edge_accuracy;
 export import :edge_pack_search;
 export import :intersection;
 export import :operations;
+export import :turn;
 export import :gradation;
 export import :surface_metric;
 export import :unit_mesh;

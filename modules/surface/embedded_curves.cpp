@@ -135,7 +135,7 @@ Outcome<EmbeddedCurves<3>> found_curves(const LinearMesh<3>& mesh, const EdgeSet
         smooth = std::move(*made);
     }
     Buffer<EmbeddedCurves<3>::Piece> pieces(embedded.size());
-    Buffer<Box<3>> boxes(embedded.size());
+    Buffer<Box<3>> boxes(embedded.size(), Box<3>{});
     for (std::size_t i = 0; i < embedded.size(); ++i) {
         const auto& [edge, reference] = embedded[i];
         const auto& [a, b] = edges.vertices[edge];

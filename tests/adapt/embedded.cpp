@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -137,6 +138,16 @@ CompactMesh<D> remeshed(const LinearMesh<D>& mesh, const std::optional<AnalyticG
     Vec<D> sizes;
     sizes.c.fill(size);
     Buffer<LogMetric<D>> logs(mesh.points.size(), log_metric_of_sizes<D>(sizes));
+    // The tree over the curves against a look at each of them.
+    for (const auto& piece : curves.pieces) {
+        const Vec<D> p = 0.5 * (piece.curve.control.front() + piece.curve.control.back());
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const auto& other : curves.pieces)
+            if (other.reference == piece.reference)
+                nearest = std::min(nearest, closest_on(other.curve, p).distance_squared);
+        const Vec<D> found = closest_on_curves(curves, piece.reference, p).value();
+        CHECK(norm_squared(found - p) <= (1 + 1e-9) * nearest + 1e-24);
+    }
     AdaptationGoal<D> goal{
         must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<D>>(std::move(logs)), alone)), geometry};
     goal.curves = curves;
