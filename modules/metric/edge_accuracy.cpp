@@ -14,6 +14,7 @@ namespace {
 /// What changes by more than this within an edge is not resolved by it: the angle by which axes turn, in radians, and
 /// the change of log M by sizes (a factor of 7 of a size).
 constexpr double max_turn = 1;
+constexpr double max_turn_of_ends = 1.2;
 constexpr double max_change = 4;
 /// The longest edge of a mesh that is unit for the metric has length √2; functions are not resolved by longer ones.
 constexpr double unit_length_squared = 2;
@@ -139,17 +140,28 @@ template <int D>
     return select(x == 0, packed(0), unlike * unlike / abs(x) * select(x > 0, likeness, packed(1)));
 }
 
-/// Level sets of the coordinates whose gradients the axes are: r_j·d = (change of r_j along e)·e/8.
+/// Level sets of the coordinates whose gradients the axes are: r_j·d = (change of r_j along e)·e/8. By both ends, whose
+/// change is x tan α for axes that turn by α, as far as the tangents there ask for: (e/4) tan(α/2).
 template <int D>
-[[nodiscard, gnu::always_inline]] inline VecPack<D> by_axes(const EdgeFrame<D>& f) {
+[[nodiscard, gnu::always_inline]] inline VecPack<D> by_axes(const EdgeFrame<D>& f, ChangeAlong change) {
     VecPack<D> d;
     for (int j = 0; j < D; ++j) {
         d[j] = packed(0);
-        for (int i = 0; i < D; ++i)
-            if (i != j) d[j] += turning(f.x[i][j], f.likeness(i, j)) * f.along_chord(i, j) * f.chord[i] / 8;
+        for (int i = 0; i < D; ++i) {
+            if (i == j) continue;
+            Pack part = turning(f.x[i][j], f.likeness(i, j)) * f.along_chord(i, j) * f.chord[i] / 8;
+            if (change == ChangeAlong::of_ends) {
+                const Pack tangent = select(f.x[i][j] == 0, packed(0), f.along_chord(i, j) / f.x[i][j]);
+                part *= 2 / (1 + sqrt(1 + tangent * tangent));
+            }
+            d[j] += part;
+        }
     }
-    // 8 |d|/|e| is the angle by which the axes turn.
-    const Pack kept = resolved(8 * sqrt(dot(d, d)) / sqrt(dot(f.chord, f.chord)), max_turn);
+    // 8 |d|/|e| is the angle by which the axes turn. Where that is of both ends it is known as far as it is told from
+    // one by which other axes came there.
+    const Pack turn = 8 * sqrt(dot(d, d)) / sqrt(dot(f.chord, f.chord));
+    const Pack kept = change == ChangeAlong::of_ends ? resolved(turn * turn, max_turn_of_ends * max_turn_of_ends)
+                                                     : resolved(turn, max_turn);
     for (int j = 0; j < D; ++j) d[j] *= kept;
     return d;
 }
@@ -203,7 +215,7 @@ template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const VecPack<D>& chord, const EdgeSight<D>& middle,
                                                                     const EdgeAccuracyOptions& options) {
     const EdgeFrame<D> f = edge_frame(chord, middle, options.change);
-    const VecPack<D> axes = by_axes(f);
+    const VecPack<D> axes = by_axes(f, options.change);
     const VecPack<D> sizes = by_sizes<D>(f, middle.gradient);
     VecPack<D> in_frame;
     for (int j = 0; j < D; ++j) in_frame[j] = axes[j] + options.size_share * sizes[j];

@@ -13,7 +13,7 @@ export namespace camber {
 /// How the change of log M along an edge is known.
 enum class ChangeAlong : std::uint8_t {
     recovered,  ///< by the recovered gradients at its ends: they smooth metrics that are noisy, as a mesh's own is
-    of_ends,    ///< by its ends themselves: exact for axes that turn evenly, however far the edge reaches
+    of_ends,    ///< by its ends themselves: exact for axes that turn evenly, up to about a radian within the edge
 };
 
 struct EdgeAccuracyOptions {

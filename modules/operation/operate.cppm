@@ -31,6 +31,7 @@ struct OperationWorkspace {
 /// What came of a request.
 struct OperationResult {
     RejectionReason rejected = RejectionReason::none;
+    bool is_planned = true;  ///< false: the candidate was rejected before
     double worst_shape = 0;  ///< of the new elements, where nothing is rejected
     int corrections = 0;
     /// Of degree 2: what the test of degree 1 says of the same star: that an element has no volume, or that all have

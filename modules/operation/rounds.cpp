@@ -121,7 +121,7 @@ class Rounds {
         for (double share = 1; candidate;) {
             out.result = candidate->rejected == RejectionReason::none
                              ? operate(r_, goal_, candidate->request, candidate->limits, workspace, out.patch)
-                             : OperationResult{.rejected = candidate->rejected};
+                             : OperationResult{.rejected = candidate->rejected, .is_planned = false};
             if (!lies_badly(out.result.rejected) || share == 0) return;
             share = share > 0.2 ? share / 2 : 0;
             const Vec<D> before = candidate->request.place;
@@ -165,6 +165,7 @@ class Rounds {
     void count(const OperationResult& result, bool is_short_of_geometry) {
         PassStatistics& s = statistics_;
         ++s.proposals;
+        s.planned += result.is_planned ? 1 : 0;
         s.programmes += static_cast<std::size_t>(result.programmes);
         if (result.rejected != RejectionReason::none) {
             s.straight_positive += result.straight_positive ? 1 : 0;

@@ -20,7 +20,8 @@ export namespace camber {
 /// What a pass did.
 struct PassStatistics {
     std::size_t rounds = 0;     ///< commits
-    std::size_t proposals = 0;  ///< requests that were planned; one that waits is planned again, and counted again
+    std::size_t proposals = 0;  ///< requests; one that waits is made again, and counted again
+    std::size_t planned = 0;    ///< those of them that a pass's own measures let through, of which a star was made
     std::size_t accepted = 0;
     std::size_t corrections = 0;  ///< elements that joined or left cavities of accepted ones
     std::size_t shortened = 0;    ///< accepted points that went a part of their way to the geometry only
@@ -38,6 +39,7 @@ struct PassStatistics {
     PassStatistics& operator+=(const PassStatistics& other) {
         rounds += other.rounds;
         proposals += other.proposals;
+        planned += other.planned;
         accepted += other.accepted;
         corrections += other.corrections;
         shortened += other.shortened;

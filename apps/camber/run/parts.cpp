@@ -33,6 +33,7 @@ void add_up(std::optional<RelaxReport>& sum, const RelaxReport& part) {
 void add_up(PassReport& sum, const PassReport& part) {
     sum.rounds += part.rounds;
     sum.proposals += part.proposals;
+    sum.planned += part.planned;
     sum.accepted += part.accepted;
     sum.corrections += part.corrections;
     sum.shortened += part.shortened;

@@ -61,6 +61,7 @@ Json json(const PassReport& p) {
     return {{"pass", p.pass},
             {"rounds", p.rounds},
             {"proposals", p.proposals},
+            {"planned", p.planned},
             {"accepted", p.accepted},
             {"rejected", std::move(rejected)},
             {"corrections", p.corrections},

@@ -101,8 +101,8 @@ std::string remesh_rows(const RemeshReport& r) {
         table_row("smallest quality in the metric",
                   fmt::format("{:.4g} -> {:.4g}", r.before.worst_quality, r.after.worst_quality));
     for (const PassReport& p : r.passes)
-        text += table_row(p.pass + ": accepted, of proposals",
-                          fmt::format("{}, {} ({} a second)", grouped(p.accepted), grouped(p.proposals),
+        text += table_row(p.pass + ": accepted, of planned",
+                          fmt::format("{}, {} ({} a second)", grouped(p.accepted), grouped(p.planned),
                                       grouped(static_cast<std::size_t>(static_cast<double>(p.accepted) /
                                                                        (p.seconds > 1e-9 ? p.seconds : 1e-9)))));
     return text;

@@ -196,6 +196,7 @@ PassReport pass_report(std::string_view name, const PassStatistics& s, double se
     PassReport report{.pass = std::string(name),
                       .rounds = s.rounds,
                       .proposals = s.proposals,
+                      .planned = s.planned,
                       .accepted = s.accepted,
                       .corrections = s.corrections,
                       .shortened = s.shortened,

@@ -1,0 +1,148 @@
+// Rows of thin elements that bend by many times their height within one edge: passes find their way along the curves.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include <doctest/doctest.h>
+
+#include "goals.hpp"
+#include "meshes.hpp"
+#include "sanitized.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.cavity;
+import camber.surface;
+import camber.soundness;
+import camber.validity;
+import camber.operation;
+import camber.adapt;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+constexpr double height = 1e-3;  ///< of a row; edges along it have length 1
+
+/// Rows go around an axis: those of an edge of length 1 have a sagitta of so many heights. Straight: none.
+template <int D>
+struct Bending {
+    double radius = 0;  ///< 0: straight
+
+    explicit Bending(double bow) : radius(bow > 0 ? 1 / (8 * bow * height) : 0) {}
+    [[nodiscard]] Vec<D> operator()(const Vec<D>& x) const {
+        if (radius == 0) return x;
+        Vec<D> p = x;
+        p[0] = (radius + x[D - 1]) * std::sin(x[0] / radius);
+        p[D - 1] = (radius + x[D - 1]) * std::cos(x[0] / radius) - radius;
+        return p;
+    }
+    /// Of these sizes along the rows (along the axis) and across them, at a point of the bent mesh.
+    [[nodiscard]] LogMetric<D> metric_at(const Vec<D>& x, const Vec<D>& sizes) const {
+        Mat<D> frame = Mat<D>::identity();
+        if (radius != 0) {
+            const double r = std::hypot(x[0], x[D - 1] + radius), s = x[0] / r, c = (x[D - 1] + radius) / r;
+            frame(0, 0) = c;
+            frame(D - 1, 0) = -s;
+            frame(0, D - 1) = s;
+            frame(D - 1, D - 1) = c;
+        }
+        return log_metric_of_sizes<D>(sizes, frame);
+    }
+};
+
+template <int D>
+Features<D> features_of(const QuadraticMesh<D>& mesh) {
+    return must(find_features(mesh.linear, mesh.edges, FeatureOptions<D>{.ridge_angle_degrees = 60}, alone));
+}
+
+template <int D>
+QuadraticMesh<D> bent_rows(const Bending<D>& bending) {
+    LatticeOptions<D> options;
+    options.cells.fill(D == 2 ? 8 : 3);
+    options.jitter = 0.1;
+    options.seed = 3;
+    options.place = [](Vec<D> p) {
+        p[D - 1] *= height;
+        return p;
+    };
+    QuadraticMesh<D> mesh = must(elevate(must(prepare(lattice_mesh(options), alone)).mesh, alone));
+    Buffer<Vec<D>> points(mesh.linear.points.begin(), mesh.linear.points.end());
+    Buffer<LagrangeNode<D>> nodes(mesh.mid_nodes.begin(), mesh.mid_nodes.end());
+    for (Vec<D>& p : points) p = bending(p);
+    for (LagrangeNode<D>& node : nodes) node.point = bending(node.point);
+    mesh.linear.points = std::move(points);
+    mesh.mid_nodes = std::move(nodes);
+    return mesh;
+}
+
+/// The boundary's own curves.
+template <int D>
+Geometry<D> geometry_of(const QuadraticMesh<D>& mesh) {
+    const auto features = features_of(mesh);
+    auto straight = must(build_surrogate(mesh.linear, mesh.edges, features, SurrogateOptions{}, alone));
+    return Geometry<D>(must(with_curves<D>(std::move(straight), mesh.linear, mesh.edges, features,
+                                           mesh.mid_nodes.view(), StraightGeometry<D>{}, SurrogateOptions{}, alone))
+                           .surrogate);
+}
+
+template <int D>
+AdaptationGoal<D> goal_along(const QuadraticMesh<D>& mesh, const Geometry<D>& geometry, const Bending<D>& bending,
+                             double size) {
+    Vec<D> sizes;
+    sizes.c.fill(size);
+    sizes[D - 1] *= height;
+    Buffer<LogMetric<D>> logs(mesh.linear.points.size());
+    for (std::size_t v = 0; v < logs.size(); ++v) logs[v] = bending.metric_at(mesh.linear.points[v], sizes);
+    auto nodal = must(framed_logs(mesh.edges, Column<LogMetric<D>>(std::move(logs)), alone));
+    AdaptationGoal<D> goal{
+        must(make_nodal_back_mesh(mesh, must(balls(mesh.linear, alone)), std::move(nodal), alone)), geometry};
+    goal.accuracy.change = ChangeAlong::of_ends;
+    return goal;
+}
+
+template <int D>
+Adaptation<D> begun(const QuadraticMesh<D>& mesh, const AdaptationGoal<D>& goal) {
+    const auto features = features_of(mesh);
+    std::vector<VertexId> corners;
+    for (std::size_t v = 0; v < mesh.linear.points.size(); ++v)
+        if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
+    return must(begin_adaptation(mesh, {features.edge_kinds.view(), corners}, goal, alone));
+}
+
+template <int D>
+void expect_passes_along_rows(double bow, double least_unit) {
+    const Bending<D> bending(bow);
+    QuadraticMesh<D> mesh = bent_rows<D>(bending);
+    REQUIRE(must(validate(mesh, 0, alone)).all_valid());
+    const Geometry<D> geometry = geometry_of(mesh);
+    std::size_t straight_inverted = 0;
+    for (const double size : {1.5, 0.8, 1.2}) {
+        CAPTURE(bow);
+        CAPTURE(size);
+        const AdaptationGoal<D> goal = goal_along(mesh, geometry, bending, size);
+        auto brought = must(bring_to_metric(begun(mesh, goal), goal, ToMetricOptions{}, alone));
+        must(check_consistency(brought.state.mesh, alone));
+        auto compact = must(finished(brought.state, alone)).compact;
+        mesh = {std::move(compact.mesh), std::move(compact.edges), std::move(compact.nodes)};
+        CHECK(must(validate(mesh, 0, alone)).all_valid());
+        CHECK(brought.statistics.after.unit_share() >= least_unit);
+        CHECK(brought.statistics.after.worst_quality > (D == 2 ? 0.1 : 0.03));
+        straight_inverted += brought.statistics.collapse.straight_inverted;
+    }
+    if (bow >= 5) CHECK(straight_inverted > 0);
+}
+
+}  // namespace
+
+TEST_CASE("rows that bend by 5 to 45 times their height within an edge are coarsened and refined along their curves") {
+    for (const double bow : {5.0, 20.0, 45.0}) expect_passes_along_rows<2>(bow, bow < 40 ? 0.65 : 0.5);
+    if (!is_sanitized)
+        for (const double bow : {5.0, 20.0}) expect_passes_along_rows<3>(bow, 0.55);
+}
