@@ -24,8 +24,8 @@ struct ConePoint {
 /// A vertex as it is.
 template <int D>
 [[nodiscard]] ConePoint<D> cone_point(const Adaptation<D>& r, VertexId v) {
-    return {r.mesh.points[v], &r.vertices.metrics[v],
-            r.vertices.gradients.empty() ? nullptr : &r.vertices.gradients[v], r.mesh.states[v].place};
+    return {r.mesh.points[v], &r.vertices.metrics[v], r.vertices.gradients.empty() ? nullptr : &r.vertices.gradients[v],
+            r.mesh.states[v].place};
 }
 /// Of an edge the squared lengths in the metrics of both ends, added; of degree 2 twice that of its curve.
 template <int D>
@@ -37,8 +37,8 @@ template <int D>
 }
 
 /// The edges that a point would get to vertices: straight ones, or in degree 2 the curves that the closed form of
-/// accuracy gives them (edge_accuracy), which is what the star takes for the nodes of new edges; chords where an edge of
-/// the boundary is likely.
+/// accuracy gives them (edge_accuracy), which is what the star takes for the nodes of new edges; chords where an edge
+/// of the boundary is likely.
 template <int D>
 class BentSpokes {
   public:

@@ -37,7 +37,9 @@ class ConeShapes {
         if (r_.mesh.is_curved())
             for (int i = 0; i < D; ++i)
                 for (int j = 0; j < D; ++j)
-                    if (i != j) face.offsets[i][j] = offset_of(r_.mesh, r_.mesh.edges_of[e][edge_between<D>[outward[i]][outward[j]]]);
+                    if (i != j)
+                        face.offsets[i][j] =
+                            offset_of(r_.mesh, r_.mesh.edges_of[e][edge_between<D>[outward[i]][outward[j]]]);
         faces_.push_back(face);
     }
 
@@ -168,7 +170,8 @@ template <int D>
         const Vec<D> offset = offset_of(r.mesh, r.mesh.edges_of[e][k]);
         tangents[i][j] = chord + 4.0 * offset;
         tangents[j][i] = 4.0 * offset - chord;
-        squares += squares_between(r, r.vertices.metrics[vertices[i]], r.vertices.metrics[vertices[j]], chord, offset) / 2;
+        squares +=
+            squares_between(r, r.vertices.metrics[vertices[i]], r.vertices.metrics[vertices[j]], chord, offset) / 2;
     }
     double measure = 0;
     for (int i = 0; i <= D; ++i) {

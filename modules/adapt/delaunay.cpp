@@ -69,7 +69,7 @@ void grow_delaunay(const Adaptation<D>& r, const ConePoint<D>& point, BentSpokes
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                      \
-    template bool is_in_metric_sphere<D>(const Adaptation<D>&, ElementId, const ConePoint<D>&, BentSpokes<D>&);   \
+    template bool is_in_metric_sphere<D>(const Adaptation<D>&, ElementId, const ConePoint<D>&, BentSpokes<D>&);    \
     template void grow_delaunay<D>(const Adaptation<D>&, const ConePoint<D>&, BentSpokes<D>&, std::size_t, double, \
                                    Cavity<D>&);
 

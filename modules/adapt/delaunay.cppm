@@ -9,8 +9,8 @@ import :bent_spokes;
 
 export namespace camber {
 
-/// Whether a point lies in the sphere (2D: circle) through an element's vertices, in the point's own metric; of degree 2
-/// the vertices are where the tangents of its edges to them lead.
+/// Whether a point lies in the sphere (2D: circle) through an element's vertices, in the point's own metric; of degree
+/// 2 the vertices are where the tangents of its edges to them lead.
 template <int D>
 [[nodiscard]] bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>& point,
                                        BentSpokes<D>& spokes);

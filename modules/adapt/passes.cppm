@@ -44,7 +44,7 @@ template <int D>
 /// One end of each edge that is shorter than `shortest` goes into the other, the shortest first.
 struct CollapseOptions {
     double shortest = shortest_unit_edge;
-    double longest = 1.8;                ///< no edge longer than this is made; the split behind halves it
+    double longest = longest_unit_edge;  ///< no edge longer than this is made
     double min_quality = 0.1;            ///< of new elements, unless what they replace is worse
     double distance = 0.2;               ///< of new facets from the geometry, see is_near_geometry
 

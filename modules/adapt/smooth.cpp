@@ -152,8 +152,8 @@ class Moves final : public Pass<D> {
         double weights = 0;
         const auto add = [&](VertexId w, double weight) {
             const auto corners = cones.vertices();
-            const auto i = static_cast<std::size_t>(
-                std::ranges::find(corners, w, &ConeShapes<D>::Corner::vertex) - corners.begin());
+            const auto i = static_cast<std::size_t>(std::ranges::find(corners, w, &ConeShapes<D>::Corner::vertex) -
+                                                    corners.begin());
             const double length = cones.length_to(i);
             if (!(length > min_length)) return;  // it asks for a place far beyond all others
             // Of a curve its tangent here, at the end of which w would be.

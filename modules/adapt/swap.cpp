@@ -112,10 +112,9 @@ class Swaps final : public Pass<D> {
         best.point = p;
         best.gain = gain;
     }
-    /// The worst shape of a cavity in which e is the worst element, as ConeShapes has it; what is as good as inverted is
-    /// worth little, not nothing.
-    [[nodiscard]] double worst_bent(const Adaptation<D>& r, const std::vector<ElementId>& elements,
-                                        ElementId e) const {
+    /// The worst shape of a cavity in which e is the worst element, as ConeShapes has it; what is as good as inverted
+    /// is worth little, not nothing.
+    [[nodiscard]] double worst_bent(const Adaptation<D>& r, const std::vector<ElementId>& elements, ElementId e) const {
         if (!r.mesh.is_curved()) return shapes_[e];
         constexpr double little = 1e-3;
         double worst = std::numeric_limits<double>::infinity();

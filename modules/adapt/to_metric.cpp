@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <string_view>
@@ -65,11 +66,15 @@ Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>&
     if (auto begin = driving.measure(s.before); !begin) return fail(begin.error());
     s.after = s.before;
     bool is_converged = false;
-    while (!is_converged && s.rounds < options.rounds) {
+    CollapseOptions loose = options.collapse;
+    loose.longest = std::max(loose.longest, options.loose_longest);
+    bool is_last = false;
+    while (!is_last && s.rounds < options.rounds) {
+        is_last = is_converged || s.rounds + 1 == options.rounds;
         const UnitMeshStatistics before = s.after;
         const std::size_t changes = s.collapse.accepted + s.split.accepted;
         const auto done =
-            driving.pass("collapse", &collapse<D>, options.collapse, s.collapse)
+            driving.pass("collapse", &collapse<D>, is_last ? options.collapse : loose, s.collapse)
                 .and_then([&](Done) { return driving.pass("split", &split<D>, options.split, s.split); })
                 .and_then([&](Done) { return driving.pass("swap", &swap<D>, options.swap, s.swap); })
                 .and_then([&](Done) { return driving.pass("smooth", &smooth<D>, options.smooth, s.smooth); })

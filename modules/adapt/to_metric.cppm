@@ -11,8 +11,11 @@ import :passes;
 
 export namespace camber {
 
-/// Rounds of collapse, split, swap and smooth; bad elements are mended at last.
+/// Rounds of collapse, split, swap and smooth; bad elements are mended at last. In all rounds but the last a collapse
+/// may make edges that are longer than its options say: the split behind halves them, and where none may be longer than
+/// √2 most short edges would stay.
 struct ToMetricOptions {
+    double loose_longest = 1.8;
     CollapseOptions collapse = {};
     SplitOptions split = {};
     SwapOptions swap = {};
@@ -24,6 +27,10 @@ struct ToMetricOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = ToMetricOptions;
         return std::tuple(
+            option("loose_longest", &S::loose_longest,
+                   "the longest edges that collapses may make in all rounds but the last, if collapse/longest is less")
+                .unit("lengths in the metric")
+                .at_least(0),
             option("collapse", &S::collapse, "the options of the stage collapse"),
             option("split", &S::split, "the options of the stage split"),
             option("swap", &S::swap, "the options of the stage swap"),

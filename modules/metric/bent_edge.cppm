@@ -17,9 +17,9 @@ struct BentEnd {
     const MeasuringMetric<D>& measure;
 };
 
-/// The mean of two metrics whose axes may be turned against each other by an angle α: axes of the mean of both logs, and
-/// of the log sizes the mean of both in their order. The mean of the logs alone damps unlike axes by cos α. Where that is
-/// much (α above 0.6, or axes that are nearly alike and have no order), it is the mean of the logs again.
+/// The mean of two metrics whose axes may be turned against each other by an angle α: axes of the mean of both logs,
+/// and of the log sizes the mean of both in their order. The mean of the logs alone damps unlike axes by cos α. Where
+/// that is much (α above 0.6, or axes that are nearly alike and have no order), it is the mean of the logs again.
 template <int D>
 [[nodiscard]] EigenSystem<D> frame_mean(const LogMetric<D>& a, const Vec<D>& log_sizes_a, const LogMetric<D>& b,
                                         const Vec<D>& log_sizes_b) {
@@ -40,9 +40,9 @@ template <int D>
     return e;
 }
 
-/// The length of an edge of degree 2 whose node is `offset` from the middle of its chord, in a metric that is known at its
-/// ends, where its axes may be turned against each other: by the speeds l_a = |e + 4d|_a, l_b = |e − 4d|_b at the ends
-/// and l_m = |e|_m in the middle,
+/// The length of an edge of degree 2 whose node is `offset` from the middle of its chord, in a metric that is known at
+/// its ends, where its axes may be turned against each other: by the speeds l_a = |e + 4d|_a, l_b = |e − 4d|_b at the
+/// ends and l_m = |e|_m in the middle,
 ///
 ///   (l_a − l_b)/ln(l_a/l_b) + ⅔ (l_m − sqrt(l_a l_b)).
 ///
@@ -52,8 +52,7 @@ template <int D>
 [[nodiscard]] double bent_length(const BentEnd<D>& a, const BentEnd<D>& b, const Vec<D>& chord, const Vec<D>& offset) {
     const double l_a = std::sqrt(a.measure.length_squared(chord + 4.0 * offset));
     const double l_b = std::sqrt(b.measure.length_squared(chord - 4.0 * offset));
-    const EigenSystem<D> middle =
-        frame_mean(a.log_metric, a.measure.log_sizes, b.log_metric, b.measure.log_sizes);
+    const EigenSystem<D> middle = frame_mean(a.log_metric, a.measure.log_sizes, b.log_metric, b.measure.log_sizes);
     double l_m = 0;
     for (int i = 0; i < D; ++i) {
         const double along = dot(middle.vectors.column[i], chord);

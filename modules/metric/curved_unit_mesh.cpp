@@ -59,7 +59,8 @@ Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh, std::span<c
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \
-    template Outcome<Buffer<double>> bent_lengths<D>(const QuadraticMesh<D>&, std::span<const LogMetric<D>>, const Execution&); \
+    template Outcome<Buffer<double>> bent_lengths<D>(const QuadraticMesh<D>&, std::span<const LogMetric<D>>,        \
+                                                     const Execution&);                                             \
     template Outcome<CurvedMeasures> measure_curved<D>(const QuadraticMesh<D>&, std::span<const LogMetric<D>>, int, \
                                                        const Execution&);
 

@@ -109,7 +109,7 @@ struct EdgeFrame {
 
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeFrame<D> edge_frame(const VecPack<D>& chord, const EdgeSight<D>& middle,
-                                                                      ChangeAlong change) {
+                                                                 ChangeAlong change) {
     EdgeFrame<D> f{};
     f.log_metric = eigen_system<D>(middle.log_metric);
     f.chord = times_transposed(f.log_metric.vectors, chord);

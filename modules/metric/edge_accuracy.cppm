@@ -37,8 +37,8 @@ struct EdgeAccuracyOptions {
 
 /// Offsets of mid nodes from where the back mesh has them: chords[i] = P_02 − P_20, ends[i] what that edge sees. L, at
 /// the middle, is the mean of log(Fᵀ M F) at the ends, and its gradient likewise. With L = R diag(λ) Rᵀ, c = Rᵀ e, D_k
-/// = Rᵀ(∂_k L)R (∂_k along axis k), A = Σ c_k D_k (or Rᵀ(L_b − L_a)R, see ChangeAlong) and x_ij = λ_i − λ_j, in the frame
-/// of the axes
+/// = Rᵀ(∂_k L)R (∂_k along axis k), A = Σ c_k D_k (or Rᵀ(L_b − L_a)R, see ChangeAlong) and x_ij = λ_i − λ_j, in the
+/// frame of the axes
 ///
 ///   8 d_j = Σ_{i≠j} w(x_ij) A_ij c_i  +  σ [ Σ_i K_ij A_ij c_i − ½ Σ_{ab} K_ab sqrt(K_ja K_jb) (D_j)_ab c_a c_b ],
 ///   w(x) = (1 − e^{−|x|})²/|x| · min(1, e^{−x}),  K_ij = e^{−|x_ij|}, σ = size_share:

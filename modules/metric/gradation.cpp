@@ -134,8 +134,8 @@ Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& 
         result.converged = !any;
         if (!any || result.sweeps == options.max_sweeps) break;
     }
-    auto logs = map_each(
-        quiet, n, [&](std::size_t v) { return touched[v] != 0 ? LogMetric<D>{logs_now[v]} : field[v]; });
+    auto logs =
+        map_each(quiet, n, [&](std::size_t v) { return touched[v] != 0 ? LogMetric<D>{logs_now[v]} : field[v]; });
     if (!logs) return fail(logs.error());
     result.log_metrics = std::move(*logs);
     for (const std::uint8_t t : touched) result.changed += t;
@@ -162,7 +162,8 @@ Outcome<double> gradation_excess(const LinearMesh<D>& mesh, const EdgeSet<D>& ed
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
-    template EigenSystem<D> spanned_metric<D>(const EigenSystem<D>&, const AxesTurn<D>&, const Vec<D>&, const GradationOptions&); \
+    template EigenSystem<D> spanned_metric<D>(const EigenSystem<D>&, const AxesTurn<D>&, const Vec<D>&,                \
+                                              const GradationOptions&);                                                \
     template Outcome<Graded<D>> apply_gradation<D>(const LinearMesh<D>&, const EdgeSet<D>&,                            \
                                                    const Column<LogMetric<D>>&, const GradationOptions&,               \
                                                    const Execution&);                                                  \

@@ -46,8 +46,8 @@ struct GradationOptions {
     friend bool operator==(const GradationOptions&, const GradationOptions&) = default;
 };
 
-/// The metric that p spans at q, with the axes of M_p as they turn on the way (`turn`, see turn_between: what is between
-/// M_p and M_q), and sizes
+/// The metric that p spans at q, with the axes of M_p as they turn on the way (`turn`, see turn_between: what is
+/// between M_p and M_q), and sizes
 ///     metric    h_i (1 + l_p log β),   l_p = sqrt(pqᵀ M pq), M: M_p turned by half
 ///     physical  h_i + |pq| log β
 ///     mixed     h_i (1 + |pq|/h_i log β)^s (1 + l_p log β)^{1−s}.
@@ -64,11 +64,11 @@ struct Graded {
     std::size_t changed = 0;  ///< vertices whose metric is not the given one
 };
 
-/// Makes sizes grow no faster than the ratio along any edge, whose axes may turn on the way: the metric at each vertex is intersected with those that
-/// its neighbours span there, sweep after sweep, until none changes. A sweep reads only the last one's values
-/// (Jacobi), and a vertex takes its neighbours in the order of their ids, so the result depends neither on threads nor
-/// on an order of edges. Sizes never grow. Errors (usage): a ratio that is not above 1, a share outside 0 to 1, columns
-/// that are not of this mesh; stopped.
+/// Makes sizes grow no faster than the ratio along any edge, whose axes may turn on the way: the metric at each vertex
+/// is intersected with those that its neighbours span there, sweep after sweep, until none changes. A sweep reads only
+/// the last one's values (Jacobi), and a vertex takes its neighbours in the order of their ids, so the result depends
+/// neither on threads nor on an order of edges. Sizes never grow. Errors (usage): a ratio that is not above 1, a share
+/// outside 0 to 1, columns that are not of this mesh; stopped.
 template <int D>
 [[nodiscard]] Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                  const Column<LogMetric<D>>& field, const GradationOptions& options,

@@ -236,7 +236,7 @@ Outcome<BackMesh<D>> make_nodal_back_mesh(QuadraticMesh<D> mesh, const Incidence
 #define CAMBER_INSTANTIATE(D)                                                                                          \
     template class NodalBack<D>;                                                                                       \
     template Outcome<NodalLogs<D>> nodal_logs<D>(const EdgeSet<D>&, Column<LogMetric<D>>, const Execution&);           \
-    template Outcome<NodalLogs<D>> framed_logs<D>(const EdgeSet<D>&, Column<LogMetric<D>>, const Execution&);           \
+    template Outcome<NodalLogs<D>> framed_logs<D>(const EdgeSet<D>&, Column<LogMetric<D>>, const Execution&);          \
     template Outcome<BackMesh<D>> make_nodal_back_mesh<D>(QuadraticMesh<D>, const Incidence<ElementId>&, NodalLogs<D>, \
                                                           const Execution&);
 

@@ -56,10 +56,8 @@ template <int D>
         const double sign = det(mean.vectors.column[0], mean.vectors.column[1]) > 0 ? 1 : -1;
         turn.about[0] = sign * angle(0, 1);
     } else {
-        const double sign =
-            det(mean.vectors.column[0], mean.vectors.column[1], mean.vectors.column[2]) > 0 ? 1 : -1;
-        for (int k = 0; k < 3; ++k)
-            turn.about += (sign * angle((k + 1) % 3, (k + 2) % 3)) * mean.vectors.column[k];
+        const double sign = det(mean.vectors.column[0], mean.vectors.column[1], mean.vectors.column[2]) > 0 ? 1 : -1;
+        for (int k = 0; k < 3; ++k) turn.about += (sign * angle((k + 1) % 3, (k + 2) % 3)) * mean.vectors.column[k];
     }
     return turn;
 }

@@ -31,7 +31,7 @@ struct Remeshing {
 template <int D>
 struct RemeshingBy {
     BackMesh<D> field;
-    CurveOptions curving = {};  ///< `change` of it too: of_ends for metrics that are given
+    CurveOptions curving = {};                  ///< `change` of it too: of_ends for metrics that are given
     std::size_t max_elements = max_entities;    ///< see AdaptationGoal
     const EmbeddedCurves<D>* curves = nullptr;  ///< of the mesh that this one was remeshed from; null: its own
 };

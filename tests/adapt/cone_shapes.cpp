@@ -41,7 +41,8 @@ void same_shapes(std::uint64_t seed) {
         double worst = std::numeric_limits<double>::infinity();
         for (const ElementId e : around)
             if (!without.valid() || local_vertex(r.mesh.elements.vertices[e], without) < 0)
-                worst = std::min(worst, shape_with(r, e, local_vertex(r.mesh.elements.vertices[e], v), place, metric.measure));
+                worst = std::min(worst,
+                                 shape_with(r, e, local_vertex(r.mesh.elements.vertices[e], v), place, metric.measure));
         const double all = cones.worst_at({place, &metric}, -2, without);
         if (std::isfinite(worst))
             RC_ASSERT(std::abs(all - worst) < 1e-12);

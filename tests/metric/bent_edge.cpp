@@ -91,7 +91,8 @@ TEST_CASE("the length of a curve is nearly that of the integral where metrics ch
     });
 }
 
-/// The chord is 11 units long where the arc has 0.75; the mean of the logs alone would be a third off at 0.3 rad and 400.
+/// The chord is 11 units long where the arc has 0.75; the mean of the logs alone would be a third off at 0.3 rad and
+/// 400.
 TEST_CASE("the length of an arc across which a field turns is that along it") {
     in_both([]<int D>(Dice& dice) {
         const double anisotropy = std::exp(dice.uniform(0, std::log(100.0))), turn = dice.uniform(0.02, 0.5);

@@ -133,7 +133,8 @@ void expect_kept(int cells, double ht, double hr) {
     const auto field = turning_layer<D>(mesh, ht, hr);
     const auto graded = must(apply_gradation(mesh, edges, field, {}, alone));
     CHECK(graded.converged);
-    const double before = must(complexity(mesh, field, alone)), after = must(complexity(mesh, graded.log_metrics, alone));
+    const double before = must(complexity(mesh, field, alone)),
+                 after = must(complexity(mesh, graded.log_metrics, alone));
     CAPTURE(before);
     CAPTURE(after);
     CHECK(after < 1.05 * before);
