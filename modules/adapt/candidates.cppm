@@ -12,6 +12,7 @@ import camber.cavity;
 import camber.operation;
 import :bent_spokes;
 import :kept_shapes;
+import :passes;
 
 /// What passes look at before they request.
 namespace camber {
@@ -126,7 +127,18 @@ template <int D, class OrderOf>
         });
 }
 
-/// The same for edges that a commit made.
+/// A pass over edges whose lengths ask for it, `pass.order_of(length)`.
+template <int D, class EdgePass>
+[[nodiscard]] Outcome<Adapted<D>> run_on_edges(Adaptation<D> state, const AdaptationGoal<D>& goal, EdgePass pass,
+                                               const Execution& execution) {
+    auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
+    if (!tasks) return fail(tasks.error());
+    auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
+    if (!statistics) return fail(statistics.error());
+    return Adapted<D>{std::move(state), *statistics};
+}
+
+/// Tasks for edges that a commit made.
 template <int D, class OrderOf>
 void add_edge_tasks(const Adaptation<D>& r, const TopologyChanges& changes, OrderOf&& order_of,
                     std::vector<Task>& tasks) {

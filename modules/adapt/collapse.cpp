@@ -89,12 +89,7 @@ template <int D>
 Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal, const CollapseOptions& options,
                              const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    Collapses<D> pass(goal, options);
-    auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
-    if (!tasks) return fail(tasks.error());
-    auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
-    if (!statistics) return fail(statistics.error());
-    return Adapted<D>{std::move(state), *statistics};
+    return run_on_edges<D>(std::move(state), goal, Collapses<D>(goal, options), execution);
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                 \

@@ -309,4 +309,5 @@ bool CurvedNodes<D>::are_elements_good() {
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
 #undef CAMBER_INSTANTIATE
+
 }  // namespace camber
