@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "dice.hpp"
@@ -12,6 +13,7 @@
 #include "property.hpp"
 
 import camber.core;
+import camber.bezier;
 import camber.metric;
 import camber.cavity;
 import camber.operation;
@@ -56,9 +58,43 @@ void same_shapes(std::uint64_t seed) {
     }
 }
 
+/// Of degree 2 in a metric that is the same everywhere nothing bends: the shapes are those of degree 1, of elements that
+/// there are and of those that there would be, and so are the lengths.
+template <int D>
+void straight_where_nothing_turns(std::uint64_t seed) {
+    Dice dice(seed);
+    const LinearMesh<D> mesh = random_domain<D>(seed);
+    Vec<D> sizes;
+    for (double& h : sizes.c) h = dice.uniform(0.3, 1);
+    Buffer<LogMetric<D>> logs(mesh.points.size(), log_metric_of_sizes<D>(sizes, dice.rotation<D>()));
+    const AdaptationGoal<D> goal{
+        must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<D>>(std::move(logs)), alone)), {}};
+    const Adaptation<D> straight = begun(mesh, goal);
+    const Adaptation<D> curved = must(begin_adaptation(must(elevate(mesh, alone)), {}, goal, alone));
+    const VertexId v(dice.below(mesh.points.size())), p(dice.below(mesh.points.size()));
+    std::vector<ElementId> around;
+    ball(straight.mesh, v, around);
+    ConeShapes<D> one(straight, goal), two(curved, goal);
+    for (const ElementId e : around) {
+        const int opposite = local_vertex(mesh.elements.vertices[e], v);
+        one.add(e, opposite);
+        two.add(e, opposite);
+        RC_ASSERT(std::abs(bent_shape_of(curved, e) - straight_shape_of(straight, e)) < 1e-9);
+    }
+    const double shape = one.worst_at(cone_point(straight, p), -2, p), other = two.worst_at(cone_point(curved, p), -2, p);
+    RC_ASSERT(std::abs(std::max(shape, 0.0) - std::max(other, 0.0)) < 1e-9);
+    for (std::size_t i = 0; i < one.vertices().size(); ++i)
+        RC_ASSERT(std::abs(one.length_to(i) - two.length_to(i)) < 1e-9 * (1 + one.length_to(i)));
+}
+
 }  // namespace
 
 TEST_CASE("faces joined to a point have the shapes of their elements") {
     property("2D", [](std::uint64_t seed) { same_shapes<2>(seed); }, {.count = 100});
     property("3D", [](std::uint64_t seed) { same_shapes<3>(seed); }, {.count = 100});
+}
+
+TEST_CASE("along curves that do not bend candidates are what they are in degree 1") {
+    property("2D", [](std::uint64_t seed) { straight_where_nothing_turns<2>(seed); }, {.count = 100});
+    property("3D", [](std::uint64_t seed) { straight_where_nothing_turns<3>(seed); }, {.count = 100});
 }
