@@ -47,6 +47,7 @@ class BentSpokes {
     void begin(const ConePoint<D>& point) {
         point_ = point;
         ends_.clear();
+        measures_.clear();
         chords_.clear();
         squares_.clear();
         to_.clear();
@@ -60,13 +61,19 @@ class BentSpokes {
         squares_.assign(to_.size(), unknown);
         offsets_.assign(to_.size(), Vec<D>{});
         if (!r_.mesh.is_curved()) return;
-        for (const To& to : to_)
+        for (const To& to : to_) {
             ends_.push_back({{point_.metric->log_metric, *point_.gradient},
                              {to.metric->log_metric, r_.vertices.gradients[to.vertex]}});
-        accurate_offsets<D>(chords_, ends_, goal_.accuracy, offsets_);
+            measures_.push_back({&point_.metric->measure, &to.metric->measure});
+        }
+        bent_edges<D>(chords_, ends_, measures_, goal_.accuracy, offsets_, squares_);
+        for (double& length : squares_) length *= 2 * length;
         if (point_.lies == VertexPlace::inside) return;
-        for (std::size_t i = 0; i < to_.size(); ++i)
-            if (r_.mesh.states[to_[i].vertex].place != VertexPlace::inside) offsets_[i] = {};
+        for (std::size_t i = 0; i < to_.size(); ++i) {
+            if (r_.mesh.states[to_[i].vertex].place == VertexPlace::inside) continue;
+            offsets_[i] = {};
+            squares_[i] = unknown;
+        }
     }
 
     [[nodiscard]] double density_root() const { return point_.metric->measure.density_root; }
@@ -99,6 +106,7 @@ class BentSpokes {
     std::vector<To> to_;
     std::vector<Vec<D>> chords_, offsets_;
     std::vector<EdgeEnds<D>> ends_;
+    std::vector<EndMeasures<D>> measures_;
     std::vector<double> squares_;
 };
 

@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -212,9 +213,9 @@ template <int D>
 
 /// F R (by_axes + σ by_sizes), not further along the chord than `max_shift`; nothing where that is no number.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const VecPack<D>& chord, const EdgeSight<D>& middle,
+[[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const EdgeFrame<D>& f, const VecPack<D>& chord,
+                                                                    const EdgeSight<D>& middle,
                                                                     const EdgeAccuracyOptions& options) {
-    const EdgeFrame<D> f = edge_frame(chord, middle, options.change);
     const VecPack<D> axes = by_axes(f, options.change);
     const VecPack<D> sizes = by_sizes<D>(f, middle.gradient);
     VecPack<D> in_frame;
@@ -241,14 +242,108 @@ void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D
         for (std::size_t begin = 0; begin < offsets.size(); begin += pack_size) {
             const VecPack<D> chord = gathered_vec<D>(
                 chords, begin, [](const Vec<D>& v) __attribute__((always_inline)) -> const Vec<D>& { return v; });
-            scatter<D>(accurate_offset<D>(chord, seen_from_middle<D>(ends, begin), options), begin, offsets);
+            const EdgeSight<D> middle = seen_from_middle<D>(ends, begin);
+            scatter<D>(accurate_offset<D>(edge_frame(chord, middle, options.change), chord, middle, options), begin,
+                       offsets);
+        }
+    });
+}
+
+namespace {
+
+/// sqrt(n Σ(x − mean)²/n) of the log sizes of a metric, see frame_mean.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack unlikeness(const VecPack<D>& sizes) {
+    Pack sum = sizes[0], squares = sizes[0] * sizes[0];
+    for (int i = 1; i < D; ++i) {
+        sum += sizes[i];
+        squares += sizes[i] * sizes[i];
+    }
+    return sqrt(max(squares - sum * sum / D, packed(0)));
+}
+
+/// |e| in frame_mean of the ends' metrics, whose log sizes rise.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack middle_speed(const EdgeFrame<D>& f, const VecPack<D>& a,
+                                                           const VecPack<D>& b) {
+    const VecPack<D>& values = f.log_metric.values;
+    const Pack most = (unlikeness<D>(a) + unlikeness<D>(b)) / 2;
+    const Pack ratio = select(most > 0, unlikeness<D>(values) / most, packed(0));
+    const Pack share = min(max((ratio - 0.5) / 0.3, packed(0)), packed(1));
+    Pack sum = packed(0);
+    for (int i = 0; i < D; ++i) {
+        Pack rank = packed(0);  // among the values
+        for (int k = 0; k < D; ++k)
+            if (k != i) rank += select(k < i ? values[k] <= values[i] : values[k] < values[i], packed(1), packed(0));
+        Pack mean = packed(0);
+        for (int k = 0; k < D; ++k) mean = select(rank == packed(k), (a[k] + b[k]) / 2, mean);
+        sum += exp(values[i] + share * (mean - values[i])) * f.chord[i] * f.chord[i];
+    }
+    return sqrt(sum);
+}
+
+/// logarithmic_mean.
+[[nodiscard, gnu::always_inline]] inline Pack mean_of_speeds(Pack a, Pack b) {
+    const Pack sum = a + b, d = (a - b) / sum;
+    const Pack near = sum / 2 * (1 - d * d / 3);
+    return select(sum > 0, select(abs(d) < 1e-3, near, (a - b) / log(a / b)), packed(0));
+}
+
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack speed_at(std::span<const EndMeasures<D>> measures, std::size_t begin,
+                                                       std::size_t end, const VecPack<D>& v) {
+    Pack sum = packed(0);
+    for (int k = 0; k < D; ++k) {
+        const VecPack<D> row = gathered_vec<D>(
+            measures, begin, [&](const EndMeasures<D>& m) __attribute__((always_inline)) -> const Vec<D>& {
+                return m[end]->rows[static_cast<std::size_t>(k)];
+            });
+        const Pack w = dot(row, v);
+        sum += w * w;
+    }
+    return sqrt(sum);
+}
+
+}  // namespace
+
+template <int D>
+void bent_edges(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> ends,
+                std::span<const EndMeasures<D>> measures, const EdgeAccuracyOptions& options,
+                std::span<Vec<D>> offsets, std::span<double> lengths, Instructions set) {
+    with_instructions(set, [&]() __attribute__((always_inline)) {
+        for (std::size_t begin = 0; begin < offsets.size(); begin += pack_size) {
+            const VecPack<D> chord = gathered_vec<D>(
+                chords, begin, [](const Vec<D>& v) __attribute__((always_inline)) -> const Vec<D>& { return v; });
+            const EdgeSight<D> middle = seen_from_middle<D>(ends, begin);
+            const EdgeFrame<D> f = edge_frame(chord, middle, options.change);
+            const VecPack<D> offset = accurate_offset<D>(f, chord, middle, options);
+            scatter<D>(offset, begin, offsets);
+            VecPack<D> leaving, arriving;
+            for (int k = 0; k < D; ++k) {
+                leaving[k] = chord[k] + 4 * offset[k];
+                arriving[k] = chord[k] - 4 * offset[k];
+            }
+            const auto sizes_at = [&](std::size_t end) __attribute__((always_inline)) {
+                return gathered_vec<D>(measures, begin,
+                                       [&](const EndMeasures<D>& m) __attribute__((always_inline)) -> const Vec<D>& {
+                                           return m[end]->log_sizes;
+                                       });
+            };
+            const Pack l_a = speed_at<D>(measures, begin, 0, leaving), l_b = speed_at<D>(measures, begin, 1, arriving);
+            const Pack l_m = middle_speed<D>(f, sizes_at(0), sizes_at(1));
+            const Pack length = mean_of_speeds(l_a, l_b) + 2.0 / 3.0 * (l_m - sqrt(l_a * l_b));
+            const std::size_t n = std::min<std::size_t>(pack_size, lengths.size() - begin);
+            for (std::size_t lane = 0; lane < n; ++lane) lengths[begin + lane] = length[lane];
         }
     });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                \
     template void accurate_offsets<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>, \
-                                      const EdgeAccuracyOptions&, std::span<Vec<D>>, Instructions);
+                                      const EdgeAccuracyOptions&, std::span<Vec<D>>, Instructions);                  \
+    template void bent_edges<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>,                              \
+                                std::span<const EndMeasures<D>>, const EdgeAccuracyOptions&, std::span<Vec<D>>,     \
+                                std::span<double>, Instructions);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -1,10 +1,12 @@
 module;
+#include <array>
 #include <cstdint>
 #include <span>
 #include <tuple>
 export module camber.metric:edge_accuracy;
 import camber.core;
 import :back_mesh;
+import :unit_mesh;
 
 /// The node of an edge by which functions that the metric belongs to are interpolated best: a closed form, nothing is
 /// minimised. Derivation, bounds and figures: docs/algorithms/edge-accuracy.md.
@@ -53,5 +55,14 @@ template <int D>
 void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> ends,
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets,
                       Instructions set = widest_instructions());
+
+/// Edges as the curves that accuracy gives them, and how long these are (bent_length), with what is ready to measure with
+/// at both ends. Nothing of them is bent by the mesh itself: `is_bent` is not looked at. All spans are of one size.
+template <int D>
+using EndMeasures = std::array<const MeasuringMetric<D>*, 2>;
+template <int D>
+void bent_edges(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> ends,
+                std::span<const EndMeasures<D>> measures, const EdgeAccuracyOptions& options,
+                std::span<Vec<D>> offsets, std::span<double> lengths, Instructions set = widest_instructions());
 
 }  // namespace camber

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "dice.hpp"
 #include "property.hpp"
@@ -127,5 +128,39 @@ TEST_CASE("the mean of two metrics in their frame has their sizes") {
         Vec<D> sizes = mean.values;
         std::ranges::sort(sizes.c);
         for (int i = 0; i < D; ++i) RC_ASSERT(std::abs(sizes[i] - MeasuringMetric<D>(from).log_sizes[i]) < 1e-12);
+    });
+}
+
+TEST_CASE("edges in packs have the offsets and the lengths of one by one, with any instructions") {
+    in_both([]<int D>(Dice& dice) {
+        const std::size_t n = dice.below(20);
+        std::vector<Vec<D>> chords(n), offsets(n), expected(n);
+        std::vector<EdgeEnds<D>> ends(n);
+        std::vector<MeasuringMetric<D>> measures(2 * n);
+        std::vector<EndMeasures<D>> of_ends(n);
+        std::vector<double> lengths(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            chords[i] = dice.vector<D>(-1, 1);
+            for (EdgeEnd<D>* end : {&ends[i].a, &ends[i].b}) {
+                end->log_metric = random_metric<D>(dice, 3);
+                for (auto& g : end->gradient) g = dice.symmetric<D>(1);
+            }
+            if (dice.below(3) == 0) ends[i].b = ends[i].a;
+            measures[2 * i] = MeasuringMetric<D>(ends[i].a.log_metric);
+            measures[2 * i + 1] = MeasuringMetric<D>(ends[i].b.log_metric);
+            of_ends[i] = {&measures[2 * i], &measures[2 * i + 1]};
+        }
+        const EdgeAccuracyOptions options{0.5, dice.below(2) == 0 ? ChangeAlong::recovered : ChangeAlong::of_ends};
+        accurate_offsets<D>(chords, ends, options, expected);
+        for (const Instructions set : {Instructions::baseline, Instructions::avx2, Instructions::avx512}) {
+            if (!has(set)) continue;
+            bent_edges<D>(chords, ends, of_ends, options, offsets, lengths, set);
+            RC_ASSERT(offsets == expected);
+            for (std::size_t i = 0; i < n; ++i) {
+                const double one = bent_length<D>({ends[i].a.log_metric, measures[2 * i]},
+                                                  {ends[i].b.log_metric, measures[2 * i + 1]}, chords[i], offsets[i]);
+                RC_ASSERT(std::abs(lengths[i] - one) <= 1e-9 * one);
+            }
+        }
     });
 }
