@@ -127,7 +127,7 @@ int run_command(const RunArguments& arguments) {
     auto text = read_file(arguments.config);
     if (!text) {
         Error error = text.error();
-        error.kind = ErrorKind::usage;
+        if (error.kind == ErrorKind::input) error.kind = ErrorKind::usage;
         return report_error(error);
     }
     auto pipeline = config::read_pipeline(as_text(*text), arguments.config, arguments.settings);
