@@ -308,8 +308,8 @@ template <int D>
 
 template <int D>
 void bent_edges(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> ends,
-                std::span<const EndMeasures<D>> measures, const EdgeAccuracyOptions& options,
-                std::span<Vec<D>> offsets, std::span<double> lengths, Instructions set) {
+                std::span<const EndMeasures<D>> measures, const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets,
+                std::span<double> lengths, Instructions set) {
     with_instructions(set, [&]() __attribute__((always_inline)) {
         for (std::size_t begin = 0; begin < offsets.size(); begin += pack_size) {
             const VecPack<D> chord = gathered_vec<D>(
@@ -338,11 +338,11 @@ void bent_edges(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> end
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                \
-    template void accurate_offsets<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>, \
-                                      const EdgeAccuracyOptions&, std::span<Vec<D>>, Instructions);                  \
-    template void bent_edges<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>,                              \
-                                std::span<const EndMeasures<D>>, const EdgeAccuracyOptions&, std::span<Vec<D>>,     \
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template void accurate_offsets<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>,                    \
+                                      const EdgeAccuracyOptions&, std::span<Vec<D>>, Instructions);             \
+    template void bent_edges<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>,                          \
+                                std::span<const EndMeasures<D>>, const EdgeAccuracyOptions&, std::span<Vec<D>>, \
                                 std::span<double>, Instructions);
 
 CAMBER_INSTANTIATE(2)

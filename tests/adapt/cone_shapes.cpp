@@ -58,8 +58,8 @@ void same_shapes(std::uint64_t seed) {
     }
 }
 
-/// Of degree 2 in a metric that is the same everywhere nothing bends: the shapes are those of degree 1, of elements that
-/// there are and of those that there would be, and so are the lengths.
+/// Of degree 2 in a metric that is the same everywhere nothing bends: the shapes are those of degree 1, of elements
+/// that there are and of those that there would be, and so are the lengths.
 template <int D>
 void straight_where_nothing_turns(std::uint64_t seed) {
     Dice dice(seed);
@@ -81,7 +81,8 @@ void straight_where_nothing_turns(std::uint64_t seed) {
         two.add(e, opposite);
         RC_ASSERT(std::abs(bent_shape_of(curved, e) - straight_shape_of(straight, e)) < 1e-9);
     }
-    const double shape = one.worst_at(cone_point(straight, p), -2, p), other = two.worst_at(cone_point(curved, p), -2, p);
+    const double shape = one.worst_at(cone_point(straight, p), -2, p),
+                 other = two.worst_at(cone_point(curved, p), -2, p);
     RC_ASSERT(std::abs(std::max(shape, 0.0) - std::max(other, 0.0)) < 1e-9);
     for (std::size_t i = 0; i < one.vertices().size(); ++i)
         RC_ASSERT(std::abs(one.length_to(i) - two.length_to(i)) < 1e-9 * (1 + one.length_to(i)));
