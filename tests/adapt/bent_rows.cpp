@@ -11,6 +11,7 @@
 
 #include "goals.hpp"
 #include "meshes.hpp"
+#include "restarts.hpp"
 #include "sanitized.hpp"
 
 import camber.core;
@@ -72,14 +73,7 @@ QuadraticMesh<D> bent_rows(const Bending<D>& bending) {
         p[D - 1] *= height;
         return p;
     };
-    QuadraticMesh<D> mesh = must(elevate(must(prepare(lattice_mesh(options), alone)).mesh, alone));
-    Buffer<Vec<D>> points(mesh.linear.points.begin(), mesh.linear.points.end());
-    Buffer<LagrangeNode<D>> nodes(mesh.mid_nodes.begin(), mesh.mid_nodes.end());
-    for (Vec<D>& p : points) p = bending(p);
-    for (LagrangeNode<D>& node : nodes) node.point = bending(node.point);
-    mesh.linear.points = std::move(points);
-    mesh.mid_nodes = std::move(nodes);
-    return mesh;
+    return mapped(must(prepare(lattice_mesh(options), alone)).mesh, bending);
 }
 
 /// The boundary's own curves.

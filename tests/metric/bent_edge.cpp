@@ -10,6 +10,7 @@
 
 #include "dice.hpp"
 #include "property.hpp"
+#include "random_metric.hpp"
 
 import camber.core;
 import camber.bezier;
@@ -19,14 +20,6 @@ using namespace camber;
 using namespace camber::testing;
 
 namespace {
-
-/// Of anisotropy up to 10^decades along random axes.
-template <int D>
-LogMetric<D> random_metric(Dice& dice, double decades) {
-    Vec<D> sizes;
-    for (double& h : sizes.c) h = std::pow(10.0, dice.uniform(-decades, 0));
-    return log_metric_of_sizes<D>(sizes, dice.rotation<D>());
-}
 
 template <int D>
 double length_of(const LogMetric<D>& from, const LogMetric<D>& to, const QuadraticEdge<D>& edge) {

@@ -10,6 +10,7 @@
 #include "back.hpp"
 #include "dice.hpp"
 #include "property.hpp"
+#include "random_metric.hpp"
 
 import camber.core;
 import camber.metric;
@@ -18,14 +19,6 @@ using namespace camber;
 using namespace camber::testing;
 
 namespace {
-
-/// Sizes over `decades` powers of ten along random axes.
-template <int D>
-LogMetric<D> random_metric(Dice& dice, double decades) {
-    Vec<D> sizes;
-    for (double& h : sizes.c) h = std::pow(10.0, dice.uniform(-decades, 0));
-    return log_metric_of_sizes(sizes, dice.rotation<D>());
-}
 
 template <int D>
 void intersection_laws(double decades) {
