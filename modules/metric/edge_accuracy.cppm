@@ -56,11 +56,13 @@ void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets,
                       Instructions set = widest_instructions());
 
+/// What is ready to measure with at both ends of an edge.
+template <int D>
+using EndMeasures = std::array<const MeasuringMetric<D>*, 2>;
+
 /// Edges as the curves that accuracy gives them, and how long these are (bent_length), with what is ready to measure
 /// with at both ends. Nothing of them is bent by the mesh itself: `is_bent` is not looked at. All spans are of one
 /// size.
-template <int D>
-using EndMeasures = std::array<const MeasuringMetric<D>*, 2>;
 template <int D>
 void bent_edges(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> ends,
                 std::span<const EndMeasures<D>> measures, const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets,
