@@ -2,6 +2,7 @@
 export module camber.core;
 export import :vec;
 export import :sym;
+export import :cubic_form;
 export import :outcome;
 export import :option;
 export import :words;

@@ -1,4 +1,4 @@
-// Laws of Vec, Box, Sym and Mat.
+// Laws of Vec, Box, Sym, CubicForm and Mat.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -88,8 +88,33 @@ void matrix_laws() {
 
 }  // namespace
 
+template <int D>
+void cubic_laws() {
+    property("cubic forms: T[a,b,c] by its entries, in any order, and in other coordinates", [](std::uint64_t seed) {
+        Dice dice(seed);
+        CubicForm<D> t;
+        for (double& x : t.c) x = dice.symmetric<D>().c[0];
+        const auto a = dice.vector<D>(), b = dice.vector<D>(), c = dice.vector<D>();
+        double sum = 0, squares = 0;
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j < D; ++j)
+                for (int k = 0; k < D; ++k) {
+                    sum += t(i, j, k) * a[i] * b[j] * c[k];
+                    squares += t(i, j, k) * t(k, i, j);
+                }
+        RC_ASSERT(std::abs(trilinear(t, a, b, c) - sum) < 1e-13);
+        RC_ASSERT(std::abs(trilinear(t, c, a, b) - sum) < 1e-13);
+        RC_ASSERT(std::abs(norm(t) - std::sqrt(squares)) < 1e-14);
+        const auto m = dice.matrix<D>();
+        RC_ASSERT(std::abs(trilinear(pulled_back(t, m), a, b, c) - trilinear(t, m * a, m * b, m * c)) < 1e-12);
+    });
+}
+
 TEST_CASE("matrices and vectors of dimension 2") { matrix_laws<2>(); }
 TEST_CASE("matrices and vectors of dimension 3") { matrix_laws<3>(); }
+
+TEST_CASE("cubic forms in 2D") { cubic_laws<2>(); }
+TEST_CASE("cubic forms in 3D") { cubic_laws<3>(); }
 
 TEST_CASE("the storage order of Sym is that of GMF: xx xy yy xz yz zz") {
     CHECK(Sym<3>::index(0, 0) == 0);
