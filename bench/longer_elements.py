@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How long elements become along a front that turns: meshes of degree 2 brought to a layer around the origin.
 
-    longer_elements.py [--camber build/bin/camber] [--keep FOLDER]
+    longer_elements.py [--camber build/bin/camber] [--keep FOLDER] [--bend-around N]
 
 Layers: UGAWG's polar-1 (sizes h_t along circles, h_r + 0.4 |r - 1/2| or so across them) on the unit square and the unit cube, in degree
 2 from a curved mesh and from a straight one, six (3D: four) runs of `camber remesh`, each of which reads the field at the vertices that
@@ -11,6 +11,8 @@ all runs: accepted, of those whose star was made.
 
 Front: tanh((r - 1/2)/0.005) on the square, in a metric with h_t = 0.15 r and across by |u'''|; the error in L2 of the P2 interpolant, scaled
 to 3 400 unknowns by N^{3/2}. Also of the mesh that is brought to the same metric in degree 1.
+
+--bend-around N: collapses may take the nodes of N edges around their cavity along (collapse/bend_around); layers alone, and how many did.
 """
 import argparse
 import json
@@ -103,16 +105,17 @@ def field(along, least):
     return json.dumps({'field': {'polar-1': {'min_size': least, 'size': along, 'radius': RADIUS}}})
 
 
-def layer(camber, folder, dim, along, least, curved):
+def layer(camber, folder, dim, along, least, curved, more=()):
     begin(camber, folder, dim, along, least, curved)
-    counts, seconds = {}, 0
+    counts, seconds, followed = {}, 0, 0
     for _ in range(6 if dim == 2 else 4):
         camber('remesh', folder / 'b.meshb', '--metric', field(along, least), '--geometry', 'straight', '-o', folder / 'b.meshb',
-               '--report', folder / 'r.json', '--threads', 1)
+               '--report', folder / 'r.json', '--threads', 1, *more)
         for p in json.loads((folder / 'r.json').read_text())['remesh']['passes']:
             planned, accepted = counts.get(p['pass'], (0, 0))
             counts[p['pass']] = (planned + p['planned'] - p['rejected'].get('waits', 0), accepted + p['accepted'])
             seconds += p['seconds']
+            followed += p['bent_around']
     rows, nodes = simplices(folder / 'b.meshb')
     found = lengths(unique_curves(rows, nodes), along, least)
     valid = subprocess.run([sys.executable, ROOT / 'tests/oracle/check_p2.py', folder / 'b.meshb', '--json'], capture_output=True, text=True,
@@ -123,7 +126,7 @@ def layer(camber, folder, dim, along, least, curved):
     unit = np.mean((found >= 0.5 ** 0.5) & (found <= 2 ** 0.5))
     shares = ', '.join(f'{name} {accepted}/{planned}' for name, (planned, accepted) in counts.items() if planned)
     print(f'| {dim}D | {along}, {least} | {along ** 2 / 8 / RADIUS / least:.1f} | {"curved" if curved else "straight"} | {len(rows)} | {ratio:.2f} '
-          f'| {100 * unit:.1f} % | {found.min():.2f} to {found.max():.2f} | {invalid} | {shares} | {seconds:.2f} |', flush=True)
+          f'| {100 * unit:.1f} % | {found.min():.2f} to {found.max():.2f} | {invalid} | {shares}{f", {followed} bent around" if more else ""} | {seconds:.2f} |', flush=True)
 
 
 def front_metric(points, complexity, areas):
@@ -196,7 +199,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--camber', default=ROOT / 'build/bin/camber', type=pathlib.Path)
     parser.add_argument('--keep', type=pathlib.Path, help='a folder for the meshes')
+    parser.add_argument('--bend-around', type=int, help='edges around a cavity that may follow')
     given = parser.parse_args()
+    more = () if given.bend_around is None else ('--set', f'stages/remesh/collapse/bend_around={given.bend_around}')
     camber = Program(given.camber.resolve())
     with tempfile.TemporaryDirectory() as made:
         base = given.keep or pathlib.Path(made)
@@ -209,8 +214,10 @@ def main():
         for dim, least in ((2, 0.002), (3, 0.004)):
             for along in (0.1, 0.2):
                 for curved in (True, False):
-                    layer(camber, place(f'{dim}d-{along}-{"curved" if curved else "straight"}'), dim, along, least, curved)
-        layer(camber, place('2d-0.4-curved'), 2, 0.4, 0.002, True)
+                    layer(camber, place(f'{dim}d-{along}-{"curved" if curved else "straight"}'), dim, along, least, curved, more)
+        layer(camber, place('2d-0.4-curved'), 2, 0.4, 0.002, True, more)
+        if more:
+            return
         print('\n| degree | complexity | elements | unknowns | L2 error | scaled to 3 400 |\n|---|---|---|---|---|---|')
         for degree, complexity in ((2, 650), (2, 800), (1, 650)):
             front(camber, place(f'front-{degree}-{complexity}'), complexity, degree)

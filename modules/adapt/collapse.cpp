@@ -53,6 +53,7 @@ class Collapses final : public Pass<D> {
             candidate.limits.min_shape = shape_of_quality(options_.min_quality, D);
             candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
             candidate.limits.corrections = 0;
+            candidate.limits.bend_around = options_.bend_around;
             candidate.limits.wall_elements = WallElements::refused;
             candidate.limits.facet_distance = options_.distance;
             best_shape = shape;

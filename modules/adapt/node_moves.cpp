@@ -19,26 +19,14 @@ namespace camber {
 
 namespace {
 
-/// Whether the node of each edge stays: that of the boundary, of an interface, of a line, of a required element, and
-/// where facets without elements may have it.
+/// Whether the node of each edge stays.
 template <int D>
 std::vector<std::uint8_t> fixed_edges(const DynamicMesh<D>& mesh) {
     std::vector<std::uint8_t> fixed(mesh.edges.size(), 0);
     for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
-        const ElementId element(e);
-        if (mesh.is_free(element)) continue;
-        const bool is_required = mesh.elements.marks[element].has(Mark::required);
-        for (int k = 0; k < edges_per_simplex<D>; ++k) {
-            const EdgeId edge = mesh.edges_of[element][k];
-            const auto& [a, b] = mesh.edges[edge];
-            bool stays = is_required || mesh.line_at(edge).valid() ||
-                         (mesh.states[a].marks.has(Mark::frozen) && mesh.states[b].marks.has(Mark::frozen));
-            for (int face = 0; face <= D; ++face)
-                if (face != local_edges<D>[k][0] && face != local_edges<D>[k][1])
-                    stays |=
-                        !mesh.face_neighbours[element][face].valid() || mesh.face_neighbours[element][face].is_facet();
-            if (stays) fixed[edge.index()] = 1;
-        }
+        if (mesh.is_free(ElementId(e))) continue;
+        for (int k = 0; k < edges_per_simplex<D>; ++k)
+            if (is_node_fixed(mesh, ElementId(e), k)) fixed[mesh.edges_of[ElementId(e)][k].index()] = 1;
     }
     return fixed;
 }

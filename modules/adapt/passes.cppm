@@ -47,6 +47,7 @@ struct CollapseOptions {
     double longest = longest_unit_edge;  ///< no edge longer than this is made
     double min_quality = 0.1;            ///< of new elements, unless what they replace is worse
     double distance = 0.2;               ///< of new facets from the geometry, see is_near_geometry
+    int bend_around = 0;                 ///< of degree 2, see PatchLimits
 
     [[nodiscard]] static constexpr auto options() {
         using S = CollapseOptions;
@@ -61,7 +62,12 @@ struct CollapseOptions {
             option("distance", &S::distance,
                    "no new facet is farther from the geometry than this share of its longest edge, unless one that it "
                    "replaces is")
-                .above(0));
+                .above(0),
+            option("bend_around", &S::bend_around,
+                   "of degree 2: where no nodes inside a cavity make its elements valid, those of so many edges around "
+                   "it may follow; 0: none")
+                .at_least(0)
+                .at_most(64));
     }
     friend bool operator==(const CollapseOptions&, const CollapseOptions&) = default;
 };

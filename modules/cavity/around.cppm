@@ -46,6 +46,22 @@ template <int D>
 void lines_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, VertexId v,
                 std::vector<LineId>& found);
 
+/// Whether the node of an element's edge stays, by what this element tells: that of the boundary, of an interface, of a
+/// line, of a required element, and where facets without elements may have it.
+template <int D>
+[[nodiscard]] inline bool is_node_fixed(const DynamicMesh<D>& mesh, ElementId e, int local_edge) {
+    const EdgeId edge = mesh.edges_of[e][local_edge];
+    const auto& [a, b] = mesh.edges[edge];
+    if (mesh.elements.marks[e].has(Mark::required) || mesh.line_at(edge).valid()) return true;
+    if (mesh.states[a].marks.has(Mark::frozen) && mesh.states[b].marks.has(Mark::frozen)) return true;
+    for (int face = 0; face <= D; ++face) {
+        if (face == local_edges<D>[local_edge][0] || face == local_edges<D>[local_edge][1]) continue;
+        const FaceNeighbour across = mesh.face_neighbours[e][face];
+        if (!across.valid() || across.is_facet()) return true;
+    }
+    return false;
+}
+
 /// The edge of a facet opposite its local vertex k (3D), by the element on its first side.
 [[nodiscard]] EdgeId facet_edge(const DynamicMesh<3>& mesh, FacetId f, int k);
 

@@ -19,6 +19,14 @@ struct PatchPoint {
     friend bool operator==(const PatchPoint&, const PatchPoint&) = default;
 };
 
+/// A node of an edge around a cavity, that follows it.
+template <int D>
+struct FollowingNode {
+    EdgeId edge;
+    LagrangeNode<D> node;
+    friend bool operator==(const FollowingNode&, const FollowingNode&) = default;
+};
+
 /// What replaces a cavity, the whole change of topology: planned against one value of a mesh, and put in place by
 /// `commit` in that one only.
 template <int D>
@@ -30,6 +38,9 @@ struct Patch {
     /// In a mesh of degree 2: of the edges from the point to star.boundary. Those that elements or facets outside of
     /// the cavity have too keep their nodes.
     std::vector<LagrangeNode<D>> nodes = {};
+    /// In a mesh of degree 2: nodes of edges that stay, all of whose elements are removed or `reshaped` by them.
+    std::vector<FollowingNode<D>> following = {};
+    std::vector<ElementId> reshaped = {};
 };
 
 /// Whether a patch leaves everything joined as it is: a vertex inside with all of its elements, which moves at most.
@@ -44,7 +55,8 @@ template <int D, class Elements>
     return true;
 }
 
-/// What became of the entities of one kind. A place may be of one that is removed and of one that is created.
+/// What became of the entities of one kind. A place may be of one that is removed and of one that is created: also of
+/// an element that a patch reshapes.
 template <class Id>
 struct IdChanges {
     std::vector<Id> removed, created;
@@ -74,9 +86,9 @@ struct ChangedMesh {
 /// stay in their own places. As if one patch after the other; what
 /// they give is the same up to the numbers of entities in any order. Give the mesh away (std::move), or all of it is
 /// copied; with an error it is lost then. Errors (internal): patches planned for another mesh, that overlap, that make
-/// the same edge, that move a vertex or a node which elements outside of their cavity have, or one whose point another
-/// removes; nodes that are not one for each edge at the point of a mesh of degree 2;
-/// more entities than 32 bits count (unsupported); memory.
+/// the same edge, that move a vertex or a node which elements have that are neither in their cavity nor reshaped, or
+/// one whose point another removes; nodes that are not one for each edge at the point of a mesh of degree 2; more
+/// entities than 32 bits count (unsupported); memory.
 template <int D>
 [[nodiscard]] Outcome<ChangedMesh<D>> replace_cavities(DynamicMesh<D> mesh, std::span<const Patch<D>> patches);
 

@@ -47,6 +47,9 @@ class Committing {
     explicit Committing(DynamicMesh<D> mesh) : d_(std::move(mesh)) {}
 
     void apply(const Patch<D>& patch) {
+        for (const auto& [edge, node] : patch.following) d_.nodes[edge.index()] = node;
+        append(changes_.elements.removed, patch.reshaped);
+        append(changes_.elements.created, patch.reshaped);
         const Star<D>& star = patch.star;
         const VertexId point = put_point(patch);
         if (keeps_topology<D>(d_.elements, patch)) {
@@ -389,6 +392,34 @@ bool keeps_outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     return true;
 }
 
+/// Whether the elements of each node that follows are of the patch, and of no other: those that it reshapes are marked.
+template <int D>
+Outcome<Done> check_following(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::vector<bool>& is_taken) {
+    for (const ElementId e : patch.reshaped) {
+        if (is_taken[e.index()])
+            return fail(ErrorKind::internal, "two patches change one element", {},
+                        Entity{simplex_name<D>, e.index() + 1});
+        is_taken[e.index()] = true;
+    }
+    const auto is_of_patch = [&](ElementId e) {
+        return std::ranges::find(patch.reshaped, e) != patch.reshaped.end() ||
+               std::ranges::find(patch.removed.elements, e) != patch.removed.elements.end();
+    };
+    std::vector<ElementId> around;
+    for (const auto& following : patch.following) {
+        const auto has_edge = [&](ElementId e) {
+            return std::ranges::find(mesh.edges_of[e], following.edge) != mesh.edges_of[e].end();
+        };
+        const auto first = std::ranges::find_if(patch.reshaped, has_edge);
+        if (first == patch.reshaped.end()) return refused("a node follows a patch that does not reshape its elements");
+        const auto& edges = mesh.edges_of[*first];
+        shell(mesh, *first, static_cast<int>(std::ranges::find(edges, following.edge) - edges.begin()), around);
+        if (!std::ranges::all_of(around, is_of_patch))
+            return refused("a patch moves a node that elements have which it neither removes nor reshapes");
+    }
+    return Done{};
+}
+
 /// Asked before anything is changed: patches of this mesh that do not get into each other's way.
 template <int D>
 Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>> patches) {
@@ -405,6 +436,7 @@ Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>
                             Entity{simplex_name<D>, e.index() + 1});
             is_removed[e.index()] = true;
         }
+        if (auto checked = check_following(mesh, patch, is_removed); !checked) return checked;
         append(vanishing, patch.star.vanishing);
         made += patch.star.joined.size();
         if (patch.point.vertex.valid() && patch.point.place && !patch.star.kept.empty() &&

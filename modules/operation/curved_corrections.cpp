@@ -24,6 +24,8 @@ namespace camber {
 template <int D>
 void CurvedNodes<D>::begin_elements() {
     begin_cones();
+    w_.rim.clear();
+    w_.outside.clear();
     bound_ = limits_.min_jacobian;
     has_raised_ = false;
     w_.programmes = 0;
@@ -70,13 +72,14 @@ bool CurvedNodes<D>::correct(RejectionReason reason) {
     if (has_raised_) return false;
     if (draw_back()) return true;
     has_raised_ = true;
-    return reason == RejectionReason::volume && raise();
+    return reason == RejectionReason::volume && (raise() || bend_together());
 }
 
 template <int D>
-void CurvedNodes<D>::give(std::vector<LagrangeNode<D>>& nodes) const {
-    nodes.clear();
-    for (const Spoke<D>& spoke : w_.spokes) nodes.push_back({spoke.node});
+void CurvedNodes<D>::give(Patch<D>& patch) const {
+    for (const Spoke<D>& spoke : w_.spokes) patch.nodes.push_back({spoke.node});
+    for (const RimEdge<D>& edge : w_.rim) patch.following.push_back({edge.edge, {edge.node}});
+    for (const OutsideElement<D>& outside : w_.outside) patch.reshaped.push_back(outside.element);
 }
 
 template <int D>
@@ -252,10 +255,10 @@ void CurvedNodes<D>::approach() {
 /// Distances as both ends of an edge see them, whichever of them is the point: otherwise one would undo what the other
 /// does.
 template <int D>
-Sym<D> CurvedNodes<D>::distance_seen_along(std::uint32_t s) const {
+Sym<D> CurvedNodes<D>::distance_seen_along(const EndMetrics& ends) {
     Sym<D> sum;
-    for (const MeasuringMetric<D>* metric : {&request_.metric.measure, &r_.vertices.metrics[vertex(s)].measure})
-        for (const Vec<D>& row : metric->rows)
+    for (const VertexMetric<D>* metric : ends)
+        for (const Vec<D>& row : metric->measure.rows)
             for (int i = 0; i < D; ++i)
                 for (int j = 0; j <= i; ++j) sum(i, j) += row[i] * row[j];
     return sum;
@@ -268,7 +271,7 @@ JointProgramme<D> CurvedNodes<D>::approaching_programme() const {
     std::vector<int> unknown_of(w_.spokes.size(), JointProgramme<D>::fixed);
     for (const std::uint32_t s : w_.short_of_place) {
         unknown_of[s] = static_cast<int>(programme.unknowns.size());
-        programme.unknowns.push_back({w_.spokes[s].wanted - w_.spokes[s].node, distance_seen_along(s)});
+        programme.unknowns.push_back({w_.spokes[s].wanted - w_.spokes[s].node, distance_seen_along(spoke_metrics(s))});
     }
     for (const Cone<D>& cone : w_.cones) {
         if (cone.verdict != Verdict::valid) continue;
@@ -304,7 +307,10 @@ bool CurvedNodes<D>::are_elements_good() {
     template double CurvedNodes<D>::length_to(std::size_t) const;     \
     template bool CurvedNodes<D>::correct(RejectionReason);           \
     template void CurvedNodes<D>::approach();                         \
-    template void CurvedNodes<D>::give(std::vector<LagrangeNode<D>>&) const;
+    template void CurvedNodes<D>::give(Patch<D>&) const;              \
+    template void CurvedNodes<D>::mark_stale();                       \
+    template void CurvedNodes<D>::refresh_stale();                    \
+    template Sym<D> CurvedNodes<D>::distance_seen_along(const EndMetrics&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

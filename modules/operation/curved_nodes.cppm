@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -17,6 +18,7 @@ import :quality_bar;
 import :request;
 import :star_judge;
 import :state;
+import :vertex_data;
 
 /// The nodes of a star of degree 2 (paper §3.2).
 namespace camber {
@@ -31,7 +33,10 @@ namespace camber {
 /// 3. Where elements are still not valid: one inner edge of them after the other goes where the least Jacobian around
 /// it
 ///    is largest, a linear programme (see highest_node), at most limits.programmes of them.
-/// 4. Edges along their curves within the bounds of lengths.
+/// 4. Where that is not enough: the inner edges together (a joint programme), then the nodes of edges of the broken
+///    elements' outer faces along with them, at most limits.bend_around, whose elements outside are judged with the
+///    star's.
+/// 5. Edges along their curves within the bounds of lengths.
 template <int D>
 class CurvedNodes {
   public:
@@ -61,7 +66,7 @@ class CurvedNodes {
     /// Nodes that were drawn back go together as near to where they are wanted as their elements stay good: a joint
     /// programme.
     void approach();
-    void give(std::vector<LagrangeNode<D>>& nodes) const;
+    void give(Patch<D>& patch) const;
     [[nodiscard]] int programmes() const { return w_.programmes; }
     [[nodiscard]] bool has_drawn_back() const {
         return std::ranges::any_of(w_.spokes, [](const Spoke<D>& s) { return s.share < 1; });
@@ -119,7 +124,22 @@ class CurvedNodes {
     [[nodiscard]] bool may_leave(std::ptrdiff_t joined) const;
     /// Whether all elements are valid in the end.
     [[nodiscard]] bool raise();
-    [[nodiscard]] Sym<D> distance_seen_along(std::uint32_t s) const;
+    /// The same by a joint programme: of the inner edges, and of at most so many edges of the rim.
+    [[nodiscard]] bool bend_together();
+    [[nodiscard]] bool bend_together(int rim);
+    void gather_rim(int rim);
+    /// False where the element must not change, or is not valid as it is.
+    [[nodiscard]] bool gather_outside(ElementId e);
+    [[nodiscard]] Vec<D> wanted_node_of(EdgeId edge) const;
+    [[nodiscard]] JointProgramme<D> bending_programme();
+    /// The nodes at these offsets from where they were.
+    void bend(const std::vector<Vec<D>>& before, const std::vector<Vec<D>>& offsets);
+    [[nodiscard]] bool is_bent_well();
+    using EndMetrics = std::array<const VertexMetric<D>*, 2>;
+    [[nodiscard]] EndMetrics spoke_metrics(std::size_t s) const {
+        return {&request_.metric, &r_.vertices.metrics[vertex(s)]};
+    }
+    [[nodiscard]] static Sym<D> distance_seen_along(const EndMetrics& ends);
     [[nodiscard]] JointProgramme<D> approaching_programme() const;
     [[nodiscard]] bool are_elements_good();
     [[nodiscard]] EdgeShell<D> shell_of(std::uint32_t s) const;

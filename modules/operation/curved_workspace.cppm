@@ -35,6 +35,21 @@ struct Cone {
     double shape = 0;
 };
 
+/// An inner edge of the star's outer faces, whose node may follow.
+template <int D>
+struct RimEdge {
+    EdgeId edge;
+    Vec<D> before, wanted, node;
+};
+
+/// An element outside of the cavity that has such an edge.
+template <int D>
+struct OutsideElement {
+    ElementId element;
+    QuadraticNodes<D> nodes{};
+    double bound = 0;  ///< what its scaled Jacobian is to keep
+};
+
 /// A removed element as a map from its straight shape to its curved one.
 template <int D>
 struct OldElement {
@@ -49,6 +64,9 @@ template <int D>
 struct CurvedWorkspace {
     std::vector<Spoke<D>> spokes;
     std::vector<Cone<D>> cones;
+    std::vector<RimEdge<D>> rim;
+    std::vector<OutsideElement<D>> outside;
+    std::vector<ElementId> around;
     std::vector<OldElement<D>> old_elements;
     std::vector<FacetSite<D>> facets;                     ///< new ones
     std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< spoke, and the new facet with it

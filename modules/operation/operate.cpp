@@ -45,6 +45,8 @@ class Operating {
     [[nodiscard]] OperationResult run() {
         out_.removed = request_.cavity;
         out_.nodes.clear();
+        out_.following.clear();
+        out_.reshaped.clear();
         if (!find_star()) return result_;
         if (Nodes::degree == 2) result_.straight_inverted = !is_straight_positive();
         out_.planned_for = r_.mesh.stamp;
@@ -98,8 +100,9 @@ class Operating {
         result_.programmes += nodes.programmes();
         if (fault.reason != RejectionReason::none) return fault;
         if (is_corrected && !has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
-        nodes.give(out_.nodes);
+        nodes.give(out_);
         result_.drawn_back = nodes.has_drawn_back();
+        result_.bends_around = !out_.following.empty();
         result_.worst_shape = fault.worst_shape;
         return {};
     }

@@ -39,6 +39,7 @@ struct OperationResult {
     int programmes = 0;         ///< spent
     double farthest_facet = 0;  ///< see PassStatistics
     bool straight_inverted = false, straight_positive = false, drawn_back = false;
+    bool bends_around = false;  ///< nodes around the cavity follow
 };
 
 /// The way of a request: its star, the star's nodes by the degree, the judge, corrections; what is good enough in the

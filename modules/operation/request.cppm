@@ -71,6 +71,9 @@ struct PatchLimits {
     InvalidBefore invalid_before = InvalidBefore::refused;
     /// Linear programmes, each for one inner edge, that may be spent where the old curves do not make a star valid.
     int programmes = 8;
+    /// Where that is not enough, all inner nodes of the star may go together, and with them those of so many inner
+    /// edges of its outer faces; 0: neither.
+    int bend_around = 0;
     /// Inner nodes that were drawn back and then come nearer together to where they are wanted, at most.
     int approaching = 0;
     /// The least cosine between a new facet's normal and those of the facets that it replaces.

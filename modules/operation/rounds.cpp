@@ -23,7 +23,7 @@ namespace {
 /// again, and enough for the threads.
 std::size_t window_of(std::size_t elements) { return std::clamp<std::size_t>(elements / 256, 32, 8192); }
 
-/// Elements that patches of a round remove, and edges that they make.
+/// Elements that patches of a round remove or reshape, and edges that they make.
 class Claims {
   public:
     void begin(std::size_t elements) {
@@ -33,8 +33,9 @@ class Claims {
     }
     template <int D>
     [[nodiscard]] bool take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
-        for (const ElementId e : patch.removed.elements)
-            if (claimed_[e.index()] == round_) return false;
+        const auto is_claimed = [&](ElementId e) { return claimed_[e.index()] == round_; };
+        if (std::ranges::any_of(patch.removed.elements, is_claimed)) return false;
+        if (std::ranges::any_of(patch.reshaped, is_claimed)) return false;
         if (const VertexId p = patch.point.vertex;
             p.valid() && !keeps_topology<D>(mesh.elements.vertices.view(), patch)) {
             for (const VertexId v : patch.star.boundary)
@@ -42,6 +43,7 @@ class Claims {
             for (const VertexId v : patch.star.boundary) edges_.insert(key(p, v));
         }
         for (const ElementId e : patch.removed.elements) claimed_[e.index()] = round_;
+        for (const ElementId e : patch.reshaped) claimed_[e.index()] = round_;
         return true;
     }
 
@@ -175,6 +177,7 @@ class Rounds {
         ++s.accepted;
         s.straight_inverted += result.straight_inverted ? 1 : 0;
         s.drawn_back += result.drawn_back ? 1 : 0;
+        s.bent_around += result.bends_around ? 1 : 0;
         s.farthest_facet = std::max(s.farthest_facet, result.farthest_facet);
         s.shortened += is_short_of_geometry ? 1 : 0;
         s.corrections += static_cast<std::size_t>(result.corrections);

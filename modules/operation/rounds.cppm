@@ -28,7 +28,8 @@ struct PassStatistics {
     /// Of degree 2: accepted that the straight test would refuse, refused as `volume` that it would accept, and
     /// accepted whose nodes are not where the metric has them.
     std::size_t straight_inverted = 0, straight_positive = 0, drawn_back = 0;
-    std::size_t programmes = 0;  ///< spent on inner edges, accepted or not
+    std::size_t bent_around = 0;  ///< accepted that take nodes around their cavity along
+    std::size_t programmes = 0;   ///< spent on inner edges, accepted or not
     /// Of facets that swaps and collapses made: how far one is from the geometry at most, as a share of its longest
     /// edge.
     double farthest_facet = 0;
@@ -46,6 +47,7 @@ struct PassStatistics {
         straight_inverted += other.straight_inverted;
         straight_positive += other.straight_positive;
         drawn_back += other.drawn_back;
+        bent_around += other.bent_around;
         programmes += other.programmes;
         farthest_facet = std::max(farthest_facet, other.farthest_facet);
         moved_nodes += other.moved_nodes;

@@ -61,7 +61,7 @@ class StraightNodes {
     }
     [[nodiscard]] bool correct(RejectionReason) { return false; }
     void approach() {}
-    void give(std::vector<LagrangeNode<D>>&) const {}
+    void give(Patch<D>&) const {}
     [[nodiscard]] int programmes() const { return 0; }
     [[nodiscard]] bool has_drawn_back() const { return false; }
 

@@ -27,6 +27,9 @@ void expect_laws(std::uint64_t domains, std::size_t least) {
     CurvedTally<D> tally;
     for (std::uint64_t seed = 1; seed <= domains; ++seed) CHECK(CurvedRun<D>(seed, {}).run(tally) == "");
     CHECK(tally.least() >= least);
+    std::size_t bent_around = 0;
+    for (const auto& row : tally.rows) bent_around += row.bent_around;
+    CHECK(bent_around > 0);
 }
 
 template <int D>

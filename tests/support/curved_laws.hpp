@@ -103,7 +103,11 @@ std::string unless_valid(const DynamicMesh<D>& mesh, const std::vector<ElementId
     return "";
 }
 
-/// What is outside of the cavity keeps its nodes, and so does what is not at the point.
+/// Edges around a cavity whose nodes may follow.
+inline constexpr int bend_around = 4;
+
+/// What is neither in the cavity nor reshaped keeps its nodes. So does what is not at the point, but for the few inner
+/// edges that follow.
 template <int D>
 std::string unless_nodes_stay(const DynamicMesh<D>& before, const DynamicMesh<D>& after,
                               const TopologyChanges& changes) {
@@ -116,10 +120,20 @@ std::string unless_nodes_stay(const DynamicMesh<D>& before, const DynamicMesh<D>
     for (std::size_t e = 0; e < before.elements.size(); ++e)
         if (removed[e] == 0 && !before.is_free(ElementId(e)) && !std::ranges::all_of(before.edges_of[e], same))
             return "an element outside of the cavity has another curve";
-    for (std::size_t e = 0; e < before.edges.size(); ++e)
-        if (made[e] == 0 && !after.is_free(EdgeId(e)) && after.edges[e][0] != point && after.edges[e][1] != point &&
-            !same(EdgeId(e)))
-            return "an edge that is not at the point has another curve";
+    int following = 0;
+    for (std::size_t e = 0; e < before.edges.size(); ++e) {
+        if (made[e] != 0 || after.is_free(EdgeId(e)) || after.edges[e][0] == point || after.edges[e][1] == point ||
+            same(EdgeId(e)))
+            continue;
+        if (++following > bend_around) return "too many edges that are not at the point have another curve";
+        for (std::size_t i = 0; i < before.elements.size(); ++i) {
+            const auto& edges = before.edges_of[ElementId(i)];
+            const auto at = std::ranges::find(edges, EdgeId(e));
+            if (before.is_free(ElementId(i)) || at == edges.end()) continue;
+            if (is_node_fixed(before, ElementId(i), static_cast<int>(at - edges.begin())))
+                return "an edge of the boundary that is not at the point has another curve";
+        }
+    }
     return "";
 }
 

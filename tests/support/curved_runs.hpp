@@ -30,7 +30,7 @@ template <int D>
 struct CurvedTally {
     struct Row {
         std::size_t accepted = 0, bowed = 0;  ///< bowed: accepted where an edge of the cavity was, by min_bow
-        std::size_t straight_inverted = 0, drawn_back = 0;
+        std::size_t straight_inverted = 0, drawn_back = 0, bent_around = 0;
         std::size_t nowhere = 0;  ///< nothing of the kind was found
         std::array<std::size_t, rejection_reasons> rejected{};
     };
@@ -45,6 +45,7 @@ struct CurvedTally {
             row.bowed += more.bowed;
             row.straight_inverted += more.straight_inverted;
             row.drawn_back += more.drawn_back;
+            row.bent_around += more.bent_around;
             row.nowhere += more.nowhere;
             for (std::size_t i = 0; i < row.rejected.size(); ++i) row.rejected[i] += more.rejected[i];
         }
@@ -110,7 +111,8 @@ class CurvedRun {
         JudgedPatch<D> patch;
         const PatchLimits limits{
             .min_shape = 1e-3,
-            .below_least = dice_.below(2) == 0 ? BelowLeast::refused : BelowLeast::accepted_if_no_worse};
+            .below_least = dice_.below(2) == 0 ? BelowLeast::refused : BelowLeast::accepted_if_no_worse,
+            .bend_around = bend_around};
         const OperationResult result = operate(domain_.state, domain_.goal, tried->request, limits, workspace_, patch);
         if (result.rejected != RejectionReason::none) {
             ++row.rejected[static_cast<std::size_t>(result.rejected)];
@@ -120,6 +122,7 @@ class CurvedRun {
         row.bowed += is_bowed(patch.patch().removed.elements) ? 1 : 0;
         row.straight_inverted += result.straight_inverted ? 1 : 0;
         row.drawn_back += result.drawn_back ? 1 : 0;
+        row.bent_around += result.bends_around ? 1 : 0;
         const double replaced = worst_shape_of(domain_.state, patch.patch().removed.elements);
         const DynamicMesh<D> before = mesh();
         auto [after, changes] = must(commit<D>(std::move(domain_.state), {std::move(patch)}));

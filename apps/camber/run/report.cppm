@@ -180,9 +180,10 @@ struct UnitMeshReport {
 struct PassReport {
     std::string pass;
     std::size_t rounds = 0, proposals = 0, planned = 0, accepted = 0, corrections = 0, shortened = 0;
-    std::size_t drawn_back = 0, programmes = 0, straight_inverted = 0, straight_positive = 0;  ///< of degree 2
-    double farthest_facet = 0;    ///< of what swaps and collapses made, from the geometry, by its longest edge
-    std::size_t moved_nodes = 0;  ///< of degree 2, by distortion
+    std::size_t drawn_back = 0, bent_around = 0, programmes = 0, straight_inverted = 0,
+                straight_positive = 0;  ///< of degree 2
+    double farthest_facet = 0;          ///< of what swaps and collapses made, from the geometry, by its longest edge
+    std::size_t moved_nodes = 0;        ///< of degree 2, by distortion
     std::vector<std::pair<std::string, std::size_t>> rejected;  ///< by reason, those that there were
     double seconds = 0;
 };

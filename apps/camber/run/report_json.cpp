@@ -67,6 +67,7 @@ Json json(const PassReport& p) {
             {"corrections", p.corrections},
             {"shortened", p.shortened},
             {"drawn_back", p.drawn_back},
+            {"bent_around", p.bent_around},
             {"programmes", p.programmes},
             {"moved_nodes", p.moved_nodes},
             {"straight_inverted", p.straight_inverted},

@@ -201,6 +201,7 @@ PassReport pass_report(std::string_view name, const PassStatistics& s, double se
                       .corrections = s.corrections,
                       .shortened = s.shortened,
                       .drawn_back = s.drawn_back,
+                      .bent_around = s.bent_around,
                       .programmes = s.programmes,
                       .straight_inverted = s.straight_inverted,
                       .straight_positive = s.straight_positive,
