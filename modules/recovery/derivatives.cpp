@@ -1,0 +1,317 @@
+module;
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+module camber.recovery;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+/// What a monomial must have beside the others (`Fit::independence`): below the first a polynomial of a lower degree is
+/// taken, or more nodes are looked for; below the second the degree is given up. Inside of meshes the least is 0.004
+/// and more of degree k + 2, some 0.001 of degree k + 3. Noise of values grows by the root of 1/it.
+constexpr double comfortable = 1e-4, tolerable = 1e-6;
+/// So many nodes a coefficient of the polynomial of the highest degree are looked for, and so many where rows of the
+/// boundary take it: outside of its nodes a solution's noise grows.
+constexpr double nodes_a_coefficient = 4;
+template <int D>
+constexpr double nodes_a_coefficient_taken = D == 2 ? 6 : 9;
+/// With so many, one of degree k + 3 is fitted, or one of k + 2 or k + 1; so many are looked for where a row of the
+/// boundary has none to take.
+constexpr double surplus_nodes = 3, few_nodes = 1.3, own_nodes = 2;
+constexpr std::size_t fit_grain = 64;
+
+/// Where rows keep their polynomials for others; `no_slot` for those that nobody asks for.
+constexpr std::uint32_t no_slot = 0xffffffffU;
+
+template <int D>
+struct Columns {
+    Buffer<Vec<D>> gradients;
+    Buffer<Sym<D>> hessians;
+    Buffer<CubicForm<D>> thirds;
+
+    Columns(std::size_t rows, int degree) : gradients(rows), hessians(rows), thirds(degree == 2 ? rows : 0) {}
+    void put(std::size_t row, const Derivatives<D>& d) {
+        gradients[row] = d.gradient;
+        hessians[row] = d.hessian;
+        if (!thirds.empty()) thirds[row] = d.third;
+    }
+};
+
+/// One recovery of fields of degree K by polynomials of degree P.
+template <int D, int K, int P>
+class Recovery {
+  public:
+    Recovery(const NodalMesh<D>& nodal, const MaterialRows& rows, const Buffer<std::uint8_t>& boundary,
+             std::span<const Column<double>> fields, const RecoveryOptions& options)
+        : nodal_(nodal),
+          rows_(rows),
+          boundary_(boundary),
+          fields_(fields),
+          options_(options),
+          sources_(rows.size(), RowSource::own_fit),
+          degrees_(rows.size(), 0),
+          slots_(rows.size(), no_slot) {
+        columns_.reserve(fields.size());
+        for (std::size_t f = 0; f < fields.size(); ++f) columns_.emplace_back(rows.size(), K);
+    }
+
+    Outcome<Done> run(const Execution& execution) {
+        if (auto done = find_inner(part_of(execution, 0, 0.05)); !done) return done;
+        if (auto done = fit_all(part_of(execution, 0.05, 0.9)); !done) return done;
+        return take_inner(part_of(execution, 0.9, 1));
+    }
+
+    RecoveredDerivatives<D> result() && {
+        RecoveredDerivatives<D> out;
+        out.degree = K;
+        for (std::size_t r = 0; r < rows_.size(); ++r) {
+            out.from_inner_fits += sources_[r] == RowSource::inner_fits;
+            out.lower_degree += degrees_[r] < K + 2;
+            out.missing += degrees_[r] < K + 1;
+        }
+        for (auto& c : columns_)
+            out.fields.push_back({std::move(c.gradients), std::move(c.hessians), std::move(c.thirds)});
+        out.sources = std::move(sources_);
+        out.polynomial_degrees = std::move(degrees_);
+        return out;
+    }
+
+  private:
+    /// A row's polynomials, one a field, for who takes them elsewhere.
+    struct Kept {
+        Vec<D> origin;
+        Mat<D> whitened_by;
+    };
+    struct Polynomial {
+        Coefficients<D, P> c;
+        Unit unit;
+    };
+    struct Work {
+        Rings<D> rings;
+        Fit<D, P> fit;
+        std::vector<Vec<D>> offsets;
+        std::vector<double> values;
+        std::vector<std::size_t> inner;
+    };
+
+    template <class Visit>
+    Outcome<Done> each_row(const Execution& execution, const NodalMesh<D>& walked, Visit&& visit) {
+        return each_chunk(
+            execution, rows_.vertices(),
+            [&](std::size_t begin, std::size_t end) {
+                Work work{Rings<D>(walked), {}, {}, {}, {}};
+                for (std::size_t v = begin; v < end; ++v)
+                    for (std::size_t row = rows_.materials.offsets[v]; row < rows_.materials.offsets[v + 1]; ++row)
+                        visit(work, VertexId(v), row);
+            },
+            fit_grain);
+    }
+
+    /// The inner rows of the first ring that has any.
+    void find_inner_of(Work& work, VertexId v, std::size_t row) const {
+        const Reference material = rows_.materials.items[row];
+        work.inner.clear();
+        work.rings.begin(v, material);
+        for (int ring = 0; ring < options_.boundary_rings && work.inner.empty(); ++ring) {
+            if (!work.rings.grow()) return;
+            for (const VertexId w : work.rings.last_vertices())
+                if (const std::size_t other = *rows_.row(w, material); boundary_[other] == 0)
+                    work.inner.push_back(other);
+        }
+    }
+
+    Outcome<Done> find_inner(const Execution& execution) {
+        auto done = each_row(execution, vertices_alone(), [&](Work& work, VertexId v, std::size_t row) {
+            if (boundary_[row] == 0) return;
+            find_inner_of(work, v, row);
+            if (work.inner.empty()) return;
+            sources_[row] = RowSource::inner_fits;
+            for (const std::size_t other : work.inner)
+                std::atomic_ref(slots_[other]).store(0, std::memory_order_relaxed);
+        });
+        if (!done) return done;
+        std::uint32_t count = 0;
+        for (std::uint32_t& slot : slots_)
+            if (slot != no_slot) slot = count++;
+        kept_ = Buffer<Kept>(count);
+        polynomials_ = Buffer<Polynomial>(count * fields_.size());
+        return Done{};
+    }
+
+    [[nodiscard]] NodalMesh<D> vertices_alone() const { return {nodal_.mesh, nodal_.balls, 1}; }
+
+    void place(Work& work, VertexId v) const {
+        const Vec<D> origin = nodal_.mesh.linear.points[v];
+        work.offsets.clear();
+        double largest = 0;
+        for (const std::uint32_t node : work.rings.nodes()) {
+            const Vec<D> x = nodal_.place(node);
+            for (const double c : x.c) largest = std::max(largest, std::abs(c));
+            work.offsets.push_back(x - origin);
+        }
+        work.fit.place(work.offsets, std::numeric_limits<double>::epsilon() * largest, options_.core);
+    }
+
+    /// The degree that is fitted, the least with which more nodes are not looked for, and the nodes that are looked
+    /// for.
+    struct Wanted {
+        int degree, least;
+        double nodes;
+    };
+    [[nodiscard]] Wanted wanted(std::size_t row) const {
+        if (boundary_[row] != 0) return {K + 1, K + 1, own_nodes * monomials_up_to<D>(K + 1)};
+        return {P, K + 2,
+                (slots_[row] == no_slot ? nodes_a_coefficient : nodes_a_coefficient_taken<D>)*monomials_up_to<D>(P)};
+    }
+
+    /// The highest degree up to `degree` of which the placed nodes are enough and tell the monomials apart.
+    [[nodiscard]] static int determined(const Fit<D, P>& fit, int degree, double least_independence) {
+        const auto nodes = static_cast<double>(fit.nodes());
+        for (; degree > 0; --degree) {
+            const double share = degree > K + 2 ? surplus_nodes : degree > K ? few_nodes : 1;
+            if (nodes >= share * monomials_up_to<D>(degree) && fit.independence(degree) >= least_independence)
+                return degree;
+        }
+        return 0;
+    }
+
+    /// Gathers nodes around a vertex until they determine a polynomial well, and factorises. Returns its degree: where
+    /// nodes are few or stand in few layers, one that they determine somehow.
+    int determine(Work& work, VertexId v, std::size_t row) const {
+        const Wanted want = wanted(row);
+        const auto grow = [&] { return work.rings.count() < options_.max_rings && work.rings.grow(); };
+        work.rings.begin(v, rows_.materials.items[row]);
+        while (work.rings.count() < options_.rings && work.rings.grow()) {
+        }
+        while (static_cast<double>(work.rings.nodes().size()) < want.nodes && grow()) {
+        }
+        do {
+            place(work, v);
+            const int degree = determined(work.fit, want.degree, comfortable);
+            if (degree >= want.least) return degree;
+        } while (grow());
+        return determined(work.fit, want.least, tolerable);
+    }
+
+    Outcome<Done> fit_all(const Execution& execution) {
+        return each_row(execution, nodal_, [&](Work& work, VertexId v, std::size_t row) {
+            if (sources_[row] == RowSource::own_fit) fit(work, v, row);
+        });
+    }
+
+    void fit(Work& work, VertexId v, std::size_t row) {
+        const int degree = determine(work, v, row);
+        degrees_[row] = static_cast<std::uint8_t>(degree);
+        const std::uint32_t slot = slots_[row];
+        if (slot != no_slot) kept_[slot] = {nodal_.mesh.linear.points[v], work.fit.whitened_by()};
+        for (std::size_t f = 0; f < fields_.size(); ++f) {
+            work.values.clear();
+            for (const std::uint32_t node : work.rings.nodes()) work.values.push_back(fields_[f][node]);
+            Polynomial p{{}, scale(work.values)};
+            if (p.unit.half > 0) p.c = work.fit.solve(work.values, degree);
+            columns_[f].put(row, by_place(p, derivatives_at_origin<D, P>(p.c), work.fit.whitened_by()));
+            if (slot != no_slot) polynomials_[slot * fields_.size() + f] = p;
+        }
+    }
+
+    /// Of a polynomial's derivatives by y those by x, in units of the field.
+    static Derivatives<D> by_place(const Polynomial& p, const Derivatives<D>& by_y, const Mat<D>& whitened_by) {
+        Derivatives<D> d = pulled_back(by_y, whitened_by);
+        for (double& c : d.gradient.c) c = p.unit.times(c);
+        for (double& c : d.hessian.c) c = p.unit.times(c);
+        for (double& c : d.third.c) c = p.unit.times(c);
+        return d;
+    }
+
+    Outcome<Done> take_inner(const Execution& execution) {
+        return each_row(execution, vertices_alone(), [&](Work& work, VertexId v, std::size_t row) {
+            if (sources_[row] != RowSource::inner_fits) return;
+            find_inner_of(work, v, row);
+            degrees_[row] = P;
+            for (const std::size_t other : work.inner) degrees_[row] = std::min(degrees_[row], degrees_[other]);
+            for (std::size_t f = 0; f < fields_.size(); ++f) columns_[f].put(row, mean_of_inner(work.inner, v, f));
+        });
+    }
+
+    Derivatives<D> mean_of_inner(std::span<const std::size_t> inner, VertexId v, std::size_t field) const {
+        Derivatives<D> mean;
+        const double share = 1 / static_cast<double>(inner.size());
+        for (const std::size_t other : inner) {
+            const std::uint32_t slot = slots_[other];
+            const Kept& kept = kept_[slot];
+            const Vec<D> y = kept.whitened_by * (nodal_.mesh.linear.points[v] - kept.origin);
+            const auto& p = polynomials_[slot * fields_.size() + field];
+            const Derivatives<D> d = by_place(p, derivatives_at<D, P>(p.c, y), kept.whitened_by);
+            mean.gradient += share * d.gradient;
+            mean.hessian += share * d.hessian;
+            mean.third += share * d.third;
+        }
+        return mean;
+    }
+
+    NodalMesh<D> nodal_;
+    const MaterialRows& rows_;
+    const Buffer<std::uint8_t>& boundary_;
+    std::span<const Column<double>> fields_;
+    RecoveryOptions options_;
+    std::vector<Columns<D>> columns_;
+    Buffer<RowSource> sources_;
+    Buffer<std::uint8_t> degrees_;
+    Buffer<std::uint32_t> slots_;
+    Buffer<Kept> kept_;
+    Buffer<Polynomial> polynomials_;
+};
+
+template <int D, int K, int P>
+Outcome<RecoveredDerivatives<D>> recovered(const NodalMesh<D>& nodal, std::span<const Column<double>> fields,
+                                           const RecoveryOptions& options, const Execution& execution) {
+    auto rows = material_rows(nodal.mesh.linear, nodal.balls, execution);
+    if (!rows) return fail(rows.error());
+    const auto boundary = boundary_rows(nodal.mesh.linear, nodal.balls, *rows, without_progress(execution));
+    if (!boundary) return fail(boundary.error());
+    Recovery<D, K, P> recovery(nodal, *rows, *boundary, fields, options);
+    if (auto done = recovery.run(execution); !done) return fail(done.error());
+    RecoveredDerivatives<D> out = std::move(recovery).result();
+    out.rows = std::move(*rows);
+    if (auto finite = check_results(out, execution); !finite) return fail(finite.error());
+    return out;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<RecoveredDerivatives<D>> recover_derivatives(const QuadraticMesh<D>& mesh,
+                                                     std::span<const Column<double>> fields,
+                                                     const RecoveryOptions& options, const Execution& execution) {
+    return guarded([&]() -> Outcome<RecoveredDerivatives<D>> {
+        if (auto sound = check_limits(options); !sound) return fail(sound.error());
+        const auto degree = degree_of(mesh, fields);
+        if (!degree) return fail(degree.error());
+        const auto around = balls(mesh.linear, without_progress(execution));
+        if (!around) return fail(around.error());
+        const NodalMesh<D> nodal{mesh, *around, *degree};
+        if (auto finite = check_finite(nodal, fields, execution); !finite) return fail(finite.error());
+        return *degree == 1 ? recovered<D, 1, 4>(nodal, fields, options, execution)
+                            : recovered<D, 2, 5>(nodal, fields, options, execution);
+    });
+}
+
+template Outcome<RecoveredDerivatives<2>> recover_derivatives<2>(const QuadraticMesh<2>&,
+                                                                 std::span<const Column<double>>,
+                                                                 const RecoveryOptions&, const Execution&);
+template Outcome<RecoveredDerivatives<3>> recover_derivatives<3>(const QuadraticMesh<3>&,
+                                                                 std::span<const Column<double>>,
+                                                                 const RecoveryOptions&, const Execution&);
+
+}  // namespace camber

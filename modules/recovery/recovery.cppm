@@ -1,0 +1,11 @@
+/// Gradient, Hessian and third derivatives of fields that are known by their values at a mesh's nodes: what metrics for
+/// adaptation are made from.
+export module camber.recovery;
+export import :material_rows;
+export import :derivatives;
+import :monomials;
+import :whitening;
+import :rings;
+import :fit;
+import :polynomial;
+import :checks;
