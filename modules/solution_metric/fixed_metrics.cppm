@@ -1,0 +1,81 @@
+module;
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tuple>
+export module camber.solution_metric:fixed_metrics;
+import camber.core;
+import camber.metric;
+
+export namespace camber {
+
+/// Metrics at some vertices; a vertex may have several, which are intersected.
+template <int D>
+struct MetricsAtVertices {
+    Column<VertexId> vertices;
+    Column<LogMetric<D>> log_metrics;  ///< one each
+};
+
+/// A size for all simplices of a dimension that have a reference: elements (dimension D), facets (D − 1), feature edges
+/// (1) or vertices (0).
+struct ReferenceSize {
+    int dimension = 0;
+    Reference reference = 0;
+    double size = 0;  ///< model units
+};
+
+/// The isotropic metrics of such sizes at the vertices of the simplices, the least of several. Errors (usage): a size
+/// that is not a positive length, a dimension that is none of the mesh's, a reference that nothing has.
+template <int D>
+[[nodiscard]] Outcome<MetricsAtVertices<D>> sizes_by_reference(const LinearMesh<D>& mesh,
+                                                               std::span<const ReferenceSize> sizes);
+
+/// How far chords may be from the geometry that they stand for.
+struct ChordOptions {
+    double chord_error = 0;    ///< δ: of a chord's middle from the surface
+    double normal_ratio = 10;  ///< of the size along the normal to the least size along the surface
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = ChordOptions;
+        return std::tuple(option("chord_error", &S::chord_error, "largest distance of a chord from the surface")
+                              .unit("model units")
+                              .above(0)
+                              .required(),
+                          option("normal_ratio", &S::normal_ratio,
+                                 "size along the normal, at most so many times the least along the surface")
+                              .at_least(1));
+    }
+    friend bool operator==(const ChordOptions&, const ChordOptions&) = default;
+};
+
+/// The geometry's own metric at the vertices of facets. A chord of length h of a circle of curvature κ is h²κ/8 from
+/// it, so along a surface of principal curvatures κ_i
+///
+///     h_i = sqrt(8 δ/|κ_i|),    along the normal `normal_ratio` times the least of these,
+///
+/// and no size is above `largest`. Curvatures are one-sided: `patches` says of each facet on which smooth piece of the
+/// boundary it is (Features::patches of camber.surface), and the metrics of the patches that meet at a vertex are
+/// intersected. Of a mesh of degree 2 they are those of its facets at the vertex, averaged by area; of a straight mesh
+/// those of the quadratic through the patch's vertices around, two rings of them, by least squares weighted by 1/r²;
+/// where these are too few, of one ring or none. Two walls that face each other across a gap are not looked for. Errors
+/// (usage): limits of options, patches that are not one a facet; stopped.
+template <int D>
+[[nodiscard]] Outcome<MetricsAtVertices<D>> chord_metrics(const LinearMesh<D>& mesh,
+                                                          const Column<std::uint32_t>& patches,
+                                                          const ChordOptions& options, double largest,
+                                                          const Execution& execution);
+template <int D>
+[[nodiscard]] Outcome<MetricsAtVertices<D>> chord_metrics(const QuadraticMesh<D>& mesh,
+                                                          const Column<std::uint32_t>& patches,
+                                                          const ChordOptions& options, double largest,
+                                                          const Execution& execution);
+
+/// One metric a vertex: the largest size, intersected with all that is given at some and at all vertices. Errors
+/// (usage): columns that are not of this mesh, vertices out of range, sizes out of range; stopped.
+template <int D>
+[[nodiscard]] Outcome<Column<LogMetric<D>>> fixed_metric(const LinearMesh<D>& mesh,
+                                                         std::span<const MetricsAtVertices<D>> at_some,
+                                                         std::span<const Column<LogMetric<D>>> at_all, double largest,
+                                                         const Execution& execution);
+
+}  // namespace camber

@@ -1,0 +1,232 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <utility>
+module camber.solution_metric;
+import camber.core;
+import camber.metric;
+
+namespace camber {
+
+namespace {
+
+/// log Σ exp, kept by its largest term.
+struct LogSum {
+    double top = -std::numeric_limits<double>::infinity(), sum = 0;
+
+    void add(double x, double weight = 1) {
+        if (!(x > -std::numeric_limits<double>::infinity()) || !(weight > 0)) return;
+        if (x > top) {
+            sum = sum * std::exp(top - x) + weight;
+            top = x;
+        } else {
+            sum += weight * std::exp(x - top);
+        }
+    }
+    [[nodiscard]] double value() const { return top + std::log(sum); }
+};
+LogSum joined(LogSum a, const LogSum& b) {
+    a.add(b.top, b.sum);
+    return a;
+}
+
+template <int D>
+double volume_of(const LinearMesh<D>& mesh, std::size_t e) {
+    Mat<D> sides;
+    const auto& v = mesh.elements.vertices[e];
+    for (int i = 0; i < D; ++i) sides.column[i] = mesh.points[v[i + 1]] - mesh.points[v[0]];
+    return std::abs(det(sides)) / (D == 2 ? 2 : 6);
+}
+
+template <int D>
+Outcome<double> volume_of(const LinearMesh<D>& mesh, const Execution& execution) {
+    return reduce_each(
+        without_progress(execution), mesh.elements.size(), 0.0,
+        [&](double& sum, std::size_t e) { sum += volume_of(mesh, e); }, [](double a, double b) { return a + b; });
+}
+
+template <int D>
+Outcome<Done> check_asked(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models, std::size_t rows,
+                          const NormOptions& norm, double complexity, double largest, const Execution& execution) {
+    if (auto sound = check_limits(norm); !sound) return sound;
+    if (norm.p != 0 && norm.p < 1) return fail(ErrorKind::usage, "p must be at least 1, or 0 for the largest error");
+    if (models.size() != rows) return fail(ErrorKind::usage, "the models are of another mesh");
+    if (!(complexity > 0) || !std::isfinite(complexity))
+        return fail(ErrorKind::usage, "the complexity that is asked for must be positive and finite");
+    if (!(largest > 0) || !std::isfinite(largest))
+        return fail(ErrorKind::usage, "the largest size must be positive and finite");
+    if (std::all_of(models.begin(), models.end(), [](const auto& m) { return m.kind == ModelKind::zero; }))
+        return fail(ErrorKind::usage,
+                    "the field is constant, or of a degree that elements hold exactly: it asks for no "
+                    "size",
+                    {}, {}, "take another field, or a metric of sizes");
+    const auto volume = volume_of(mesh, execution);
+    if (!volume) return fail(volume.error());
+    const double least = *volume / std::pow(largest, D);
+    if (complexity <= least)
+        return fail(ErrorKind::usage,
+                    "a complexity of " + std::to_string(complexity) +
+                        " is asked for, and that of the largest size alone is " + std::to_string(least),
+                    {}, {}, "ask for more, or allow larger sizes");
+    return Done{};
+}
+
+template <int D>
+Outcome<double> log_of_sum(std::size_t n, const Execution& execution, const auto& term) {
+    const auto sum = reduce_each(without_progress(execution), n, LogSum{}, term, joined);
+    if (!sum) return fail(sum.error());
+    return sum->value();
+}
+
+/// −s of the metric without bounds: log C = log Σ exp(½ Σλ P/(P + n)) w − n s/2.
+template <int D>
+Outcome<double> first_guess(const Column<LocalModel<D>>& models, double power, double log_target,
+                            const Execution& execution, const auto& weight) {
+    const double share = std::isinf(power) ? 0.5 : 0.5 * power / (power + D);
+    const auto sum = log_of_sum<D>(models.size(), execution, [&](LogSum& s, std::size_t i) {
+        // Where nothing happens along some axes the bound decides; here it is enough that the log is a number.
+        constexpr double deepest = 28;
+        const auto& values = models[i].logs.values.c;
+        const double top = *std::max_element(values.begin(), values.end());
+        double logs = 0;
+        for (const double x : values) logs += std::max(x, top - deepest);
+        s.add(share * logs, weight(i));
+    });
+    if (!sum) return fail(sum.error());
+    return 2.0 / D * (log_target - *sum);
+}
+
+/// The scale with which elements, each with a metric of its own, have the complexity.
+template <int D>
+Outcome<double> scale_of_elements(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models, double power,
+                                  double log_target, double largest, const Execution& execution) {
+    const auto guess =
+        first_guess(models, power, log_target, execution, [&](std::size_t e) { return volume_of(mesh, e); });
+    if (!guess) return fail(guess.error());
+    const auto found = search_scale(*guess, log_target, 0.5 * D, 1e-3, 60, [&](double t) {
+        return log_of_sum<D>(models.size(), execution, [&](LogSum& sum, std::size_t e) {
+            const auto sizes = optimal_sizes<D>(models[e].logs.values, -t, power, largest);
+            double logs = 0;
+            for (const double x : sizes.metric_logs.c) logs += x;
+            sum.add(logs / 2, volume_of(mesh, e));
+        });
+    });
+    if (!found) return fail(found.error());
+    return -found->at;
+}
+
+template <int D>
+double unlikeness(const Vec<D>& logs) {
+    double mean = 0, sum = 0;
+    for (const double x : logs.c) mean += x / D;
+    for (const double x : logs.c) sum += (x - mean) * (x - mean);
+    return std::sqrt(sum);
+}
+
+/// The mean of the models around a vertex, in the axes of the mean.
+template <int D>
+class BallMean {
+  public:
+    BallMean(const Column<LocalModel<D>>& raised, const auto& weight, auto ball) {
+        double all = 0, unlike = 0;
+        for (const ElementId e : ball) {
+            const double w = weight(e);
+            plain_ += w * composed(raised[e].logs);
+            unlike += w * unlikeness<D>(raised[e].logs.values);
+            all += w;
+        }
+        plain_ *= 1 / all;
+        // Logs of axes that are turned lose unlikeness; where none is lost, none is turned.
+        constexpr double lost = 0.01;
+        if (unlikeness<D>(eigen_system(plain_).values) >= (1 - lost) * unlike / all) return;
+        Sym<D> carried;
+        for (const ElementId e : ball) {
+            const auto turn = turn_between<D>(composed(raised[e].logs), plain_);
+            carried += weight(e) / all * composed(turned(raised[e].logs, turn));
+        }
+        plain_ = carried;
+    }
+    [[nodiscard]] LocalModel<D> model() const { return {eigen_system(plain_)}; }
+
+  private:
+    Sym<D> plain_;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<OptimalMetric<D>> optimal_metric(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models,
+                                         const NormOptions& norm, double complexity, double largest,
+                                         const Execution& execution) {
+    if (auto sound = check_asked(mesh, models, mesh.points.size(), norm, complexity, largest, execution); !sound)
+        return fail(sound.error());
+    const double power = power_of(norm), log_target = std::log(complexity);
+    const auto volume = volume_of(mesh, execution);
+    if (!volume) return fail(volume.error());
+    const double share = *volume / static_cast<double>(models.size());
+    const auto guess = first_guess(models, power, log_target, execution, [&](std::size_t) { return share; });
+    if (!guess) return fail(guess.error());
+    OptimalMetric<D> out;
+    const Execution quiet = without_progress(execution);
+    const auto found = search_scale(*guess, log_target, 0.5 * D, 1e-6, 60, [&](double t) -> Outcome<double> {
+        auto logs = map_each(quiet, models.size(), [&](std::size_t v) {
+            const auto sizes = optimal_sizes<D>(models[v].logs.values, -t, power, largest);
+            return LogMetric<D>{composed(EigenSystem<D>{sizes.metric_logs, models[v].logs.vectors})};
+        });
+        if (!logs) return fail(logs.error());
+        out.log_metrics = std::move(*logs);
+        out.scale = -t;
+        const auto now = camber::complexity(mesh, out.log_metrics, quiet);
+        if (!now) return fail(now.error());
+        out.complexity = *now;
+        return std::log(*now);
+    });
+    if (!found) return fail(found.error());
+    out.evaluations = found->evaluations;
+    return out;
+}
+
+template <int D>
+Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
+                                                  const Column<LocalModel<D>>& of_elements, const NormOptions& norm,
+                                                  double complexity, double largest, const Execution& execution) {
+    if (auto sound = check_asked(mesh, of_elements, mesh.elements.size(), norm, complexity, largest, execution); !sound)
+        return fail(sound.error());
+    const double power = power_of(norm);
+    const auto scale = scale_of_elements(mesh, of_elements, power, std::log(complexity), largest, execution);
+    if (!scale) return fail(scale.error());
+    auto raised = map_each(without_progress(execution), of_elements.size(), [&](std::size_t e) {
+        LocalModel<D> model{of_elements[e].logs};
+        const auto sizes = optimal_sizes<D>(model.logs.values, *scale, power, largest);
+        for (int i = 0; i < D; ++i) model.logs.values[i] = sizes.metric_logs[i] + sizes.log_epsilon;
+        return model;
+    });
+    if (!raised) return fail(raised.error());
+    const Column<LocalModel<D>> column(std::move(*raised));
+    auto models = map_each(execution, mesh.points.size(), [&](std::size_t v) {
+        const auto ball = balls[v];
+        double all = 0;
+        for (const ElementId e : ball) all += volume_of(mesh, e.index());
+        if (!(all > 0)) return zero_model<D>();
+        return BallMean<D>(column, [&](ElementId e) { return volume_of(mesh, e.index()); }, ball).model();
+    });
+    if (!models) return fail(models.error());
+    return Column<LocalModel<D>>(std::move(*models));
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<OptimalMetric<D>> optimal_metric<D>(const LinearMesh<D>&, const Column<LocalModel<D>>&,         \
+                                                         const NormOptions&, double, double, const Execution&);      \
+    template Outcome<Column<LocalModel<D>>> models_at_vertices<D>(const LinearMesh<D>&, const Incidence<ElementId>&, \
+                                                                  const Column<LocalModel<D>>&, const NormOptions&,  \
+                                                                  double, double, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

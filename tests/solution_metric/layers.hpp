@@ -1,0 +1,86 @@
+// Meshes and models of layers for the tests.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include "dice.hpp"
+#include "meshes.hpp"
+
+import camber.core;
+import camber.metric;
+import camber.solution_metric;
+
+namespace camber::testing {
+
+/// The unit box of n cells a side, with facets all around of reference 1 + the axis that they lie across.
+template <int D>
+LinearMesh<D> box_with_facets(int n, std::uint64_t seed, double jitter) {
+    LatticeOptions<D> options;
+    options.cells.fill(n);
+    options.seed = seed;
+    options.jitter = jitter;
+    options.place = [n](const Vec<D>& p) { return p / n; };
+    auto mesh = lattice_mesh(options);
+    const auto around = must(neighbours(mesh, must(balls(mesh, alone)), alone));
+    Buffer<SimplexVertices<D - 1>> facets;
+    Buffer<Reference> references;
+    for (const ElementFace& face : boundary_faces<D>(around)) {
+        const auto v = face_of(mesh, face);
+        int across = 0;
+        double least = 2;
+        for (int i = 0; i < D; ++i) {
+            double low = 2, high = -2;
+            for (const VertexId w : v) low = std::min(low, mesh.points[w][i]), high = std::max(high, mesh.points[w][i]);
+            if (high - low < least) least = high - low, across = i;
+        }
+        facets.push_back(v);
+        references.push_back(1 + across);
+    }
+    mesh.facets.vertices = std::move(facets);
+    mesh.facets.references = std::move(references);
+    return mesh;
+}
+
+/// A model by its eigenvalues, with axes that may be turned.
+template <int D>
+LocalModel<D> model_of(const Vec<D>& values, const Mat<D>& axes = Mat<D>::identity()) {
+    LocalModel<D> out{{{}, axes}};
+    for (int i = 0; i < D; ++i) out.logs.values[i] = std::log(values[i]);
+    return out;
+}
+
+template <int D, class F>
+Column<LocalModel<D>> models_on(const LinearMesh<D>& mesh, F&& model) {
+    Buffer<LocalModel<D>> rows;
+    for (const Vec<D>& p : mesh.points) rows.push_back(model(p));
+    return rows;
+}
+
+template <int D>
+LocalModel<D> random_model(Dice& dice, double decades) {
+    Vec<D> values;
+    for (double& x : values.c) x = std::pow(10.0, dice.uniform(-decades, decades));
+    return model_of(values, dice.rotation<D>());
+}
+
+template <int D>
+double log_det(const EigenSystem<D>& logs) {
+    double sum = 0;
+    for (const double x : logs.values.c) sum += x;
+    return sum;
+}
+
+/// v = F y with Q = F⁻ᵀF⁻¹.
+template <int D>
+Mat<D> frame_of(const EigenSystem<D>& logs) {
+    Mat<D> f = logs.vectors;
+    for (int i = 0; i < D; ++i) f.column[i] *= std::exp(-logs.values[i] / 2);
+    return f;
+}
+
+}  // namespace camber::testing
