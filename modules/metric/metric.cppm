@@ -17,6 +17,7 @@ import :curved_back;
 export import :nodal_field;
 import :curved_simplex;
 import :quadratic_root;
+export import :curved_locator;
 import :nodal_back;
 import :along_edge;
 export import :high_order;

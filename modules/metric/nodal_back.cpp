@@ -6,11 +6,12 @@ module;
 #include <string>
 #include <utility>
 module camber.metric;
+import :back_mesh;
+import :curved_locator;
 import :curved_simplex;
 import :element_frame;
 import :nodal_back;
 import camber.core;
-import camber.box_tree;
 
 namespace camber {
 
@@ -19,12 +20,12 @@ namespace {
 /// ∂ log M/∂ξ_a, a = 1 … D, with ξ_0 = 1 − Σ ξ_a.
 template <int D>
 std::array<Sym<D>, D> reference_gradient(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
-    const auto& v = back.mesh.linear.elements.vertices[e];
+    const auto& v = back.places.mesh.linear.elements.vertices[e];
     std::array<Sym<D>, D + 1> partial{};
     for (int i = 0; i <= D; ++i) partial[i] = back.logs.vertices[v[i]].l;
     for (int k = 0; k < edges_per_simplex<D>; ++k) {
         const auto [i, j] = local_edges<D>[k];
-        const Sym<D> bow = back.logs.mid_nodes[back.mesh.edges.of_elements[e][k]].l -
+        const Sym<D> bow = back.logs.mid_nodes[back.places.mesh.edges.of_elements[e][k]].l -
                            0.5 * (back.logs.vertices[v[i]].l + back.logs.vertices[v[j]].l);
         add_edge_derivatives<D>(xi, k, bow, partial);
     }
@@ -45,7 +46,7 @@ LogGradient<D> in_space(const std::array<Sym<D>, D>& gradient, const std::array<
 /// ∂ξ_a/∂x, a row each.
 template <int D>
 std::array<Vec<D>, D> inverse_rows(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
-    const Mat<D> a = inverse(jacobian_at(curved_element(back.mesh, e), xi));
+    const Mat<D> a = inverse(jacobian_at(curved_element(back.places.mesh, e), xi));
     std::array<Vec<D>, D> rows{};
     for (int i = 0; i < D; ++i)
         for (int c = 0; c < D; ++c) rows[i][c] = a(i, c);
@@ -57,14 +58,14 @@ Outcome<Buffer<LogGradient<D>>> recovered_gradients(const NodalBack<D>& back, co
                                                     const Execution& execution) {
     Barycentrics<D> centre{};
     centre.fill(1.0 / (D + 1));
-    return map_each(execution, back.mesh.linear.points.size(), [&](std::size_t v) {
+    return map_each(execution, back.places.mesh.linear.points.size(), [&](std::size_t v) {
         LogGradient<D> sum{};
         double weight = 0;
         for (const ElementId e : balls[v]) {
             Barycentrics<D> corner{};
             for (int i = 0; i <= D; ++i)
-                if (back.mesh.linear.elements.vertices[e][i].index() == v) corner[i] = 1;
-            const double volume = std::abs(det(jacobian_at(curved_element(back.mesh, e), centre)));
+                if (back.places.mesh.linear.elements.vertices[e][i].index() == v) corner[i] = 1;
+            const double volume = std::abs(det(jacobian_at(curved_element(back.places.mesh, e), centre)));
             const LogGradient<D> gradient = back.gradient_at(e, corner);
             bool is_number = volume > 0;
             for (const Sym<D>& g : gradient) is_number = is_number && std::isfinite(norm(g));
@@ -76,13 +77,6 @@ Outcome<Buffer<LogGradient<D>>> recovered_gradients(const NodalBack<D>& back, co
             for (Sym<D>& g : sum) g *= 1 / weight;
         return sum;
     });
-}
-
-template <int D, class Simplex>
-Outcome<BoxTree<D>> tree_of(std::size_t n, const Execution& execution, const Simplex& simplex) {
-    auto boxes = map_each(execution, n, [&](std::size_t i) { return simplex(i).box(); });
-    if (!boxes) return fail(boxes.error());
-    return guarded([&]() -> Outcome<BoxTree<D>> { return BoxTree<D>(*boxes); });
 }
 
 template <int D>
@@ -103,6 +97,7 @@ Outcome<Done> check_nodes(const QuadraticMesh<D>& mesh, const NodalLogs<D>& logs
 template <int D>
 LogMetric<D> NodalBack<D>::value_at(const Location<D>& location) const {
     const auto& xi = location.xi;
+    const auto& mesh = places.mesh;
     const auto& v = mesh.linear.elements.vertices[location.element];
     LogMetric<D> value;
     for (int i = 0; i <= D; ++i) value.l += xi[i] * logs.vertices[v[i]].l;
@@ -137,7 +132,7 @@ void NodalBack<D>::sample_with_gradients(std::span<const Vec<D>> points, Element
         const Location<D>& at = out[n].location;
         out[n].gradient = at.placement == Placement::inside ? gradient_at(at.element, at.xi)
                                                             : in_space<D>(reference_gradient(*this, at.element, at.xi),
-                                                                          slide_along_face(*this, at, points[n]));
+                                                                          slide_along_face(places, at, points[n]));
     }
 }
 
@@ -147,7 +142,7 @@ void NodalBack<D>::sample_with_recovered_gradients(std::span<const Vec<D>> point
     sample_values(points, hint, out);
     for (std::size_t n = 0; n < points.size(); ++n) {
         const Location<D>& at = out[n].location;
-        const auto& v = mesh.linear.elements.vertices[at.element];
+        const auto& v = places.mesh.linear.elements.vertices[at.element];
         LogGradient<D> mean{};
         for (int i = 0; i <= D; ++i)
             for (int c = 0; c < D; ++c) mean[c] += at.xi[i] * recovered[v[i]][c];
@@ -169,7 +164,7 @@ template <int D>
 BackSector<D> NodalBack<D>::sector(ElementId e, VertexId a, VertexId b) const {
     Barycentrics<D> middle{};
     for (int i = 0; i <= D; ++i)
-        if (const VertexId v = mesh.linear.elements.vertices[e][i]; v == a || v == b) middle[i] = 0.5;
+        if (const VertexId v = places.mesh.linear.elements.vertices[e][i]; v == a || v == b) middle[i] = 0.5;
     const auto rows = inverse_rows(*this, e, middle);
     BackSector<D> sector{in_space<D>(reference_gradient(*this, e, middle), rows), {}};
     int n = 0;
@@ -213,20 +208,10 @@ Outcome<BackMesh<D>> make_nodal_back_mesh(QuadraticMesh<D> mesh, const Incidence
                                           const Execution& execution) {
     if (auto fits = check_nodes(mesh, logs); !fits) return fail(fits.error());
     NodalBack<D> back;
-    auto across = neighbours(mesh.linear, balls, part_of(execution, 0, 0.3));
-    if (!across) return fail(across.error());
-    back.neighbours = std::move(*across);
-    back.boundary = boundary_faces<D>(back.neighbours);
-    back.mesh = std::move(mesh);
+    auto places = make_curved_locator(std::move(mesh), balls, part_of(execution, 0, 0.6));
+    if (!places) return fail(places.error());
+    back.places = std::move(*places);
     back.logs = std::move(logs);
-    auto elements = tree_of<D>(back.mesh.linear.elements.size(), part_of(execution, 0.3, 0.5),
-                               [&](std::size_t e) { return curved_element(back.mesh, ElementId(e)); });
-    if (!elements) return fail(elements.error());
-    back.element_tree = std::move(*elements);
-    auto faces = tree_of<D>(back.boundary.size(), part_of(execution, 0.5, 0.6),
-                            [&](std::size_t f) { return curved_face(back.mesh, back.boundary[f]); });
-    if (!faces) return fail(faces.error());
-    back.boundary_tree = std::move(*faces);
     auto gradients = recovered_gradients(back, balls, part_of(execution, 0.6, 1));
     if (!gradients) return fail(gradients.error());
     back.recovered = std::move(*gradients);

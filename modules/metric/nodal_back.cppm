@@ -4,8 +4,8 @@ module;
 #include <span>
 module camber.metric:nodal_back;
 import camber.core;
-import camber.box_tree;
 import :back_mesh;
+import :curved_locator;
 import :nodal_field;
 import :spd;
 
@@ -15,23 +15,21 @@ namespace camber {
 template <int D>
 class NodalBack final : public BackModel<D> {
   public:
-    QuadraticMesh<D> mesh;
+    CurvedLocator<D> places;
     NodalLogs<D> logs;
     Column<LogGradient<D>> recovered;  ///< at the vertices: means over the balls, by volume
-    Neighbours<D> neighbours;
-    Column<ElementFace> boundary;
-    BoxTree<D> boundary_tree;  ///< boxes of the Bézier points of `boundary`
-    BoxTree<D> element_tree;   ///< the same of the elements
 
-    [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override;
+    [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override { return places.locate(p, hint); }
     void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const override;
     void sample_with_gradients(std::span<const Vec<D>> points, ElementId hint,
                                std::span<FieldSample<D>> out) const override;
     void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                          std::span<FieldSample<D>> out) const override;
     void see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const override;
-    [[nodiscard]] std::size_t vertex_count() const override { return mesh.linear.points.size(); }
-    [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return {mesh.linear.points[v], logs.vertices[v]}; }
+    [[nodiscard]] std::size_t vertex_count() const override { return places.mesh.linear.points.size(); }
+    [[nodiscard]] BackVertex<D> vertex(VertexId v) const override {
+        return {places.mesh.linear.points[v], logs.vertices[v]};
+    }
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
 
     [[nodiscard]] LogMetric<D> value_at(const Location<D>& location) const;
@@ -48,12 +46,12 @@ struct NearestOnCurved {
     bool is_beyond = false;
 };
 template <int D>
-[[nodiscard]] NearestOnCurved<D> nearest_on_boundary(const NodalBack<D>& back, const Vec<D>& p);
+[[nodiscard]] NearestOnCurved<D> nearest_on_boundary(const CurvedLocator<D>& back, const Vec<D>& p);
 
 /// How the nearest point of a face moves with p, in its ξ_1 … ξ_{D−1}: ∂ξ/∂p, a row each, zero for what does not move
 /// since the point is on the face's boundary.
 template <int D>
-[[nodiscard]] std::array<Vec<D>, D> slide_along_face(const NodalBack<D>& back, const Location<D>& location,
+[[nodiscard]] std::array<Vec<D>, D> slide_along_face(const CurvedLocator<D>& back, const Location<D>& location,
                                                      const Vec<D>& p);
 
 }  // namespace camber

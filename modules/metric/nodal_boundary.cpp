@@ -7,6 +7,8 @@ module;
 module camber.metric;
 import :curved_simplex;
 import :element_frame;
+import :back_mesh;
+import :curved_locator;
 import :nodal_back;
 import camber.core;
 
@@ -136,7 +138,7 @@ bool is_farther(const CurvedSimplex<K, D>& s, const Vec<D>& r, double distance_s
 
 /// Whether p is on the outer side of its nearest face, where ξ_opposite falls, and over the inside of it.
 template <int D>
-bool looks_outward(const NodalBack<D>& back, const NearestOnCurved<D>& nearest, const Vec<D>& p) {
+bool looks_outward(const CurvedLocator<D>& back, const NearestOnCurved<D>& nearest, const Vec<D>& p) {
     // Where several faces meet, some may look the wrong way.
     for (const double u : nearest.xi)
         if (!(u > 1e-9)) return false;
@@ -154,7 +156,7 @@ bool looks_outward(const NodalBack<D>& back, const NearestOnCurved<D>& nearest, 
 }  // namespace
 
 template <int D>
-NearestOnCurved<D> nearest_on_boundary(const NodalBack<D>& back, const Vec<D>& p) {
+NearestOnCurved<D> nearest_on_boundary(const CurvedLocator<D>& back, const Vec<D>& p) {
     double least = std::numeric_limits<double>::infinity();
     const auto found = back.boundary_tree.nearest(p, [&](std::size_t f) {
         const auto face = curved_face(back.mesh, back.boundary[f]);
@@ -174,7 +176,7 @@ NearestOnCurved<D> nearest_on_boundary(const NodalBack<D>& back, const Vec<D>& p
 }
 
 template <int D>
-std::array<Vec<D>, D> slide_along_face(const NodalBack<D>& back, const Location<D>& location, const Vec<D>& p) {
+std::array<Vec<D>, D> slide_along_face(const CurvedLocator<D>& back, const Location<D>& location, const Vec<D>& p) {
     // The support: the corners of the element whose coordinates are not zero, a face, an edge or a vertex of it.
     std::array<int, D + 1> support{};
     int n = 0;
@@ -219,9 +221,9 @@ std::array<Vec<D>, D> slide_along_face(const NodalBack<D>& back, const Location<
     return out;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                               \
-    template NearestOnCurved<D> nearest_on_boundary<D>(const NodalBack<D>&, const Vec<D>&); \
-    template std::array<Vec<D>, D> slide_along_face<D>(const NodalBack<D>&, const Location<D>&, const Vec<D>&);
+#define CAMBER_INSTANTIATE(D)                                                                   \
+    template NearestOnCurved<D> nearest_on_boundary<D>(const CurvedLocator<D>&, const Vec<D>&); \
+    template std::array<Vec<D>, D> slide_along_face<D>(const CurvedLocator<D>&, const Location<D>&, const Vec<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

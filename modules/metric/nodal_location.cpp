@@ -7,6 +7,8 @@ module;
 module camber.metric;
 import :curved_simplex;
 import :element_frame;
+import :back_mesh;
+import :curved_locator;
 import :nodal_back;
 import :quadratic_root;
 import camber.core;
@@ -32,7 +34,7 @@ Location<D> at_root(ElementId e, const Root<D>& root) {
 /// Walks across the curved face that p lies farthest behind, by what Newton's method says of ξ, until p is in an
 /// element for certain. When that leads out of the mesh, or takes too long, it is lost.
 template <int D>
-Location<D> walk(const NodalBack<D>& back, const Vec<D>& p, ElementId start) {
+Location<D> walk(const CurvedLocator<D>& back, const Vec<D>& p, ElementId start) {
     Location<D> seen{
         .element = start.valid() ? start : ElementId(std::size_t{0}), .xi = centre<D>(), .placement = Placement::lost};
     ElementId at = start, before;
@@ -67,7 +69,7 @@ struct Looked {
     bool is_found = false, is_decided = true;
 };
 template <int D>
-Looked<D> look_at_all(const NodalBack<D>& back, const Vec<D>& p) {
+Looked<D> look_at_all(const CurvedLocator<D>& back, const Vec<D>& p) {
     Looked<D> looked;
     const auto look = [&](auto&& find) {
         back.element_tree.containing(p, [&](std::size_t e) {
@@ -101,8 +103,8 @@ Location<D> on_face(const NearestOnCurved<D>& nearest, Placement placement) {
 }  // namespace
 
 template <int D>
-Location<D> NodalBack<D>::locate(const Vec<D>& p, ElementId hint) const {
-    const NodalBack& back = *this;
+Location<D> CurvedLocator<D>::locate(const Vec<D>& p, ElementId hint) const {
+    const CurvedLocator& back = *this;
     if (!is_finite(p)) return walk(back, p, {});
     const Location<D> near = walk(back, p, hint);
     if (near.placement == Placement::inside) return near;
@@ -128,8 +130,8 @@ std::optional<double> root_radius(const QuadraticMesh<D>& mesh, const Location<D
     return root.radius;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                  \
-    template Location<D> NodalBack<D>::locate(const Vec<D>&, ElementId) const; \
+#define CAMBER_INSTANTIATE(D)                                                      \
+    template Location<D> CurvedLocator<D>::locate(const Vec<D>&, ElementId) const; \
     template std::optional<double> root_radius<D>(const QuadraticMesh<D>&, const Location<D>&, const Vec<D>&);
 
 CAMBER_INSTANTIATE(2)
