@@ -17,6 +17,8 @@ struct Verb {
     PlotArguments plot;
     CheckArguments check;
     GeometryCommandArguments geometry;
+    MetricArguments metric;
+    TransferArguments transfer;
     InfoArguments info;
     std::string topic;
 };

@@ -28,6 +28,8 @@ constexpr const char* description =
     "  camber run configs/spheres.json                   run a pipeline\n"
     "  camber check wing-p2.meshb                        is it a good mesh?\n"
     "  camber geometry wing-p2.meshb --cad wing.step     what its boundary is, and how far from the model\n"
+    "  camber metric w.mesh --solution u.sol -o m.sol    the metric that a solution asks for\n"
+    "  camber transfer w.mesh new.mesh --solution u.sol -o v.sol   a solution brought to another mesh\n"
     "  camber convert wing-p2.meshb -o wing-p2.vtu       for ParaView\n"
     "  camber generate shell -o shell.meshb              a mesh to try things on\n"
     "  camber explain curve                              what a stage does, and its options\n";
@@ -48,6 +50,8 @@ int dispatch(const CLI::App& app, const Verb& verb) {
     if (app.got_subcommand("generate")) return generate_command(verb.generate);
     if (app.got_subcommand("check")) return check_command(verb.check);
     if (app.got_subcommand("geometry")) return geometry_command(verb.geometry);
+    if (app.got_subcommand("metric")) return metric_command(verb.metric);
+    if (app.got_subcommand("transfer")) return transfer_command(verb.transfer);
     if (app.got_subcommand("info")) return info_command(verb.info);
     if (app.got_subcommand("explain")) return explain_command(verb.topic);
     return schema_command();

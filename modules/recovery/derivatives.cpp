@@ -17,10 +17,9 @@ namespace camber {
 
 namespace {
 
-/// What a monomial must have beside the others (`Fit::independence`): below the first a polynomial of a lower degree is
-/// taken, or more nodes are looked for; below the second the degree is given up. Inside of meshes the least is 0.004
-/// and more of degree k + 2, some 0.001 of degree k + 3. Noise of values grows by the root of 1/it.
-constexpr double comfortable = 1e-4, tolerable = 1e-6;
+/// What a monomial must have beside the others (`Fit::independence`): noise of values grows by the root of 1/it. Inside
+/// of meshes the least is 0.004 and more of degree k + 2, some 0.001 of degree k + 3.
+constexpr double enough_independence = 1e-4;
 /// So many nodes a coefficient of the polynomial of the highest degree are looked for, and so many where rows of the
 /// boundary take it: outside of its nodes a solution's noise grows.
 constexpr double nodes_a_coefficient = 4;
@@ -176,32 +175,41 @@ class Recovery {
     }
 
     /// The highest degree up to `degree` of which the placed nodes are enough and tell the monomials apart.
-    [[nodiscard]] static int determined(const Fit<D, P>& fit, int degree, double least_independence) {
+    [[nodiscard]] static int determined(const Fit<D, P>& fit, int degree) {
         const auto nodes = static_cast<double>(fit.nodes());
         for (; degree > 0; --degree) {
             const double share = degree > K + 2 ? surplus_nodes : degree > K ? few_nodes : 1;
-            if (nodes >= share * monomials_up_to<D>(degree) && fit.independence(degree) >= least_independence)
+            if (nodes >= share * monomials_up_to<D>(degree) && fit.independence(degree) >= enough_independence)
                 return degree;
         }
         return 0;
     }
 
-    /// Gathers nodes around a vertex until they determine a polynomial well, and factorises. Returns its degree: where
-    /// nodes are few or stand in few layers, one that they determine somehow.
-    int determine(Work& work, VertexId v, std::size_t row) const {
-        const Wanted want = wanted(row);
+    /// Gathers nodes around a vertex, as many as are wanted and on until they determine a polynomial, and factorises.
+    /// Returns the degree that they determine: below the least where rings end before.
+    int gather(Work& work, VertexId v, Reference material, const Wanted& want) const {
         const auto grow = [&] { return work.rings.count() < options_.max_rings && work.rings.grow(); };
-        work.rings.begin(v, rows_.materials.items[row]);
+        work.rings.begin(v, material);
         while (work.rings.count() < options_.rings && work.rings.grow()) {
         }
         while (static_cast<double>(work.rings.nodes().size()) < want.nodes && grow()) {
         }
-        do {
+        for (;;) {
             place(work, v);
-            const int degree = determined(work.fit, want.degree, comfortable);
+            const int degree = determined(work.fit, want.degree);
+            if (degree >= want.least || !grow()) return degree;
+        }
+    }
+
+    /// The same, with lower wishes where these are not met: where nodes are few, or stand in few layers.
+    int determine(Work& work, VertexId v, std::size_t row) const {
+        Wanted want = wanted(row);
+        for (;;) {
+            const int degree = gather(work, v, rows_.materials.items[row], want);
             if (degree >= want.least) return degree;
-        } while (grow());
-        return determined(work.fit, want.least, tolerable);
+            // Anew, since a polynomial of a lower degree needs fewer rings.
+            want = {degree, degree, few_nodes * monomials_up_to<D>(degree)};
+        }
     }
 
     Outcome<Done> fit_all(const Execution& execution) {

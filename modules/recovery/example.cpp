@@ -37,7 +37,7 @@ static double bump(const Vec<2>& x) { return std::exp(-2 * norm_squared(x)); }
 static double bump_xxx(const Vec<2>& x) { return (48 * x[0] - 64 * x[0] * x[0] * x[0]) * bump(x); }
 
 static Outcome<double> largest_error(const Execution& execution) {
-    QuadraticMesh<2> mesh{square(16), {}, {}};
+    QuadraticMesh<2> mesh{square(24), {}, {}};
     auto edges = unique_edges(mesh.linear, execution);
     if (!edges) return fail(edges.error());
     mesh.edges = std::move(*edges);

@@ -18,6 +18,7 @@ import camber.recipes;
 import camber.io;
 import camber.run;
 import camber.shapes;
+import camber.transfer;
 
 export namespace camber::app {
 
@@ -47,8 +48,14 @@ struct GeometryArguments {
     double cad_seconds = 0, cad_memory = 0;  ///< of reading the model (s, MB); 0: by the size of its file
 };
 
+/// Of the metric, all none: that of the settings, or natural.
+struct MetricChoice {
+    std::optional<std::string> metric;            ///< a word, a size, a file or JSON
+    std::optional<double> gradation, complexity;  ///< done to it, in this order, after what the settings do
+};
+
 struct CurveArguments : PipelineArguments {
-    std::optional<std::string> metric;  ///< none: that of the settings, or natural
+    MetricChoice metric;
     GeometryArguments geometry;
     std::optional<Objective> objective;  ///< none: that of the settings, or the stage's default
 };
@@ -61,7 +68,7 @@ struct RepairArguments : PipelineArguments {
 [[nodiscard]] int repair_command(const RepairArguments& arguments);
 
 struct RemeshArguments : PipelineArguments {
-    std::optional<std::string> metric;  ///< none: that of the settings, or natural
+    MetricChoice metric;
     GeometryArguments geometry;
     std::optional<int> rounds;  ///< none: that of the settings, or the stage's default
     std::string output_metric;  ///< the metric at the new vertices; empty: not written
@@ -114,6 +121,28 @@ struct GeometryCommandArguments {
 };
 [[nodiscard]] int geometry_command(const GeometryCommandArguments& arguments);
 
+/// The metric that a solution asks for.
+struct MetricArguments {
+    std::string input, solution, output;
+    std::vector<std::string> fields;  ///< names; empty: all
+    config::Flat flat = config::Flat::plane;
+    std::optional<int> degree;       ///< of the elements; none: that of the solution
+    std::vector<std::string> sizes;  ///< [DIMENSION:]REFERENCE=SIZE
+    MetricOfSolutionOptions options = {};
+    int threads = 0;
+};
+[[nodiscard]] int metric_command(const MetricArguments& arguments);
+
+/// A solution brought from a mesh to another one.
+struct TransferArguments {
+    std::string old_mesh, new_mesh, solution, output;
+    std::vector<std::string> fields;  ///< names; empty: all
+    config::Flat flat = config::Flat::plane;
+    TransferOptions options = {};
+    int threads = 0;
+};
+[[nodiscard]] int transfer_command(const TransferArguments& arguments);
+
 struct InfoArguments {
     std::string input;
     bool json = false;
@@ -131,7 +160,7 @@ namespace camber::app {
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArguments& arguments);
 
 /// Puts a verb's metric and geometry, where there are any, into its pipeline.
-[[nodiscard]] Outcome<Done> set_metric(const std::optional<std::string>& metric, config::Pipeline& pipeline);
+[[nodiscard]] Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline);
 [[nodiscard]] Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline& pipeline);
 
 /// Prints the pipeline or the plan if that is asked for, else runs it, prints what came out, and returns the exit code.

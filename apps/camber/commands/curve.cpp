@@ -1,6 +1,8 @@
 module;
+#include <charconv>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -13,7 +15,18 @@ namespace camber::app {
 
 namespace {
 
+/// The number that the whole text is.
+std::optional<double> number_of(const std::string& text) {
+    double x = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x);
+    return error == std::errc{} && end == text.data() + text.size() ? std::optional(x) : std::nullopt;
+}
+
 Outcome<config::Metric> metric_of(const std::string& text) {
+    if (const auto size = number_of(text)) {
+        if (*size > 0) return config::Metric(config::ConstantMetric{.sizes = {*size}, .tensor = {}});
+        return fail(ErrorKind::usage, text + " is no size", "--metric", {}, "give a positive one");
+    }
     // An array is no file's name but JSON, though no metric either: the reader of configs says why.
     const auto first = text.find_first_not_of(" \t\n");
     if (first != std::string::npos && text[first] == '[')
@@ -34,11 +47,14 @@ Outcome<config::Pipeline> curving(const CurveArguments& arguments) {
 
 }  // namespace
 
-Outcome<Done> set_metric(const std::optional<std::string>& metric, config::Pipeline& pipeline) {
-    if (!metric) return Done{};
-    auto read = metric_of(*metric);
-    if (!read) return fail(read.error());
-    pipeline.metric = std::move(*read);
+Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline) {
+    if (choice.metric) {
+        auto read = metric_of(*choice.metric);
+        if (!read) return fail(read.error());
+        pipeline.metric = std::move(*read);
+    }
+    if (choice.gradation) pipeline.metric_operations.emplace_back(config::Gradation{.ratio = *choice.gradation});
+    if (choice.complexity) pipeline.metric_operations.emplace_back(config::Complexity{.target = *choice.complexity});
     return Done{};
 }
 

@@ -1,0 +1,241 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <fmt/format.h>
+module camber.commands;
+import camber.core;
+import camber.bezier;
+import camber.config;
+import camber.io;
+import camber.run;
+import camber.transfer;
+import :ending;
+import :execute;
+import :formats;
+import :nodal_fields;
+
+namespace camber::app {
+
+namespace {
+
+/// What nodes a mesh has.
+struct Nodes {
+    std::size_t vertices = 0, edges = 0;  ///< edges: 0 of a straight mesh
+    int dimension = 3;
+};
+Nodes nodes_of(const AnyMesh& mesh) {
+    return std::visit(
+        []<class Mesh>(const Mesh& m) -> Nodes {
+            if constexpr (requires { m.linear; })
+                return {m.linear.points.size(), m.edges.size(), Mesh::dimension};
+            else
+                return {m.points.size(), 0, Mesh::dimension};
+        },
+        mesh);
+}
+
+/// Whether two files have the same vertices, and the same edges where both have nodes on them.
+bool have_same_nodes(const AnyMesh& a, const AnyMesh& b) {
+    return std::visit(
+        []<class A, class B>(const A& x, const B& y) {
+            if constexpr (A::dimension != B::dimension)
+                return false;
+            else if constexpr (requires {
+                                   x.linear;
+                                   y.linear;
+                               })
+                return x.linear.points == y.linear.points && x.edges.vertices == y.edges.vertices;
+            else if constexpr (requires { x.linear; })
+                return x.linear.points == y.points;
+            else if constexpr (requires { y.linear; })
+                return x.points == y.linear.points;
+            else
+                return x.points == y.points;
+        },
+        a, b);
+}
+
+/// Columns begin … begin + width of rows that are `stride` long.
+TransferField columns_of(const Column<double>& rows, std::size_t stride, std::size_t begin, std::size_t width,
+                         int degree) {
+    Buffer<double> values(rows.size() / stride * width, 0.0);
+    for (std::size_t r = 0; r < rows.size() / stride; ++r)
+        std::copy_n(rows.data() + r * stride + begin, width, values.data() + r * width);
+    return {static_cast<int>(width), degree, Column<double>(std::move(values))};
+}
+
+Outcome<std::vector<NamedField>> of_solution(const DecodedMesh& mesh, const std::string& path,
+                                             std::vector<Notice>& notices, const Execution& execution) {
+    auto decoded = read_solution_for(mesh, path, execution);
+    if (!decoded) return fail(decoded.error());
+    notices.insert(notices.end(), decoded->notices.begin(), decoded->notices.end());
+    auto sorted = run::rows_by_nodes(std::move(decoded->solution), mesh, without_progress(execution));
+    if (!sorted) return fail(sorted.error());
+    const Solution& solution = sorted->solution;
+    const Nodes nodes = nodes_of(mesh.mesh);
+    if (solution.dimension != nodes.dimension)
+        return fail(ErrorKind::input, fmt::format("is in {}D, the mesh in {}D", solution.dimension, nodes.dimension),
+                    path, {}, "give the solution of this mesh");
+    if (!sorted->is_at_nodes && solution.rows != nodes.vertices)
+        return fail(ErrorKind::input,
+                    fmt::format("has {} rows, the mesh {} vertices{}", solution.rows, nodes.vertices,
+                                nodes.edges > 0 ? fmt::format(" and {} nodes", nodes.vertices + nodes.edges) : ""),
+                    path, {}, "give the solution of this mesh");
+    std::vector<NamedField> fields;
+    std::size_t begin = 0;
+    for (const FieldKind kind : solution.fields) {
+        const auto width = static_cast<std::size_t>(values_per_vertex(kind, solution.dimension));
+        fields.push_back({fmt::format("field_{}", fields.size() + 1), kind,
+                          columns_of(solution.values, row_width(solution), begin, width, sorted->is_at_nodes ? 2 : 1)});
+        begin += width;
+    }
+    return fields;
+}
+
+Outcome<std::vector<NamedField>> of_mesh_file(const DecodedMesh& mesh, const std::string& path,
+                                              std::vector<Notice>& notices, const Execution& execution) {
+    auto other = read_mesh(path, mesh.lift ? config::Flat::plane : config::Flat::surface, execution);
+    if (other && mesh.lift == std::nullopt && other->always_in_space && nodes_of(mesh.mesh).dimension == 2)
+        other = with_flat_in_2d(std::move(*other), without_progress(execution));
+    if (!other) return fail(other.error());
+    if (!have_same_nodes(mesh.mesh, other->mesh))
+        return fail(ErrorKind::input, "is a solution on another mesh", path, {},
+                    "give its mesh as the input; camber transfer brings fields from one mesh to another");
+    const Nodes nodes = nodes_of(other->mesh);
+    std::vector<NamedField> fields;
+    for (const MeshField& field : other->fields) {
+        const auto* const values = std::get_if<Column<double>>(&field.values);
+        if (field.centring != Centring::node || values == nullptr) {
+            notices.push_back({fmt::format("{} is left out: {}", field.name,
+                                           values == nullptr ? "whole numbers are no solution" : "it is at cells")});
+            continue;
+        }
+        const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, nodes.dimension));
+        fields.push_back({field.name, field.kind,
+                          columns_of(*values, width, 0, width, values->size() / width > nodes.vertices ? 2 : 1)});
+    }
+    return fields;
+}
+
+/// At the vertices and, of a mesh of degree 2, at the edges' nodes: of a field of degree 1 the means of their ends.
+Column<double> at_all_nodes(const AnyMesh& mesh, const TransferField& field) {
+    const Nodes nodes = nodes_of(mesh);
+    const auto width = static_cast<std::size_t>(field.components);
+    Buffer<double> values(field.values.begin(), field.values.end());
+    values.resize((nodes.vertices + nodes.edges) * width, 0.0);  // a straight mesh has no nodes on its edges
+    if (field.degree == 2 || nodes.edges == 0) return Column<double>(std::move(values));
+    std::visit(
+        [&](const auto& m) {
+            if constexpr (requires { m.linear; })
+                for (std::size_t e = 0; e < m.edges.size(); ++e) {
+                    const auto& [a, b] = m.edges.vertices[EdgeId(e)];
+                    for (std::size_t c = 0; c < width; ++c)
+                        values[(nodes.vertices + e) * width + c] =
+                            0.5 * (values[a.index() * width + c] + values[b.index() * width + c]);
+                }
+        },
+        mesh);
+    return Column<double>(std::move(values));
+}
+
+/// A row a node of the file that the mesh is from: of its vertices alone where all fields are of degree 1.
+Solution solution_in_order(const DecodedMesh& mesh, const std::vector<NamedField>& fields) {
+    const Nodes nodes = nodes_of(mesh.mesh);
+    const bool at_nodes =
+        nodes.edges > 0 && std::ranges::any_of(fields, [](const NamedField& f) { return f.field.degree == 2; });
+    Solution out{.dimension = nodes.dimension};
+    std::vector<Column<double>> columns;
+    for (const NamedField& field : fields) {
+        out.fields.push_back(field.kind);
+        columns.push_back(at_nodes ? at_all_nodes(mesh.mesh, field.field) : field.field.values);
+    }
+    const std::size_t count = nodes.vertices + (at_nodes ? nodes.edges : 0);
+    const auto number = [&](std::size_t n) {
+        return !at_nodes || mesh.node_numbers.empty() ? n + 1 : std::size_t{mesh.node_numbers[n]};
+    };
+    for (std::size_t n = 0; n < count; ++n) out.rows = std::max(out.rows, number(n));
+    const std::size_t width = row_width(out);
+    Buffer<double> values(out.rows * width, 0.0);
+    for (std::size_t n = 0; n < count; ++n) {
+        if (number(n) == 0) continue;  // an edge without a node in the file
+        double* to = values.data() + (number(n) - 1) * width;
+        for (std::size_t f = 0; f < fields.size(); ++f) {
+            const auto w = static_cast<std::size_t>(fields[f].field.components);
+            to = std::copy_n(columns[f].data() + n * w, w, to);
+        }
+    }
+    out.values = Column<double>(std::move(values));
+    return out;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<QuadraticMesh<D>> of_degree_2(const DecodedMesh& mesh, const Execution& execution) {
+    if (const auto* linear = std::get_if<LinearMesh<D>>(&mesh.mesh)) return elevate(*linear, execution);
+    return std::get<QuadraticMesh<D>>(mesh.mesh);
+}
+template Outcome<QuadraticMesh<2>> of_degree_2<2>(const DecodedMesh&, const Execution&);
+template Outcome<QuadraticMesh<3>> of_degree_2<3>(const DecodedMesh&, const Execution&);
+
+Outcome<std::vector<NamedField>> read_nodal_fields(const DecodedMesh& mesh, const std::string& path,
+                                                   const std::vector<std::string>& only, std::vector<Notice>& notices,
+                                                   const Execution& execution) {
+    auto fields = is_solution_file(path) ? of_solution(mesh, path, notices, execution)
+                                         : of_mesh_file(mesh, path, notices, execution);
+    if (!fields) return fields;
+    if (fields->empty())
+        return fail(ErrorKind::input, "has no field at nodes", path, {}, "camber info tells what a file has");
+    if (only.empty()) return fields;
+    std::vector<NamedField> wanted;
+    for (const std::string& name : only) {
+        const auto found = std::ranges::find(*fields, name, &NamedField::name);
+        if (found == fields->end()) {
+            std::vector<std::string_view> names;
+            for (const NamedField& field : *fields) names.push_back(field.name);
+            return fail(ErrorKind::usage, path + " has no field of the name " + name, "--fields", {},
+                        "it has " + listed(names, ", "));
+        }
+        wanted.push_back(*found);
+    }
+    return wanted;
+}
+
+Outcome<Done> check_fields_ending(const std::string& path) {
+    if (is_solution_file(path)) return format_to_write(solution_formats(), path).map([](auto) { return Done{}; });
+    const auto format = format_to_write(mesh_formats(), path);
+    if (!format) return fail(format.error());
+    if ((*format)->holds_fields) return Done{};
+    return fail(ErrorKind::usage, "the format has no place for fields", path, {},
+                "give a file that ends in " + listed(endings_written(solution_formats())) + " or .vtu");
+}
+
+Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
+                                 const std::string& path, const Execution& execution) {
+    if (is_solution_file(path)) {
+        const auto format = format_to_write(solution_formats(), path);
+        if (!format) return fail(format.error());
+        return write_solution(**format, solution_in_order(mesh, fields), path, execution);
+    }
+    const auto format = format_to_write(mesh_formats(), path);
+    if (!format) return fail(format.error());
+    MeshFields all;
+    for (const NamedField& field : fields)
+        all = std::move(all).with({field.name, Centring::node, field.kind, at_all_nodes(mesh.mesh, field.field)});
+    if (!mesh.lift || !((*format)->always_in_space || !mesh.always_in_space))
+        return write_mesh(**format, mesh.mesh, all, {}, path, execution);
+    const auto in_space = raised(mesh.mesh, *mesh.lift, without_progress(execution));
+    if (!in_space) return fail(in_space.error());
+    const auto raised_fields = raised(all, without_progress(execution));
+    if (!raised_fields) return fail(raised_fields.error());
+    return write_mesh(**format, *in_space, *raised_fields, {}, path, execution);
+}
+
+}  // namespace camber::app

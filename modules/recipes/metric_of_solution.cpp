@@ -1,0 +1,223 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.recipes;
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.recovery;
+import camber.solution_metric;
+import camber.surface;
+import :metric_of_solution;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+bool is_straight(const QuadraticMesh<D>& mesh) {
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+        const auto& [a, b] = mesh.edges.vertices[EdgeId(e)];
+        if (mesh.mid_nodes[EdgeId(e)].point != midpoint(mesh.linear.points[a], mesh.linear.points[b])) return false;
+    }
+    return true;
+}
+
+/// Of each element the mean of the rows that its vertices have on its side.
+template <class Row, int D>
+Outcome<Column<Row>> means_of_elements(const LinearMesh<D>& mesh, const MaterialRows& rows, const Column<Row>& values,
+                                       const Execution& execution) {
+    auto means = map_each(execution, mesh.elements.size(), [&](std::size_t e) {
+        Row sum{};
+        for (int i = 0; i <= D; ++i) sum += values[row_of(rows, mesh, ElementId(e), i)];
+        sum *= 1.0 / (D + 1);
+        return sum;
+    });
+    if (!means) return fail(means.error());
+    return Column<Row>(std::move(*means));
+}
+
+template <int D>
+class Models {
+  public:
+    Models(const QuadraticMesh<D>& mesh, const RecoveredDerivatives<D>& derivatives,
+           const MetricOfSolutionOptions& options)
+        : mesh_(mesh), derivatives_(derivatives), options_(options), is_straight_(camber::is_straight(mesh)) {}
+
+    [[nodiscard]] bool is_straight() const { return is_straight_; }
+    /// At the vertices.
+    [[nodiscard]] Outcome<LocalModels<D>> of(const FieldDerivatives<D>& field, const Incidence<ElementId>& around,
+                                             double complexity, double largest, const Execution& execution) const {
+        if (is_straight_ && derivatives_.rows.size() == mesh_.linear.points.size())
+            return options_.norm.degree == 1 ? hessian_models<D>(field.hessians, options_.models, execution)
+                                             : cubic_models<D>(field.thirds, options_.models, execution);
+        auto elements = of_elements(field, part_of(execution, 0, 0.7));
+        if (!elements) return elements;
+        if (elements->zero == elements->rows.size()) {
+            elements->rows = Buffer<LocalModel<D>>(mesh_.linear.points.size(), zero_model<D>());
+            return elements;
+        }
+        auto rows = models_at_vertices(mesh_.linear, around, elements->rows, options_.norm, complexity, largest,
+                                       part_of(execution, 0.7, 1));
+        if (!rows) return fail(rows.error());
+        elements->rows = std::move(*rows);
+        return elements;
+    }
+
+  private:
+    [[nodiscard]] Outcome<LocalModels<D>> of_elements(const FieldDerivatives<D>& field,
+                                                      const Execution& execution) const {
+        const auto mean = [&](const auto& values) {
+            return means_of_elements(mesh_.linear, derivatives_.rows, values, without_progress(execution));
+        };
+        const auto hessians = mean(field.hessians);
+        if (!hessians) return fail(hessians.error());
+        if (options_.norm.degree == 1) {
+            const auto gradients = mean(field.gradients);
+            if (!gradients) return fail(gradients.error());
+            return curved_hessian_models(mesh_, *gradients, *hessians, options_.models, execution);
+        }
+        const auto thirds = mean(field.thirds);
+        if (!thirds) return fail(thirds.error());
+        return curved_cubic_models(mesh_, *hessians, *thirds, options_.models, execution);
+    }
+
+    const QuadraticMesh<D>& mesh_;
+    const RecoveredDerivatives<D>& derivatives_;
+    const MetricOfSolutionOptions& options_;
+    bool is_straight_;
+};
+
+template <int D>
+Outcome<Column<LogMetric<D>>> fixed_part(const QuadraticMesh<D>& mesh, bool is_straight,
+                                         const MetricOfSolutionOptions& options, double largest,
+                                         const Execution& execution) {
+    std::vector<MetricsAtVertices<D>> parts;
+    if (!options.sizes.empty()) {
+        auto sizes = sizes_by_reference(mesh.linear, options.sizes);
+        if (!sizes) return fail(sizes.error());
+        parts.push_back(std::move(*sizes));
+    }
+    if (options.chord_error > 0) {
+        const auto features = find_features(mesh.linear, mesh.edges,
+                                            FeatureOptions<D>{.ridge_angle_degrees = options.ridge_angle}, execution);
+        if (!features) return fail(features.error());
+        const ChordOptions chords{.chord_error = options.chord_error};
+        auto own = is_straight ? chord_metrics(mesh.linear, features->patches, chords, largest, execution)
+                               : chord_metrics(mesh, features->patches, chords, largest, execution);
+        if (!own) return fail(own.error());
+        parts.push_back(std::move(*own));
+    }
+    if (parts.empty()) return Column<LogMetric<D>>{};
+    return fixed_metric<D>(mesh.linear, parts, {}, largest, execution);
+}
+
+/// The longest edge at each vertex.
+template <int D>
+Buffer<double> longest_edges(const QuadraticMesh<D>& mesh) {
+    Buffer<double> longest(mesh.linear.points.size(), 0.0);
+    for (const auto& [a, b] : mesh.edges.vertices) {
+        const double length = distance(mesh.linear.points[a], mesh.linear.points[b]);
+        for (const VertexId v : {a, b}) longest[v.index()] = std::max(longest[v.index()], length);
+    }
+    return longest;
+}
+
+/// Whether the error of the interpolant is the rounding of the values everywhere: |d^{k+1}u| h^{k+1} beside their
+/// range. A metric of that would be one of noise.
+template <int D>
+bool is_exact(const QuadraticMesh<D>& mesh, const RecoveredDerivatives<D>& derivatives,
+              const FieldDerivatives<D>& field, const Column<double>& values, int degree) {
+    constexpr double rounding = 1e-10;
+    const auto [least, largest] = std::ranges::minmax(values);
+    const Buffer<double> longest = longest_edges(mesh);
+    for (std::size_t v = 0; v < longest.size(); ++v)
+        for (std::size_t i = 0; i < derivatives.rows.materials[v].size(); ++i) {
+            const std::size_t row = derivatives.rows.first(VertexId(v)) + i;
+            const double h = longest[v];
+            const double error = degree == 1 ? norm(field.hessians[row]) * h * h : norm(field.thirds[row]) * h * h * h;
+            if (error > rounding * (largest - least)) return false;
+        }
+    return true;
+}
+
+SolutionMetricOptions with_amount(SolutionMetricOptions options, std::size_t elements) {
+    if (options.amount > 0) return options;
+    options.amount = static_cast<double>(elements);
+    options.of = AmountOf::elements;
+    return options;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh, std::span<const Column<double>> fields,
+                                                const MetricOfSolutionOptions& options, const Around& around) {
+    const SolutionMetricOptions metric = with_amount(options.metric, mesh.linear.elements.size());
+    const double complexity = complexity_of<D>(metric.amount, metric.of);
+    const double largest = metric.max_size > 0 ? metric.max_size : diameter(mesh.linear);
+    MetricOfSolution<D> out;
+    const auto derivatives = run_step(around, "recover", [&](const Execution& e) {
+        return recover_derivatives<D>(mesh, fields, options.recovery, e);
+    });
+    if (!derivatives) return fail(derivatives.error());
+    if (options.norm.degree > derivatives->degree)
+        return fail(
+            ErrorKind::usage,
+            "elements of degree 2 are made for third derivatives, and the field has values at the vertices only",
+            "degree", {}, "ask for elements of degree 1, or give a field at all nodes of a mesh of degree 2");
+    out.rows = derivatives->rows.size();
+    out.from_inner_fits = derivatives->from_inner_fits;
+    out.lower_degree = derivatives->lower_degree;
+    const Models<D> models(mesh, *derivatives, options);
+    std::vector<SolutionField<D>> parts;
+    auto made = run_step(around, "models", [&](const Execution& e) -> Outcome<Done> {
+        const auto around_vertices = balls(mesh.linear, part_of(e, 0, 0.1));
+        if (!around_vertices) return fail(around_vertices.error());
+        for (std::size_t f = 0; f < fields.size(); ++f) {
+            const FieldDerivatives<D>& field = derivatives->fields[f];
+            if (is_exact(mesh, *derivatives, field, fields[f], options.norm.degree)) continue;
+            auto of_field = models.of(field, *around_vertices, complexity, largest, without_progress(e));
+            if (!of_field) return fail(of_field.error());
+            out.zero_models += of_field->zero;
+            out.floored_models += of_field->floored;
+            const bool has_reason =
+                std::ranges::any_of(of_field->rows, [](const auto& m) { return m.kind != ModelKind::zero; });
+            if (has_reason) parts.push_back({std::move(of_field->rows), options.norm, 1});
+        }
+        return Done{};
+    });
+    if (!made) return fail(made.error());
+    if (parts.empty() && derivatives->missing == out.rows)
+        return fail(ErrorKind::input, "has too few nodes to tell derivatives of the solution", {}, {},
+                    "give a mesh with some elements in each direction");
+    if (parts.empty())
+        return fail(ErrorKind::usage, "the derivatives that matter are 0 everywhere: there is nothing to adapt to",
+                    "solution", {},
+                    options.norm.degree == 2 ? "any mesh of degree 2 has it exactly; give another field, or --degree 1"
+                                             : "any mesh has it exactly; give another field");
+    for (SolutionField<D>& part : parts) part.share = 1.0 / static_cast<double>(parts.size());
+    const auto fixed = run_step(around, "fixed", [&](const Execution& e) {
+        return fixed_part(mesh, models.is_straight(), options, largest, e);
+    });
+    if (!fixed) return fail(fixed.error());
+    auto whole = run_step(around, "metric", [&](const Execution& e) {
+        return make_solution_metric<D>(mesh.linear, mesh.edges, parts, *fixed, metric, e);
+    });
+    if (!whole) return fail(whole.error());
+    out.metric = std::move(*whole);
+    return out;
+}
+
+#define CAMBER_INSTANTIATE(D)                                    \
+    template Outcome<MetricOfSolution<D>> metric_of_solution<D>( \
+        const QuadraticMesh<D>&, std::span<const Column<double>>, const MetricOfSolutionOptions&, const Around&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

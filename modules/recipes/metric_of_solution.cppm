@@ -1,0 +1,44 @@
+module;
+#include <cstddef>
+#include <span>
+#include <vector>
+export module camber.recipes:metric_of_solution;
+import camber.core;
+import camber.recovery;
+import camber.solution_metric;
+
+export namespace camber {
+
+struct MetricOfSolutionOptions {
+    RecoveryOptions recovery = {};
+    ModelOptions models = {};
+    NormOptions norm = {};
+    SolutionMetricOptions metric = {};      ///< an amount of 0: as many elements as the mesh has
+    std::vector<ReferenceSize> sizes = {};  ///< that are asked for by reference
+    double chord_error = 0;                 ///< of chords from the boundary's own surface (model units); 0: not asked
+    double ridge_angle = 40;                ///< beyond which the boundary breaks there (degrees)
+};
+
+/// The metric, and what it was made of.
+template <int D>
+struct MetricOfSolution {
+    SolutionMetric<D> metric;
+    std::size_t rows = 0, from_inner_fits = 0,
+                lower_degree = 0;  ///< of recovered derivatives, see RecoveredDerivatives
+    std::size_t zero_models = 0, floored_models = 0;
+};
+
+/// The metric of the mesh that interpolates a solution best with elements of degree norm.degree, in the norm, for a
+/// complexity. Each field is a column of values at the nodes: at the vertices (degree 1), or at those and the edges'
+/// nodes (degree 2), which third derivatives need; each has the same share. Derivatives are one-sided by material.
+/// Where the mesh is curved, or has materials, models are those of elements, and see what curves take away of the
+/// error; else those of vertices. Steps: recover, models, fixed, metric. Docs: docs/algorithms/metric-from-solution.md.
+/// Errors: those of `recover_derivatives`, `make_solution_metric`; elements of degree 2 for a field of degree 1
+/// (usage); stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
+                                                              std::span<const Column<double>> fields,
+                                                              const MetricOfSolutionOptions& options,
+                                                              const Around& around);
+
+}  // namespace camber

@@ -1,0 +1,116 @@
+"""From a solution to a metric, to a mesh, and the solution on that mesh: `camber metric`, `remesh`, `transfer`.
+
+    python3 tests/pipelines/test_solutions.py build/bin/camber [unittest arguments]
+"""
+import re
+import sys
+import unittest
+
+from program import Folder, SANITIZED
+
+import gmf  # noqa: E402  (program puts the oracle on the path)
+import numpy as np
+
+
+def front(points):
+    return np.tanh((np.hypot(points[:, 0], points[:, 1]) - 0.5) / 0.05)
+
+
+def quadratic(points):
+    return points[:, 0] ** 2 - 3 * points[:, 0] * points[:, 1] + 2 * points[:, 1]
+
+
+class Solutions(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+        cells = 12 if SANITIZED else 30
+        self.camber("generate", "rectangle", "-o", "a.meshb", "--set", f"cells=[{cells},{cells}]")
+        self.camber("convert", "a.meshb", "-o", "a2.meshb", "--elevate")
+
+    def camber(self, *words, code=0):
+        done = self.folder.camber(*words)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done.stdout + done.stderr
+
+    def write(self, name, mesh, function):
+        values = np.atleast_2d(function(self.points(mesh)).T).T
+        rows = "\n".join(" ".join(repr(float(x)) for x in row) for row in values)
+        kind = {1: 1, 2: 2}[values.shape[1]]
+        (self.folder.path / name).write_text(
+            f"MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n{len(values)}\n1 {kind}\n{rows}\nEnd\n")
+
+    def points(self, mesh):
+        return gmf.read(self.folder.path / mesh).points
+
+    def values(self, name):
+        return gmf.read(self.folder.path / name).fields[0][1]
+
+    def number(self, text, row):
+        return float(re.search(rf"^  {row} +([0-9.e+-]+)", text, re.M)[1])
+
+    def test_a_mesh_for_a_front_has_the_elements_that_were_asked_for(self):
+        for mesh, degree in (("a.meshb", 1), ("a2.meshb", 2)):
+            self.write("u.sol", mesh, front)
+            told = self.camber("metric", mesh, "--solution", "u.sol", "-o", "m.sol", "--elements", 1000, "--gradation", 2)
+            asked, reached = self.number(told, "complexity asked"), self.number(told, "complexity")
+            self.assertLess(abs(reached / asked - 1), 0.01)
+            self.assertEqual(len(self.values("m.sol")), len(self.points(mesh)))
+            self.camber("remesh", mesh, "--metric", "m.sol", "--geometry", "straight", "-o", f"b{degree}.meshb")
+            made = gmf.read(self.folder.path / f"b{degree}.meshb")
+            cells = made.cells["Triangles" if degree == 1 else "TrianglesP2"].nodes
+            self.assertLess(abs(len(cells) / 1000 - 1), 0.35, degree)
+            self.camber("transfer", mesh, f"b{degree}.meshb", "--solution", "u.sol", "-o", "v.sol")
+            off = np.abs(self.values("v.sol")[:, 0] - front(made.points))
+            self.assertLess(off.max(), 0.5 if SANITIZED else 0.15)
+
+    def test_quadratics_go_along_exactly_and_ask_for_no_mesh_of_degree_2(self):
+        self.write("u.sol", "a2.meshb", quadratic)
+        told = self.camber("metric", "a2.meshb", "--solution", "u.sol", "-o", "m.sol", code=2)
+        self.assertIn("nothing to adapt to", told)
+        self.camber("metric", "a2.meshb", "--solution", "u.sol", "-o", "m.sol", "--degree", 1, "--elements", 400)
+        self.camber("remesh", "a2.meshb", "--metric", "m.sol", "--geometry", "straight", "-o", "b.meshb")
+        for method in ("interpolate", "conserve"):
+            self.camber("transfer", "a2.meshb", "b.meshb", "--solution", "u.sol", "-o", "v.sol", "--method", method)
+            off = np.abs(self.values("v.sol")[:, 0] - quadratic(self.points("b.meshb")))
+            self.assertLess(off.max(), 1e-12, method)
+
+    def test_a_mesh_that_did_not_change_keeps_its_fields_to_the_bit(self):
+        self.write("u.sol", "a2.meshb", lambda p: np.stack([front(p), quadratic(p)], 1))
+        for method in ("interpolate", "conserve"):
+            self.camber("transfer", "a2.meshb", "a2.meshb", "--solution", "u.sol", "-o", "v.sol", "--method", method)
+            self.assertTrue((self.values("v.sol") == self.values("u.sol")).all())
+
+    def test_fields_of_a_mesh_file_are_taken_by_name(self):
+        self.write("u.sol", "a2.meshb", front)
+        self.camber("convert", "a2.meshb", "-o", "u.vtu", "--metric", "u.sol")
+        one = self.camber("metric", "u.vtu", "--solution", "u.vtu", "--fields", "size", "-o", "m.vtu")
+        other = self.camber("metric", "a2.meshb", "--solution", "u.sol", "-o", "m.sol")
+        self.assertEqual(self.number(one, "complexity"), self.number(other, "complexity"))
+        self.assertIn('"metric"', self.camber("info", "m.vtu"))
+
+    def test_sizes_by_reference_and_chords_are_fixed(self):
+        self.write("u.sol", "a.meshb", front)
+        told = self.camber("metric", "a.meshb", "--solution", "u.sol", "-o", "m.sol", "--size", "1=0.01", "--elements", 5000)
+        self.assertGreater(self.number(told, "of what is fixed"), 10)
+        tensors = self.values("m.sol")
+        self.assertGreaterEqual(np.minimum(tensors[:, 0], tensors[:, 2]).max(), 0.99e4)
+
+    def test_what_cannot_be_is_refused_with_the_place(self):
+        self.write("u.sol", "a.meshb", front)
+        self.write("constant.sol", "a.meshb", lambda p: 0 * p[:, 0] + 7)
+        cases = ((("metric", "a.meshb", "--solution", "constant.sol", "-o", "m.sol"), 2, "nothing to adapt to"),
+                 (("metric", "a2.meshb", "--solution", "none.sol", "-o", "m.sol"), 3, "none.sol"),
+                 (("metric", "a.meshb", "--solution", "u.sol", "-o", "m.sol", "--degree", 2), 2, "third derivatives"),
+                 (("metric", "a.meshb", "--solution", "u.sol", "-o", "m.mesh"), 2, "no place for fields"),
+                 (("metric", "a.meshb", "--solution", "u.sol", "-o", "m.sol", "--fields", "mach"), 2, "field_1"),
+                 (("metric", "a.meshb", "--solution", "u.sol", "-o", "m.sol", "--size", "9=1"), 2, "reference 9"),
+                 (("metric", "a.meshb", "--solution", "u.sol", "-o", "m.sol", "--size", "wall"), 2, "--size wall"),
+                 (("transfer", "a.meshb", "a2.meshb", "--solution", "u.sol", "-o", "u.sol"), 2, "u.sol"))
+        for words, code, text in cases:
+            self.assertIn(text, self.camber(*words, code=code), words)
+        self.assertNotIn("m.sol", self.folder.files())
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
