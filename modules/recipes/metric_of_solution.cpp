@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -132,14 +133,15 @@ template <int D>
 bool is_exact(const QuadraticMesh<D>& mesh, const RecoveredDerivatives<D>& derivatives,
               const FieldDerivatives<D>& field, const Column<double>& values, int degree) {
     constexpr double rounding = 1e-10;
-    const auto [least, largest] = std::ranges::minmax(values);
+    if (values.empty()) return true;
+    const double range = std::ranges::max(values) - std::ranges::min(values);
     const Buffer<double> longest = longest_edges(mesh);
     for (std::size_t v = 0; v < longest.size(); ++v)
         for (std::size_t i = 0; i < derivatives.rows.materials[v].size(); ++i) {
             const std::size_t row = derivatives.rows.first(VertexId(v)) + i;
             const double h = longest[v];
             const double error = degree == 1 ? norm(field.hessians[row]) * h * h : norm(field.thirds[row]) * h * h * h;
-            if (error > rounding * (largest - least)) return false;
+            if (error > rounding * range) return false;
         }
     return true;
 }

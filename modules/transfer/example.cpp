@@ -8,7 +8,6 @@
 #include <utility>
 
 import camber.core;
-import camber.bezier;
 import camber.transfer;
 
 using namespace camber;
@@ -33,6 +32,18 @@ static LinearMesh<2> square(std::size_t n) {
     return mesh;
 }
 
+/// With a node in the middle of each edge.
+static Outcome<QuadraticMesh<2>> of_degree_2(LinearMesh<2> linear, const Execution& execution) {
+    auto edges = unique_edges(linear, execution);
+    if (!edges) return fail(edges.error());
+    Buffer<LagrangeNode<2>> nodes;
+    for (std::size_t e = 0; e < edges->size(); ++e) {
+        const VertexId a = edges->vertices[EdgeId(e)][0], b = edges->vertices[EdgeId(e)][1];
+        nodes.push_back({midpoint(linear.points[a], linear.points[b])});
+    }
+    return QuadraticMesh<2>{std::move(linear), std::move(*edges), std::move(nodes)};
+}
+
 static TransferField front(const QuadraticMesh<2>& mesh) {
     Buffer<double> values;
     const auto put = [&](const Vec<2>& x) { values.push_back(std::tanh((norm(x) - 0.7) / 0.05)); };
@@ -46,7 +57,7 @@ struct Lost {
 };
 
 static Outcome<Lost> there_and_back(TransferMethod method, const Execution& execution) {
-    const auto a = elevate(square(10), execution), b = elevate(square(13), execution);
+    const auto a = of_degree_2(square(10), execution), b = of_degree_2(square(13), execution);
     if (!a) return fail(a.error());
     if (!b) return fail(b.error());
     const TransferField begin = front(*a);
