@@ -48,6 +48,7 @@ bool CurvedNodes<D>::bend_together(int rim) {
     const JointProgramme<D> programme = bending_programme();
     if (programme.unknowns.size() < 2) return false;
     ++w_.programmes;
+    before.reserve(programme.unknowns.size());
     for (const std::uint32_t s : w_.short_of_place) before.push_back(w_.spokes[s].node);
     for (const RimEdge<D>& edge : w_.rim) before.push_back(edge.before);
     const std::vector<Vec<D>> none(before.size());

@@ -29,7 +29,7 @@ template <int D, int P>
 
 template <int D, class Block>
 [[gnu::always_inline]] inline std::array<Pack, D> places_of(const Block& block) {
-    std::array<Pack, D> y;
+    std::array<Pack, D> y{};
     for (int i = 0; i < D; ++i) y[i] = std::bit_cast<Pack>(block.y[i]);
     return y;
 }
@@ -56,8 +56,7 @@ template <int D, int P>
 void Fit<D, P>::sum_moments() {
     with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
         constexpr std::size_t count = monomials_up_to<D>(2 * P);
-        std::array<Pack, count> m, sums;
-        for (Pack& s : sums) s = packed(0);
+        std::array<Pack, count> m{}, sums{};
         for (const Block& block : blocks_) {
             set_monomials<D, 2 * P>(places_of<D>(block), std::bit_cast<Pack>(block.squared_weight), m);
             for (std::size_t i = 0; i < count; ++i) sums[i] += m[i];
@@ -97,10 +96,9 @@ void Fit<D, P>::factorise() {
 /// Adds to c the solution of Σ w² y^α (y^β δ_β − (u − p_c)) = 0.
 template <int D, int P>
 void Fit<D, P>::correct(Coefficients<D, P>& c, std::size_t unknowns) const {
-    std::array<double, size> x;
+    std::array<double, size> x{};
     with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
-        std::array<Pack, size> m, sums;
-        for (Pack& s : sums) s = packed(0);
+        std::array<Pack, size> m{}, sums{};
         for (std::size_t b = 0; b < blocks_.size(); ++b) {
             set_monomials<D, P>(places_of<D>(blocks_[b]), packed(1), m);
             Pack value = packed(0);

@@ -84,7 +84,7 @@ Outcome<Done> MassMatrix<D, K>::weigh(const QuadraticMesh<D>& mesh, const std::v
         }
     curved_ = Buffer<typename ReferenceMass<D, K>::Matrix>(slots.size());
     struct Seen {
-        double low, high;
+        double low = 0, high = 0;
         std::size_t turned = 0;
     };
     const auto seen = reduce_each(

@@ -34,7 +34,7 @@ class Nearby {
 
   private:
     struct Tried {
-        std::uint32_t element;
+        std::uint32_t element = 0;
         ElementMap<D> map;
         Vec<D> centre;             ///< of the element, relative to its origin
         Mat<D> jacobian, inverse;  ///< there

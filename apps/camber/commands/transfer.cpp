@@ -61,6 +61,7 @@ Outcome<std::string> transferred(const TransferArguments& a, const DecodedMesh& 
     const auto to = of_degree_2<D>(new_mesh, quiet);
     if (!to) return fail(to.error());
     std::vector<TransferField> given;
+    given.reserve(fields.size());
     for (const NamedField& field : fields) given.push_back(field.field);
     auto made =
         run_step(around, "transfer", [&](const Execution& e) { return transfer<D>(*from, given, *to, a.options, e); });
