@@ -1,8 +1,7 @@
 // What the verbs take from the command line.
 #include "arguments.hpp"
+#include "argument_kinds.hpp"
 
-#include <cctype>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,74 +12,13 @@ import camber.cad;
 import camber.commands;
 import camber.config;
 import camber.io;
-import camber.metric;
 import camber.recipes;
 import camber.run;
 import camber.shapes;
-import camber.solution_metric;
-import camber.transfer;
 
 namespace camber::app {
 
 namespace {
-
-std::string endings_of_input() { return camber::listed(camber::endings_read(camber::mesh_formats()), ", "); }
-std::string endings_of_output() { return camber::listed(camber::endings_written(camber::mesh_formats()), ", "); }
-std::string endings_of_solutions() { return camber::listed(camber::endings_read(camber::solution_formats()), ", "); }
-
-std::string mesh_or_solution() {
-    return "A mesh of degree 1 or 2 (" + endings_of_input() + ") or a solution (" + endings_of_solutions() + ")";
-}
-
-/// Numbers within the limits of an option. Closed ones are told as CLI11 tells them.
-template <class T>
-CLI::Validator within(const camber::Limits& limits) {
-    if (!limits.low_open && !limits.high_open)
-        return CLI::Range(static_cast<T>(limits.low), static_cast<T>(limits.high));
-    return CLI::Validator(
-        [limits](const std::string& text) {
-            double x = 0;
-            const bool holds = CLI::detail::lexical_cast(text, x) && limits.hold(x);
-            return holds ? std::string() : camber::out_of_limits(limits, text);
-        },
-        limits.interval());
-}
-
-/// An option's sentence as a help text has it.
-std::string help_of(const auto& option) {
-    std::string sentence(option.sentence);
-    sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));
-    return sentence;
-}
-
-/// A described option of a struct as an argument of the same name, with its sentence, limits and default.
-template <class T, class S, class V>
-void add_described(CLI::App* verb, S& options, const camber::Option<S, V>& option) {
-    std::string name(option.name);
-    for (char& c : name) c = c == '_' ? '-' : c;
-    verb->add_option("--" + name, options.*option.member, help_of(option))
-        ->check(within<T>(option.limits))
-        ->capture_default_str();
-}
-
-/// An argument that takes the words of an enumeration.
-template <class T>
-void add_words(CLI::App* verb, const std::string& name, T& value, const std::string& sentence) {
-    using E = typename CLI::detail::wrapped_type<T, T>::type;
-    std::map<std::string, E> values;
-    std::string text;
-    for (const auto& w : words(E{})) {
-        values.emplace(w.word, w.value);
-        text += (text.empty() ? "" : "|") + std::string(w.word);
-    }
-    verb->add_option(name, value, sentence)->transform(CLI::CheckedTransformer(values))->option_text(text);
-}
-
-void add_flat(CLI::App* verb, camber::config::Flat& flat) {
-    add_words(verb, "--flat", flat,
-              "What triangles without tetrahedra and of one z are: plane (the default), a 2D mesh, written with its z "
-              "again; or surface, one in space");
-}
 
 void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
                   bool& histogram, bool& dry_run) {
@@ -378,112 +316,6 @@ void add_generate(CLI::App& app, Verb& verb) {
     generate->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
         ->check(CLI::NonNegativeNumber);
     generate->add_flag("--print-config", a.print_config, "Print the pipeline that makes this mesh, and stop");
-}
-
-void add_solution(CLI::App* verb, std::string& solution, std::vector<std::string>& fields) {
-    verb->add_option("--solution", solution,
-                     "The solution: a file of rows at the vertices or nodes (" + endings_of_solutions() +
-                         "), or a mesh file with fields at its nodes (.vtu, .msh, .cgns)")
-        ->required();
-    verb->add_option("--fields", fields,
-                     "Names of the fields to take, with commas; of a solution file field_1 and so on. Default: all")
-        ->delimiter(',');
-}
-
-void add_metric_of_solution(CLI::App& app, Verb& verb) {
-    CLI::App* metric = app.add_subcommand(
-        "metric",
-        "The metric that a solution asks for: of all meshes with so many elements the one that interpolates it "
-        "best.\n\n"
-        "  camber metric wing.meshb --solution u.solb -o m.solb --elements 100000\n"
-        "  camber metric wing-p2.meshb --solution u.solb -o m.solb --norm 2 --gradation 1.5\n"
-        "  camber metric flow.vtu --solution flow.vtu --fields mach -o m.sol --vertices 20000 --geometry-error 1e-3\n"
-        "  camber metric wing.meshb --solution u.solb -o m.solb --size 3=0.01 --min-size 1e-5\n\n"
-        "Derivatives are recovered at the vertices, from all nodes of a mesh of degree 2, one-sided where materials "
-        "meet: Hessians for elements of degree 1, third derivatives for those of degree 2. Several fields, and the "
-        "components of a vector, have equal shares and are intersected; sizes by reference and the geometry's own "
-        "are fixed, the solution's part is scaled until all of it has the complexity, gradation included. Then "
-        "camber remesh brings the mesh to it, and camber transfer the solution to that mesh. More: "
-        "docs/algorithms/metric-from-solution.md");
-    MetricArguments& a = verb.metric;
-    auto& of = a.options;
-    metric->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
-    add_solution(metric, a.solution, a.fields);
-    metric
-        ->add_option("-o,--output", a.output,
-                     "Where the metric goes (" + endings_of_solutions() + ", or .vtu with the mesh)")
-        ->required();
-    metric->add_option("--degree", a.degree, "Degree of the elements that are to interpolate. Default: the solution's")
-        ->check(CLI::Range(1, 2));
-    metric->add_option("--norm", of.norm.p, "p of the L^p norm of the error; 0: the largest error anywhere")
-        ->check(CLI::NonNegativeNumber)
-        ->capture_default_str();
-    add_words(metric, "--error-of", of.norm.error_of,
-              "What the norm is of: the error's values (the default), or its gradients");
-    const auto amount = [&](const char* name, camber::AmountOf what, const char* sentence) {
-        metric
-            ->add_option_function<double>(
-                name,
-                [&of, what](const double& n) {
-                    of.metric.amount = n;
-                    of.metric.of = what;
-                },
-                sentence)
-            ->check(CLI::PositiveNumber);
-    };
-    amount("--complexity", camber::AmountOf::complexity, "Its complexity, the integral of sqrt(det M)");
-    amount("--vertices", camber::AmountOf::vertices, "The same for about so many vertices");
-    amount("--elements", camber::AmountOf::elements,
-           "The same for about so many elements. Default: as many as the mesh has");
-    metric
-        ->add_option_function<double>(
-            "--gradation",
-            [&of](const double& ratio) { of.metric.gradation = camber::GradationOptions{.ratio = ratio}; },
-            "Largest ratio of the sizes of adjacent edges. Default: not limited")
-        ->check(CLI::Range(1.0001, 1000.0));
-    metric->add_option("--min-size", of.metric.min_size, "Smallest size; 0: none")->check(CLI::NonNegativeNumber);
-    metric->add_option("--max-size", of.metric.max_size, "Largest size; 0: the domain's diameter")
-        ->check(CLI::NonNegativeNumber);
-    metric->add_option("--max-anisotropy", of.metric.max_anisotropy, "Largest ratio of sizes; 0: none")
-        ->check(CLI::NonNegativeNumber);
-    metric
-        ->add_option("--geometry-error", of.chord_error,
-                     "Largest distance of chords from the boundary's own surface; 0: not asked")
-        ->check(CLI::NonNegativeNumber);
-    metric
-        ->add_option(
-            "--size", a.sizes,
-            "A size at boundary facets by their reference, as 3=0.01, or DIMENSION:REFERENCE=SIZE; again for more")
-        ->allow_extra_args(false);
-    add_flat(metric, a.flat);
-    metric->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
-        ->check(CLI::NonNegativeNumber);
-}
-
-void add_transfer(CLI::App& app, Verb& verb) {
-    CLI::App* transfer = app.add_subcommand(
-        "transfer",
-        "A solution on another mesh of the domain: on one that was remeshed, or any.\n\n"
-        "  camber transfer old.meshb new.meshb --solution u.solb -o v.solb\n"
-        "  camber transfer old.meshb new.meshb --solution u.solb -o v.solb --method conserve\n\n"
-        "Nodes that stayed where they were keep their values to the bit; others take the old field's value where they "
-        "are in the old mesh, curved as it is, or at the nearest point of its boundary. conserve: where elements "
-        "changed the field of least difference in L2 that keeps the integrals by material. More: "
-        "docs/algorithms/transfer.md");
-    TransferArguments& a = verb.transfer;
-    transfer->add_option("old", a.old_mesh, "The mesh of the solution (" + endings_of_input() + ")")->required();
-    transfer->add_option("new", a.new_mesh, "The mesh that it is brought to")->required();
-    add_solution(transfer, a.solution, a.fields);
-    transfer
-        ->add_option("-o,--output", a.output,
-                     "Where it goes (" + endings_of_solutions() + ", or .vtu with the new mesh)")
-        ->required();
-    add_words(transfer, "--method", a.options.method, "interpolate (the default), or conserve");
-    add_words(transfer, "--bounds", a.options.bounds,
-              "conserve only: none (the default), or local: no value beyond the old ones around");
-    add_flat(transfer, a.flat);
-    transfer->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
-        ->check(CLI::NonNegativeNumber);
 }
 
 void add_plot(CLI::App& app, Verb& verb) {

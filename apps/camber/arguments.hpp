@@ -23,6 +23,9 @@ struct Verb {
     std::string topic;
 };
 
+void add_metric_of_solution(CLI::App& app, Verb& verb);
+void add_transfer(CLI::App& app, Verb& verb);
+
 /// The verbs and what they take.
 void add_verbs(CLI::App& app, Verb& verb);
 

@@ -12,6 +12,7 @@ export import :star;
 export import :patch;
 export import :compact;
 export import :consistency;
+import :check_patches;
 import :draft;
 import :flat_map;
 import :orientation;

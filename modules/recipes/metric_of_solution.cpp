@@ -27,20 +27,6 @@ bool is_straight(const QuadraticMesh<D>& mesh) {
     return true;
 }
 
-/// Of each element the mean of the rows that its vertices have on its side.
-template <class Row, int D>
-Outcome<Column<Row>> means_of_elements(const LinearMesh<D>& mesh, const MaterialRows& rows, const Column<Row>& values,
-                                       const Execution& execution) {
-    auto means = map_each(execution, mesh.elements.size(), [&](std::size_t e) {
-        Row sum{};
-        for (int i = 0; i <= D; ++i) sum += values[row_of(rows, mesh, ElementId(e), i)];
-        sum *= 1.0 / (D + 1);
-        return sum;
-    });
-    if (!means) return fail(means.error());
-    return Column<Row>(std::move(*means));
-}
-
 template <int D>
 class Models {
   public:
@@ -72,7 +58,8 @@ class Models {
     [[nodiscard]] Outcome<LocalModels<D>> of_elements(const FieldDerivatives<D>& field,
                                                       const Execution& execution) const {
         const auto mean = [&](const auto& values) {
-            return means_of_elements(mesh_.linear, derivatives_.rows, values, without_progress(execution));
+            const auto row = [&](ElementId e, int i) { return row_of(derivatives_.rows, mesh_.linear, e, i); };
+            return element_means(mesh_.linear, values, row, without_progress(execution));
         };
         const auto hessians = mean(field.hessians);
         if (!hessians) return fail(hessians.error());
@@ -130,15 +117,14 @@ Buffer<double> longest_edges(const QuadraticMesh<D>& mesh) {
 /// Whether the error of the interpolant is the rounding of the values everywhere: |d^{k+1}u| h^{k+1} beside their
 /// range. A metric of that would be one of noise.
 template <int D>
-bool is_exact(const QuadraticMesh<D>& mesh, const RecoveredDerivatives<D>& derivatives,
-              const FieldDerivatives<D>& field, const Column<double>& values, int degree) {
+bool is_exact(const MaterialRows& rows, const Buffer<double>& longest, const FieldDerivatives<D>& field,
+              const Column<double>& values, int degree) {
     constexpr double rounding = 1e-10;
     if (values.empty()) return true;
     const double range = std::ranges::max(values) - std::ranges::min(values);
-    const Buffer<double> longest = longest_edges(mesh);
     for (std::size_t v = 0; v < longest.size(); ++v)
-        for (std::size_t i = 0; i < derivatives.rows.materials[v].size(); ++i) {
-            const std::size_t row = derivatives.rows.first(VertexId(v)) + i;
+        for (std::size_t i = 0; i < rows.materials[v].size(); ++i) {
+            const std::size_t row = rows.first(VertexId(v)) + i;
             const double h = longest[v];
             const double error = degree == 1 ? norm(field.hessians[row]) * h * h : norm(field.thirds[row]) * h * h * h;
             if (error > rounding * range) return false;
@@ -179,9 +165,10 @@ Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh, st
     auto made = run_step(around, "models", [&](const Execution& e) -> Outcome<Done> {
         const auto around_vertices = balls(mesh.linear, part_of(e, 0, 0.1));
         if (!around_vertices) return fail(around_vertices.error());
+        const Buffer<double> longest = longest_edges(mesh);
         for (std::size_t f = 0; f < fields.size(); ++f) {
             const FieldDerivatives<D>& field = derivatives->fields[f];
-            if (is_exact(mesh, *derivatives, field, fields[f], options.norm.degree)) continue;
+            if (is_exact(derivatives->rows, longest, field, fields[f], options.norm.degree)) continue;
             auto of_field = models.of(field, *around_vertices, complexity, largest, without_progress(e));
             if (!of_field) return fail(of_field.error());
             out.zero_models += of_field->zero;

@@ -25,20 +25,28 @@ template <int D>
                                                    const Execution& execution);
 
 /// Of each element the mean of its vertices' rows (vectors, Hessians or third derivatives): what linear interpolation
-/// has at its centroid. Errors: rows that are not one a vertex (usage); memory; stopped.
+/// has at its centroid. row_of(e, i): the row that element e sees at its local vertex i. Errors: memory; stopped.
+template <class Row, int D, class RowOf>
+[[nodiscard]] Outcome<Column<Row>> element_means(const LinearMesh<D>& mesh, const Column<Row>& rows, RowOf&& row_of,
+                                                 const Execution& execution) {
+    auto means = map_each(execution, mesh.elements.size(), [&](std::size_t e) {
+        Row sum{};
+        for (int i = 0; i <= D; ++i) sum += rows[row_of(ElementId(e), i)];
+        sum *= 1.0 / (D + 1);
+        return sum;
+    });
+    if (!means) return fail(means.error());
+    return Column<Row>(std::move(*means));
+}
+
+/// Of rows of the vertices. Errors: rows that are not one a vertex (usage); those above.
 template <class Row, int D>
 [[nodiscard]] Outcome<Column<Row>> element_means(const LinearMesh<D>& mesh, const Column<Row>& at_vertices,
                                                  const Execution& execution) {
     if (at_vertices.size() != mesh.points.size())
         return fail(ErrorKind::usage, "the derivatives are of another mesh: there must be one row a vertex");
-    auto rows = map_each(execution, mesh.elements.size(), [&](std::size_t e) {
-        Row sum{};
-        for (const VertexId v : mesh.elements.vertices[e]) sum += at_vertices[v];
-        sum *= 1.0 / (D + 1);
-        return sum;
-    });
-    if (!rows) return fail(rows.error());
-    return Column<Row>(std::move(*rows));
+    const auto row_of = [&](ElementId e, int i) { return mesh.elements.vertices[e][i].index(); };
+    return element_means(mesh, at_vertices, row_of, execution);
 }
 
 /// Models of the elements of a curved mesh, from an element's own derivatives (those at its centroid, `element_means`).

@@ -89,6 +89,15 @@ class Solutions(unittest.TestCase):
         self.assertEqual(self.number(one, "complexity"), self.number(other, "complexity"))
         self.assertIn('"metric"', self.camber("info", "m.vtu"))
 
+    def test_a_domain_that_is_a_million_times_wider_than_high(self):
+        """The anisotropy that it asks for is beyond what derivatives alone may ask for without a word."""
+        self.camber("generate", "rectangle", "-o", "s.meshb", "--set", "cells=[16,16]", "--set", "high=[1,1e-6]")
+        self.write("u.sol", "s.meshb", lambda p: np.tanh((p[:, 1] / 1e-6 - 0.5) / 0.2) + np.sin(3 * p[:, 0]))
+        anisotropy = [self.number(self.camber("metric", "s.meshb", "--solution", "u.sol", "-o", "m.sol", "--elements", 800,
+                                              "--max-anisotropy", bound), "largest anisotropy") for bound in (0, 1e8)]
+        self.assertLessEqual(anisotropy[0], 1.001e5)
+        self.assertGreater(anisotropy[1], 1e6)
+
     def test_sizes_by_reference_and_chords_are_fixed(self):
         self.write("u.sol", "a.meshb", front)
         told = self.camber("metric", "a.meshb", "--solution", "u.sol", "-o", "m.sol", "--size", "1=0.01", "--elements", 5000)

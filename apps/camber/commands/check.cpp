@@ -1,11 +1,9 @@
 module;
 #include <algorithm>
 #include <cstddef>
-#include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -63,10 +61,7 @@ void print_report(const run::CheckReport& report, const CheckArguments& argument
 Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
     Progress progress;
     const std::stop_token stop = stop_on_signals();
-    const Around around = [&](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
-        progress.begin(std::string(stage));
-        return body(Execution{.threads = arguments.threads, .stop = stop, .progress = progress.ticks()});
-    };
+    const Around around = steps_shown(progress, {.threads = arguments.threads, .stop = stop});
     std::optional<DecodedMesh> mesh;
     auto read = around("read", [&](const Execution& execution) -> Outcome<Done> {
         auto decoded = read_mesh(arguments.input, arguments.flat, execution);

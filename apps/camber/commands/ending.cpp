@@ -36,6 +36,10 @@ int report_error(const Error& error) {
     return exit_code(error.kind);
 }
 
+std::string result_row(std::string_view name, std::string_view value) {
+    return fmt::format("  {:<26}{}\n", name, value);
+}
+
 int end_with(std::string_view text) { return end_with(text, {}); }
 
 int end_with(std::string_view text, const Written& written) {

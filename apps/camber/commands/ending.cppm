@@ -21,6 +21,9 @@ int report_error(const Error& error);
 
 namespace camber::app {
 
+/// A line of the table that a verb prints.
+[[nodiscard]] std::string result_row(std::string_view name, std::string_view value);
+
 /// The outputs of a verb as they come to be: an error after the first of them says which were written.
 class Written {
   public:

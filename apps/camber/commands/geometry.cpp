@@ -1,9 +1,7 @@
 module;
-#include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -74,10 +72,7 @@ Outcome<run::GeometryReport> inspected(const GeometryCommandArguments& arguments
     if (auto files = check_files(arguments); !files) return fail(files.error());
     Progress progress;
     const std::stop_token stop = stop_on_signals();
-    const Around around = [&](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
-        progress.begin(std::string(stage));
-        return body(Execution{.threads = arguments.threads, .stop = stop, .progress = progress.ticks()});
-    };
+    const Around around = steps_shown(progress, {.threads = arguments.threads, .stop = stop});
     auto geometry = compared(arguments.geometry, {.threads = arguments.threads, .stop = stop});
     if (!geometry) return fail(geometry.error());
     if (!arguments.surface.empty()) geometry->surface = run::InspectedSurface::lattice;

@@ -135,7 +135,7 @@ int info_command(const InfoArguments& arguments) {
     std::string text = arguments.input + "\n";
     for (const auto& [key, value] : j.items())
         if (!(value.is_number() && value == 0) && !(value.is_structured() && value.empty()) && value != false)
-            text += fmt::format("  {:<26}{}\n", key, value.dump(-1, ' ', false, Json::error_handler_t::replace));
+            text += result_row(key, value.dump(-1, ' ', false, Json::error_handler_t::replace));
     return end_with(text);
 }
 

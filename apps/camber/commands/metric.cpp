@@ -1,11 +1,10 @@
 module;
+#include <algorithm>
 #include <cstddef>
 #include <exception>
-#include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -97,21 +96,19 @@ Outcome<NamedField> as_field(const QuadraticMesh<D>& mesh, const Column<LogMetri
 template <int D>
 std::string told(const MetricOfSolution<D>& made, const MetricOfSolutionOptions& options, const std::string& largest) {
     const SolutionMetric<D>& m = made.metric;
-    const auto row = [](std::string_view name, const std::string& value) {
-        return fmt::format("  {:<26}{}\n", name, value);
-    };
-    std::string text = row("complexity asked", fmt::format("{:.6g}", m.asked));
-    text += row("complexity",
-                fmt::format("{:.6g} ({} evaluations, {} gradations)", m.reached, m.evaluations, m.gradations));
-    text += row("elements expected", fmt::format("{:.0f}", m.reached * elements_per_complexity<D>()));
-    if (m.of_fixed > 0) text += row("of what is fixed", fmt::format("{:.6g}", m.of_fixed));
-    text += row("largest anisotropy", largest);
-    text += row("vertices at bounds",
-                fmt::format("{:.1f} % at the smallest size, {:.1f} % at the largest", 100 * m.at_min, 100 * m.at_max));
-    text += row("derivatives", fmt::format("{} rows: {} of the boundary from inner ones, {} of a lower degree",
-                                           made.rows, made.from_inner_fits, made.lower_degree));
-    text += row("models", fmt::format("degree {}; {} without derivatives, {} bounded by anisotropy",
-                                      options.norm.degree, made.zero_models, made.floored_models));
+    std::string text = result_row("complexity asked", fmt::format("{:.6g}", m.asked));
+    text += result_row("complexity",
+                       fmt::format("{:.6g} ({} evaluations, {} gradations)", m.reached, m.evaluations, m.gradations));
+    text += result_row("elements expected", fmt::format("{:.0f}", m.reached * elements_per_complexity<D>()));
+    if (m.of_fixed > 0) text += result_row("of what is fixed", fmt::format("{:.6g}", m.of_fixed));
+    text += result_row("largest anisotropy", largest);
+    text += result_row("vertices at bounds", fmt::format("{:.1f} % at the smallest size, {:.1f} % at the largest",
+                                                         100 * m.at_min, 100 * m.at_max));
+    text += result_row("derivatives", fmt::format("{} rows: {} of the boundary from inner ones, {} of a lower degree",
+                                                  made.rows, made.from_inner_fits, made.lower_degree));
+    text += result_row("models", fmt::format("degree {}; {} without derivatives, {} bounded to an anisotropy of {:.3g}",
+                                             options.norm.degree, made.zero_models, made.floored_models,
+                                             options.models.max_anisotropy));
     return text;
 }
 
@@ -138,6 +135,7 @@ Outcome<std::string> made_metric(const MetricArguments& a, const DecodedMesh& de
         if ((field.field.degree == 2) != at_nodes)
             return fail(ErrorKind::usage, "some fields are known at the vertices only", "--fields", {},
                         "name those that are known alike");
+    options.models.max_anisotropy = std::max(options.models.max_anisotropy, options.metric.max_anisotropy);
     options.norm.degree = a.degree.value_or(at_nodes ? 2 : 1);
     for (const std::string& text : a.sizes) {
         auto size = size_of(text, D);
@@ -165,11 +163,7 @@ Outcome<std::string> metric_text(const MetricArguments& a) {
     if (auto ending = check_fields_ending(a.output); !ending) return fail(ending.error());
     Progress progress;
     const std::stop_token stop = stop_on_signals();
-    const Around around = [&](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
-        progress.begin(std::string(stage));
-        return guarded(
-            [&] { return body(Execution{.threads = a.threads, .stop = stop, .progress = progress.ticks()}); });
-    };
+    const Around around = steps_shown(progress, {.threads = a.threads, .stop = stop});
     auto decoded = run_step(around, "read", [&](const Execution& e) { return read_mesh(a.input, a.flat, e); });
     if (!decoded) return fail(decoded.error());
     std::vector<Notice> notices = decoded->notices;

@@ -2,10 +2,8 @@ module;
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <functional>
 #include <stop_token>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -28,17 +26,14 @@ namespace camber::app {
 namespace {
 
 std::string told(const TransferStatistics& s, const std::vector<NamedField>& fields, const TransferOptions& options) {
-    const auto row = [](std::string_view name, const std::string& value) {
-        return fmt::format("  {:<26}{}\n", name, value);
-    };
-    std::string text = row("nodes kept", fmt::format("{}, to the bit", s.kept));
-    text += row("nodes interpolated", std::to_string(s.interpolated));
+    std::string text = result_row("nodes kept", fmt::format("{}, to the bit", s.kept));
+    text += result_row("nodes interpolated", std::to_string(s.interpolated));
     if (s.outside > 0)
-        text += row("nodes outside", fmt::format("{}, by up to {:.3g}: the nearest point of the boundary", s.outside,
-                                                 s.largest_distance));
+        text += result_row("nodes outside", fmt::format("{}, by up to {:.3g}: the nearest point of the boundary",
+                                                        s.outside, s.largest_distance));
     if (options.method == TransferMethod::conserve)
-        text += row("projected",
-                    fmt::format("{} nodes of {} elements in {} patches", s.projected, s.changed_elements, s.patches));
+        text += result_row("projected", fmt::format("{} nodes of {} elements in {} patches", s.projected,
+                                                    s.changed_elements, s.patches));
     if (options.method == TransferMethod::interpolate) return text;
     for (std::size_t f = 0; f < fields.size(); ++f) {
         double change = 0, size = 0;
@@ -47,7 +42,7 @@ std::string told(const TransferStatistics& s, const std::vector<NamedField>& fie
                 change = std::max(change, std::abs(of.after[c] - of.before[c]));
                 size = std::max(size, std::abs(of.before[c]));
             }
-        text += row("integral of " + fields[f].name, fmt::format("changed by {:.2g}, of {:.6g}", change, size));
+        text += result_row("integral of " + fields[f].name, fmt::format("changed by {:.2g}, of {:.6g}", change, size));
     }
     return text;
 }
@@ -82,11 +77,7 @@ Outcome<std::string> transfer_text(const TransferArguments& a) {
     if (auto ending = check_fields_ending(a.output); !ending) return fail(ending.error());
     Progress progress;
     const std::stop_token stop = stop_on_signals();
-    const Around around = [&](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
-        progress.begin(std::string(stage));
-        return guarded(
-            [&] { return body(Execution{.threads = a.threads, .stop = stop, .progress = progress.ticks()}); });
-    };
+    const Around around = steps_shown(progress, {.threads = a.threads, .stop = stop});
     auto from = run_step(around, "read", [&](const Execution& e) { return read_mesh(a.old_mesh, a.flat, e); });
     if (!from) return fail(from.error());
     auto to = run_step(around, "read", [&](const Execution& e) { return read_mesh(a.new_mesh, a.flat, e); });

@@ -7,10 +7,12 @@ module;
 #include <cstdio>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 module camber.app_shell;
+import camber.core;
 
 namespace camber::app {
 
@@ -78,6 +80,15 @@ std::string progress_line(const std::string& stage, Share share) {
     if (share.a_second >= 1) line += "  " + short_count(share.a_second) + " elements/s";
     if (share.seconds_left > 0) line += fmt::format("  {:.0f} s left", share.seconds_left);
     return line;
+}
+
+Around steps_shown(Progress& progress, Execution execution) {
+    return [&progress, execution](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
+        progress.begin(std::string(stage));
+        Execution shown = execution;
+        shown.progress = progress.ticks();
+        return guarded([&] { return body(shown); });
+    };
 }
 
 }  // namespace camber::app

@@ -4,6 +4,7 @@ module;
 #include <functional>
 #include <string>
 export module camber.app_shell:progress;
+import camber.core;
 
 export namespace camber::app {
 
@@ -60,5 +61,8 @@ class Progress {
 /// "curve  [#####     ]  50 %  270 k elements/s  12 s left", the rate and the time only where they are known and some
 /// is left.
 [[nodiscard]] std::string progress_line(const std::string& stage, Share share);
+
+/// Steps that are shown while they run, with these threads and this wish to stop; missing memory is an error.
+[[nodiscard]] Around steps_shown(Progress& progress, Execution execution);
 
 }  // namespace camber::app
