@@ -46,6 +46,7 @@ void add_bound(CLI::App* verb, PipelineArguments& a) {
 /// What the verbs that are a pipeline have in common.
 void add_pipeline(CLI::App* verb, PipelineArguments& a) {
     add_flat(verb, a.flat);
+    add_solution_along(verb, a.solution);
     verb->add_option("--report", a.report, "Also write the figures as JSON");
     verb->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
     verb->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
@@ -54,9 +55,15 @@ void add_pipeline(CLI::App* verb, PipelineArguments& a) {
 
 void add_metric(CLI::App* verb, MetricChoice& a) {
     verb->add_option("--metric", a.metric,
-                     "natural, a size such as 0.1, a file (" + endings_of_solutions() +
-                         "), or JSON such as '{\"field\": {\"polar-1\": {}}}'")
+                     "natural, a size such as 0.1, solution (what interpolates --solution best), a file (" +
+                         endings_of_solutions() + "), or JSON such as '{\"field\": {\"polar-1\": {}}}'")
         ->default_str("natural");
+    add_sizes(verb, a.sizes);
+    verb->add_option(
+            "--geometry-error", a.geometry_error,
+            "Largest distance of chords from the boundary's own surface; intersected with the metric. Default: "
+            "any")
+        ->check(CLI::PositiveNumber);
     verb->add_option("--gradation", a.gradation,
                      "Largest ratio of the metric's sizes at adjacent edges. Default: as the metric is")
         ->check(within<double>(camber::option_of(&camber::config::Gradation::ratio).limits));

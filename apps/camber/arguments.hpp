@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 import camber.commands;
@@ -22,6 +23,10 @@ struct Verb {
     InfoArguments info;
     std::string topic;
 };
+
+/// Options of several verbs.
+void add_sizes(CLI::App* verb, std::vector<std::string>& sizes);
+void add_solution_along(CLI::App* verb, SolutionChoice& solution);
 
 void add_metric_of_solution(CLI::App& app, Verb& verb);
 void add_transfer(CLI::App& app, Verb& verb);

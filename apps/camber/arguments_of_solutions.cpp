@@ -28,7 +28,44 @@ void add_solution(CLI::App* verb, std::string& solution, std::vector<std::string
         ->delimiter(',');
 }
 
+/// What a config's metric {"solution": …} takes too.
+void add_options_of_metric(CLI::App* verb, camber::config::SolutionMetric& m) {
+    using S = camber::config::SolutionMetric;
+    add_described<int>(verb, m, camber::option_of(&S::degree));
+    add_described<double>(verb, m, camber::option_of(&S::norm));
+    add_words(verb, "--error-of", m.error_of, help_of(camber::option_of(&S::error_of)));
+    add_described<double>(verb, m, camber::option_of(&S::complexity));
+    add_described<double>(verb, m, camber::option_of(&S::vertices));
+    add_described<double>(verb, m, camber::option_of(&S::elements));
+    verb->get_option("--complexity")->excludes("--vertices")->excludes("--elements");
+    verb->get_option("--vertices")->excludes("--elements");
+    add_described<double>(verb, m, camber::option_of(&S::min_size));
+    add_described<double>(verb, m, camber::option_of(&S::max_size));
+    add_described<double>(verb, m, camber::option_of(&S::max_anisotropy));
+    verb->add_option("--geometry-angle", m.geometry.angle,
+                     help_of(camber::option_of(&camber::config::GeometryMetric::angle)) + " (degrees)")
+        ->check(within<double>(camber::option_of(&camber::config::GeometryMetric::angle).limits));
+}
+
 }  // namespace
+
+void add_sizes(CLI::App* verb, std::vector<std::string>& sizes) {
+    verb->add_option("--size", sizes,
+                     "A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with "
+                     "facets, edges, vertices or elements; again for more")
+        ->allow_extra_args(false);
+}
+
+void add_solution_along(CLI::App* verb, SolutionChoice& a) {
+    verb->add_option("--solution", a.file,
+                     "Fields on the input that go along: rows at its vertices or nodes (" + endings_of_solutions() +
+                         "), or a file of the same mesh with fields. Default: those of the input's own file");
+    verb->add_option("--fields", a.fields, "Names of the fields to take, with commas. Default: all")->delimiter(',');
+    verb->add_option("--output-solution", a.output,
+                     "Where they go (" + endings_of_solutions() +
+                         ", or with the mesh). Default: with the mesh, where its format has fields");
+    add_words(verb, "--transfer", a.method, help_of(camber::option_of(&camber::TransferOptions::method)));
+}
 
 void add_metric_of_solution(CLI::App& app, Verb& verb) {
     CLI::App* metric = app.add_subcommand(
@@ -46,57 +83,29 @@ void add_metric_of_solution(CLI::App& app, Verb& verb) {
         "camber remesh brings the mesh to it, and camber transfer the solution to that mesh. More: "
         "docs/algorithms/metric-from-solution.md");
     MetricArguments& a = verb.metric;
-    auto& of = a.options;
     metric->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
-    add_solution(metric, a.solution, a.fields);
+    add_solution(metric, a.solution, a.metric.fields);
     metric
         ->add_option("-o,--output", a.output,
                      "Where the metric goes (" + endings_of_solutions() + ", or .vtu with the mesh)")
         ->required();
-    metric->add_option("--degree", a.degree, "Degree of the elements that are to interpolate. Default: the solution's")
-        ->check(CLI::Range(1, 2));
-    metric->add_option("--norm", of.norm.p, "p of the L^p norm of the error; 0: the largest error anywhere")
-        ->check(CLI::NonNegativeNumber)
-        ->capture_default_str();
-    add_words(metric, "--error-of", of.norm.error_of,
-              "What the norm is of: the error's values (the default), or its gradients");
-    const auto amount = [&](const char* name, camber::AmountOf what, const char* sentence) {
-        metric
-            ->add_option_function<double>(
-                name,
-                [&of, what](const double& n) {
-                    of.metric.amount = n;
-                    of.metric.of = what;
-                },
-                sentence)
-            ->check(CLI::PositiveNumber);
-    };
-    amount("--complexity", camber::AmountOf::complexity, "Its complexity, the integral of sqrt(det M)");
-    amount("--vertices", camber::AmountOf::vertices, "The same for about so many vertices");
-    amount("--elements", camber::AmountOf::elements,
-           "The same for about so many elements. Default: as many as the mesh has");
+    add_options_of_metric(metric, a.metric);
     metric
-        ->add_option_function<double>(
-            "--gradation",
-            [&of](const double& ratio) { of.metric.gradation = camber::GradationOptions{.ratio = ratio}; },
-            "Largest ratio of the sizes of adjacent edges. Default: not limited")
+        ->add_option("--gradation", a.metric.gradation,
+                     "Largest ratio of the sizes of adjacent edges. Default: not limited")
         ->check(CLI::Range(1.0001, 1000.0));
-    metric->add_option("--min-size", of.metric.min_size, "Smallest size; 0: none")->check(CLI::NonNegativeNumber);
-    metric->add_option("--max-size", of.metric.max_size, "Largest size; 0: the domain's diameter")
-        ->check(CLI::NonNegativeNumber);
     metric
-        ->add_option("--max-anisotropy", of.metric.max_anisotropy,
-                     "Largest ratio of sizes; 0: none, but for the 1e5 that derivatives alone may ask for; a larger "
-                     "one raises that")
+        ->add_option("--geometry-error", a.metric.geometry.chord_error,
+                     "Largest distance of chords from the boundary's own surface; 0: any")
         ->check(CLI::NonNegativeNumber);
+    add_sizes(metric, a.sizes);
     metric
-        ->add_option("--geometry-error", of.chord_error,
-                     "Largest distance of chords from the boundary's own surface; 0: not asked")
-        ->check(CLI::NonNegativeNumber);
-    metric
-        ->add_option(
-            "--size", a.sizes,
-            "A size at boundary facets by their reference, as 3=0.01, or DIMENSION:REFERENCE=SIZE; again for more")
+        ->add_option_function<std::vector<std::string>>(
+            "--intersect",
+            [&a](const std::vector<std::string>& files) {
+                for (const std::string& file : files) a.metric.intersect.push_back({file});
+            },
+            "A metric of the same mesh that is fixed too (" + endings_of_solutions() + "); again for more")
         ->allow_extra_args(false);
     add_flat(metric, a.flat);
     metric->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")

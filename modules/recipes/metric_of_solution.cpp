@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <iterator>
 #include <span>
 #include <utility>
 #include <vector>
@@ -81,6 +82,7 @@ class Models {
 
 template <int D>
 Outcome<Column<LogMetric<D>>> fixed_part(const QuadraticMesh<D>& mesh, bool is_straight,
+                                         std::span<const Column<LogMetric<D>>> given,
                                          const MetricOfSolutionOptions& options, double largest,
                                          const Execution& execution) {
     std::vector<MetricsAtVertices<D>> parts;
@@ -89,18 +91,17 @@ Outcome<Column<LogMetric<D>>> fixed_part(const QuadraticMesh<D>& mesh, bool is_s
         if (!sizes) return fail(sizes.error());
         parts.push_back(std::move(*sizes));
     }
-    if (options.chord_error > 0) {
+    if (options.geometry.are_asked()) {
         const auto features = find_features(mesh.linear, mesh.edges,
                                             FeatureOptions<D>{.ridge_angle_degrees = options.ridge_angle}, execution);
         if (!features) return fail(features.error());
-        const ChordOptions chords{.chord_error = options.chord_error};
-        auto own = is_straight ? chord_metrics(mesh.linear, features->patches, chords, largest, execution)
-                               : chord_metrics(mesh, features->patches, chords, largest, execution);
+        auto own = is_straight ? geometry_sizes(mesh.linear, *features, options.geometry, largest, execution)
+                               : geometry_sizes(mesh, *features, options.geometry, largest, execution);
         if (!own) return fail(own.error());
-        parts.push_back(std::move(*own));
+        std::ranges::move(*own, std::back_inserter(parts));
     }
-    if (parts.empty()) return Column<LogMetric<D>>{};
-    return fixed_metric<D>(mesh.linear, parts, {}, largest, execution);
+    if (parts.empty() && given.empty()) return Column<LogMetric<D>>{};
+    return fixed_metric<D>(mesh.linear, parts, given, largest, execution);
 }
 
 /// The longest edge at each vertex.
@@ -143,6 +144,7 @@ SolutionMetricOptions with_amount(SolutionMetricOptions options, std::size_t ele
 
 template <int D>
 Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh, std::span<const Column<double>> fields,
+                                                std::span<const Column<LogMetric<D>>> given,
                                                 const MetricOfSolutionOptions& options, const Around& around) {
     const SolutionMetricOptions metric = with_amount(options.metric, mesh.linear.elements.size());
     const double complexity = complexity_of<D>(metric.amount, metric.of);
@@ -190,7 +192,7 @@ Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh, st
                                              : "any mesh has it exactly; give another field");
     for (SolutionField<D>& part : parts) part.share = 1.0 / static_cast<double>(parts.size());
     const auto fixed = run_step(around, "fixed", [&](const Execution& e) {
-        return fixed_part(mesh, models.is_straight(), options, largest, e);
+        return fixed_part(mesh, models.is_straight(), given, options, largest, e);
     });
     if (!fixed) return fail(fixed.error());
     auto whole = run_step(around, "metric", [&](const Execution& e) {
@@ -201,9 +203,10 @@ Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh, st
     return out;
 }
 
-#define CAMBER_INSTANTIATE(D)                                    \
-    template Outcome<MetricOfSolution<D>> metric_of_solution<D>( \
-        const QuadraticMesh<D>&, std::span<const Column<double>>, const MetricOfSolutionOptions&, const Around&);
+#define CAMBER_INSTANTIATE(D)                                                                            \
+    template Outcome<MetricOfSolution<D>> metric_of_solution<D>(                                         \
+        const QuadraticMesh<D>&, std::span<const Column<double>>, std::span<const Column<LogMetric<D>>>, \
+        const MetricOfSolutionOptions&, const Around&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -5,7 +5,9 @@ module;
 export module camber.recipes:metric_of_solution;
 import camber.core;
 import camber.recovery;
+import camber.metric;
 import camber.solution_metric;
+import :geometry_sizes;
 
 export namespace camber {
 
@@ -15,7 +17,7 @@ struct MetricOfSolutionOptions {
     NormOptions norm = {};
     SolutionMetricOptions metric = {};      ///< an amount of 0: as many elements as the mesh has
     std::vector<ReferenceSize> sizes = {};  ///< that are asked for by reference
-    double chord_error = 0;                 ///< of chords from the boundary's own surface (model units); 0: not asked
+    GeometrySizes geometry = {};            ///< that the boundary's own surface asks for
     double ridge_angle = 40;                ///< beyond which the boundary breaks there (degrees)
 };
 
@@ -32,12 +34,14 @@ struct MetricOfSolution {
 /// complexity. Each field is a column of values at the nodes: at the vertices (degree 1), or at those and the edges'
 /// nodes (degree 2), which third derivatives need; each has the same share. Derivatives are one-sided by material.
 /// Where the mesh is curved, or has materials, models are those of elements, and see what curves take away of the
-/// error; else those of vertices. Steps: recover, models, fixed, metric. Docs: docs/algorithms/metric-from-solution.md.
-/// Errors: those of `recover_derivatives`, `make_solution_metric`; elements of degree 2 for a field of degree 1
-/// (usage); stopped, memory.
+/// error; else those of vertices. `given` metrics, one a vertex each, are fixed, as sizes and the geometry's are.
+/// Steps: recover, models, fixed, metric. Docs: docs/algorithms/metric-from-solution.md. Errors: those of
+/// `recover_derivatives`, `make_solution_metric`; elements of degree 2 for a field of degree 1 (usage); stopped,
+/// memory.
 template <int D>
 [[nodiscard]] Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
                                                               std::span<const Column<double>> fields,
+                                                              std::span<const Column<LogMetric<D>>> given,
                                                               const MetricOfSolutionOptions& options,
                                                               const Around& around);
 

@@ -14,4 +14,5 @@ export import :curve_mesh;
 export import :reinsert_nodes;
 export import :remesh_mesh;
 export import :check_mesh;
+export import :geometry_sizes;
 export import :metric_of_solution;

@@ -4,6 +4,8 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -199,14 +201,21 @@ Curved<D> curved_of_facets(const QuadraticMesh<D>& mesh, VertexId v, Side side) 
     return principal(n, tangents, shape);
 }
 
+/// The longest chord of a circle of a curvature that is asked for; infinite where it is flat.
+double chord_of(double curvature, const ChordOptions& options) {
+    constexpr double none = std::numeric_limits<double>::infinity();
+    const double by_error = options.chord_error > 0 ? std::sqrt(8 * options.chord_error / curvature) : none;
+    const double by_angle = options.angle > 0 ? options.angle * std::numbers::pi / 180 / curvature : none;
+    return std::min(by_error, by_angle);
+}
+
 template <int D>
 LogMetric<D> metric_of(const Curved<D>& curved, const ChordOptions& options, double largest) {
     Vec<D> sizes;
     Mat<D> axes;
     double least = largest;
     for (int i = 0; i < D - 1; ++i) {
-        const double size = std::sqrt(8 * options.chord_error / curved.curvatures[i]);  // infinite where it is flat
-        sizes[i] = std::clamp(size, min_length, largest);
+        sizes[i] = std::clamp(chord_of(curved.curvatures[i], options), min_length, largest);
         axes.column[i] = curved.tangents[i];
         least = std::min(least, sizes[i]);
     }
@@ -223,7 +232,8 @@ Outcome<MetricsAtVertices<D>> metrics_of_sides(const Incidence<FacetId>& balls, 
     return guarded([&]() -> Outcome<MetricsAtVertices<D>> {
         Buffer<VertexId> vertices;
         for (std::size_t v = 0; v < balls.size(); ++v)
-            if (!balls[v].empty()) vertices.push_back(VertexId(v));
+            if (std::ranges::any_of(balls[v], [&](FacetId f) { return patches[f] != no_patch; }))
+                vertices.push_back(VertexId(v));
         Buffer<LogMetric<D>> logs(vertices.size());
         auto done = each_chunk(execution, vertices.size(), [&](std::size_t begin, std::size_t end) {
             auto curved = make_curved();
@@ -231,6 +241,7 @@ Outcome<MetricsAtVertices<D>> metrics_of_sides(const Incidence<FacetId>& balls, 
             for (std::size_t i = begin; i < end; ++i) {
                 const auto ball = balls[vertices[i]];
                 facets.assign(ball.begin(), ball.end());
+                std::erase_if(facets, [&](FacetId f) { return patches[f] == no_patch; });
                 std::stable_sort(facets.begin(), facets.end(),
                                  [&](FacetId a, FacetId b) { return patches[a] < patches[b]; });
                 for (std::size_t first = 0, last = 0; first < facets.size(); first = last) {
@@ -250,6 +261,8 @@ template <int D>
 Outcome<Done> check_chords(const LinearMesh<D>& mesh, const Column<std::uint32_t>& patches, const ChordOptions& options,
                            double largest) {
     if (auto sound = check_limits(options); !sound) return sound;
+    if (!(options.chord_error > 0) && !(options.angle > 0))
+        return fail(ErrorKind::usage, "neither an error of chords nor an angle is asked for");
     if (!(largest >= min_length) || !(largest <= max_length))
         return fail(ErrorKind::usage, "the largest size must be positive and finite");
     if (patches.size() != mesh.facets.size())

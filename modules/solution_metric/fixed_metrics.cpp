@@ -28,13 +28,15 @@ std::size_t each_vertex_of(const auto& simplices, Reference reference, const aut
 }
 
 template <int D>
-std::size_t each_vertex_of(const LinearMesh<D>& mesh, const ReferenceSize& asked, const auto& visit) {
-    if (asked.dimension == D) return each_vertex_of(mesh.elements, asked.reference, visit);
-    if (asked.dimension == D - 1) return each_vertex_of(mesh.facets, asked.reference, visit);
-    if (asked.dimension == 1) return each_vertex_of(mesh.edges, asked.reference, visit);
+std::size_t each_vertex_of(const LinearMesh<D>& mesh, ReferencesOf of, Reference reference, const auto& visit) {
+    if (of == ReferencesOf::elements) return each_vertex_of(mesh.elements, reference, visit);
+    // Of a plane mesh the boundary's edges are its facets.
+    if (of == ReferencesOf::facets || (D == 2 && of == ReferencesOf::edges))
+        return each_vertex_of(mesh.facets, reference, visit);
+    if (of == ReferencesOf::edges) return each_vertex_of(mesh.edges, reference, visit);
     std::size_t found = 0;
     for (std::size_t v = 0; v < mesh.point_references.size(); ++v)
-        if (mesh.point_references[v] == asked.reference) {
+        if (mesh.point_references[v] == reference) {
             ++found;
             visit(VertexId(v));
         }
@@ -68,17 +70,15 @@ Outcome<MetricsAtVertices<D>> sizes_by_reference(const LinearMesh<D>& mesh, std:
         Buffer<double> least(mesh.points.size(), none);
         for (const ReferenceSize& asked : sizes) {
             if (!is_length(asked.size))
-                return fail(ErrorKind::usage, "a size of " + std::to_string(asked.size) + " for reference " +
-                                                  std::to_string(asked.reference) + " is not between 1e-60 and 1e60");
-            if (asked.dimension < 0 || asked.dimension > D)
                 return fail(ErrorKind::usage,
-                            "no simplices of this mesh have dimension " + std::to_string(asked.dimension));
+                            "a size of " + std::to_string(asked.size) + " by reference is not between 1e-60 and 1e60");
             const auto lower = [&](VertexId v) { least[v.index()] = std::min(least[v.index()], asked.size); };
-            if (each_vertex_of(mesh, asked, lower) == 0)
-                return fail(ErrorKind::usage,
-                            "nothing of dimension " + std::to_string(asked.dimension) + " has the reference " +
-                                std::to_string(asked.reference),
-                            {}, {}, "see which references the mesh has: camber check");
+            for (const Reference reference : asked.references)
+                if (each_vertex_of(mesh, asked.of, reference, lower) == 0)
+                    return fail(ErrorKind::usage,
+                                "none of the mesh's " + std::string(word_of(asked.of)) + " has the reference " +
+                                    std::to_string(reference),
+                                {}, {}, "see which references the mesh has: camber info");
         }
         Buffer<VertexId> vertices;
         Buffer<LogMetric<D>> logs;

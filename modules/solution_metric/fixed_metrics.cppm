@@ -3,6 +3,7 @@ module;
 #include <cstdint>
 #include <span>
 #include <tuple>
+#include <vector>
 export module camber.solution_metric:fixed_metrics;
 import camber.core;
 import camber.metric;
@@ -16,31 +17,52 @@ struct MetricsAtVertices {
     Column<LogMetric<D>> log_metrics;  ///< one each
 };
 
-/// A size for all simplices of a dimension that have a reference: elements (dimension D), facets (D − 1), feature edges
-/// (1) or vertices (0).
+/// Which simplices of a mesh have a reference.
+enum class ReferencesOf : std::uint8_t { facets, edges, vertices, elements };
+[[nodiscard]] constexpr auto words(ReferencesOf) {
+    return words_of(Word{ReferencesOf::facets, "facets"}, Word{ReferencesOf::edges, "edges"},
+                    Word{ReferencesOf::vertices, "vertices"}, Word{ReferencesOf::elements, "elements"});
+}
+
+/// A size for all simplices of a kind that have one of the references.
 struct ReferenceSize {
-    int dimension = 0;
-    Reference reference = 0;
+    std::vector<Reference> references;
     double size = 0;  ///< model units
+    ReferencesOf of = ReferencesOf::facets;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = ReferenceSize;
+        return std::tuple(
+            option("references", &S::references, "of what has the size").count(1, 100000).required(),
+            option("size", &S::size, "in all directions, at its vertices").unit("model units").above(0).required(),
+            option("of", &S::of,
+                   "what has these references: facets of the boundary and of interfaces, feature edges, "
+                   "vertices, or elements"));
+    }
+    friend bool operator==(const ReferenceSize&, const ReferenceSize&) = default;
 };
 
 /// The isotropic metrics of such sizes at the vertices of the simplices, the least of several. Errors (usage): a size
-/// that is not a positive length, a dimension that is none of the mesh's, a reference that nothing has.
+/// that is not a positive length, a reference that nothing of the kind has.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> sizes_by_reference(const LinearMesh<D>& mesh,
                                                                std::span<const ReferenceSize> sizes);
 
 /// How far chords may be from the geometry that they stand for.
 struct ChordOptions {
-    double chord_error = 0;    ///< δ: of a chord's middle from the surface
+    double chord_error = 0;    ///< δ: of a chord's middle from the surface; 0: not asked
+    double angle = 0;          ///< α: by which the surface turns along a chord (degrees); 0: not asked
     double normal_ratio = 10;  ///< of the size along the normal to the least size along the surface
 
     [[nodiscard]] static constexpr auto options() {
         using S = ChordOptions;
-        return std::tuple(option("chord_error", &S::chord_error, "largest distance of a chord from the surface")
+        return std::tuple(option("chord_error", &S::chord_error, "largest distance of a chord from the surface; 0: any")
                               .unit("model units")
-                              .above(0)
-                              .required(),
+                              .at_least(0),
+                          option("angle", &S::angle, "largest turn of the surface along a chord; 0: any")
+                              .unit("degrees")
+                              .at_least(0)
+                              .at_most(180),
                           option("normal_ratio", &S::normal_ratio,
                                  "size along the normal, at most so many times the least along the surface")
                               .at_least(1));
@@ -51,14 +73,15 @@ struct ChordOptions {
 /// The geometry's own metric at the vertices of facets. A chord of length h of a circle of curvature κ is h²κ/8 from
 /// it, so along a surface of principal curvatures κ_i
 ///
-///     h_i = sqrt(8 δ/|κ_i|),    along the normal `normal_ratio` times the least of these,
+///     h_i = min(sqrt(8 δ/|κ_i|), α/|κ_i|),    along the normal `normal_ratio` times the least of these,
 ///
 /// and no size is above `largest`. Curvatures are one-sided: `patches` says of each facet on which smooth piece of the
-/// boundary it is (Features::patches of camber.surface), and the metrics of the patches that meet at a vertex are
-/// intersected. Of a mesh of degree 2 they are those of its facets at the vertex, averaged by area; of a straight mesh
-/// those of the quadratic through the patch's vertices around, two rings of them, by least squares weighted by 1/r²;
-/// where these are too few, of one ring or none. Two walls that face each other across a gap are not looked for. Errors
-/// (usage): limits of options, patches that are not one a facet; stopped.
+/// boundary it is (Features::patches of camber.surface), facets of `no_patch` have no say, and the metrics of the
+/// patches that meet at a vertex are intersected. Of a mesh of degree 2 they are those of its facets at the vertex,
+/// averaged by area; of a straight mesh those of the quadratic through the patch's vertices around, two rings of them,
+/// by least squares weighted by 1/r²; where these are too few, of one ring or none. Two walls that face each other
+/// across a gap are not looked for. Errors (usage): limits of options, patches that are not one a facet; stopped.
+inline constexpr std::uint32_t no_patch = 0xffffffffU;
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> chord_metrics(const LinearMesh<D>& mesh,
                                                           const Column<std::uint32_t>& patches,

@@ -31,9 +31,9 @@ TEST_CASE("unknown keys are refused with their path and the nearest known key") 
     CHECK(error_with(R"("outptu": {})") == "config.json: /outptu: unknown key (did you mean \"output\"?)");
     CHECK(error_with(R"("stages": [{"relaxx": {}}])") ==
           "config.json: /stages/0/relaxx: unknown key (did you mean \"relax\"?)");
-    CHECK(
-        error_with(R"("output": {"qqqqqqqqq": 1})") ==
-        "config.json: /output/qqqqqqqqq: unknown key (known: mesh, report, vtu, vtu_cells, metric, plots, distances)");
+    CHECK(error_with(R"("output": {"qqqqqqqqq": 1})") ==
+          "config.json: /output/qqqqqqqqq: unknown key (known: mesh, report, vtu, vtu_cells, metric, solution, plots, "
+          "distances)");
     CHECK(error_with(R"("metric": "naturl")") ==
           "config.json: /metric: unknown word \"naturl\" (did you mean \"natural\"?)");
     CHECK(error_with(R"("output": {"$schema": "only at the top"})")
@@ -42,7 +42,8 @@ TEST_CASE("unknown keys are refused with their path and the nearest known key") 
 
 TEST_CASE("wrong types are refused with what was expected") {
     CHECK(error_of("[]") ==
-          "config.json: /: expected an object, got an array (known: input, metric, metric_mesh, metric_operations, "
+          "config.json: /: expected an object, got an array (known: input, solution, metric, metric_mesh, "
+          "metric_operations, "
           "geometry, "
           "features, "
           "stages, threads, output)");
@@ -64,7 +65,7 @@ TEST_CASE("wrong types are refused with what was expected") {
     CHECK(error_with(R"("metric": {"file": 3})") == "config.json: /metric/file: expected a file's path, got 3");
     CHECK(error_with(R"("metric": {"natural": {}, "file": "a"})") ==
           "config.json: /metric: expected an object with one key, got 2 keys (known: natural, file, constant, surface, "
-          "field, expression)");
+          "field, expression, sizes, geometry, solution)");
     CHECK(
         error_with(R"("metric": "constant")").starts_with("config.json: /metric: give either \"sizes\" or \"tensor\""));
     CHECK(error_with(R"("metric": "file")").starts_with("config.json: /metric: \"file\" needs its options"));

@@ -2,6 +2,7 @@
 
     python3 tests/pipelines/test_solutions.py build/bin/camber [unittest arguments]
 """
+import json
 import re
 import sys
 import unittest
@@ -105,6 +106,51 @@ class Solutions(unittest.TestCase):
         tensors = self.values("m.sol")
         self.assertGreaterEqual(np.minimum(tensors[:, 0], tensors[:, 2]).max(), 0.99e4)
 
+    def test_remesh_makes_the_metric_and_brings_the_solution_along_as_the_verbs_do(self):
+        """One run: the bytes of metric, remesh and transfer one after the other."""
+        for mesh in ("a.meshb", "a2.meshb"):
+            self.write("u.sol", mesh, front)
+            wanted = ("--complexity", 300, "--gradation", 2, "--size", "1,3=0.03")
+            self.camber("metric", mesh, "--solution", "u.sol", "-o", "m.sol", *wanted)
+            self.camber("remesh", mesh, "--metric", "m.sol", "-o", "b.mesh", "--geometry", "straight")
+            self.camber("transfer", mesh, "b.mesh", "--solution", "u.sol", "-o", "v.sol", "--method", "conserve")
+            told = self.camber("remesh", mesh, "--solution", "u.sol", "--metric", "solution", *wanted, "--transfer", "conserve",
+                               "-o", "c.mesh", "--output-solution", "w.sol", "--geometry", "straight")
+            self.assertIn("wrote w.sol", told)
+            for one, other in (("b.mesh", "c.mesh"), ("v.sol", "w.sol")):
+                self.assertEqual((self.folder.path / one).read_bytes(), (self.folder.path / other).read_bytes(), other)
+
+    def test_fields_of_the_input_go_along_where_the_output_has_a_place(self):
+        self.write("u.sol", "a.meshb", lambda p: np.stack([front(p), quadratic(p)], 1))
+        self.camber("convert", "a.meshb", "-o", "u.vtu", "--metric", "u.sol")
+        self.assertIn("fields brought along", self.camber("remesh", "u.vtu", "--metric", 0.1, "-o", "v.vtu"))
+        self.assertIn('"field_1"', self.camber("info", "v.vtu"))
+        self.assertIn("field_1", self.camber("curve", "u.vtu", "-o", "w.msh"))
+        self.assertIn('"field_1"', self.camber("info", "w.msh"))
+        told = self.camber("remesh", "u.vtu", "--metric", 0.1, "-o", "v.meshb")
+        self.assertIn("not kept", told)
+        self.assertNotIn("fields brought along", told)
+
+    def test_a_config_has_all_of_it(self):
+        self.write("u.sol", "a2.meshb", front)
+        self.write("h.sol", "a2.meshb", lambda p: 0.02 + p[:, 0])
+        config = {"input": {"mesh": "a2.meshb"}, "solution": {"file": "u.sol", "fields": ["field_1"]},
+                  "metric": {"solution": {"elements": 1500, "gradation": 2, "norm": 0, "intersect": ["h.sol"]}},
+                  "metric_operations": [{"intersect": {"sizes": [{"references": [2], "size": 0.05}]}},
+                                        {"intersect": {"geometry": {"chord_error": 0.001}}}],
+                  "stages": ["remesh"],
+                  "output": {"mesh": "b.mesh", "vtu": "b.vtu", "solution": "v.solb", "metric": "m.sol", "report": "r.json"}}
+        (self.folder.path / "c.json").write_text(json.dumps(config))
+        self.camber("run", "c.json", "--dry-run")
+        self.camber("run", "c.json")
+        report = json.loads((self.folder.path / "r.json").read_text())
+        self.assertLess(abs(report["solution_metric"]["complexity"] / report["solution_metric"]["asked"] - 1), 0.01)
+        self.assertEqual(report["transfer"]["fields"], ["field_1"])
+        made = gmf.read(self.folder.path / "b.mesh").points
+        tensors, left = self.values("m.sol"), made[:, 0] == 0
+        self.assertGreater(left.sum(), 20)
+        self.assertGreater(0.02 ** 2 * np.minimum(tensors[left, 0], tensors[left, 2]).min(), 0.9)
+
     def test_what_cannot_be_is_refused_with_the_place(self):
         self.write("u.sol", "a.meshb", front)
         self.write("constant.sol", "a.meshb", lambda p: 0 * p[:, 0] + 7)
@@ -115,6 +161,11 @@ class Solutions(unittest.TestCase):
                  (("metric", "a.meshb", "--solution", "u.sol", "-o", "m.sol", "--fields", "mach"), 2, "field_1"),
                  (("metric", "a.meshb", "--solution", "u.sol", "-o", "m.sol", "--size", "9=1"), 2, "reference 9"),
                  (("metric", "a.meshb", "--solution", "u.sol", "-o", "m.sol", "--size", "wall"), 2, "--size wall"),
+                 (("metric", "a.meshb", "--solution", "u.sol", "-o", "m.sol", "--intersect", "a2.sol"), 3, "a2.sol"),
+                 (("remesh", "a.meshb", "--metric", "solution", "-o", "b.meshb"), 2, "/solution: there is no solution"),
+                 (("remesh", "a.meshb", "--solution", "constant.sol", "--metric", "solution", "-o", "b.meshb"), 2, "nothing to adapt to"),
+                 (("remesh", "a.meshb", "--solution", "u.sol", "--output-solution", "u.mesh", "-o", "b.meshb"), 2, "no place for fields"),
+                 (("remesh", "a.meshb", "--solution", "u.sol", "--output-solution", "u.sol", "-o", "b.meshb"), 2, "u.sol"),
                  (("transfer", "a.meshb", "a2.meshb", "--solution", "u.sol", "-o", "u.sol"), 2, "u.sol"))
         for words, code, text in cases:
             self.assertIn(text, self.camber(*words, code=code), words)

@@ -49,7 +49,7 @@ void reaches_what_is_asked() {
     const Case<D> c;
     const std::array fields{SolutionField<D>{layer(c.mesh, 0, 0.3)},
                             SolutionField<D>{layer(c.mesh, 1, 0.6), {.degree = 1, .p = 0}, 0.5}};
-    const std::array small{ReferenceSize{.dimension = D - 1, .reference = 2, .size = 0.05}};
+    const std::array small{ReferenceSize{.references = {2}, .size = 0.05}};
     const std::array some{must(sizes_by_reference<D>(c.mesh, small))};
     const auto fixed = must(fixed_metric<D>(c.mesh, some, {}, 2, alone));
     const std::array cases{
@@ -121,7 +121,7 @@ template <int D>
 void fixed_that_is_too_much() {
     const Case<D> c;
     const std::array field{SolutionField<D>{layer(c.mesh, 0, 0.3)}};
-    const std::array small{ReferenceSize{.dimension = D, .reference = 1, .size = 0.02}};
+    const std::array small{ReferenceSize{.references = {1}, .size = 0.02, .of = ReferencesOf::elements}};
     const std::array some{must(sizes_by_reference<D>(c.mesh, small))};
     const auto fixed = must(fixed_metric<D>(c.mesh, some, {}, 2, alone));
     const auto out = c.made(field, fixed, {.amount = 1000, .max_size = 1});

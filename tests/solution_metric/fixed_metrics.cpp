@@ -125,7 +125,8 @@ void of_balls() {
 template <int D>
 void of_references() {
     const auto mesh = box_with_facets<D>(4, 0, 0);
-    const std::array asked{ReferenceSize{D - 1, 1, 0.1}, ReferenceSize{D, 1, 0.5}, ReferenceSize{D - 1, 2, 0.2}};
+    const std::array asked{ReferenceSize{{1}, 0.1}, ReferenceSize{{1}, 0.5, ReferencesOf::elements},
+                           ReferenceSize{{2}, 0.2}};
     const auto metrics = must(sizes_by_reference<D>(mesh, asked));
     CHECK(metrics.vertices.size() == mesh.points.size());
     for (std::size_t i = 0; i < metrics.vertices.size(); ++i) {
@@ -133,12 +134,11 @@ void of_references() {
         const double size = p[0] == 0 || p[0] == 1 ? 0.1 : p[1] == 0 || p[1] == 1 ? 0.2 : 0.5;
         for (const double h : sorted_sizes<D>(metrics.log_metrics[i])) CHECK(h == doctest::Approx(size));
     }
-    const std::array nothing{ReferenceSize{D - 1, 77, 0.1}};
+    const std::array nothing{ReferenceSize{{1, 77}, 0.1}};
     const auto typo = sizes_by_reference<D>(mesh, nothing);
     REQUIRE(!typo);
     CHECK(typo.error().what.find("77") != std::string::npos);
-    CHECK(!sizes_by_reference<D>(mesh, std::array{ReferenceSize{D - 1, 1, 0}}));
-    CHECK(!sizes_by_reference<D>(mesh, std::array{ReferenceSize{4, 1, 1}}));
+    CHECK(!sizes_by_reference<D>(mesh, std::array{ReferenceSize{{1}, 0}}));
     CHECK(must(sizes_by_reference<D>(mesh, {})).vertices.empty());
 }
 

@@ -30,10 +30,18 @@ struct RunArguments {
 };
 [[nodiscard]] int run_command(const RunArguments& arguments);
 
+/// Of the fields that go along: none, those of the input's own file.
+struct SolutionChoice {
+    std::string file, output;         ///< empty: none
+    std::vector<std::string> fields;  ///< names; empty: all
+    std::optional<TransferMethod> method;
+};
+
 /// Of the verbs that are a pipeline from one mesh to another.
 struct PipelineArguments {
     std::string input, output, report, vtu, plots;
     config::Flat flat = config::Flat::plane;
+    SolutionChoice solution;
     std::vector<std::string> settings;  ///< path=value
     std::optional<int> threads;
     std::optional<double> min_scaled_jacobian;
@@ -51,7 +59,9 @@ struct GeometryArguments {
 /// Of the metric, all none: that of the settings, or natural.
 struct MetricChoice {
     std::optional<std::string> metric;            ///< a word, a size, a file or JSON
-    std::optional<double> gradation, complexity;  ///< done to it, in this order, after what the settings do
+    std::vector<std::string> sizes;               ///< [KIND:]REFERENCE=SIZE, intersected with it
+    std::optional<double> geometry_error;         ///< the same of chords
+    std::optional<double> gradation, complexity;  ///< then done to it, in this order
 };
 
 struct CurveArguments : PipelineArguments {
@@ -124,11 +134,9 @@ struct GeometryCommandArguments {
 /// The metric that a solution asks for.
 struct MetricArguments {
     std::string input, solution, output;
-    std::vector<std::string> fields;  ///< names; empty: all
     config::Flat flat = config::Flat::plane;
-    std::optional<int> degree;       ///< of the elements; none: that of the solution
-    std::vector<std::string> sizes;  ///< [DIMENSION:]REFERENCE=SIZE
-    MetricOfSolutionOptions options = {};
+    config::SolutionMetric metric = {};
+    std::vector<std::string> sizes;  ///< [KIND:]REFERENCE=SIZE
     int threads = 0;
 };
 [[nodiscard]] int metric_command(const MetricArguments& arguments);
@@ -156,8 +164,12 @@ struct InfoArguments {
 
 namespace camber::app {
 
-/// The pipeline that a verb stands for (`base`, JSON without an input) with what the arguments say.
+/// The pipeline that a verb stands for (`base`, JSON without an input) with what the arguments say, but for metric and
+/// geometry.
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArguments& arguments);
+
+/// Sizes by reference, as arguments give them: [KIND:]REFERENCE,…=SIZE. Errors: usage.
+[[nodiscard]] Outcome<config::SizesMetric> read_sizes(const std::vector<std::string>& texts);
 
 /// Puts a verb's metric and geometry, where there are any, into its pipeline.
 [[nodiscard]] Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline);

@@ -1,5 +1,7 @@
 module;
+#include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -10,6 +12,7 @@ module camber.commands;
 import camber.core;
 import camber.cad;
 import camber.config;
+import camber.solution_metric;
 
 namespace camber::app {
 
@@ -34,6 +37,17 @@ Outcome<config::Metric> metric_of(const std::string& text) {
     return config::read_metric(text, "--metric");
 }
 
+/// A solution's metric has all of it in itself: gradation within the search for its complexity.
+void put_into(const MetricChoice& choice, std::vector<ReferenceSize> sizes, config::SolutionMetric& metric) {
+    if (choice.complexity) {
+        metric.vertices = metric.elements = 0;
+        metric.complexity = *choice.complexity;
+    }
+    metric.gradation = choice.gradation.value_or(metric.gradation);
+    metric.geometry.chord_error = choice.geometry_error.value_or(metric.geometry.chord_error);
+    std::ranges::move(sizes, std::back_inserter(metric.sizes));
+}
+
 Outcome<config::Pipeline> curving(const CurveArguments& arguments) {
     auto pipeline = pipeline_of(R"({"input": {"mesh": "-"}})", arguments);
     if (!pipeline) return pipeline;
@@ -53,8 +67,18 @@ Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline)
         if (!read) return fail(read.error());
         pipeline.metric = std::move(*read);
     }
-    if (choice.gradation) pipeline.metric_operations.emplace_back(config::Gradation{.ratio = *choice.gradation});
-    if (choice.complexity) pipeline.metric_operations.emplace_back(config::Complexity{.target = *choice.complexity});
+    auto sizes = read_sizes(choice.sizes);
+    if (!sizes) return fail(sizes.error());
+    if (auto* made = std::get_if<config::SolutionMetric>(&pipeline.metric)) {
+        put_into(choice, std::move(sizes->sizes), *made);
+        return Done{};
+    }
+    auto& operations = pipeline.metric_operations;
+    if (!sizes->sizes.empty()) operations.emplace_back(config::Intersect{std::move(*sizes)});
+    if (choice.geometry_error)
+        operations.emplace_back(config::Intersect{config::GeometryMetric{.chord_error = *choice.geometry_error}});
+    if (choice.gradation) operations.emplace_back(config::Gradation{.ratio = *choice.gradation});
+    if (choice.complexity) operations.emplace_back(config::Complexity{.target = *choice.complexity});
     return Done{};
 }
 

@@ -3,6 +3,7 @@ module;
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
@@ -28,91 +29,12 @@ import :cad_reader;
 import :ending;
 import :execute;
 import :formats;
+import :inputs;
+import :nodal_fields;
 
 namespace camber::app {
 
 namespace {
-
-std::string operations_at_vertices(const std::string& file) {
-    return file +
-           " has a metric at all nodes: metric_operations are done at the vertices, with what it has there; a run "
-           "without them takes all of it";
-}
-
-/// The metric file, and the mesh that it speaks of where that is another, or curved with rows at its nodes.
-Outcome<DecodedSolution> read_metric_of(const config::Pipeline& pipeline, const config::FilePath& metric,
-                                        run::Inputs& inputs, const Execution& execution) {
-    if (pipeline.metric_mesh.empty()) {
-        auto solution = read_solution_for(inputs.mesh, metric.path, execution);
-        if (!solution) return solution;
-        auto sorted = run::rows_by_nodes(std::move(solution->solution), inputs.mesh, without_progress(execution));
-        if (!sorted) return fail(sorted.error());
-        solution->solution = std::move(sorted->solution);
-        if (sorted->is_at_nodes) {
-            inputs.metric_mesh = {inputs.mesh.mesh, run::MetricMesh::Of::input};
-            if (!pipeline.metric_operations.empty()) solution->notices.push_back({operations_at_vertices(metric.path)});
-        }
-        return solution;
-    }
-    auto mesh = read_mesh(pipeline.metric_mesh, pipeline.input.flat, part_of(execution, 0, 0.6));
-    if (!mesh) return fail(mesh.error());
-    auto solution = read_solution_for(*mesh, metric.path, part_of(execution, 0.6, 1));
-    if (!solution) return solution;
-    auto sorted = run::rows_by_nodes(std::move(solution->solution), *mesh, without_progress(execution));
-    if (!sorted) return fail(sorted.error());
-    solution->solution = std::move(sorted->solution);
-    inputs.metric_mesh = {std::move(mesh->mesh), run::MetricMesh::Of::another};
-    return solution;
-}
-
-run::AvailableMemory available_memory() {
-    const MemoryLimit limit = memory_limit();
-    return {limit.bytes, limit.source};
-}
-
-Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Execution& execution) {
-    const config::Input& input = pipeline.input;
-    const auto* file = std::get_if<config::FilePath>(&input.source);
-    const auto* const metric = std::get_if<config::FilePath>(&pipeline.metric);
-    const double of_mesh = metric != nullptr ? 0.7 : 1;
-    const Execution of_first = part_of(execution, 0, of_mesh);
-    auto mesh = file != nullptr ? read_mesh(file->path, input.flat, of_first)
-                                : run::generate_shape(std::get<config::Shape>(input.source), of_first);
-    if (!mesh) return fail(mesh.error());
-    if (!mesh->fields.empty())
-        mesh->notices.push_back(
-            {fmt::format("{} fields of the file were not kept: runs carry none", mesh->fields.size())});
-    run::Inputs inputs{std::move(*mesh), {}};
-    inputs.memory = available_memory();
-    if (metric == nullptr && !pipeline.metric_mesh.empty())
-        return fail(ErrorKind::usage, "is the mesh of a metric file, and the metric is none", "/metric_mesh", {},
-                    "give \"metric\": {\"file\": …}, or leave it out");
-    if (metric != nullptr) {
-        auto solution = read_metric_of(pipeline, *metric, inputs, part_of(execution, of_mesh, 1));
-        if (!solution) return fail(solution.error());
-        inputs.metric = std::move(solution->solution);
-        inputs.mesh.notices.insert(inputs.mesh.notices.end(), solution->notices.begin(), solution->notices.end());
-    }
-    auto geometry = read_geometry(pipeline.geometry, without_progress(execution));
-    if (!geometry) return fail(geometry.error());
-    inputs.geometry = std::move(*geometry);
-    for (const config::MetricOperation& operation : pipeline.metric_operations) {
-        const auto* intersect = std::get_if<config::Intersect>(&operation);
-        const auto* operand = intersect != nullptr ? std::get_if<config::FilePath>(&intersect->metric) : nullptr;
-        if (operand == nullptr) continue;
-        auto solution = read_solution_for(inputs.mesh, operand->path, without_progress(execution));
-        if (!solution) return fail(solution.error());
-        auto sorted = run::rows_by_nodes(std::move(solution->solution), inputs.mesh, without_progress(execution));
-        if (!sorted) return fail(sorted.error());
-        run::MetricFile rows{operand->path, std::move(sorted->solution)};
-        if (sorted->is_at_nodes) {
-            rows.mesh = {inputs.mesh.mesh, run::MetricMesh::Of::input};
-            inputs.mesh.notices.push_back({operations_at_vertices(operand->path)});
-        }
-        inputs.operands.push_back(std::move(rows));
-    }
-    return inputs;
-}
 
 /// f of the straight mesh, of any dimension and degree.
 template <class F>
@@ -143,7 +65,7 @@ Outcome<Done> check_memory(const AnyMesh& mesh) {
 /// The files that the config names, in the order in which they are written.
 std::vector<std::string> named_outputs(const config::Output& output) {
     std::vector<std::string> files;
-    for (const std::string& path : {output.mesh, output.vtu, output.metric})
+    for (const std::string& path : {output.mesh, output.vtu, output.metric, output.solution})
         if (!path.empty()) files.push_back(path);
     if (!output.plots.empty())
         for (std::string& path : plot_files(output.plots)) files.push_back(std::move(path));
@@ -174,7 +96,7 @@ Outcome<Done> check_endings(const config::Output& output) {
     for (const std::string_view ending : endings_written(mesh_formats(), holds_metrics)) endings.push_back(ending);
     if (!output.metric.empty() && !ends_in(output.metric, endings))
         return wrong_ending("metric", endings, output.metric);
-    return Done{};
+    return output.solution.empty() ? Done{} : check_fields_ending(output.solution);
 }
 
 Outcome<Done> check_outputs(const config::Output& output) {
@@ -190,16 +112,18 @@ Outcome<Done> check_outputs(const config::Output& output) {
 /// What a run made of a flat mesh: as it is, and back in space.
 struct Placed {
     AnyMesh mesh;
-    MeshFields fields;
+    MeshFields fields, carried;
 };
-Outcome<Placed> raised(const run::Run& run, const Lift& lift, const Around& around) {
+Outcome<Placed> raised(const run::Run& run, const MeshFields& carried, const Lift& lift, const Around& around) {
     Placed placed;
     auto done = around("raise", [&](const Execution& execution) -> Outcome<Done> {
         auto mesh = camber::raised(run.mesh, lift, without_progress(execution));
         if (!mesh) return fail(std::move(mesh.error()));
         auto fields = camber::raised(run.fields, without_progress(execution));
         if (!fields) return fail(std::move(fields.error()));
-        placed = {std::move(*mesh), std::move(*fields)};
+        auto solution = camber::raised(carried, without_progress(execution));
+        if (!solution) return fail(std::move(solution.error()));
+        placed = {std::move(*mesh), std::move(*fields), std::move(*solution)};
         return Done{};
     });
     if (!done) return fail(std::move(done.error()));
@@ -212,10 +136,12 @@ struct OutputWriter {
     const config::Output& output;
     const Around& around;
     Written& written;
+    MeshFields carried_fields = {};  ///< the solution's, on the run's mesh
     /// Where the input's mesh was a flat one: that in space, for formats that have no plane, and for others if the
     /// input's has one.
     std::optional<Placed> in_space = {};
     bool input_always_in_space = false;
+    std::optional<Lift> lift = {};
 
     [[nodiscard]] const AnyMesh& mesh_for(const MeshFormat& format) const {
         return goes_to_space(format) ? in_space->mesh : run.mesh;
@@ -224,21 +150,43 @@ struct OutputWriter {
         return in_space && (format.always_in_space || !input_always_in_space);
     }
 
+    /// All fields for viewers; for other formats those of the solution that they have a place for.
+    [[nodiscard]] MeshFields fields_for(const MeshFormat& format) const {
+        const bool is_raised = goes_to_space(format);
+        const MeshFields& carried = is_raised ? in_space->carried : carried_fields;
+        MeshFields all;
+        for (const MeshField& field : carried)
+            if (format.holds_fields && (!format.holds || format.holds(field))) all = std::move(all).with(field);
+        if (!format.for_viewers) return all;
+        for (const MeshField& field : is_raised ? in_space->fields : run.fields) all = std::move(all).with(field);
+        return all;
+    }
+
     [[nodiscard]] Outcome<Done> write() {
         for (const std::string& path : {output.mesh, output.vtu}) {
             if (path.empty()) continue;
             const auto format = format_to_write(mesh_formats(), path);
             if (!format) return fail(format.error());
-            const MeshFields& fields = goes_to_space(**format) ? in_space->fields : run.fields;
-            if (auto done = write_with(**format, path, (*format)->for_viewers ? fields : MeshFields{}); !done)
-                return done;
+            if (auto done = write_with(**format, path, fields_for(**format)); !done) return done;
         }
         if (const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh))
             for (Notice& notice : format->losses(mesh_for(*format)))
                 run.report.notices.push_back(std::move(notice.what));
         if (run.metric)
             if (auto done = write_metric(*run.metric, output.metric); !done) return done;
+        if (!run.solution.empty() && !output.solution.empty())
+            if (auto done = write_solution_of_run(); !done) return done;
         return output.plots.empty() ? Done{} : write_plots(run.report.histograms, output.plots, written);
+    }
+
+    /// As a file of that mesh has its rows.
+    Outcome<Done> write_solution_of_run() {
+        DecodedMesh made{run.mesh, {}};
+        made.lift = lift;
+        made.always_in_space = input_always_in_space;
+        return written.add(output.solution, around("write fields", [&](const Execution& execution) {
+                               return write_nodal_fields(made, run.solution, output.solution, execution);
+                           }));
     }
 
     Outcome<Done> write_with(const MeshFormat& format, const std::string& path, const MeshFields& fields) {
@@ -324,21 +272,6 @@ void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
 
 }  // namespace
 
-Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution) {
-    run::GeometrySource source;
-    if (const auto* cad = std::get_if<config::Cad>(&geometry)) {
-        auto model = read_cad_apart(*cad, execution);
-        if (!model) return fail(model.error());
-        source.cad = std::move(*model);
-    }
-    if (const auto* file = std::get_if<config::FilePath>(&geometry)) {
-        auto mesh = read_mesh(file->path, config::Flat::plane, execution);
-        if (!mesh) return fail(mesh.error());
-        source.mesh = std::make_shared<const AnyMesh>(std::move(mesh->mesh));
-    }
-    return source;
-}
-
 Outcome<std::string> plan(const config::Pipeline& pipeline) {
     if (auto endings = check_endings(pipeline.output); !endings) return fail(endings.error());
     const Execution execution{.threads = pipeline.threads, .stop = stop_on_signals()};
@@ -352,37 +285,6 @@ Outcome<std::string> plan(const config::Pipeline& pipeline) {
     std::string text = run::plan_text(pipeline, size, *growth, threads_used(pipeline));
     for (const std::string& path : named_outputs(pipeline.output)) text += "  " + path + ": " + writable(path) + "\n";
     return text;
-}
-
-Error of_file(Error error, const std::string& path) {
-    const bool about_file = error.kind == ErrorKind::input || error.kind == ErrorKind::unsupported;
-    if (about_file && error.where.empty()) error.where = path;
-    return error;
-}
-
-Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const Execution& execution) {
-    constexpr double of_reading = 0.4;  // of the time; 0.5 of a straight mesh, 0.3 of a curved one
-    auto bytes = read_file(path, part_of(execution, 0, of_reading));
-    if (!bytes) return fail(bytes.error());
-    auto decoded = decode_mesh(*bytes, path, part_of(execution, of_reading, 1));
-    if (!decoded || flat == config::Flat::surface) return decoded;
-    decoded = with_flat_in_2d(std::move(*decoded), without_progress(execution));
-    if (decoded && decoded->lift)
-        decoded->notices.push_back(
-            {fmt::format("the mesh is flat (z = {}): taken as 2D{} (a surface in space: --flat surface, or "
-                         "input/flat=surface of a config)",
-                         decoded->lift->z, decoded->always_in_space ? "" : ", and written with its z again")});
-    return decoded;
-}
-
-Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::string& path,
-                                           const Execution& execution) {
-    auto decoded = read_solution(path, execution);
-    if (!decoded || !mesh.lift) return decoded;
-    auto flat = flattened(std::move(decoded->solution), without_progress(execution));
-    if (!flat) return fail(std::move(flat.error()));
-    decoded->solution = std::move(*flat);
-    return decoded;
 }
 
 Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
@@ -418,9 +320,10 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
         progress.of_mesh(of_linear(inputs->mesh.mesh, [](const auto& m) { return m.elements.size(); }));
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
     if (!run) return fail(of_input(run.error(), pipeline));
-    OutputWriter writer{*run, pipeline.output, around, written, {}, always_in_space};
+    OutputWriter writer{*run, pipeline.output, around, written, run::as_mesh_fields(run->mesh, run->solution),
+                        {},   always_in_space, lift};
     if (lift) {
-        auto placed = raised(*run, *lift, around);
+        auto placed = raised(*run, writer.carried_fields, *lift, around);
         if (!placed) return fail(placed.error());
         writer.in_space = std::move(*placed);
     }

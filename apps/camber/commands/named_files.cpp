@@ -79,9 +79,16 @@ std::vector<NamedFile> files_of(const config::Pipeline& pipeline, const Pipeline
     const auto add = [&](const std::string& path, std::string word, Role role) {
         if (!path.empty()) files.push_back({path, std::move(word), role});
     };
+    const auto add_intersected = [&](const config::Metric& metric, const std::string& path) {
+        if (const auto* made = std::get_if<config::SolutionMetric>(&metric))
+            for (std::size_t i = 0; i < made->intersect.size(); ++i)
+                add(made->intersect[i].path, path + "/solution/intersect/" + std::to_string(i), Role::input);
+    };
     if (const auto* file = std::get_if<config::FilePath>(&pipeline.input.source))
         add(file->path, words.input, Role::input_mesh);
+    add(pipeline.solution.file, words.solution, Role::input);
     if (const auto* file = std::get_if<config::FilePath>(&pipeline.metric)) add(file->path, words.metric, Role::input);
+    add_intersected(pipeline.metric, "/metric");
     if (const auto* cad = std::get_if<config::Cad>(&pipeline.geometry)) add(cad->file.path, words.cad, Role::input);
     if (const auto* other = std::get_if<config::FilePath>(&pipeline.geometry))
         add(other->path, words.geometry, Role::input);
@@ -92,10 +99,14 @@ std::vector<NamedFile> files_of(const config::Pipeline& pipeline, const Pipeline
         if (file != nullptr)
             add(file->path, "/metric_operations/" + std::to_string(k) + "/intersect/file", Role::input);
     }
+    for (std::size_t k = 0; k < pipeline.metric_operations.size(); ++k)
+        if (const auto* intersect = std::get_if<config::Intersect>(&pipeline.metric_operations[k]))
+            add_intersected(intersect->metric, "/metric_operations/" + std::to_string(k) + "/intersect");
     const config::Output& output = pipeline.output;
     add(output.mesh, words.mesh, Role::output_mesh);
     add(output.vtu, words.vtu, Role::output);
     add(output.metric, "/output/metric", Role::output);
+    add(output.solution, "/output/solution", Role::output);
     if (!output.plots.empty())
         for (const std::string& path : plot_files(output.plots)) add(path, words.plots, Role::output);
     add(output.report, words.report, Role::output);

@@ -110,41 +110,7 @@ Outcome<std::vector<NamedField>> of_mesh_file(const DecodedMesh& mesh, const std
     if (!have_same_nodes(mesh.mesh, other->mesh))
         return fail(ErrorKind::input, "is a solution on another mesh", path, {},
                     "give its mesh as the input; camber transfer brings fields from one mesh to another");
-    const Nodes nodes = nodes_of(other->mesh);
-    std::vector<NamedField> fields;
-    for (const MeshField& field : other->fields) {
-        const auto* const values = std::get_if<Column<double>>(&field.values);
-        if (field.centring != Centring::node || values == nullptr) {
-            notices.push_back({fmt::format("{} is left out: {}", field.name,
-                                           values == nullptr ? "whole numbers are no solution" : "it is at cells")});
-            continue;
-        }
-        const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, nodes.dimension));
-        fields.push_back({field.name, field.kind,
-                          columns_of(*values, width, 0, width, values->size() / width > nodes.vertices ? 2 : 1)});
-    }
-    return fields;
-}
-
-/// At the vertices and, of a mesh of degree 2, at the edges' nodes: of a field of degree 1 the means of their ends.
-Column<double> at_all_nodes(const AnyMesh& mesh, const TransferField& field) {
-    const Nodes nodes = nodes_of(mesh);
-    const auto width = static_cast<std::size_t>(field.components);
-    Buffer<double> values(field.values.begin(), field.values.end());
-    values.resize((nodes.vertices + nodes.edges) * width, 0.0);  // a straight mesh has no nodes on its edges
-    if (field.degree == 2 || nodes.edges == 0) return Column<double>(std::move(values));
-    std::visit(
-        [&](const auto& m) {
-            if constexpr (requires { m.linear; })
-                for (std::size_t e = 0; e < m.edges.size(); ++e) {
-                    const auto& [a, b] = m.edges.vertices[EdgeId(e)];
-                    for (std::size_t c = 0; c < width; ++c)
-                        values[(nodes.vertices + e) * width + c] =
-                            0.5 * (values[a.index() * width + c] + values[b.index() * width + c]);
-                }
-        },
-        mesh);
-    return Column<double>(std::move(values));
+    return fields_at_nodes(*other, notices);
 }
 
 /// A row a node of the file that the mesh is from: of its vertices alone where all fields are of degree 1.
@@ -156,8 +122,11 @@ Solution solution_in_order(const DecodedMesh& mesh, const std::vector<NamedField
     std::vector<Column<double>> columns;
     for (const NamedField& field : fields) {
         out.fields.push_back(field.kind);
-        columns.push_back(at_nodes ? at_all_nodes(mesh.mesh, field.field) : field.field.values);
+        if (!at_nodes) columns.push_back(field.field.values);
     }
+    if (at_nodes)
+        for (const MeshField& field : run::as_mesh_fields(mesh.mesh, fields))
+            columns.push_back(std::get<Column<double>>(field.values));
     const std::size_t count = nodes.vertices + (at_nodes ? nodes.edges : 0);
     const auto number = [&](std::size_t n) {
         return !at_nodes || mesh.node_numbers.empty() ? n + 1 : std::size_t{mesh.node_numbers[n]};
@@ -179,13 +148,42 @@ Solution solution_in_order(const DecodedMesh& mesh, const std::vector<NamedField
 
 }  // namespace
 
-template <int D>
-Outcome<QuadraticMesh<D>> of_degree_2(const DecodedMesh& mesh, const Execution& execution) {
-    if (const auto* linear = std::get_if<LinearMesh<D>>(&mesh.mesh)) return elevate(*linear, execution);
-    return std::get<QuadraticMesh<D>>(mesh.mesh);
+std::vector<NamedField> fields_at_nodes(const DecodedMesh& mesh, std::vector<Notice>& notices) {
+    const Nodes nodes = nodes_of(mesh.mesh);
+    std::vector<NamedField> fields;
+    const auto leave_out = [&](const MeshField& field, const char* reason) {
+        notices.push_back({fmt::format("the field {} is left out: {}", field.name, reason)});
+    };
+    for (const MeshField& field : mesh.fields) {
+        const auto* const values = std::get_if<Column<double>>(&field.values);
+        const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, nodes.dimension));
+        if (field.centring != Centring::node)
+            leave_out(field, "it is at cells");
+        else if (values == nullptr)
+            leave_out(field, "whole numbers are no solution");
+        else
+            fields.push_back({field.name, field.kind,
+                              columns_of(*values, width, 0, width, values->size() / width > nodes.vertices ? 2 : 1)});
+    }
+    return fields;
 }
-template Outcome<QuadraticMesh<2>> of_degree_2<2>(const DecodedMesh&, const Execution&);
-template Outcome<QuadraticMesh<3>> of_degree_2<3>(const DecodedMesh&, const Execution&);
+
+Outcome<std::vector<NamedField>> wanted_fields(std::vector<NamedField> fields, const std::vector<std::string>& names,
+                                               const std::string& of) {
+    if (names.empty()) return fields;
+    std::vector<NamedField> wanted;
+    for (const std::string& name : names) {
+        const auto found = std::ranges::find(fields, name, &NamedField::name);
+        if (found == fields.end()) {
+            std::vector<std::string_view> there;
+            for (const NamedField& field : fields) there.push_back(field.name);
+            return fail(ErrorKind::usage, of + " has no field of the name " + name, "--fields", {},
+                        "it has " + listed(there, ", "));
+        }
+        wanted.push_back(*found);
+    }
+    return wanted;
+}
 
 Outcome<std::vector<NamedField>> read_nodal_fields(const DecodedMesh& mesh, const std::string& path,
                                                    const std::vector<std::string>& only, std::vector<Notice>& notices,
@@ -195,19 +193,22 @@ Outcome<std::vector<NamedField>> read_nodal_fields(const DecodedMesh& mesh, cons
     if (!fields) return fields;
     if (fields->empty())
         return fail(ErrorKind::input, "has no field at nodes", path, {}, "camber info tells what a file has");
-    if (only.empty()) return fields;
-    std::vector<NamedField> wanted;
-    for (const std::string& name : only) {
-        const auto found = std::ranges::find(*fields, name, &NamedField::name);
-        if (found == fields->end()) {
-            std::vector<std::string_view> names;
-            for (const NamedField& field : *fields) names.push_back(field.name);
-            return fail(ErrorKind::usage, path + " has no field of the name " + name, "--fields", {},
-                        "it has " + listed(names, ", "));
-        }
-        wanted.push_back(*found);
+    return wanted_fields(std::move(*fields), only, path);
+}
+
+Outcome<std::vector<Solution>> read_metrics_at_vertices(const DecodedMesh& mesh,
+                                                        const std::vector<config::FilePath>& files,
+                                                        std::vector<Notice>& notices, const Execution& execution) {
+    std::vector<Solution> out;
+    for (const config::FilePath& file : files) {
+        auto decoded = read_solution_for(mesh, file.path, execution);
+        if (!decoded) return fail(decoded.error());
+        notices.insert(notices.end(), decoded->notices.begin(), decoded->notices.end());
+        auto sorted = run::rows_by_nodes(std::move(decoded->solution), mesh, without_progress(execution));
+        if (!sorted) return fail(sorted.error());
+        out.push_back(run::rows_at_vertices(std::move(*sorted), mesh.mesh));
     }
-    return wanted;
+    return out;
 }
 
 Outcome<Done> check_fields_ending(const std::string& path) {
@@ -228,9 +229,7 @@ Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<Name
     }
     const auto format = format_to_write(mesh_formats(), path);
     if (!format) return fail(format.error());
-    MeshFields all;
-    for (const NamedField& field : fields)
-        all = std::move(all).with({field.name, Centring::node, field.kind, at_all_nodes(mesh.mesh, field.field)});
+    const MeshFields all = run::as_mesh_fields(mesh.mesh, fields);
     if (!mesh.lift || !((*format)->always_in_space || !mesh.always_in_space))
         return write_mesh(**format, mesh.mesh, all, {}, path, execution);
     const auto in_space = raised(mesh.mesh, *mesh.lift, without_progress(execution));

@@ -3,22 +3,22 @@ module;
 #include <vector>
 module camber.commands:nodal_fields;
 import camber.core;
+import camber.config;
 import camber.io;
-import camber.transfer;
+import camber.run;
 
-/// Fields of a solution on a mesh, from and to files: `metric` and `transfer`.
+/// Fields of a solution on a mesh, from and to files.
 namespace camber::app {
 
-/// A field at the nodes of a mesh of degree 2.
-struct NamedField {
-    std::string name;
-    FieldKind kind = FieldKind::scalar;
-    TransferField field;
-};
+using run::NamedField;
 
-/// The mesh as one of degree 2: a straight one elevated.
-template <int D>
-[[nodiscard]] Outcome<QuadraticMesh<D>> of_degree_2(const DecodedMesh& mesh, const Execution& execution);
+/// The fields of numbers at the nodes of a mesh that was read with them. Notices of those that are left out.
+[[nodiscard]] std::vector<NamedField> fields_at_nodes(const DecodedMesh& mesh, std::vector<Notice>& notices);
+
+/// Those of these names; none: all. Errors: a name that there is not (usage).
+[[nodiscard]] Outcome<std::vector<NamedField>> wanted_fields(std::vector<NamedField> fields,
+                                                             const std::vector<std::string>& names,
+                                                             const std::string& of);
 
 /// The fields of a solution file, or of a mesh file at its nodes, on the mesh that was read from `mesh_path`: at the
 /// vertices, or at all nodes of a mesh of degree 2. Fields of a solution file are called field_1 and so on. `only`: the
@@ -28,6 +28,12 @@ template <int D>
                                                                  const std::vector<std::string>& only,
                                                                  std::vector<Notice>& notices,
                                                                  const Execution& execution);
+
+/// Metric files of that mesh, rows at its vertices. Errors: those of reading.
+[[nodiscard]] Outcome<std::vector<Solution>> read_metrics_at_vertices(const DecodedMesh& mesh,
+                                                                      const std::vector<config::FilePath>& files,
+                                                                      std::vector<Notice>& notices,
+                                                                      const Execution& execution);
 
 /// Writes fields to a solution file, with rows as the mesh's file counts its nodes, or with the mesh to a format that
 /// has fields. Errors: an ending that is none of these (usage); those of writing.

@@ -38,7 +38,8 @@ std::string text_of(const run::Run& run, const config::Output& output, bool hist
         for (const run::Histogram& h : run.report.histograms) text += run::bars(h);
     text += "\n";
     const std::string metric = run.metric ? output.metric : std::string();
-    for (const std::string& path : {output.mesh, output.vtu, metric, output.report, output.plots})
+    const std::string solution = run.solution.empty() ? std::string() : output.solution;
+    for (const std::string& path : {output.mesh, output.vtu, metric, solution, output.report, output.plots})
         if (!path.empty()) text += "  wrote " + path + "\n";
     return text;
 }
@@ -114,6 +115,11 @@ Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArgum
     if (!arguments.report.empty()) output.report = arguments.report;
     if (!arguments.vtu.empty()) output.vtu = arguments.vtu;
     if (!arguments.plots.empty()) output.plots = arguments.plots;
+    const SolutionChoice& solution = arguments.solution;
+    if (!solution.file.empty()) pipeline->solution.file = solution.file;
+    if (!solution.fields.empty()) pipeline->solution.fields = solution.fields;
+    if (solution.method) pipeline->solution.method = *solution.method;
+    if (!solution.output.empty()) output.solution = solution.output;
     return pipeline;
 }
 

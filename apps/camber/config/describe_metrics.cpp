@@ -11,6 +11,8 @@ module camber.config;
 import camber.core;
 import camber.fields;
 import camber.metric;
+import camber.recipes;
+import camber.solution_metric;
 import :codec;
 import :description;
 import :json;
@@ -40,6 +42,46 @@ const Description<SurfaceMetric>& Described<SurfaceMetric>::get() {
         "At ridges and corners every side's normal is thin.",
         listed<SurfaceMetric>(),
         {}};
+    return description;
+}
+
+const Description<ReferenceSize>& Described<ReferenceSize>::get() {
+    static const Description<ReferenceSize> description{
+        "sizes", "A size at the vertices of what has one of the references.", listed<ReferenceSize>(), {}};
+    return description;
+}
+Outcome<SizesMetric> Codec<SizesMetric>::read(const Json& json, const Place& place, const Limits&) {
+    return Items::read(json, place, counted(1, 100000)).map([](std::vector<ReferenceSize> sizes) {
+        return SizesMetric{std::move(sizes)};
+    });
+}
+Json Codec<SizesMetric>::write(const SizesMetric& metric) { return Items::write(metric.sizes); }
+Json Codec<SizesMetric>::schema(const Limits&) { return Items::schema(counted(1, 100000)); }
+std::string Codec<SizesMetric>::type(const Limits&) { return "array of sizes"; }
+
+const Description<GeometryMetric>& Described<GeometryMetric>::get() {
+    static const Description<GeometryMetric> description{
+        "geometry-sizes",
+        "Sizes along the boundary by its curvature: that chords stay near to it, and that it turns by no more than an "
+        "angle along one.",
+        listed<GeometryMetric>(),
+        {}};
+    return description;
+}
+
+const Description<SolutionMetric>& Described<SolutionMetric>::get() {
+    static const Description<SolutionMetric> description{
+        "metric-of-solution",
+        "Of all metrics of a complexity the one that interpolates the run's solution best, as camber metric makes it: "
+        "docs/algorithms/metric-from-solution.md.",
+        listed<SolutionMetric>(), [](const SolutionMetric& s) -> std::string {
+            if ((s.complexity > 0) + (s.vertices > 0) + (s.elements > 0) > 1)
+                return "give one of \"complexity\", \"vertices\" and \"elements\"";
+            if (s.gradation > 0 && s.gradation <= 1) return "gradation is a ratio above 1";
+            if (s.max_size > 0 && s.max_size < s.min_size) return "max_size is below min_size";
+            if (s.max_anisotropy > 0 && s.max_anisotropy < 1) return "max_anisotropy is a ratio of at least 1";
+            return {};
+        }};
     return description;
 }
 

@@ -10,6 +10,7 @@ module camber.config;
 import camber.core;
 import camber.io;
 import camber.surface;
+import camber.transfer;
 import :codec;
 import :description;
 import :json;
@@ -39,6 +40,16 @@ const Description<Input>& Described<Input>::get() {
             const bool generated = std::holds_alternative<Shape>(s.source);
             return generated && s.flat != Flat::plane ? "\"flat\" is for a mesh file" : std::string();
         }};
+    return description;
+}
+
+const Description<GivenSolution>& Described<GivenSolution>::get() {
+    static const Description<GivenSolution> description{
+        "solution",
+        "Fields at the nodes of the input's mesh. They go along to the mesh that is made, and a metric may be made for "
+        "them.",
+        listed<GivenSolution>(),
+        {}};
     return description;
 }
 

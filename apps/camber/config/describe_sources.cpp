@@ -64,7 +64,14 @@ const Choice<Metric>& Described<Metric>::get() {
                           key<ConstantMetric>("constant", "the same everywhere"),
                           key<SurfaceMetric>("surface", "thin along the boundary's normals, isotropic in the volume"),
                           key<FieldMetric>("field", "an analytic field, by name"),
-                          key<MetricExpression>("expression", "sizes or tensors as expressions of x, y, z"));
+                          key<MetricExpression>("expression", "sizes or tensors as expressions of x, y, z"),
+                          key<SizesMetric>("sizes",
+                                           "sizes at what has a reference, as large as the domain elsewhere: "
+                                           "to intersect others with"),
+                          key<GeometryMetric>("geometry",
+                                              "what the boundary's own surface asks for, as large as the "
+                                              "domain elsewhere: to intersect others with"),
+                          key<SolutionMetric>("solution", "what interpolates the run's solution best"));
     return choice;
 }
 

@@ -36,6 +36,9 @@ CAMBER_DESCRIBED(BumpOptions)
 CAMBER_DESCRIBED(NaturalMetric)
 CAMBER_DESCRIBED(ConstantMetric)
 CAMBER_DESCRIBED(SurfaceMetric)
+CAMBER_DESCRIBED(ReferenceSize)
+CAMBER_DESCRIBED(GeometryMetric)
+CAMBER_DESCRIBED(SolutionMetric)
 CAMBER_DESCRIBED(LinearField)
 CAMBER_DESCRIBED(PolarOneField)
 CAMBER_DESCRIBED(PolarTwoField)
@@ -54,6 +57,7 @@ CAMBER_DESCRIBED(Torus)
 CAMBER_DESCRIBED(AnalyticSurface)
 CAMBER_DESCRIBED(Cad)
 CAMBER_DESCRIBED(Input)
+CAMBER_DESCRIBED(GivenSolution)
 CAMBER_DESCRIBED(Features)
 CAMBER_DESCRIBED(Elevate)
 CAMBER_DESCRIBED(Curve)
@@ -114,6 +118,14 @@ struct Codec<Intersect> {
     static std::string type(const Limits&);
 };
 
+template <>
+struct Codec<SizesMetric> {
+    using Items = Codec<std::vector<ReferenceSize>>;
+    static Outcome<SizesMetric> read(const Json& json, const Place& place, const Limits&);
+    static Json write(const SizesMetric& metric);
+    static Json schema(const Limits&);
+    static std::string type(const Limits&);
+};
 template <>
 struct Codec<Analytic> {
     using Items = Codec<std::vector<AnalyticSurface>>;

@@ -17,6 +17,8 @@ import camber.core;
 import camber.fields;
 import camber.shapes;
 import camber.metric;
+import camber.recipes;
+import camber.solution_metric;
 import camber.io;
 import :codec;
 import :description;
@@ -125,19 +127,46 @@ std::vector<Topic> with_words(std::vector<Topic> topics) {
 }
 
 const std::vector<Topic>& all_topics() {
-    static const std::vector<Topic> all = with_words(with_stages(
-        {topic_of_struct<Pipeline>(),        topic_of_struct<Input>(),           topic_of_choice<Shape>(),
-         topic_of_struct<ShellOptions<3>>(), topic_of_struct<ShellOptions<2>>(), topic_of_struct<BoxOptions<3>>(),
-         topic_of_struct<BoxOptions<2>>(),   topic_of_struct<BumpOptions>(),     topic_of_struct<BoundaryLayer>(),
-         topic_of_choice<Metric>(),          topic_of_struct<NaturalMetric>(),   topic_of_struct<ConstantMetric>(),
-         topic_of_struct<SurfaceMetric>(),   topic_of_choice<FieldMetric>(),     topic_of_struct<LinearField>(),
-         topic_of_struct<PolarOneField>(),   topic_of_struct<PolarTwoField>(),   topic_of_struct<PlanarShock>(),
-         topic_of_struct<SphericalShock>(),  topic_of_struct<RotatingField>(),   topic_of_choice<MetricExpression>(),
-         topic_of_choice<MetricOperation>(), topic_of_struct<Gradation>(),       topic_of_struct<Bound>(),
-         topic_of_struct<Complexity>(),      topic_of_choice<Geometry>(),        topic_of_struct<Surrogate>(),
-         topic_of_struct<Straight>(),        topic_of_struct<AnalyticSurface>(), topic_of_struct<Cad>(),
-         topic_of_struct<Plane>(),           topic_of_struct<Sphere>(),          topic_of_struct<Cylinder>(),
-         topic_of_struct<Torus>(),           topic_of_struct<Features>(),        topic_of_choice<Stage>()}));
+    static const std::vector<Topic> all = with_words(with_stages({topic_of_struct<Pipeline>(),
+                                                                  topic_of_struct<Input>(),
+                                                                  topic_of_struct<GivenSolution>(),
+                                                                  topic_of_choice<Shape>(),
+                                                                  topic_of_struct<ShellOptions<3>>(),
+                                                                  topic_of_struct<ShellOptions<2>>(),
+                                                                  topic_of_struct<BoxOptions<3>>(),
+                                                                  topic_of_struct<BoxOptions<2>>(),
+                                                                  topic_of_struct<BumpOptions>(),
+                                                                  topic_of_struct<BoundaryLayer>(),
+                                                                  topic_of_choice<Metric>(),
+                                                                  topic_of_struct<NaturalMetric>(),
+                                                                  topic_of_struct<ConstantMetric>(),
+                                                                  topic_of_struct<SurfaceMetric>(),
+                                                                  topic_of_struct<ReferenceSize>(),
+                                                                  topic_of_struct<GeometryMetric>(),
+                                                                  topic_of_struct<SolutionMetric>(),
+                                                                  topic_of_choice<FieldMetric>(),
+                                                                  topic_of_struct<LinearField>(),
+                                                                  topic_of_struct<PolarOneField>(),
+                                                                  topic_of_struct<PolarTwoField>(),
+                                                                  topic_of_struct<PlanarShock>(),
+                                                                  topic_of_struct<SphericalShock>(),
+                                                                  topic_of_struct<RotatingField>(),
+                                                                  topic_of_choice<MetricExpression>(),
+                                                                  topic_of_choice<MetricOperation>(),
+                                                                  topic_of_struct<Gradation>(),
+                                                                  topic_of_struct<Bound>(),
+                                                                  topic_of_struct<Complexity>(),
+                                                                  topic_of_choice<Geometry>(),
+                                                                  topic_of_struct<Surrogate>(),
+                                                                  topic_of_struct<Straight>(),
+                                                                  topic_of_struct<AnalyticSurface>(),
+                                                                  topic_of_struct<Cad>(),
+                                                                  topic_of_struct<Plane>(),
+                                                                  topic_of_struct<Sphere>(),
+                                                                  topic_of_struct<Cylinder>(),
+                                                                  topic_of_struct<Torus>(),
+                                                                  topic_of_struct<Features>(),
+                                                                  topic_of_choice<Stage>()}));
     return all;
 }
 

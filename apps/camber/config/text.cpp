@@ -56,6 +56,12 @@ void put_below(FilePath& file, std::string_view folder) {
         file.path = (std::filesystem::path(folder) / path).lexically_normal().string();
 }
 
+void put_below(Metric& metric, std::string_view folder) {
+    if (auto* file = std::get_if<FilePath>(&metric)) put_below(*file, folder);
+    if (auto* solution = std::get_if<SolutionMetric>(&metric))
+        for (FilePath& file : solution->intersect) put_below(file, folder);
+}
+
 }  // namespace
 
 Outcome<Pipeline> read_pipeline(std::string_view text, std::string_view name, std::span<const std::string> overrides) {
@@ -141,15 +147,17 @@ std::string pipeline_schema() {
 
 Pipeline with_inputs_below(Pipeline pipeline, std::string_view folder) {
     if (auto* file = std::get_if<FilePath>(&pipeline.input.source)) put_below(*file, folder);
-    if (auto* file = std::get_if<FilePath>(&pipeline.metric)) put_below(*file, folder);
+    FilePath of_solution{pipeline.solution.file};
+    put_below(of_solution, folder);
+    pipeline.solution.file = of_solution.path;
+    put_below(pipeline.metric, folder);
     if (auto* cad = std::get_if<Cad>(&pipeline.geometry)) put_below(cad->file, folder);
     if (auto* other = std::get_if<FilePath>(&pipeline.geometry)) put_below(*other, folder);
     FilePath of_metric{pipeline.metric_mesh};
     put_below(of_metric, folder);
     pipeline.metric_mesh = of_metric.path;
     for (MetricOperation& operation : pipeline.metric_operations)
-        if (auto* intersect = std::get_if<Intersect>(&operation))
-            if (auto* file = std::get_if<FilePath>(&intersect->metric)) put_below(*file, folder);
+        if (auto* intersect = std::get_if<Intersect>(&operation)) put_below(intersect->metric, folder);
     return pipeline;
 }
 

@@ -19,6 +19,8 @@ import camber.operation;
 import camber.adapt;
 import camber.repair;
 import camber.recipes;
+import camber.solution_metric;
+import camber.transfer;
 
 /// What a config says, as plain values, which describe their options themselves; some are options of a module.
 export namespace camber::config {
@@ -53,6 +55,28 @@ struct Input {
             "again; or a surface in space"));
     }
     friend bool operator==(const Input&, const Input&) = default;
+};
+
+// ---------------------------------------------------------------- what is known on it
+
+/// Fields at the nodes of the input's mesh: they go along to the mesh that is made.
+struct GivenSolution : TransferOptions {
+    std::string file = {};                 ///< empty: the fields of the input's own file
+    std::vector<std::string> fields = {};  ///< names; empty: all
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = GivenSolution;
+        return std::tuple_cat(
+            std::tuple(
+                option("file", &S::file,
+                       "rows at the vertices or nodes of the input, or a file of the same mesh with fields at its "
+                       "nodes; empty: the fields of the input's own file, if any"),
+                option("fields", &S::fields,
+                       "names of those that are taken, field_1 and so on in a file of rows; empty: all")
+                    .count(0, 1000)),
+            TransferOptions::options());
+    }
+    friend bool operator==(const GivenSolution&, const GivenSolution&) = default;
 };
 
 // ---------------------------------------------------------------- the metric
@@ -124,7 +148,59 @@ struct SphericalShock {
     friend bool operator==(const SphericalShock&, const SphericalShock&) = default;
 };
 using FieldMetric = std::variant<LinearField, PolarOneField, PolarTwoField, PlanarShock, SphericalShock, RotatingField>;
-using Metric = std::variant<NaturalMetric, FilePath, ConstantMetric, SurfaceMetric, FieldMetric, MetricExpression>;
+/// Sizes at what has a reference; elsewhere the domain's diameter.
+struct SizesMetric {
+    std::vector<ReferenceSize> sizes;
+    friend bool operator==(const SizesMetric&, const SizesMetric&) = default;
+};
+using GeometryMetric = GeometrySizes;
+/// The metric that the run's solution asks for, as the verb `metric` makes it: `MetricOfSolutionOptions` with 0 for
+/// none.
+struct SolutionMetric {
+    std::vector<std::string> fields = {};  ///< names; empty: all
+    int degree = 0;                        ///< of the elements; 0: the solution's
+    double norm = NormOptions{}.p;
+    ErrorOf error_of = NormOptions{}.error_of;
+    double complexity = 0, vertices = 0, elements = 0;  ///< one of them at most; none: as many elements as the mesh has
+    double gradation = 0, min_size = 0, max_size = 0, max_anisotropy = 0;
+    std::vector<ReferenceSize> sizes = {};
+    GeometryMetric geometry = {};
+    std::vector<FilePath> intersect = {};
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = SolutionMetric;
+        return std::tuple(
+            option("fields", &S::fields, "names of the solution's fields that it is for; empty: all").count(0, 1000),
+            option("degree", &S::degree, "degree of the elements that are to interpolate; 0: the solution's")
+                .at_least(0)
+                .at_most(2),
+            option("norm", &S::norm, "exponent p of the L^p norm of the error; 0: the largest error anywhere")
+                .at_least(0),
+            option("error_of", &S::error_of, "what the norm is of: the error's values, or its gradients"),
+            option("complexity", &S::complexity, "complexity of the metric, the integral of sqrt(det M); 0: not asked")
+                .at_least(0),
+            option("vertices", &S::vertices, "or about so many vertices of the mesh; 0: not asked").at_least(0),
+            option("elements", &S::elements,
+                   "or about so many elements; 0: not asked. Where none of the three is, as many elements as "
+                   "the mesh has")
+                .at_least(0),
+            option("gradation", &S::gradation, "largest ratio of the sizes of adjacent edges; 0: not limited")
+                .at_least(0),
+            option("min_size", &S::min_size, "smallest size; 0: none").unit("model units").at_least(0),
+            option("max_size", &S::max_size, "largest size; 0: the domain's diameter").unit("model units").at_least(0),
+            option("max_anisotropy", &S::max_anisotropy,
+                   "largest ratio of sizes; 0: none, but for the 1e5 that derivatives alone may ask for; a larger one "
+                   "raises that")
+                .at_least(0),
+            option("sizes", &S::sizes, "sizes by reference; they are fixed, the solution's part is scaled beside them")
+                .count(0, 100000),
+            option("geometry", &S::geometry, "what the boundary's own surface asks for, fixed too; empty: nothing"),
+            option("intersect", &S::intersect, "files of metrics of the same mesh, fixed too").count(0, 1000));
+    }
+    friend bool operator==(const SolutionMetric&, const SolutionMetric&) = default;
+};
+using Metric = std::variant<NaturalMetric, FilePath, ConstantMetric, SurfaceMetric, FieldMetric, MetricExpression,
+                            SizesMetric, GeometryMetric, SolutionMetric>;
 
 /// What is done to the metric, in this order, before edges follow it.
 struct Intersect {
@@ -323,7 +399,7 @@ using Stage =
 // ---------------------------------------------------------------- the whole
 
 struct Output {
-    std::string mesh, report, vtu, metric, plots;  ///< empty: not written
+    std::string mesh, report, vtu, metric, solution, plots;  ///< empty: not written
     VtuCells vtu_cells = VtuOptions{}.cells;
     DistanceWays distances = DistanceWays::boundary;
 
@@ -340,6 +416,9 @@ struct Output {
                 "metric", &S::metric,
                 "the metric that edges followed, after its operations, at the vertices: a solution (.sol, .solb), or "
                 "on the mesh in a format that has fields (.vtu); empty: none"),
+            option("solution", &S::solution,
+                   "the solution's fields on the mesh that was made: rows in its file's order (.sol, .solb), or with "
+                   "the mesh in a format that has fields; empty: in the mesh's own file, if its format has fields"),
             option("plots", &S::plots, "a folder for histograms of the run as SVG files; empty: none"),
             option(
                 "distances", &S::distances,
@@ -351,6 +430,7 @@ struct Output {
 
 struct Pipeline {
     Input input;
+    GivenSolution solution;
     Metric metric;
     std::string metric_mesh = {};
     std::vector<MetricOperation> metric_operations;
@@ -364,6 +444,7 @@ struct Pipeline {
         using S = Pipeline;
         return std::tuple(
             option("input", &S::input, "where the mesh comes from").required(),
+            option("solution", &S::solution, "fields that are known on it, which go along"),
             option("metric", &S::metric, "the field of sizes and directions that edges follow"),
             option(
                 "metric_mesh", &S::metric_mesh,

@@ -138,10 +138,8 @@ Solution rows_at_vertices(RowsByNodes rows, const AnyMesh& mesh) {
 }
 
 const MetricFile* file_with_mesh(const config::Pipeline& config, std::span<const MetricFile> files) {
-    const auto* const path = std::get_if<config::FilePath>(&config.metric);
-    if (path == nullptr) return nullptr;
     const auto file =
-        std::ranges::find_if(files, [&](const MetricFile& f) { return f.name == path->path && f.mesh.has_value(); });
+        std::ranges::find_if(files, [&](const MetricFile& f) { return f.is_of(config.metric) && f.mesh.has_value(); });
     return file == files.end() ? nullptr : &*file;
 }
 

@@ -1,6 +1,7 @@
 module;
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <string>
@@ -25,6 +26,8 @@ import :memory;
 import :order;
 import :parts;
 import :runner;
+import :solution;
+import :solution_report;
 import :stages;
 import :state;
 import :steps;
@@ -151,13 +154,57 @@ Outcome<Run> run_on(StageInputs<D> given, const config::Pipeline& pipeline, cons
     return sound->order ? given_back<D>(std::move(run), *sound->order, around) : run;
 }
 
-/// All metric files, taken out of the inputs.
-std::vector<MetricFile> files_of(const config::Pipeline& pipeline, Inputs& inputs) {
-    std::vector<MetricFile> files = std::move(inputs.operands);
+/// All metrics that have rows: of files, taken out of the inputs, and those that are made for the solution.
+struct MetricRows {
+    std::vector<MetricFile> files;
+    std::optional<SolutionMetricReport> told;  ///< of the last that was made
+    Notices notices;
+};
+
+/// Rows as those of a metric file of this mesh.
+MetricFile file_of(NamedField metric, const config::SolutionMetric& asked, const AnyMesh& mesh) {
+    const auto width = static_cast<std::size_t>(metric.field.components);
+    const int dimension = std::visit([]<class Mesh>(const Mesh&) { return Mesh::dimension; }, mesh);
+    MetricFile file{"the solution's metric",
+                    Solution{dimension, {metric.kind}, metric.field.values.size() / width, metric.field.values},
+                    {},
+                    asked};
+    if (metric.field.degree == 2) file.mesh = {mesh, MetricMesh::Of::input};
+    return file;
+}
+
+/// Where in the config, and of which file, an error of a solution's metric is.
+Error of_solution(Error error, const std::string& path, const std::string& file) {
+    if (error.kind == ErrorKind::usage && !error.where.starts_with("/"))
+        error.where = error.where.empty() ? path : path + "/" + error.where;
+    if (error.kind == ErrorKind::input && error.where.empty()) error.where = file;
+    return error;
+}
+
+Outcome<MetricRows> metric_rows(const config::Pipeline& pipeline, Inputs& inputs, const Around& around) {
+    MetricRows rows{std::move(inputs.operands), {}, {}};
     if (inputs.metric)
-        files.push_back({std::get<config::FilePath>(pipeline.metric).path, std::move(*inputs.metric),
-                         std::move(inputs.metric_mesh)});
-    return files;
+        rows.files.push_back({std::get<config::FilePath>(pipeline.metric).path, std::move(*inputs.metric),
+                              std::move(inputs.metric_mesh)});
+    for (const SolutionMetricInput& input : inputs.solution_metrics) {
+        auto made = metric_of_fields(inputs.mesh.mesh, inputs.fields, input.asked, input.intersect,
+                                     pipeline.features.ridge_angle, around);
+        if (!made) return fail(of_solution(made.error(), input.path, pipeline.solution.file));
+        std::ranges::move(solution_metric_notices(made->report), std::back_inserter(rows.notices));
+        rows.told = std::move(made->report);
+        rows.files.push_back(file_of(std::move(made->metric), input.asked, inputs.mesh.mesh));
+    }
+    return rows;
+}
+
+/// The fields of a run's input, on the mesh that it made.
+Outcome<Done> carry(Run& run, const AnyMesh& old_mesh, std::vector<NamedField> fields, const config::Pipeline& pipeline,
+                    const Around& around) {
+    auto carried = fields_brought_to(run.mesh, old_mesh, std::move(fields), pipeline.solution, around);
+    if (!carried) return fail(of_solution(carried.error(), "/solution", pipeline.solution.file));
+    run.solution = std::move(carried->fields);
+    run.report.transfer = std::move(carried->report);
+    return Done{};
 }
 
 /// The stages up to the first pass, where they are nothing but `elevate`, and then what it begins with.
@@ -186,10 +233,12 @@ Outcome<std::optional<Growth>> growth_on(StageInputs<D> given, const config::Pip
 }  // namespace
 
 Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
-    std::vector<MetricFile> files = files_of(pipeline, inputs);
+    auto rows = metric_rows(pipeline, inputs, around);
+    if (!rows) return fail(rows.error());
     return std::visit(
         [&]<class Mesh>(Mesh mesh) {
-            return growth_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(files)}, pipeline, inputs, around);
+            return growth_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files)}, pipeline, inputs,
+                             around);
         },
         std::move(inputs.mesh.mesh));
 }
@@ -199,20 +248,33 @@ bool shows_fields(const config::Output& output) {
     return !output.vtu.empty() || (format != nullptr && format->for_viewers);
 }
 
+bool carries_fields(const config::Output& output) {
+    const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh);
+    return !output.solution.empty() || !output.vtu.empty() || (format != nullptr && format->holds_fields);
+}
+
 bool keeps_elements(const config::Pipeline& pipeline) {
     const auto keeps = []<class Options>(const Options&) { return !changes_topology<Options>(); };
     return std::ranges::all_of(pipeline.stages, [&](const config::Stage& stage) { return std::visit(keeps, stage); });
 }
 
 Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
-    std::vector<MetricFile> files = files_of(pipeline, inputs);
+    auto rows = metric_rows(pipeline, inputs, around);
+    if (!rows) return fail(rows.error());
+    const bool carries = !inputs.fields.empty() && carries_fields(pipeline.output);
+    const std::optional<AnyMesh> given = carries ? std::optional(inputs.mesh.mesh) : std::nullopt;
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
-            return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(files)}, pipeline, inputs.ordering,
-                          std::move(inputs.geometry), std::move(inputs.memory), around);
+            return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files)}, pipeline,
+                          inputs.ordering, std::move(inputs.geometry), std::move(inputs.memory), around);
         },
         std::move(inputs.mesh.mesh));
     if (!run) return run;
+    run->report.solution_metric = std::move(rows->told);
+    std::ranges::move(rows->notices, std::back_inserter(run->report.notices));
+    if (given)
+        if (auto done = carry(*run, *given, std::move(inputs.fields), pipeline, around); !done)
+            return fail(done.error());
     for (Notice& notice : inputs.mesh.notices) run->report.notices.push_back(std::move(notice.what));
     return run;
 }

@@ -12,19 +12,29 @@ import :geometry_source;
 import :memory;
 import :report;
 import :runner;
+import :solution;
 import :stages;
 
 export namespace camber::run {
 
+/// A metric that is made for the run's solution.
+struct SolutionMetricInput {
+    config::SolutionMetric asked;
+    std::vector<Solution> intersect;  ///< rows of its files, at the input's vertices
+    std::string path;                 ///< in the config, for errors
+};
+
 /// What the shell hands to a run beside the config: files already read.
 struct Inputs {
     DecodedMesh mesh;
-    std::optional<Solution> metric;              ///< of the metric file, when the config names one
+    std::optional<Solution> metric = {};         ///< of the metric file, when the config names one
     std::optional<MetricMesh> metric_mesh = {};  ///< that it speaks of, where its rows are not at the input's vertices
     std::vector<MetricFile> operands = {};       ///< metric files that the operations intersect with
     OrderingOptions ordering = {};               ///< when the stages work in an order of their own
     GeometrySource geometry = {};
     AvailableMemory memory = {};
+    std::vector<NamedField> fields = {};                     ///< of the solution, on that mesh
+    std::vector<SolutionMetricInput> solution_metrics = {};  ///< those of the config that are made for these
 };
 
 struct Run {
@@ -32,10 +42,13 @@ struct Run {
     Report report;
     MeshFields fields;                    ///< empty unless the config's output shows them
     std::optional<Solution> metric = {};  ///< at the vertices, if the config's output wants it and the stages made one
+    std::vector<NamedField> solution = {};  ///< the input's fields, if the config's output has a place for them
 };
 
 /// Whether an output shows fields of the run: a VTU file.
 [[nodiscard]] bool shows_fields(const config::Output& output);
+/// Whether it has a place for fields of a solution: a file of their own, or with the mesh.
+[[nodiscard]] bool carries_fields(const config::Output& output);
 /// Whether no stage is a pass that changes the topology.
 [[nodiscard]] bool keeps_elements(const config::Pipeline& pipeline);
 

@@ -9,6 +9,7 @@ export module camber.run:report;
 import camber.core;
 import :distances_report;
 import :histogram;
+import :solution_report;
 
 /// What a run tells: plain numbers, printed as a table and written as report.json.
 export namespace camber::run {
@@ -202,6 +203,7 @@ struct Report {
     std::optional<OriginReport> origin;
     std::optional<ReorderedReport> reordered;
     MeshReport mesh;
+    std::optional<SolutionMetricReport> solution_metric;
     std::optional<MetricReport> metric;
     std::optional<RemeshReport> remesh;
     std::optional<BoundaryReport> boundary;
@@ -211,6 +213,7 @@ struct Report {
     std::optional<KeptBoundaryReport> kept_boundary;
     std::vector<RemainingReport> remaining;
     std::optional<ReinsertReport> reinsert;
+    std::optional<TransferReport> transfer;
     bool committed = false;
     /// Elements, from 1, that are not certified valid in the end (all of them).
     std::vector<std::size_t> invalid_elements, undecided_elements, elements_below_bound;

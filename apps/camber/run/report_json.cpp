@@ -9,6 +9,7 @@ import camber.core;
 import :histogram;
 import :distances_report;
 import :report;
+import :solution_report;
 import :unit_mesh;
 
 namespace camber::run {
@@ -226,6 +227,7 @@ std::string to_json(const Report& report) {
     Json j = report.origin ? head(*report.origin) : Json::object();
     if (report.reordered) j["reordered"] = {{"scatter", report.reordered->scatter}};
     j["mesh"] = json(report.mesh);
+    if (report.solution_metric) j["solution_metric"] = Json::parse(solution_metric_json(*report.solution_metric));
     if (report.metric) j["metric"] = json(*report.metric);
     if (report.remesh) j["remesh"] = json(*report.remesh);
     if (report.boundary) j["boundary"] = json(*report.boundary);
@@ -237,6 +239,7 @@ std::string to_json(const Report& report) {
     if (report.kept_boundary || !report.remaining.empty()) j["remaining_elements"] = json(report.remaining);
     if (report.reinsert) j["reinsert"] = json(*report.reinsert);
     if (report.validity) j["validity"] = json(*report.validity);
+    if (report.transfer) j["transfer"] = Json::parse(transfer_json(*report.transfer));
     if (!report.histograms.empty()) j["histograms"] = Json::parse(histograms_json(report.histograms));
     j["invalid_elements"] = report.invalid_elements;
     j["undecided_elements"] = report.undecided_elements;

@@ -8,6 +8,7 @@ module camber.run;
 import camber.core;
 import :distances_report;
 import :report;
+import :solution_report;
 import :rows;
 
 namespace camber::run {
@@ -73,6 +74,7 @@ std::string mesh_rows(const Report& report) {
     if (report.reordered)
         text += table_row("order of vertices and elements",
                           fmt::format("scattered ({:.2g}): another while working", report.reordered->scatter));
+    if (report.solution_metric) text += solution_metric_row(*report.solution_metric);
     if (report.metric) {
         text += table_row("metric", name_metric(report.metric->source)) +
                 table_row("largest anisotropy", fmt::format("{:.4g}", report.metric->largest_anisotropy)) +
@@ -274,6 +276,7 @@ std::string table(const Report& report) {
     text += validity_rows(report);
     if (report.kept_boundary) text += kept_boundary_rows(report);
     text += remaining_rows(report);
+    if (report.transfer) text += carried_rows(*report.transfer);
     if (!report.times.empty()) text += time_rows(report);
     return text;
 }

@@ -6,6 +6,8 @@ export import :fields;
 export import :histogram;
 export import :memory;
 export import :report;
+export import :solution;
+export import :solution_report;
 export import :order;
 export import :pipeline;
 export import :runner;

@@ -15,6 +15,8 @@ import camber.config;
 import camber.fields;
 import camber.io;
 import camber.metric;
+import camber.recipes;
+import camber.solution_metric;
 import camber.surface;
 import :report;
 import :stages;
@@ -138,9 +140,24 @@ struct Source {
     Outcome<SourcedMetric<D>> operator()(const MetricExpression& expression) const {
         return made(log_metrics_of<D>(expression, input.mesh.points.view(), execution), "expression");
     }
-    Outcome<SourcedMetric<D>> operator()(const config::FilePath& path) const {
-        const auto file = std::ranges::find(input.files, path.path, &MetricFile::name);
-        if (file == input.files.end()) return fail(ErrorKind::internal, "the metric file was not read");
+    Outcome<SourcedMetric<D>> operator()(const config::SizesMetric& asked) const {
+        auto sizes = sizes_by_reference(input.mesh, asked.sizes);
+        if (!sizes) return fail(sizes.error());
+        return made(within_domain({std::move(*sizes)}), "sizes");
+    }
+    Outcome<SourcedMetric<D>> operator()(const config::GeometryMetric& asked) const {
+        auto sizes = geometry_sizes(input.mesh, input.boundary.features, asked, diameter(input.mesh),
+                                    part_of(execution, 0, 0.8));
+        if (!sizes) return fail(sizes.error());
+        return made(within_domain(*sizes), "geometry");
+    }
+    Outcome<SourcedMetric<D>> operator()(const config::FilePath& path) const { return rows_of(path); }
+    Outcome<SourcedMetric<D>> operator()(const config::SolutionMetric& solution) const { return rows_of(solution); }
+
+  private:
+    [[nodiscard]] Outcome<SourcedMetric<D>> rows_of(const config::Metric& asked) const {
+        const auto file = std::ranges::find_if(input.files, [&](const MetricFile& f) { return f.is_of(asked); });
+        if (file == input.files.end()) return fail(ErrorKind::internal, "the metric's rows were not read");
         if (file->mesh) return sampled_file<D>(*file, input.mesh.points, execution);
         auto metric = log_metrics_of_file<D>(*file, input.mesh.points.size(), part_of(execution, 0, 0.6));
         if (!metric) return metric;
@@ -149,8 +166,10 @@ struct Source {
         metric->log_metrics = std::move(*here);
         return metric;
     }
-
-  private:
+    /// Elsewhere as large as the domain.
+    [[nodiscard]] Outcome<Column<LogMetric<D>>> within_domain(const std::vector<MetricsAtVertices<D>>& sizes) const {
+        return fixed_metric<D>(input.mesh, sizes, {}, diameter(input.mesh), without_progress(execution));
+    }
     static Outcome<SourcedMetric<D>> made(Outcome<Column<LogMetric<D>>> logs, const char* source) {
         if (!logs) return fail(logs.error());
         return sourced(std::move(*logs), source);

@@ -3,6 +3,7 @@ module;
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 export module camber.run:stages;
 import camber.core;
@@ -34,11 +35,19 @@ struct MetricMesh {
     Of of = Of::another;  ///< input: with rows at all nodes of it, as it was read
 };
 
-/// A metric file's rows, read by the shell.
+/// A metric's rows: of a file, read by the shell, or made for the run's solution.
 struct MetricFile {
     std::string name;
     Solution solution;
-    std::optional<MetricMesh> mesh = {};  ///< none: the rows are at the vertices of the input
+    std::optional<MetricMesh> mesh = {};                 ///< none: the rows are at the vertices of the input
+    std::optional<config::SolutionMetric> made_by = {};  ///< none: of a file
+
+    /// Whether that metric is meant.
+    [[nodiscard]] bool is_of(const config::Metric& metric) const {
+        if (const auto* file = std::get_if<config::FilePath>(&metric)) return !made_by && name == file->path;
+        const auto* solution_metric = std::get_if<config::SolutionMetric>(&metric);
+        return solution_metric != nullptr && made_by && *made_by == *solution_metric;
+    }
 };
 
 /// A metric file's rows in the order of a mesh's vertices and, where there are as many as nodes of a curved one, of its
