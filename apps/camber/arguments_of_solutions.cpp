@@ -45,6 +45,7 @@ void add_options_of_metric(CLI::App* verb, camber::config::SolutionMetric& m) {
     verb->add_option("--geometry-angle", m.geometry.angle,
                      help_of(camber::option_of(&camber::config::GeometryMetric::angle)) + " (degrees)")
         ->check(within<double>(camber::option_of(&camber::config::GeometryMetric::angle).limits));
+    add_described<double>(verb, m.geometry, camber::option_of(&camber::config::GeometryMetric::gap_elements));
 }
 
 }  // namespace

@@ -52,6 +52,23 @@ class BoxTree {
         return best;
     }
 
+    struct Met {
+        std::size_t item = std::numeric_limits<std::size_t>::max();
+        double distance = std::numeric_limits<double>::infinity();  ///< s, in units of |d|
+    };
+
+    /// The item that the ray p + s·d, s >= 0, meets first: that of the least s = meets(item), infinity where it does
+    /// not (ties: the lowest item). Items whose boxes it misses are not asked: boxes should be larger than the items by
+    /// the rounding of coordinates. Only what is met before `within` counts.
+    template <class Meets>
+    [[nodiscard]] Met first_along(const Vec<D>& p, const Vec<D>& d, Meets&& meets,
+                                  double within = std::numeric_limits<double>::infinity()) const {
+        Met first;
+        first.distance = within;
+        if (!nodes_.empty() && entry(nodes_[0].box, p, d) < within) go_along(0, p, d, meets, first);
+        return first;
+    }
+
     /// visit(item) for each item whose box contains p, and for a few whose box is near, in no particular but a fixed
     /// order.
     template <class Visit>
@@ -117,6 +134,42 @@ class BoxTree {
         if (children[1].first < children[0].first) std::swap(children[0], children[1]);
         for (const auto& [d, child] : children)
             if (d <= best.distance_squared) descend(child, p, distance_squared, best);
+    }
+
+    /// Where the ray comes into a box; infinity: nowhere.
+    [[nodiscard]] static double entry(const Box<D>& box, const Vec<D>& p, const Vec<D>& d) {
+        constexpr double never = std::numeric_limits<double>::infinity();
+        double in = 0, out = never;
+        for (int i = 0; i < D; ++i) {
+            const double low = box.low[i] - p[i], high = box.high[i] - p[i];
+            if (d[i] == 0) {
+                if (low > 0 || high < 0) return never;
+                continue;
+            }
+            const auto [near, far] = std::minmax(low / d[i], high / d[i]);
+            in = std::max(in, near);
+            out = std::min(out, far);
+        }
+        return in <= out ? in : never;
+    }
+
+    template <class Meets>
+    void go_along(std::uint32_t at, const Vec<D>& p, const Vec<D>& d, Meets& meets, Met& first) const {
+        const Node& node = nodes_[at];
+        if (node.right == 0) {
+            for (std::uint32_t i = node.begin; i < node.end; ++i) {
+                const std::size_t item = order_[i];
+                const double s = meets(item);
+                const bool is_tie = s == first.distance && first.item < size();
+                if (s < first.distance || (is_tie && item < first.item)) first = {item, s};
+            }
+            return;
+        }
+        std::array<std::pair<double, std::uint32_t>, 2> children{
+            {{entry(nodes_[node.left].box, p, d), node.left}, {entry(nodes_[node.right].box, p, d), node.right}}};
+        if (children[1].first < children[0].first) std::swap(children[0], children[1]);
+        for (const auto& [s, child] : children)
+            if (s <= first.distance && s < std::numeric_limits<double>::infinity()) go_along(child, p, d, meets, first);
     }
 
     template <class Visit>

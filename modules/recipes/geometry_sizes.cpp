@@ -36,13 +36,19 @@ Outcome<std::vector<MetricsAtVertices<D>>> sizes_of(const auto& mesh, const Line
                                                     const Features<D>& features, const GeometrySizes& asked,
                                                     double largest, const Execution& execution) {
     if (!asked.are_asked())
-        return fail(ErrorKind::usage, "nothing is asked of the geometry", {}, {}, "give chord_error or angle");
+        return fail(ErrorKind::usage, "nothing is asked of the geometry", {}, {}, "give chord_error, angle or gap_elements");
     const auto patches = asking_patches(linear, features, asked.references);
     if (!patches) return fail(patches.error());
     std::vector<MetricsAtVertices<D>> parts;
-    auto chords = chord_metrics(
-        mesh, *patches, {.chord_error = asked.chord_error, .angle = asked.angle, .normal_ratio = asked.normal_ratio},
-        largest, execution);
+    if (asked.gap_elements > 0) {
+        auto across =
+            gap_metrics(linear, *patches, {.elements = asked.gap_elements}, largest, part_of(execution, 0, 0.5));
+        if (!across) return fail(across.error());
+        parts.push_back(std::move(*across));
+    }
+    if (!(asked.chord_error > 0) && !(asked.angle > 0)) return parts;
+    const ChordOptions options{asked.chord_error, asked.angle, asked.normal_ratio};
+    auto chords = chord_metrics(mesh, *patches, options, largest, part_of(execution, 0.5, 1));
     if (!chords) return fail(chords.error());
     parts.push_back(std::move(*chords));
     return parts;

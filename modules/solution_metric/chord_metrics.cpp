@@ -16,6 +16,7 @@ module camber.solution_metric;
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import :sides;
 
 namespace camber {
 
@@ -29,24 +30,6 @@ struct Curved {
     std::array<double, D - 1> curvatures{};
 };
 
-/// The facets of one patch around a vertex.
-using Side = std::span<const FacetId>;
-
-/// n times the measure of a facet whose edges at a corner are `columns`.
-Vec<2> area_normal(const std::array<Vec<2>, 1>& columns) { return {{columns[0][1], -columns[0][0]}}; }
-Vec<3> area_normal(const std::array<Vec<3>, 2>& columns) { return cross(columns[0], columns[1]); }
-
-std::array<Vec<2>, 1> tangents_of(const Vec<2>& n) { return {Vec<2>{{-n[1], n[0]}}}; }
-std::array<Vec<3>, 2> tangents_of(const Vec<3>& n) {
-    int least = 0;
-    for (int i = 1; i < 3; ++i)
-        if (std::abs(n[i]) < std::abs(n[least])) least = i;
-    Vec<3> axis;
-    axis[least] = 1;
-    const Vec<3> a = normalised(cross(n, axis));
-    return {a, cross(n, a)};
-}
-
 /// The principal directions of a shape operator on the tangents.
 Curved<2> principal(const Vec<2>& n, const std::array<Vec<2>, 1>& tangents, const std::array<double, 1>& shape) {
     return {n, tangents, {std::abs(shape[0])}};
@@ -58,22 +41,11 @@ Curved<3> principal(const Vec<3>& n, const std::array<Vec<3>, 2>& tangents, cons
     return out;
 }
 
-/// A vector turned to the side of another.
-template <int D>
-Vec<D> to_side_of(const Vec<D>& n, const Vec<D>& side) {
-    return dot(n, side) < 0 ? -n : n;
-}
-
 /// The mean normal of a side's straight facets; zero where they cancel.
 template <int D>
 Vec<D> side_normal(const LinearMesh<D>& mesh, Side side) {
     Vec<D> sum;
-    for (const FacetId f : side) {
-        const auto& v = mesh.facets.vertices[f];
-        std::array<Vec<D>, D - 1> columns;
-        for (int i = 0; i < D - 1; ++i) columns[i] = mesh.points[v[i + 1]] - mesh.points[v[0]];
-        sum += to_side_of(area_normal(columns), sum);
-    }
+    for (const FacetId f : side) sum += to_side_of(area_normal(mesh, f), sum);
     return normalised(sum);
 }
 
@@ -238,19 +210,11 @@ Outcome<MetricsAtVertices<D>> metrics_of_sides(const Incidence<FacetId>& balls, 
         auto done = each_chunk(execution, vertices.size(), [&](std::size_t begin, std::size_t end) {
             auto curved = make_curved();
             std::vector<FacetId> facets;
-            for (std::size_t i = begin; i < end; ++i) {
-                const auto ball = balls[vertices[i]];
-                facets.assign(ball.begin(), ball.end());
-                std::erase_if(facets, [&](FacetId f) { return patches[f] == no_patch; });
-                std::stable_sort(facets.begin(), facets.end(),
-                                 [&](FacetId a, FacetId b) { return patches[a] < patches[b]; });
-                for (std::size_t first = 0, last = 0; first < facets.size(); first = last) {
-                    while (last < facets.size() && patches[facets[last]] == patches[facets[first]]) ++last;
-                    const Side side(facets.data() + first, last - first);
+            for (std::size_t i = begin; i < end; ++i)
+                each_side(balls[vertices[i]], patches, facets, [&](Side side) {
                     const LogMetric<D> own = metric_of<D>(curved(vertices[i], side), options, largest);
-                    logs[i] = first == 0 ? own : intersection(logs[i], own);
-                }
-            }
+                    logs[i] = side.data() == facets.data() ? own : intersection(logs[i], own);
+                });
         });
         if (!done) return fail(done.error());
         return MetricsAtVertices<D>{std::move(vertices), std::move(logs)};
@@ -263,11 +227,7 @@ Outcome<Done> check_chords(const LinearMesh<D>& mesh, const Column<std::uint32_t
     if (auto sound = check_limits(options); !sound) return sound;
     if (!(options.chord_error > 0) && !(options.angle > 0))
         return fail(ErrorKind::usage, "neither an error of chords nor an angle is asked for");
-    if (!(largest >= min_length) || !(largest <= max_length))
-        return fail(ErrorKind::usage, "the largest size must be positive and finite");
-    if (patches.size() != mesh.facets.size())
-        return fail(ErrorKind::usage, "the patches are of another mesh: there must be one a facet");
-    return Done{};
+    return check_sides(mesh, patches, largest);
 }
 
 }  // namespace

@@ -48,6 +48,9 @@ template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> sizes_by_reference(const LinearMesh<D>& mesh,
                                                                std::span<const ReferenceSize> sizes);
 
+/// Of a facet that is on no patch: it has no say.
+inline constexpr std::uint32_t no_patch = 0xffffffffU;
+
 /// How far chords may be from the geometry that they stand for.
 struct ChordOptions {
     double chord_error = 0;    ///< δ: of a chord's middle from the surface; 0: not asked
@@ -79,9 +82,8 @@ struct ChordOptions {
 /// boundary it is (Features::patches of camber.surface), facets of `no_patch` have no say, and the metrics of the
 /// patches that meet at a vertex are intersected. Of a mesh of degree 2 they are those of its facets at the vertex,
 /// averaged by area; of a straight mesh those of the quadratic through the patch's vertices around, two rings of them,
-/// by least squares weighted by 1/r²; where these are too few, of one ring or none. Two walls that face each other
-/// across a gap are not looked for. Errors (usage): limits of options, patches that are not one a facet; stopped.
-inline constexpr std::uint32_t no_patch = 0xffffffffU;
+/// by least squares weighted by 1/r²; where these are too few, of one ring or none. What faces it across a gap is
+/// another matter (`gap_metrics`). Errors (usage): limits of options, patches that are not one a facet; stopped.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> chord_metrics(const LinearMesh<D>& mesh,
                                                           const Column<std::uint32_t>& patches,
@@ -92,6 +94,36 @@ template <int D>
                                                           const Column<std::uint32_t>& patches,
                                                           const ChordOptions& options, double largest,
                                                           const Execution& execution);
+
+/// How finely thin parts of the domain are to be resolved.
+struct GapOptions {
+    double elements = 0;  ///< across a gap; need not be whole
+
+    [[nodiscard]] static constexpr auto options() {
+        return std::tuple(option("elements", &GapOptions::elements, "how many elements there shall be across a gap")
+                              .above(0)
+                              .required());
+    }
+    friend bool operator==(const GapOptions&, const GapOptions&) = default;
+};
+
+/// Metrics where the domain is thin, at the vertices of facets. From such a vertex a ray goes into the domain, along
+/// the mean normal of the facets of one patch (`patches` as in `chord_metrics`; facets of `no_patch` are met, but send none); where facets have elements on both
+/// sides each side has its own ray. The first facet that it meets after a way t is across a gap if it faces: its own
+/// normal turned against the ray's by less than 45 degrees. Walls that meet at a wider angle are a corner: they are
+/// nearer to each other's end than to each other. The size is t/`elements` along the normal, `largest` along the wall,
+/// and a vertex where t/`elements` is not below `largest` has no metric; those of the sides that meet at one are
+/// intersected.
+///
+/// Facets that touch the vertex are not met, nor those that the ray runs along (by a degree): the walls beside a rim.
+/// Of two walls that meet at a sharp angle sizes fall to 0 towards the edge in which they do, which has no metric
+/// itself: `min_size` ends that. Facets are taken as straight, and all that bounds the domain should be among them: a
+/// ray that leaves it elsewhere finds nothing. Errors (usage): limits of options, a largest size that is no length,
+/// patches that are not one a facet; memory; stopped.
+template <int D>
+[[nodiscard]] Outcome<MetricsAtVertices<D>> gap_metrics(const LinearMesh<D>& mesh, const Column<std::uint32_t>& patches,
+                                                        const GapOptions& options, double largest,
+                                                        const Execution& execution);
 
 /// One metric a vertex: the largest size, intersected with all that is given at some and at all vertices. Errors
 /// (usage): columns that are not of this mesh, vertices out of range, sizes out of range; stopped.

@@ -46,6 +46,50 @@ void tree_laws() {
                           std::numeric_limits<std::size_t>::max());
         }
     });
+    property("first_along: the least way along a ray, ties to the lowest item", [](std::uint64_t seed) {
+        Dice dice(seed);
+        // Balls on a coarse grid, and rays along it and across.
+        std::vector<Vec<D>> centres(1 + dice.below(100));
+        std::vector<Box<D>> boxes(centres.size());
+        constexpr double radius = 0.3;
+        for (std::size_t i = 0; i < centres.size(); ++i) {
+            for (double& x : centres[i].c) x = static_cast<double>(dice.below(6));
+            for (const double r : {-1.01 * radius, 1.01 * radius}) {
+                Vec<D> corner = centres[i];
+                for (double& x : corner.c) x += r;
+                boxes[i].include(corner);
+            }
+        }
+        const BoxTree<D> tree(boxes);
+        constexpr double never = std::numeric_limits<double>::infinity();
+        for (int k = 0; k < 20; ++k) {
+            Vec<D> p = dice.vector<D>(-1, 7), d = dice.vector<D>();
+            if (k % 2 == 0) {
+                p = centres[dice.below(centres.size())];
+                d = {};
+                d[k % D] = k % 4 == 0 ? 0.5 : -2;
+                p -= dice.uniform(0, 3) * d;
+            }
+            const auto meets = [&](std::size_t i) {
+                const Vec<D> c = centres[i] - p;
+                const double a = norm_squared(d), b = dot(c, d), rest = b * b - a * (norm_squared(c) - radius * radius);
+                return rest < 0 || b < 0 ? never : (b - std::sqrt(rest)) / a;
+            };
+            std::size_t best = 0;
+            for (std::size_t i = 1; i < centres.size(); ++i)
+                if (meets(i) < meets(best)) best = i;
+            const auto met = tree.first_along(p, d, meets);
+            if (meets(best) == never) {
+                RC_ASSERT(met.item == std::numeric_limits<std::size_t>::max());
+                continue;
+            }
+            RC_ASSERT(met.item == best);
+            RC_ASSERT(met.distance == meets(best));
+            if (met.distance > 0)
+                RC_ASSERT(tree.first_along(p, d, meets, 0.99 * met.distance).item ==
+                          std::numeric_limits<std::size_t>::max());
+        }
+    });
     property("containing: exactly the boxes that hold the point", [](std::uint64_t seed) {
         Dice dice(seed);
         std::vector<Box<D>> boxes(1 + dice.below(100));

@@ -99,6 +99,20 @@ void told(const char* what, double seconds, const SolutionMetric<3>& metric) {
                 metric.asked, metric.evaluations, metric.gradations);
 }
 
+/// The time of gaps: a plate of six cells, as many boundary vertices as there are.
+void gaps() {
+    const auto mesh = box_with_facets<3>({170, 170, 6}, 1, 0);
+    auto points = take(Column<Vec<3>>(mesh.points));
+    for (Vec<3>& p : points) p[2] = 0.02 * p[2] + 0.2 * p[0] * p[0] * p[1];
+    auto plate = mesh;
+    plate.points = std::move(points);
+    const auto patches = patches_of(mesh);
+    MetricsAtVertices<3> metrics;
+    const double seconds = seconds_of([&] { metrics = must(gap_metrics<3>(plate, patches, {4}, 0.1, alone)); });
+    std::printf("%zu tetrahedra, %zu facets: gaps at %zu vertices, %.2f s\n", mesh.elements.size(), mesh.facets.size(),
+                metrics.vertices.size(), seconds);
+}
+
 }  // namespace
 
 TEST_CASE("figures: how near the models are to the optimum" * doctest::skip()) {
@@ -152,3 +166,5 @@ TEST_CASE("figures: composition, seconds of one thread" * doctest::skip()) {
         [&] { (void)must(models_at_vertices<3>(mesh, ball, of_elements.rows, {}, n, diameter(mesh), alone)); });
     std::printf("  models of elements %.2f s, brought to vertices %.2f s\n", elements, means);
 }
+
+TEST_CASE("figures: gaps" * doctest::skip()) { gaps(); }

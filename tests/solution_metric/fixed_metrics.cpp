@@ -37,28 +37,6 @@ Vec<3> ball(const Vec<3>& t) {
     return (1 + t[0]) * normalised(Vec<3>{{1, std::tan(1.2 * (t[1] - 0.5)), std::tan(1.2 * (t[2] - 0.5))}});
 }
 
-template <int D>
-std::array<double, D> sorted_sizes(const LogMetric<D>& log_metric) {
-    std::array<double, D> out{};
-    const auto e = eigen_system(log_metric.l);
-    for (int i = 0; i < D; ++i) out[i] = std::exp(-e.values[i] / 2);
-    std::sort(out.begin(), out.end());
-    return out;
-}
-
-/// The facets of references 1 (across the radius, both ends) and others; each a patch, but inside and outside apart.
-template <int D>
-Column<std::uint32_t> patches_of(const LinearMesh<D>& parameters) {
-    Buffer<std::uint32_t> out;
-    for (std::size_t f = 0; f < parameters.facets.size(); ++f) {
-        Vec<D> sum;
-        for (const VertexId v : parameters.facets.vertices[f]) sum += parameters.points[v];
-        const int axis = parameters.facets.references[f] - 1;
-        out.push_back(2 * axis + (sum[axis] / D > 0.5 ? 1 : 0));
-    }
-    return out;
-}
-
 /// Expects sizes[i] at vertices of facets of patch `patch` alone, within a share.
 template <int D, class Expected>
 void expect_sizes(const MetricsAtVertices<D>& metrics, const LinearMesh<D>& parameters, double x,

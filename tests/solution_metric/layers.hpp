@@ -17,14 +17,17 @@ import camber.solution_metric;
 
 namespace camber::testing {
 
-/// The unit box of n cells a side, with facets all around of reference 1 + the axis that they lie across.
+/// The unit box of so many cells, with facets all around of reference 1 + the axis that they lie across.
 template <int D>
-LinearMesh<D> box_with_facets(int n, std::uint64_t seed, double jitter) {
+LinearMesh<D> box_with_facets(const std::array<int, D>& cells, std::uint64_t seed, double jitter) {
     LatticeOptions<D> options;
-    options.cells.fill(n);
+    options.cells = cells;
     options.seed = seed;
     options.jitter = jitter;
-    options.place = [n](const Vec<D>& p) { return p / n; };
+    options.place = [&](Vec<D> p) {
+        for (int i = 0; i < D; ++i) p[i] /= cells[i];
+        return p;
+    };
     auto mesh = lattice_mesh(options);
     const auto around = must(neighbours(mesh, must(balls(mesh, alone)), alone));
     Buffer<SimplexVertices<D - 1>> facets;
@@ -44,6 +47,37 @@ LinearMesh<D> box_with_facets(int n, std::uint64_t seed, double jitter) {
     mesh.facets.vertices = std::move(facets);
     mesh.facets.references = std::move(references);
     return mesh;
+}
+
+/// Of n cells a side.
+template <int D>
+LinearMesh<D> box_with_facets(int n, std::uint64_t seed, double jitter) {
+    std::array<int, D> cells;
+    cells.fill(n);
+    return box_with_facets<D>(cells, seed, jitter);
+}
+
+/// Of the mapped box the patches: each of its sides is one.
+template <int D>
+Column<std::uint32_t> patches_of(const LinearMesh<D>& parameters) {
+    Buffer<std::uint32_t> out;
+    for (std::size_t f = 0; f < parameters.facets.size(); ++f) {
+        Vec<D> sum;
+        for (const VertexId v : parameters.facets.vertices[f]) sum += parameters.points[v];
+        const int axis = parameters.facets.references[f] - 1;
+        out.push_back(2 * axis + (sum[axis] / D > 0.5 ? 1 : 0));
+    }
+    return out;
+}
+
+/// Of a metric, rising.
+template <int D>
+std::array<double, D> sorted_sizes(const LogMetric<D>& log_metric) {
+    std::array<double, D> out{};
+    const auto e = eigen_system(log_metric.l);
+    for (int i = 0; i < D; ++i) out[i] = std::exp(-e.values[i] / 2);
+    std::sort(out.begin(), out.end());
+    return out;
 }
 
 /// A model by its eigenvalues, with axes that may be turned.
