@@ -79,6 +79,8 @@ Outcome<Interpolated> conserve(const TransferScene<D>& scene, std::span<const Tr
     statistics.projected = std::max(linear->matrix.size(), quadratic->matrix.size());
     statistics.turned = std::max(linear->matrix.turned(), quadratic->matrix.turned());
     statistics.patches = patches.patches;
+    statistics.spread = std::max(linear->spread, quadratic->spread);
+    statistics.unkept = std::max(linear->unkept, quadratic->unkept);
     return interpolated;
 }
 

@@ -25,18 +25,49 @@ namespace camber {
 
 namespace {
 
-/// A pseudo-inverse: groups none of whose nodes are free have no say. Rows are scaled first, since materials may be of
-/// very different volumes.
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a) {
-    constexpr double singular = 1e-10;
-    Eigen::VectorXd scale = a.diagonal();
-    for (double& s : scale) s = s > 0 ? 1 / std::sqrt(s) : 0;
-    const Eigen::MatrixXd scaled = scale.asDiagonal() * (0.5 * (a + a.transpose())) * scale.asDiagonal();
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
-    decomposition.setThreshold(singular);
-    decomposition.compute(scaled);
-    return scale.asDiagonal() * decomposition.pseudoInverse() * scale.asDiagonal();
-}
+/// C M⁻¹ Cᵀ of some integrals: by how much each changes for the multiplier of each. It may be singular: integrals over
+/// elements without free nodes have no say, and a node on an interface has but one for two.
+class Reach {
+  public:
+    Reach() = default;
+    /// Rows are scaled for the pseudo-inverse, since materials may be of very different volumes.
+    explicit Reach(const Eigen::MatrixXd& a) : square_(0.5 * (a + a.transpose())) {
+        constexpr double singular = 1e-10;
+        Eigen::VectorXd scale = a.diagonal();
+        for (double& s : scale) s = s > 0 ? 1 / std::sqrt(s) : 0;
+        Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+        decomposition.setThreshold(singular);
+        decomposition.compute(scale.asDiagonal() * square_ * scale.asDiagonal());
+        inverse_ = scale.asDiagonal() * decomposition.pseudoInverse() * scale.asDiagonal();
+        is_whole_ = decomposition.rank() == a.rows();
+    }
+    [[nodiscard]] const Eigen::MatrixXd& square() const { return square_; }
+    /// Whether any integrals can be reached.
+    [[nodiscard]] bool is_whole() const { return is_whole_; }
+    /// The multipliers of the least change that comes nearest to `gap`.
+    [[nodiscard]] Eigen::VectorXd multipliers(const Eigen::VectorXd& gap) const { return inverse_ * gap; }
+    /// What of `gap` no change reaches; exactly 0 where that is rounding.
+    [[nodiscard]] Eigen::VectorXd rest(const Eigen::VectorXd& gap) const {
+        constexpr double rounding = 1e-8;
+        Eigen::VectorXd rest = Eigen::VectorXd::Zero(gap.size());
+        if (is_whole_) return rest;
+        const Eigen::VectorXd reached = square_ * multipliers(gap);
+        for (Eigen::Index i = 0; i < gap.size(); ++i)
+            if (std::abs(gap[i] - reached[i]) > rounding * std::abs(gap[i])) rest[i] = gap[i] - reached[i];
+        return rest;
+    }
+
+  private:
+    Eigen::MatrixXd square_, inverse_;
+    bool is_whole_ = true;
+};
+
+/// A change of the unknowns, and what is to be wanted of each group after it.
+struct LeastChange {
+    Buffer<double> change;
+    std::vector<double> moved;           ///< of each group: by how much its own integral is to be another
+    std::size_t spread = 0, unkept = 0;  ///< see TransferStatistics
+};
 
 /// The changes in L2 that integrals by group can be put right by.
 template <int D, int K>
@@ -44,20 +75,21 @@ class Changes {
   public:
     using Patches = typename PatchSearch<D>::Patches;
 
-    Changes(const Patches& patches, MassMatrix<D, K>& matrix)
-        : patches_(patches), matrix_(matrix), patch_of_(matrix.size(), none) {
+    Changes(const Patches& patches, std::size_t materials, MassMatrix<D, K>& matrix)
+        : patches_(patches), matrix_(matrix), materials_(materials), patch_of_(matrix.size(), none) {
         for (std::size_t slot = 0; slot < patches.group_of_new.size(); ++slot)
             for (const std::uint32_t u : matrix.unknowns(slot))
                 if (u != none) patch_of_[u] = patches.groups[patches.group_of_new[slot]].patch;
     }
 
     /// M⁻¹ Cᵀ, a column for the first group of each patch, one for the second, and so on: patches do not touch. And of
-    /// each patch the inverse of C M⁻¹ Cᵀ on what it can reach.
+    /// each patch what it can reach, and of all together by material.
     [[nodiscard]] Outcome<Done> make(const Execution& execution) {
         std::size_t most = 0;
+        std::vector<Eigen::MatrixXd> squares;
         for (std::size_t p = 0; p < patches_.patches; ++p) {
             const auto n = static_cast<Eigen::Index>(groups_of(p));
-            inverse_.emplace_back(Eigen::MatrixXd::Zero(n, n));
+            squares.emplace_back(Eigen::MatrixXd::Zero(n, n));
             most = std::max(most, groups_of(p));
         }
         Buffer<double> right(matrix_.size());
@@ -75,29 +107,70 @@ class Changes {
             if (!sums) return fail(sums.error());
             for (std::size_t g = 0; g < patches_.groups.size(); ++g)
                 if (const std::size_t p = patches_.groups[g].patch; k < groups_of(p))
-                    inverse_[p](static_cast<Eigen::Index>(local(g)), static_cast<Eigen::Index>(k)) = (*sums)[g].value();
+                    squares[p](static_cast<Eigen::Index>(local(g)), static_cast<Eigen::Index>(k)) = (*sums)[g].value();
         }
-        for (Eigen::MatrixXd& square : inverse_) square = pseudo_inverse(square);
+        for (const Eigen::MatrixXd& square : squares) of_patches_.emplace_back(square);
+        if (!std::ranges::all_of(of_patches_, &Reach::is_whole)) of_materials_ = reach_of_materials();
         return Done{};
     }
 
-    /// The least change by which the integrals over the groups change so much.
-    [[nodiscard]] Buffer<double> least(const std::vector<double>& gap) const {
+    /// The least change by which the integrals over the groups change so much. What the nodes of a patch cannot reach
+    /// is made up for by the least change of all nodes that does so by material.
+    [[nodiscard]] LeastChange least(const std::vector<double>& gap) const {
+        LeastChange out{.change = Buffer<double>(matrix_.size(), 0), .moved = std::vector<double>(gap.size(), 0)};
         std::vector<double> lambda(gap.size());
+        Eigen::VectorXd missing = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(materials_));
         for (std::size_t p = 0; p < patches_.patches; ++p) {
-            const std::size_t first = patches_.first_group[p];
-            const auto n = static_cast<Eigen::Index>(groups_of(p));
-            Eigen::Map<Eigen::VectorXd>(lambda.data() + first, n) =
-                inverse_[p] * Eigen::Map<const Eigen::VectorXd>(gap.data() + first, n);
+            const Eigen::VectorXd own = of_patch(gap, p), rest = of_patches_[p].rest(own);
+            of_patch(lambda, p) = of_patches_[p].multipliers(own);
+            of_patch(out.moved, p) -= rest;
+            for (std::size_t k = 0; k < groups_of(p); ++k) {
+                const double r = rest[static_cast<Eigen::Index>(k)];
+                missing[material_of(p, k)] += r;
+                out.spread += r != 0 ? 1 : 0;
+            }
         }
-        Buffer<double> change(matrix_.size(), 0);
-        for (std::size_t u = 0; u < change.size(); ++u)
+        if (out.spread > 0) spread(missing, lambda, out);
+        for (std::size_t u = 0; u < out.change.size(); ++u)
             for (std::size_t k = 0; k < groups_of(patch_of_[u]); ++k)
-                change[u] += lambda[patches_.first_group[patch_of_[u]] + k] * columns_[k][u];
-        return change;
+                out.change[u] += lambda[patches_.first_group[patch_of_[u]] + k] * columns_[k][u];
+        return out;
     }
 
   private:
+    /// Of the integrals over all groups of each material.
+    [[nodiscard]] Reach reach_of_materials() const {
+        const auto m = static_cast<Eigen::Index>(materials_);
+        Eigen::MatrixXd all = Eigen::MatrixXd::Zero(m, m);
+        for (std::size_t p = 0; p < patches_.patches; ++p)
+            for (std::size_t i = 0; i < groups_of(p); ++i)
+                for (std::size_t j = 0; j < groups_of(p); ++j)
+                    all(material_of(p, i), material_of(p, j)) +=
+                        of_patches_[p].square()(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+        return Reach(all);
+    }
+    /// Adds to the multipliers those by which the integrals over the materials change so much.
+    void spread(const Eigen::VectorXd& missing, std::vector<double>& lambda, LeastChange& out) const {
+        const Eigen::VectorXd of_material = of_materials_.multipliers(missing);
+        for (const double rest : of_materials_.rest(missing)) out.unkept += rest != 0 ? 1 : 0;
+        for (std::size_t p = 0; p < patches_.patches; ++p) {
+            Eigen::VectorXd own(static_cast<Eigen::Index>(groups_of(p)));
+            for (std::size_t k = 0; k < groups_of(p); ++k)
+                own[static_cast<Eigen::Index>(k)] = of_material[material_of(p, k)];
+            of_patch(lambda, p) += own;
+            of_patch(out.moved, p) += of_patches_[p].square() * own;
+        }
+    }
+    /// The part of numbers of the groups that is a patch's.
+    [[nodiscard]] Eigen::Map<Eigen::VectorXd> of_patch(std::vector<double>& groups, std::size_t p) const {
+        return {groups.data() + patches_.first_group[p], static_cast<Eigen::Index>(groups_of(p))};
+    }
+    [[nodiscard]] Eigen::Map<const Eigen::VectorXd> of_patch(const std::vector<double>& groups, std::size_t p) const {
+        return {groups.data() + patches_.first_group[p], static_cast<Eigen::Index>(groups_of(p))};
+    }
+    [[nodiscard]] Eigen::Index material_of(std::size_t patch, std::size_t k) const {
+        return patches_.groups[patches_.first_group[patch] + k].material;
+    }
     [[nodiscard]] std::size_t groups_of(std::size_t patch) const {
         return patches_.first_group[patch + 1] - patches_.first_group[patch];
     }
@@ -120,9 +193,11 @@ class Changes {
 
     const Patches& patches_;
     MassMatrix<D, K>& matrix_;
-    std::vector<std::uint32_t> patch_of_;  ///< of each unknown
+    std::size_t materials_;
+    Buffer<std::uint32_t> patch_of_;  ///< of each unknown
     std::vector<Buffer<double>> columns_;
-    std::vector<Eigen::MatrixXd> inverse_;
+    std::vector<Reach> of_patches_;  ///< their groups
+    Reach of_materials_;             ///< all groups of each; made where some patch is not whole
 };
 
 }  // namespace
@@ -172,7 +247,7 @@ Outcome<std::vector<double>> missing_integrals(const TransferScene<D>& scene,
 template <int D, int K>
 Outcome<Done> keep_integrals(const TransferScene<D>& scene, const typename PatchSearch<D>::Patches& patches,
                              Projection<D, K>& projection, const Execution& execution) {
-    Changes<D, K> changes(patches, projection.matrix);
+    Changes<D, K> changes(patches, scene.materials.size(), projection.matrix);
     const std::size_t components = projection.block.components;
     // Once, and again for what the columns' own errors left.
     constexpr int rounds = 3;
@@ -185,7 +260,11 @@ Outcome<Done> keep_integrals(const TransferScene<D>& scene, const typename Patch
         for (std::size_t c = 0; c < components; ++c) {
             std::vector<double> gap(patches.groups.size());
             for (std::size_t g = 0; g < gap.size(); ++g) gap[g] = (*missing)[g * components + c];
-            projection.add(c, changes.least(gap));
+            const LeastChange least = changes.least(gap);
+            projection.add(c, least.change);
+            for (std::size_t g = 0; g < gap.size(); ++g) projection.before[g * components + c].add(least.moved[g]);
+            projection.spread = std::max(projection.spread, least.spread);
+            projection.unkept = std::max(projection.unkept, least.unkept);
         }
     }
     return Done{};

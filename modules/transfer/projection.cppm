@@ -26,9 +26,11 @@ struct Projection {
     Block block;
     ReferenceMass<D, K> reference;
     MassMatrix<D, K> matrix;
-    std::vector<Sum> before;   ///< the old integrals over each group: group after group, all components
-    Buffer<double> residual;   ///< ∫ φ_i (u_old − u): of each component all unknowns
-    Buffer<double> low, high;  ///< where asked for: of each unknown the components' limits
+    /// The integrals that each group is to have, those of the old field: group after group, all components.
+    std::vector<Sum> before;
+    Buffer<double> residual;             ///< ∫ φ_i (u_old − u): of each component all unknowns
+    Buffer<double> low, high;            ///< where asked for: of each unknown the components' limits
+    std::size_t spread = 0, unkept = 0;  ///< see TransferStatistics
 
     [[nodiscard]] std::span<double> residual_of(std::size_t c) {
         return std::span(residual).subspan(c * matrix.size(), matrix.size());
@@ -61,7 +63,9 @@ template <int D>
                                                 const Execution& execution);
 
 /// Puts the integrals over each group back to those of the old field, by the least change in L2 on each patch: δ with
-/// least δᵀMδ among those with Cδ = g, C the integrals of the basis by group: δ = M⁻¹Cᵀλ, (C M⁻¹Cᵀ) λ = g.
+/// least δᵀMδ among those with Cδ = g, C the integrals of the basis by group: δ = M⁻¹Cᵀλ, (C M⁻¹Cᵀ) λ = g. What a
+/// patch's free nodes cannot reach, since it has none of a material, is given to that material's other patches by the
+/// least change in L2 of all of them, and `before` says so.
 template <int D, int K>
 [[nodiscard]] Outcome<Done> keep_integrals(const TransferScene<D>& scene,
                                            const typename PatchSearch<D>::Patches& patches,

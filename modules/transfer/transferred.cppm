@@ -69,6 +69,11 @@ struct TransferStatistics {
     std::size_t changed_elements = 0;  ///< new elements that the old mesh does not have, to the bit
     std::size_t patches = 0;           ///< connected ones of them
     std::size_t turned = 0;            ///< of the new ones with det J <= 0 at a point of the quadrature
+    /// Parts of patches, each of one material, whose nodes that are free, if any, cannot keep the part's integral: what
+    /// is missing goes to that material's other patches.
+    std::size_t spread = 0;
+    /// Materials that have no node for that: what they miss is `after − before` of their integrals.
+    std::size_t unkept = 0;
     std::vector<std::vector<MaterialIntegrals>> integrals;  ///< of each field
 };
 
@@ -86,7 +91,9 @@ struct Transferred {
 /// `conserve` then finds the new elements that are not elements of the old mesh, node by node to the bit; of the nodes
 /// of these that touch no other element it takes the values with the least ∫ (u − u_old)² over these elements, by
 /// quadrature, and then the least change in L2 by which ∫ u over each connected patch and material is that of the old
-/// field over the old elements there. Docs: docs/algorithms/transfer.md.
+/// field over the old elements there. Where a patch has no node for that, the least change over all patches keeps the
+/// material's integral (`spread`); a material without any such node is told (`unkept`). Docs:
+/// docs/algorithms/transfer.md.
 ///
 /// Errors: usage (a field whose column has not `components` values a node, a degree other than 1 and 2, a limit of the
 /// options); input (a value or coordinate that is not finite, with its node; an old mesh without elements); those of

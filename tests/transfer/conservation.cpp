@@ -290,6 +290,8 @@ TEST_CASE("a patch without free nodes keeps the values of its rim") {
     CHECK(out.statistics.patches == 1);
     CHECK(out.statistics.projected == 3);  // of degree 2 the nodes of the diagonal and of two sides
     CHECK(out.fields[0] == fields[0]);
+    CHECK(out.statistics.spread == 1);
+    CHECK(out.statistics.unkept == 1);
     const auto &linear = out.statistics.integrals[0][0], &quadratic_one = out.statistics.integrals[1][0];
     CHECK(std::abs(linear.after[0] - linear.before[0]) > 1e-3);
     CHECK(quadratic_one.after[0] == doctest::Approx(quadratic_one.before[0]).epsilon(1e-13));
