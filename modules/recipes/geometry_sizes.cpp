@@ -36,7 +36,8 @@ Outcome<std::vector<MetricsAtVertices<D>>> sizes_of(const auto& mesh, const Line
                                                     const Features<D>& features, const GeometrySizes& asked,
                                                     double largest, const Execution& execution) {
     if (!asked.are_asked())
-        return fail(ErrorKind::usage, "nothing is asked of the geometry", {}, {}, "give chord_error, angle or gap_elements");
+        return fail(ErrorKind::usage, "nothing is asked of the geometry", {}, {},
+                    "give chord_error, angle or gap_elements");
     const auto patches = asking_patches(linear, features, asked.references);
     if (!patches) return fail(patches.error());
     std::vector<MetricsAtVertices<D>> parts;

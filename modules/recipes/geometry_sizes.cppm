@@ -30,8 +30,8 @@ struct GeometrySizes {
 };
 
 /// The metrics of such sizes at the vertices of the boundary, straight or with its curves; `features` say where it
-/// breaks. Gaps are measured between straight facets. No size is above `largest`. Errors (usage): nothing asked, a reference that no facet has; those of
-/// `chord_metrics` and `gap_metrics`.
+/// breaks. Gaps are measured between straight facets. No size is above `largest`. Errors (usage): nothing asked, a
+/// reference that no facet has; those of `chord_metrics` and `gap_metrics`.
 template <int D>
 [[nodiscard]] Outcome<std::vector<MetricsAtVertices<D>>> geometry_sizes(const LinearMesh<D>& mesh,
                                                                         const Features<D>& features,

@@ -108,12 +108,12 @@ struct GapOptions {
 };
 
 /// Metrics where the domain is thin, at the vertices of facets. From such a vertex a ray goes into the domain, along
-/// the mean normal of the facets of one patch (`patches` as in `chord_metrics`; facets of `no_patch` are met, but send none); where facets have elements on both
-/// sides each side has its own ray. The first facet that it meets after a way t is across a gap if it faces: its own
-/// normal turned against the ray's by less than 45 degrees. Walls that meet at a wider angle are a corner: they are
-/// nearer to each other's end than to each other. The size is t/`elements` along the normal, `largest` along the wall,
-/// and a vertex where t/`elements` is not below `largest` has no metric; those of the sides that meet at one are
-/// intersected.
+/// the mean normal of the facets of one patch (`patches` as in `chord_metrics`; facets of `no_patch` are met, but send
+/// none); where facets have elements on both sides each side has its own ray. The first facet that it meets after a way
+/// t is across a gap if it faces: its own normal turned against the ray's by less than 45 degrees. Walls that meet at a
+/// wider angle are a corner: they are nearer to each other's end than to each other. The size is t/`elements` along the
+/// normal, `largest` along the wall, and a vertex where t/`elements` is not below `largest` has no metric; those of the
+/// sides that meet at one are intersected.
 ///
 /// Facets that touch the vertex are not met, nor those that the ray runs along (by a degree): the walls beside a rim.
 /// Of two walls that meet at a sharp angle sizes fall to 0 towards the edge in which they do, which has no metric

@@ -96,6 +96,12 @@ class Report(unittest.TestCase):
         self.write("cube.mesh", ascii_file(cube(2)))
         self.run_camber("curve", "cube.mesh", "-o", "out.meshb", "--report", "r.json", "--set", "output/distances=both")
         yield report_of(self.folder.path / "r.json")
+        lattice_points = gmf.read(self.folder.path / "cube.mesh").points
+        rows = "\n".join(repr(float(np.tanh(5 * p.sum()) + p[0] ** 3)) for p in lattice_points)
+        self.write("u.sol", f"MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n{len(lattice_points)}\n1 1\n{rows}\nEnd\n".encode())
+        self.run_camber("remesh", "cube.mesh", "-o", "out.meshb", "--report", "r.json", "--solution", "u.sol", "--metric", "solution",
+                        "--transfer", "conserve", "--output-solution", "v.sol")
+        yield report_of(self.folder.path / "r.json")
         self.write("scattered.mesh", scattered_square(224).text().encode())
         self.run_camber("curve", "scattered.mesh", "-o", "out.meshb", "--report", "r.json", "--set", 'stages=["elevate"]')
         yield report_of(self.folder.path / "r.json")
