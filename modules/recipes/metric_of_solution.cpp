@@ -1,6 +1,7 @@
 module;
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <span>
@@ -133,6 +134,19 @@ bool is_exact(const MaterialRows& rows, const Buffer<double>& longest, const Fie
     return true;
 }
 
+/// A field in a unit of its own, a power of two, in which its range is about 1: products of derivatives neither vanish
+/// nor overflow, whatever the user's unit, and not a bit of a metric depends on it.
+Column<double> in_own_unit(const Column<double>& values) {
+    if (values.empty()) return values;
+    const auto [least, largest] = std::ranges::minmax(values);
+    const double range = largest / 2 - least / 2;
+    if (!(range > 0) || !std::isfinite(range)) return values;
+    const int exponent = std::ilogb(range);
+    Buffer<double> scaled(values.begin(), values.end());
+    for (double& x : scaled) x = std::scalbn(x, -exponent);
+    return Column<double>(std::move(scaled));
+}
+
 SolutionMetricOptions with_amount(SolutionMetricOptions options, std::size_t elements) {
     if (options.amount > 0) return options;
     options.amount = static_cast<double>(elements);
@@ -143,13 +157,16 @@ SolutionMetricOptions with_amount(SolutionMetricOptions options, std::size_t ele
 }  // namespace
 
 template <int D>
-Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh, std::span<const Column<double>> fields,
+Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
+                                                std::span<const Column<double>> given_fields,
                                                 std::span<const Column<LogMetric<D>>> given,
                                                 const MetricOfSolutionOptions& options, const Around& around) {
     const SolutionMetricOptions metric = with_amount(options.metric, mesh.linear.elements.size());
     const double complexity = complexity_of<D>(metric.amount, metric.of);
     const double largest = metric.max_size > 0 ? metric.max_size : diameter(mesh.linear);
     MetricOfSolution<D> out;
+    std::vector<Column<double>> fields;
+    for (const Column<double>& field : given_fields) fields.push_back(in_own_unit(field));
     const auto derivatives = run_step(around, "recover", [&](const Execution& e) {
         return recover_derivatives<D>(mesh, fields, options.recovery, e);
     });

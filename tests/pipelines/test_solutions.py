@@ -65,6 +65,14 @@ class Solutions(unittest.TestCase):
             off = np.abs(self.values("v.sol")[:, 0] - front(made.points))
             self.assertLess(off.max(), 0.5 if SANITIZED else 0.15)
 
+    def test_units_of_a_solution_do_not_matter(self):
+        rows = []
+        for unit in (1, 2.0 ** 660, 2.0 ** -660):
+            self.write("u.sol", "a2.meshb", lambda p, unit=unit: front(p) * unit)
+            self.camber("metric", "a2.meshb", "--solution", "u.sol", "-o", "m.sol", "--elements", 800)
+            rows.append(self.values("m.sol"))
+        self.assertTrue((rows[0] == rows[1]).all() and (rows[0] == rows[2]).all())
+
     def test_quadratics_go_along_exactly_and_ask_for_no_mesh_of_degree_2(self):
         self.write("u.sol", "a2.meshb", quadratic)
         told = self.camber("metric", "a2.meshb", "--solution", "u.sol", "-o", "m.sol", code=2)

@@ -176,7 +176,7 @@ MetricFile file_of(NamedField metric, const config::SolutionMetric& asked, const
 /// Where in the config, and of which file, an error of a solution's metric is.
 Error of_solution(Error error, const std::string& path, const std::string& file) {
     if (error.kind == ErrorKind::usage && !error.where.starts_with("/"))
-        error.where = error.where.empty() ? path : path + "/" + error.where;
+        error.where = error.where.empty() || error.where == "solution" ? path : path + "/" + error.where;
     if (error.kind == ErrorKind::input && error.where.empty()) error.where = file;
     return error;
 }
