@@ -63,7 +63,7 @@ const Description<GeometryMetric>& Described<GeometryMetric>::get() {
     static const Description<GeometryMetric> description{
         "geometry-sizes",
         "Sizes along the boundary by its curvature: that chords stay near to it, and that it turns by no more than an "
-        "angle along one.",
+        "angle along one; and across the domain where it is thin.",
         listed<GeometryMetric>(),
         {}};
     return description;
