@@ -330,7 +330,7 @@ def timed(path, words):
 
 def table_of_times(camber, base, given):
     field, cases = FIELDS['front'], [('1M', 55, 1), ('200k', 32, 2)] + ([('1M', 55, 2)] if given.large else [])
-    rows, splits = [], []
+    splits = []
     for size, cells, degree in cases:
         mesh, new, u = (base / f't-{size}-{degree}.{end}' for end in ('meshb', 'new.meshb', 'solb'))
         for path, seed in ((mesh, 1), (new, 2)):
