@@ -1,5 +1,4 @@
 module;
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -24,11 +23,12 @@ enum class AmountOf : std::uint8_t {
                     Word{AmountOf::elements, "elements"});
 }
 
-/// Elements of a mesh whose elements are unit, regular simplices of side 1, for a metric of complexity 1: 1/√3·4
-/// triangles, 6√2 tetrahedra.
+/// Elements of a mesh that was brought to a metric of complexity 1, as found (2.4 to 2.8 triangles, 12 to 15
+/// tetrahedra: docs/results.md, "Meshes for solutions"). Regular simplices of side 1 would be 4/√3 and 6√2, but
+/// tetrahedra do not fill space with these, and edges of a mesh are of unit length in the mean.
 template <int D>
-[[nodiscard]] inline double elements_per_complexity() {
-    return D == 2 ? 4 / std::sqrt(3.0) : 6 * std::sqrt(2.0);
+[[nodiscard]] constexpr double elements_per_complexity() {
+    return D == 2 ? 2.6 : 12.5;
 }
 /// Elements for each vertex of a large mesh: of triangles 2 (Euler), of tetrahedra 5.7 (as found in remeshed meshes).
 template <int D>

@@ -174,9 +174,9 @@ TEST_CASE("a fixed metric that is too much alone") {
 }
 TEST_CASE("amounts of vertices and elements") {
     CHECK(complexity_of<2>(100, AmountOf::complexity) == 100);
-    CHECK(complexity_of<2>(4000, AmountOf::elements) == doctest::Approx(1000 * std::sqrt(3.0)));
-    CHECK(complexity_of<2>(2000, AmountOf::vertices) == doctest::Approx(1000 * std::sqrt(3.0)));
-    CHECK(complexity_of<3>(6000, AmountOf::elements) == doctest::Approx(1000 / std::sqrt(2.0)));
+    CHECK(complexity_of<2>(2600, AmountOf::elements) == doctest::Approx(1000));
+    CHECK(complexity_of<2>(1300, AmountOf::vertices) == doctest::Approx(1000));
+    CHECK(complexity_of<3>(12500, AmountOf::elements) == doctest::Approx(1000));
 }
 TEST_CASE("what a composition refuses") {
     refused<2>();
