@@ -146,9 +146,9 @@ class BoxTree {
                 if (low > 0 || high < 0) return never;
                 continue;
             }
-            const auto [near, far] = std::minmax(low / d[i], high / d[i]);
-            in = std::max(in, near);
-            out = std::min(out, far);
+            const double to_low = low / d[i], to_high = high / d[i];
+            in = std::max(in, std::min(to_low, to_high));
+            out = std::min(out, std::max(to_low, to_high));
         }
         return in <= out ? in : never;
     }
