@@ -176,6 +176,7 @@ Outcome<std::vector<NamedField>> wanted_fields(std::vector<NamedField> fields, c
         const auto found = std::ranges::find(fields, name, &NamedField::name);
         if (found == fields.end()) {
             std::vector<std::string_view> there;
+            there.reserve(fields.size());
             for (const NamedField& field : fields) there.push_back(field.name);
             return fail(ErrorKind::usage, of + " has no field of the name " + name, "--fields", {},
                         "it has " + listed(there, ", "));

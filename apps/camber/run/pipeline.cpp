@@ -191,7 +191,7 @@ Outcome<MetricRows> metric_rows(const config::Pipeline& pipeline, Inputs& inputs
                                      pipeline.features.ridge_angle, around);
         if (!made) return fail(of_solution(made.error(), input.path, pipeline.solution.file));
         std::ranges::move(solution_metric_notices(made->report), std::back_inserter(rows.notices));
-        rows.told = std::move(made->report);
+        rows.told = made->report;
         rows.files.push_back(file_of(std::move(made->metric), input.asked, inputs.mesh.mesh));
     }
     return rows;
@@ -270,7 +270,7 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
         },
         std::move(inputs.mesh.mesh));
     if (!run) return run;
-    run->report.solution_metric = std::move(rows->told);
+    run->report.solution_metric = rows->told;
     std::ranges::move(rows->notices, std::back_inserter(run->report.notices));
     if (given)
         if (auto done = carry(*run, *given, std::move(inputs.fields), pipeline, around); !done)
