@@ -56,7 +56,8 @@ void add_pipeline(CLI::App* verb, PipelineArguments& a) {
 void add_metric(CLI::App* verb, MetricChoice& a) {
     verb->add_option("--metric", a.metric,
                      "natural, a size such as 0.1, solution (what interpolates --solution best), a file (" +
-                         endings_of_solutions() + "), or JSON such as '{\"field\": {\"polar-1\": {}}}'")
+                         endings_of_solutions() +
+                         ", or a mesh file with its field metric), or JSON such as '{\"field\": {\"polar-1\": {}}}'")
         ->default_str("natural");
     add_sizes(verb, a.sizes);
     verb->add_option(

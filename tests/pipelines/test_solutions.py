@@ -128,6 +128,28 @@ class Solutions(unittest.TestCase):
             for one, other in (("b.mesh", "c.mesh"), ("v.sol", "w.sol")):
                 self.assertEqual((self.folder.path / one).read_bytes(), (self.folder.path / other).read_bytes(), other)
 
+    def test_a_metric_is_read_from_every_file_that_it_is_written_to(self):
+        for mesh in ("a.meshb", "a2.meshb"):
+            self.write("u.sol", mesh, front)
+            made = []
+            for file in ("m.sol", "m.solb", "m.vtu", "m.msh"):
+                self.camber("metric", mesh, "--solution", "u.sol", "-o", file, "--complexity", 200)
+                self.camber("remesh", mesh, "--metric", file, "-o", "b.mesh", "--output-metric", "n.sol")
+                self.assertIn("unit", self.camber("check", mesh, "--metric", file))
+                made.append((self.folder.path / "b.mesh").read_bytes())
+            self.assertEqual(made, made[:1] * 4)
+            told = self.camber("metric", mesh, "--solution", "u.sol", "-o", "m.cgns", code=2)
+            self.assertIn("no place for tensors", told)
+            self.assertFalse((self.folder.path / "m.cgns").exists())
+        self.camber("convert", "a.meshb", "-o", "plain.vtu")
+        self.assertIn("no metric", self.camber("remesh", "a.meshb", "--metric", "plain.vtu", "-o", "b.mesh", code=3))
+
+    def test_a_field_that_is_named_twice_goes_along_once(self):
+        self.write("u.sol", "a2.meshb", front)
+        self.camber("remesh", "a2.meshb", "--solution", "u.sol", "--fields", "field_1,field_1", "--metric", 0.1, "-o", "b.meshb",
+                    "--output-solution", "v.sol")
+        self.assertEqual(self.values("v.sol").shape[1], 1)
+
     def test_fields_of_the_input_go_along_where_the_output_has_a_place(self):
         self.write("u.sol", "a.meshb", lambda p: np.stack([front(p), quadratic(p)], 1))
         self.camber("convert", "a.meshb", "-o", "u.vtu", "--metric", "u.sol")

@@ -14,6 +14,7 @@ import camber.io;
 import camber.run;
 import :ending;
 import :execute;
+import :nodal_fields;
 
 namespace camber::app {
 
@@ -73,9 +74,7 @@ Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
     std::optional<run::MetricFile> metric;
     read = around("read", [&](const Execution& execution) -> Outcome<Done> {
         if (arguments.metric.empty()) return Done{};
-        auto decoded = read_solution_for(*mesh, arguments.metric, execution);
-        if (!decoded) return fail(decoded.error());
-        auto sorted = run::rows_by_nodes(std::move(decoded->solution), *mesh, execution);
+        auto sorted = read_metric_rows(*mesh, arguments.metric, mesh->notices, execution);
         if (!sorted) return fail(sorted.error());
         if (sorted->is_at_nodes)
             mesh->notices.push_back({arguments.metric +

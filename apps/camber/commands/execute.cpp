@@ -3,7 +3,6 @@ module;
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <functional>

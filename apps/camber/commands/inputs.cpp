@@ -34,29 +34,24 @@ std::string operations_at_vertices(const std::string& file) {
 }
 
 /// The metric file, and the mesh that it speaks of where that is another, or curved with rows at its nodes.
-Outcome<DecodedSolution> read_metric_of(const config::Pipeline& pipeline, const config::FilePath& metric,
-                                        run::Inputs& inputs, const Execution& execution) {
+Outcome<Solution> read_metric_of(const config::Pipeline& pipeline, const config::FilePath& metric, run::Inputs& inputs,
+                                 const Execution& execution) {
+    std::vector<Notice>& notices = inputs.mesh.notices;
     if (pipeline.metric_mesh.empty()) {
-        auto solution = read_solution_for(inputs.mesh, metric.path, execution);
-        if (!solution) return solution;
-        auto sorted = run::rows_by_nodes(std::move(solution->solution), inputs.mesh, without_progress(execution));
-        if (!sorted) return fail(sorted.error());
-        solution->solution = std::move(sorted->solution);
-        if (sorted->is_at_nodes) {
+        auto rows = read_metric_rows(inputs.mesh, metric.path, notices, execution);
+        if (!rows) return fail(rows.error());
+        if (rows->is_at_nodes) {
             inputs.metric_mesh = {inputs.mesh.mesh, run::MetricMesh::Of::input};
-            if (!pipeline.metric_operations.empty()) solution->notices.push_back({operations_at_vertices(metric.path)});
+            if (!pipeline.metric_operations.empty()) notices.push_back({operations_at_vertices(metric.path)});
         }
-        return solution;
+        return std::move(rows->solution);
     }
     auto mesh = read_mesh(pipeline.metric_mesh, pipeline.input.flat, part_of(execution, 0, 0.6));
     if (!mesh) return fail(mesh.error());
-    auto solution = read_solution_for(*mesh, metric.path, part_of(execution, 0.6, 1));
-    if (!solution) return solution;
-    auto sorted = run::rows_by_nodes(std::move(solution->solution), *mesh, without_progress(execution));
-    if (!sorted) return fail(sorted.error());
-    solution->solution = std::move(sorted->solution);
+    auto rows = read_metric_rows(*mesh, metric.path, notices, part_of(execution, 0.6, 1));
+    if (!rows) return fail(rows.error());
     inputs.metric_mesh = {std::move(mesh->mesh), run::MetricMesh::Of::another};
-    return solution;
+    return std::move(rows->solution);
 }
 
 /// Fields that cannot be brought along are told, where nobody asked for them by their file.
@@ -78,7 +73,7 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
         if (!fields) return fail(fields.error());
         inputs.fields = std::move(*fields);
     } else if (!inputs.mesh.fields.empty()) {
-        auto fields = wanted_fields(fields_at_nodes(inputs.mesh, notices), given.fields, "the input");
+        auto fields = run::named(fields_at_nodes(inputs.mesh, notices), given.fields, "/solution/fields");
         if (!fields) return fail(fields.error());
         keep_finite(*fields, notices);
         inputs.fields = std::move(*fields);
@@ -92,6 +87,8 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
                          inputs.fields.size() == 1 ? "the field " + inputs.fields.front().name
                                                    : fmt::format("{} fields", inputs.fields.size()),
                          pipeline.output.mesh.empty() ? "the output" : pipeline.output.mesh)});
+    for (const run::NamedField& field : inputs.fields)
+        if (auto place = check_place_for(pipeline.output.solution, field.kind); !place) return place;
     const auto add = [&](const config::Metric& metric, const std::string& path) -> Outcome<Done> {
         const auto* const asked = std::get_if<config::SolutionMetric>(&metric);
         if (asked == nullptr) return Done{};
@@ -179,8 +176,7 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
     if (metric != nullptr) {
         auto solution = read_metric_of(pipeline, *metric, inputs, part_of(execution, of_mesh, 1));
         if (!solution) return fail(solution.error());
-        inputs.metric = std::move(solution->solution);
-        inputs.mesh.notices.insert(inputs.mesh.notices.end(), solution->notices.begin(), solution->notices.end());
+        inputs.metric = std::move(*solution);
     }
     auto geometry = read_geometry(pipeline.geometry, without_progress(execution));
     if (!geometry) return fail(geometry.error());
@@ -189,12 +185,10 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Executi
         const auto* intersect = std::get_if<config::Intersect>(&operation);
         const auto* operand = intersect != nullptr ? std::get_if<config::FilePath>(&intersect->metric) : nullptr;
         if (operand == nullptr) continue;
-        auto solution = read_solution_for(inputs.mesh, operand->path, without_progress(execution));
-        if (!solution) return fail(solution.error());
-        auto sorted = run::rows_by_nodes(std::move(solution->solution), inputs.mesh, without_progress(execution));
-        if (!sorted) return fail(sorted.error());
-        run::MetricFile rows{operand->path, std::move(sorted->solution)};
-        if (sorted->is_at_nodes) {
+        auto read = read_metric_rows(inputs.mesh, operand->path, inputs.mesh.notices, without_progress(execution));
+        if (!read) return fail(read.error());
+        run::MetricFile rows{operand->path, std::move(read->solution)};
+        if (read->is_at_nodes) {
             rows.mesh = {inputs.mesh.mesh, run::MetricMesh::Of::input};
             inputs.mesh.notices.push_back({operations_at_vertices(operand->path)});
         }

@@ -32,6 +32,7 @@ std::vector<NamedFile> files_of(const MetricArguments& a) {
 Outcome<std::string> metric_text(const MetricArguments& a) {
     if (auto distinct = check_named_files(files_of(a)); !distinct) return fail(distinct.error());
     if (auto ending = check_fields_ending(a.output); !ending) return fail(ending.error());
+    if (auto place = check_place_for(a.output, FieldKind::symmetric_tensor); !place) return fail(place.error());
     auto sizes = read_sizes(a.sizes);
     if (!sizes) return fail(sizes.error());
     config::SolutionMetric asked = a.metric;

@@ -113,6 +113,42 @@ Outcome<std::vector<NamedField>> of_mesh_file(const DecodedMesh& mesh, const std
     return fields_at_nodes(*other, notices);
 }
 
+bool is_tensor(const NamedField& field) {
+    return field.kind == FieldKind::symmetric_tensor || field.kind == FieldKind::full_tensor;
+}
+
+/// The field that is meant as a metric; null: none, or several could be.
+const NamedField* metric_among(const std::vector<NamedField>& fields) {
+    const auto only = [&](const auto& could_be) -> const NamedField* {
+        const auto first = std::ranges::find_if(fields, could_be);
+        return first != fields.end() && std::ranges::count_if(fields, could_be) == 1 ? &*first : nullptr;
+    };
+    const auto is_size = [](const NamedField& field) { return field.kind == FieldKind::scalar; };
+    if (const auto* named = only([](const NamedField& f) { return f.name == "metric" && is_tensor(f); })) return named;
+    if (const auto* tensor = only(is_tensor)) return tensor;
+    if (const auto* named = only([&](const NamedField& f) { return f.name == "size" && is_size(f); })) return named;
+    return only(is_size);
+}
+
+/// As a solution file has them; of a full tensor its symmetric part.
+run::RowsByNodes as_rows(const NamedField& field, int dimension) {
+    const auto width = static_cast<std::size_t>(field.field.components);
+    const auto n = static_cast<std::size_t>(dimension);
+    Solution out{dimension, {field.kind}, field.field.values.size() / width, field.field.values};
+    if (field.kind == FieldKind::full_tensor) {
+        Buffer<double> lower;
+        lower.reserve(out.rows * n * (n + 1) / 2);
+        for (std::size_t r = 0; r < out.rows; ++r) {
+            const double* const full = field.field.values.data() + r * width;
+            for (std::size_t i = 0; i < n; ++i)
+                for (std::size_t j = 0; j <= i; ++j) lower.push_back(0.5 * (full[i * n + j] + full[j * n + i]));
+        }
+        out.fields = {FieldKind::symmetric_tensor};
+        out.values = Column<double>(std::move(lower));
+    }
+    return {std::move(out), field.field.degree == 2};
+}
+
 /// A row a node of the file that the mesh is from: of its vertices alone where all fields are of degree 1.
 Solution solution_in_order(const DecodedMesh& mesh, const std::vector<NamedField>& fields) {
     const Nodes nodes = nodes_of(mesh.mesh);
@@ -168,24 +204,6 @@ std::vector<NamedField> fields_at_nodes(const DecodedMesh& mesh, std::vector<Not
     return fields;
 }
 
-Outcome<std::vector<NamedField>> wanted_fields(std::vector<NamedField> fields, const std::vector<std::string>& names,
-                                               const std::string& of) {
-    if (names.empty()) return fields;
-    std::vector<NamedField> wanted;
-    for (const std::string& name : names) {
-        const auto found = std::ranges::find(fields, name, &NamedField::name);
-        if (found == fields.end()) {
-            std::vector<std::string_view> there;
-            there.reserve(fields.size());
-            for (const NamedField& field : fields) there.push_back(field.name);
-            return fail(ErrorKind::usage, of + " has no field of the name " + name, "--fields", {},
-                        "it has " + listed(there, ", "));
-        }
-        wanted.push_back(*found);
-    }
-    return wanted;
-}
-
 Outcome<std::vector<NamedField>> read_nodal_fields(const DecodedMesh& mesh, const std::string& path,
                                                    const std::vector<std::string>& only, std::vector<Notice>& notices,
                                                    const Execution& execution) {
@@ -194,7 +212,27 @@ Outcome<std::vector<NamedField>> read_nodal_fields(const DecodedMesh& mesh, cons
     if (!fields) return fields;
     if (fields->empty())
         return fail(ErrorKind::input, "has no field at nodes", path, {}, "camber info tells what a file has");
-    return wanted_fields(std::move(*fields), only, path);
+    return run::named(std::move(*fields), only, path);
+}
+
+Outcome<run::RowsByNodes> read_metric_rows(const DecodedMesh& mesh, const std::string& path,
+                                           std::vector<Notice>& notices, const Execution& execution) {
+    const MeshFormat* const format = is_solution_file(path) ? nullptr : format_with_ending(mesh_formats(), path);
+    if (format == nullptr) {
+        auto decoded = read_solution_for(mesh, path, execution);
+        if (!decoded) return fail(decoded.error());
+        notices.insert(notices.end(), decoded->notices.begin(), decoded->notices.end());
+        return run::rows_by_nodes(std::move(decoded->solution), mesh, without_progress(execution));
+    }
+    std::vector<Notice> of_others;  // fields that are no metric
+    const auto fields = of_mesh_file(mesh, path, of_others, execution);
+    if (!fields) return fail(fields.error());
+    const NamedField* const field = metric_among(*fields);
+    if (field == nullptr)
+        return fail(
+            ErrorKind::input, "has no metric at its nodes", path, {},
+            "give a file with a field of the name metric, or one tensor or size: camber info tells what it has");
+    return as_rows(*field, nodes_of(mesh.mesh).dimension);
 }
 
 Outcome<std::vector<Solution>> read_metrics_at_vertices(const DecodedMesh& mesh,
@@ -202,12 +240,9 @@ Outcome<std::vector<Solution>> read_metrics_at_vertices(const DecodedMesh& mesh,
                                                         std::vector<Notice>& notices, const Execution& execution) {
     std::vector<Solution> out;
     for (const config::FilePath& file : files) {
-        auto decoded = read_solution_for(mesh, file.path, execution);
-        if (!decoded) return fail(decoded.error());
-        notices.insert(notices.end(), decoded->notices.begin(), decoded->notices.end());
-        auto sorted = run::rows_by_nodes(std::move(decoded->solution), mesh, without_progress(execution));
-        if (!sorted) return fail(sorted.error());
-        out.push_back(run::rows_at_vertices(std::move(*sorted), mesh.mesh));
+        auto rows = read_metric_rows(mesh, file.path, notices, execution);
+        if (!rows) return fail(rows.error());
+        out.push_back(run::rows_at_vertices(std::move(*rows), mesh.mesh));
     }
     return out;
 }
@@ -221,6 +256,13 @@ Outcome<Done> check_fields_ending(const std::string& path) {
                 "give a file that ends in " + listed(endings_written(solution_formats())) + " or .vtu");
 }
 
+Outcome<Done> check_place_for(const std::string& path, FieldKind kind) {
+    const MeshFormat* const format = is_solution_file(path) ? nullptr : format_with_ending(mesh_formats(), path);
+    if (format == nullptr || !format->holds || format->holds({"field", Centring::node, kind, {}})) return Done{};
+    return fail(ErrorKind::usage, "the format has no place for tensors at nodes", path, {},
+                "give a file that ends in " + listed(endings_written(solution_formats())) + " or .vtu");
+}
+
 Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
                                  const std::string& path, const Execution& execution) {
     if (is_solution_file(path)) {
@@ -230,6 +272,8 @@ Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<Name
     }
     const auto format = format_to_write(mesh_formats(), path);
     if (!format) return fail(format.error());
+    for (const NamedField& field : fields)
+        if (auto place = check_place_for(path, field.kind); !place) return place;
     const MeshFields all = run::as_mesh_fields(mesh.mesh, fields);
     if (!mesh.lift || !((*format)->always_in_space || !mesh.always_in_space))
         return write_mesh(**format, mesh.mesh, all, {}, path, execution);

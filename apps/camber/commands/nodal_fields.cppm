@@ -15,11 +15,6 @@ using run::NamedField;
 /// The fields of numbers at the nodes of a mesh that was read with them. Notices of those that are left out.
 [[nodiscard]] std::vector<NamedField> fields_at_nodes(const DecodedMesh& mesh, std::vector<Notice>& notices);
 
-/// Those of these names; none: all. Errors: a name that there is not (usage).
-[[nodiscard]] Outcome<std::vector<NamedField>> wanted_fields(std::vector<NamedField> fields,
-                                                             const std::vector<std::string>& names,
-                                                             const std::string& of);
-
 /// The fields of a solution file, or of a mesh file at its nodes, on the mesh that was read from `mesh_path`: at the
 /// vertices, or at all nodes of a mesh of degree 2. Fields of a solution file are called field_1 and so on. `only`: the
 /// names of those that are wanted; empty: all. Errors (input): rows that are not those of the mesh, a mesh that is
@@ -28,6 +23,12 @@ using run::NamedField;
                                                                  const std::vector<std::string>& only,
                                                                  std::vector<Notice>& notices,
                                                                  const Execution& execution);
+
+/// A metric of that mesh, by its vertices or all nodes: a solution file's rows, or of a mesh file with the same nodes
+/// the field `metric`, or else its only tensor, or else its only number, a size. Errors: those of reading; (input) a
+/// mesh file without such a field.
+[[nodiscard]] Outcome<run::RowsByNodes> read_metric_rows(const DecodedMesh& mesh, const std::string& path,
+                                                         std::vector<Notice>& notices, const Execution& execution);
 
 /// Metric files of that mesh, rows at its vertices. Errors: those of reading.
 [[nodiscard]] Outcome<std::vector<Solution>> read_metrics_at_vertices(const DecodedMesh& mesh,
@@ -39,7 +40,8 @@ using run::NamedField;
 /// has fields. Errors: an ending that is none of these (usage); those of writing.
 [[nodiscard]] Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
                                                const std::string& path, const Execution& execution);
-/// Whether that can be: asked before the work. Errors: usage.
+/// Whether that can be, and whether the format has a place for such fields: asked before the work. Errors: usage.
 [[nodiscard]] Outcome<Done> check_fields_ending(const std::string& path);
+[[nodiscard]] Outcome<Done> check_place_for(const std::string& path, FieldKind kind);
 
 }  // namespace camber::app

@@ -59,8 +59,9 @@ const Choice<Metric>& Described<Metric>::get() {
     static const auto choice =
         choice_of<Metric>("metric", "The field of sizes and directions that edges follow.",
                           key<NaturalMetric>("natural", "mesh-implied: the mesh's own"),
-                          key<FilePath>("file", "symmetric tensors at the vertices, from a " +
-                                                    camber::listed(endings_read(solution_formats())) + " file"),
+                          key<FilePath>("file", "symmetric tensors, or sizes, at the vertices or nodes, from a " +
+                                                    camber::listed(endings_read(solution_formats())) +
+                                                    " file, or a mesh file with the field metric"),
                           key<ConstantMetric>("constant", "the same everywhere"),
                           key<SurfaceMetric>("surface", "thin along the boundary's normals, isotropic in the volume"),
                           key<FieldMetric>("field", "an analytic field, by name"),

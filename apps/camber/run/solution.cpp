@@ -17,6 +17,22 @@ import :solution_report;
 
 namespace camber::run {
 
+Outcome<std::vector<NamedField>> named(std::vector<NamedField> fields, const std::vector<std::string>& names,
+                                       const std::string& where) {
+    if (names.empty()) return fields;
+    std::vector<NamedField> wanted;
+    for (const std::string& name : names) {
+        const auto found = std::ranges::find(fields, name, &NamedField::name);
+        if (found == fields.end()) {
+            std::string there;
+            for (const NamedField& field : fields) there += (there.empty() ? "" : ", ") + field.name;
+            return fail(ErrorKind::usage, "there is no field of the name " + name, where, {}, "there is " + there);
+        }
+        if (std::ranges::find(wanted, name, &NamedField::name) == wanted.end()) wanted.push_back(*found);
+    }
+    return wanted;
+}
+
 template <int D>
 Outcome<QuadraticMesh<D>> of_degree_2(const AnyMesh& mesh, const Execution& execution) {
     if (const auto* linear = std::get_if<LinearMesh<D>>(&mesh)) return elevate(*linear, execution);

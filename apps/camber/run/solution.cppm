@@ -19,6 +19,10 @@ struct NamedField {
     TransferField field;
 };
 
+/// Those of these names, each once; no names: all. Errors: a name that there is not (usage), with `where`.
+[[nodiscard]] Outcome<std::vector<NamedField>> named(std::vector<NamedField> fields,
+                                                     const std::vector<std::string>& names, const std::string& where);
+
 /// The mesh as one of degree 2: a straight one elevated. Errors: of another dimension (internal), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> of_degree_2(const AnyMesh& mesh, const Execution& execution);

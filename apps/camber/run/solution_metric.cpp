@@ -86,20 +86,6 @@ MetricOfSolutionOptions options_of(const config::SolutionMetric& asked, bool at_
     return out;
 }
 
-/// Those that are asked for. Errors: usage.
-Outcome<std::vector<NamedField>> named(std::span<const NamedField> fields, const std::vector<std::string>& names) {
-    std::vector<NamedField> out;
-    for (const std::string& name : names) {
-        const auto found = std::ranges::find(fields, name, &NamedField::name);
-        if (found == fields.end())
-            return fail(ErrorKind::usage, "the solution has no field of the name " + name, "fields", {},
-                        "camber info tells what a file has");
-        out.push_back(*found);
-    }
-    if (names.empty()) out.assign(fields.begin(), fields.end());
-    return out;
-}
-
 template <int D>
 SolutionMetricReport told(const MetricOfSolution<D>& made, const MetricOfSolutionOptions& options, double largest) {
     const SolutionMetric<D>& m = made.metric;
@@ -171,14 +157,14 @@ Outcome<SolutionMetricMade> metric_of_fields(const AnyMesh& mesh, std::span<cons
     if (fields.empty())
         return fail(ErrorKind::usage, "there is no solution that the metric could be made for", "/solution", {},
                     "give {\"file\": …}, or a mesh file with fields at its nodes; --solution on the command line");
-    const auto wanted = named(fields, asked.fields);
+    const auto wanted = named({fields.begin(), fields.end()}, asked.fields, "fields");
     if (!wanted) return fail(wanted.error());
     return std::visit(
         [&]<class Mesh>(const Mesh&) -> Outcome<SolutionMetricMade> {
             constexpr int D = Mesh::dimension;
             constexpr int degree = requires(const Mesh& m) { m.linear; } ? 2 : 1;
             const auto quadratic =
-                run_step(around, "read", [&](const Execution& e) { return of_degree_2<D>(mesh, e); });
+                run_step(around, "elevate", [&](const Execution& e) { return of_degree_2<D>(mesh, e); });
             if (!quadratic) return fail(quadratic.error());
             return made_metric<D>(*quadratic, degree, *wanted, asked, given, ridge_angle, around);
         },

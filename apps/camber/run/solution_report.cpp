@@ -120,6 +120,8 @@ std::string transfer_rows(const TransferReport& r) {
     if (r.method == TransferMethod::interpolate) return text;
     text += table_row("projected",
                       fmt::format("{} nodes of {} elements in {} patches", s.projected, s.changed_elements, s.patches));
+    if (s.unkept > 0)
+        text += table_row("materials without a free node", fmt::format("{}: their integrals are not kept", s.unkept));
     return text + integral_rows(r);
 }
 
@@ -139,6 +141,8 @@ std::string transfer_json(const TransferReport& r) {
                 {"projected", s.projected},
                 {"changed_elements", s.changed_elements},
                 {"patches", s.patches},
+                {"spread", s.spread},
+                {"unkept_materials", s.unkept},
                 {"integrals", std::move(integrals)}}
         .dump();
 }
