@@ -26,19 +26,9 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / 'tests' / 'oracle'))
 import gmf  # noqa: E402
+from program import Program  # noqa: E402
 
 RADIUS, WIDTH = 0.5, 0.005
-
-
-class Program:
-    def __init__(self, path):
-        self.path = path
-
-    def __call__(self, *words):
-        done = subprocess.run([self.path, *map(str, words)], capture_output=True, text=True, check=False)
-        if done.returncode not in (0, 1):
-            raise SystemExit(done.stderr)
-        return done.stdout
 
 
 def simplices(path):

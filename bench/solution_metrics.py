@@ -36,6 +36,7 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / 'tests' / 'oracle'))
 import gmf  # noqa: E402
+from program import Program  # noqa: E402
 
 COMPLEXITY = {(2, 1): 1000, (2, 2): 1000, (3, 1): 1000, (3, 2): 300}
 PER_COMPLEXITY = {2: 4 / 3 ** 0.5, 3: 6 * 2 ** 0.5}  # elements
@@ -68,17 +69,6 @@ def sampled(name, x):
         hashed = np.modf(np.abs(np.sin(x @ np.array([12.9898, 78.233, 37.719])[:x.shape[1]]) * 43758.5453))[0]
         values = values + 0.01 * (2 * hashed - 1)
     return values
-
-
-class Program:
-    def __init__(self, path):
-        self.path = path
-
-    def __call__(self, *words):
-        done = subprocess.run([self.path, *map(str, words)], capture_output=True, text=True, check=False)
-        if done.returncode not in (0, 1):
-            raise SystemExit(f'{" ".join(map(str, words))}\n{done.stderr}')
-        return done.stdout
 
 
 def write_rows(path, dim, rows):
