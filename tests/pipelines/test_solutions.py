@@ -161,6 +161,19 @@ class Solutions(unittest.TestCase):
         self.assertIn("not kept", told)
         self.assertNotIn("fields brought along", told)
 
+    def test_fields_of_a_surface_alone_are_left_out_and_said(self):
+        points = [(x, y, 0.1 * (x * x + y * y)) for y in range(4) for x in range(4)]
+        cells = [t for y in range(3) for x in range(3) for a in [4 * y + x + 1]
+                 for t in ((a, a + 1, a + 5), (a, a + 5, a + 4))]
+        text = "\n".join(["MeshVersionFormatted 2", "Dimension 3", "Vertices", str(len(points)), *(f"{x} {y} {z} 0" for x, y, z in points),
+                          "Triangles", str(len(cells)), *(f"{a} {b} {c} 1" for a, b, c in cells), "End\n"])
+        (self.folder.path / "s.mesh").write_text(text)
+        rows = "\n".join(str(x) for x, _, _ in points)
+        (self.folder.path / "s.sol").write_text(f"MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n{len(points)}\n1 1\n{rows}\nEnd\n")
+        self.camber("convert", "s.mesh", "-o", "s.vtu", "--metric", "s.sol")
+        self.assertIn("1 fields of the file were not kept", self.camber("curve", "s.vtu", "-o", "t.vtu"))
+        self.assertIn("without tetrahedra", self.camber("metric", "s.mesh", "--solution", "s.sol", "-o", "m.sol", code=3))
+
     def test_a_config_has_all_of_it(self):
         self.write("u.sol", "a2.meshb", front)
         self.write("h.sol", "a2.meshb", lambda p: 0.02 + p[:, 0])

@@ -72,6 +72,10 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
         auto fields = read_nodal_fields(inputs.mesh, given.file, given.fields, notices, execution);
         if (!fields) return fail(fields.error());
         inputs.fields = std::move(*fields);
+    } else if (!inputs.mesh.fields.empty() && run::plan_size(inputs.mesh.mesh).elements == 0) {
+        notices.push_back(
+            {fmt::format("{} fields of the file were not kept: they go along in meshes of the volume alone",
+                         inputs.mesh.fields.size())});
     } else if (!inputs.mesh.fields.empty()) {
         auto fields = run::named(fields_at_nodes(inputs.mesh, notices), given.fields, "/solution/fields");
         if (!fields) return fail(fields.error());

@@ -16,6 +16,7 @@ import camber.metric;
 import camber.recipes;
 import camber.solution_metric;
 import camber.transfer;
+import :plan;
 import :solution;
 import :solution_report;
 import :stages;
@@ -163,6 +164,11 @@ Outcome<SolutionMetricMade> metric_of_fields(const AnyMesh& mesh, std::span<cons
         [&]<class Mesh>(const Mesh&) -> Outcome<SolutionMetricMade> {
             constexpr int D = Mesh::dimension;
             constexpr int degree = requires(const Mesh& m) { m.linear; } ? 2 : 1;
+            if (plan_size(mesh).elements == 0)
+                return fail(ErrorKind::input,
+                            std::string("is of a mesh without ") + (D == 2 ? "triangles" : "tetrahedra") +
+                                ": derivatives are those of fields in the volume",
+                            {}, {}, "give a mesh of the volume");
             const auto quadratic =
                 run_step(around, "elevate", [&](const Execution& e) { return of_degree_2<D>(mesh, e); });
             if (!quadratic) return fail(quadratic.error());
