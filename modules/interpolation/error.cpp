@@ -4,6 +4,8 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
+#include <numeric>
 #include <utility>
 #include <vector>
 module camber.interpolation;
@@ -14,16 +16,19 @@ namespace camber {
 
 namespace {
 
+/// Each element's, by whichever quadrature it was integrated.
+using States = std::vector<const State*>;
+
 /// Sum, uncertainty and column of one quantity.
-ErrorNorm norm_of(const std::vector<State>& states, std::size_t q) {
+ErrorNorm norm_of(const States& states, std::size_t q) {
     ErrorNorm norm;
     Buffer<double> squares(states.size());
     double sum = 0, change = 0, rounding = 0;
     for (std::size_t e = 0; e < states.size(); ++e) {
-        squares[e] = states[e].integrals.squares[q];
+        squares[e] = states[e]->integrals.squares[q];
         sum += squares[e];
-        change += states[e].change[q];
-        rounding += q % 2 == 0 ? states[e].integrals.l2_rounding : states[e].integrals.h1_rounding;
+        change += states[e]->change[q];
+        rounding += q % 2 == 0 ? states[e]->integrals.l2_rounding : states[e]->integrals.h1_rounding;
     }
     norm.value = std::sqrt(sum);
     norm.uncertainty = sum > 0 ? change / sum / 2 : 0;
@@ -32,53 +37,92 @@ ErrorNorm norm_of(const std::vector<State>& states, std::size_t q) {
     return norm;
 }
 
-std::size_t turned(const std::vector<State>& states) {
+std::size_t turned(const States& states) {
     return static_cast<std::size_t>(
-        std::count_if(states.begin(), states.end(), [](const State& s) { return s.integrals.turned; }));
+        std::count_if(states.begin(), states.end(), [](const State* s) { return s->integrals.turned; }));
 }
 
-/// Every node exactly in the middle of its edge.
 template <int D>
-bool is_straight(const QuadraticMesh<D>& mesh, std::size_t e) {
-    const auto& edges = mesh.edges.of_elements[e];
-    return std::all_of(edges.begin(), edges.end(), [&](EdgeId edge) {
-        const auto& [a, b] = mesh.edges.vertices[edge];
-        return mesh.mid_nodes[edge].point == midpoint(mesh.linear.points[a], mesh.linear.points[b]);
-    });
+bool same_nodes(const QuadraticMesh<D>& a, const QuadraticMesh<D>& b, std::size_t e) {
+    const auto& edges = a.edges.of_elements[e];
+    return std::all_of(edges.begin(), edges.end(), [&](EdgeId edge) { return a.mid_nodes[edge] == b.mid_nodes[edge]; });
 }
+
+InterpolantError error_of(const States& states) { return {norm_of(states, 0), norm_of(states, 1)}; }
+InterpolantError linear_error_of(const States& states) { return {norm_of(states, 2), norm_of(states, 3)}; }
+
+/// The errors of one field, mesh after mesh; elements that are the same on two of them are integrated once.
+template <int D>
+class Errors {
+  public:
+    Errors(const QuadraticMesh<D>& mesh, const ScalarField<D>& field, double tolerance, const Execution& execution)
+        : mesh_(mesh), field_(field), tolerance_(tolerance), execution_(execution), bent_(bent_elements(mesh)) {}
+
+    Outcome<InterpolationError> found() {
+        std::vector<std::uint32_t> all(mesh_.linear.elements.size());
+        std::iota(all.begin(), all.end(), 0U);
+        const States none(all.size());
+        const auto straight = integrated(mesh_, std::move(all), Sides::straight, none);
+        if (!straight) return fail(straight.error());
+        const auto curved = integrated(mesh_, bent_, Sides::curved, *straight);
+        if (!curved) return fail(curved.error());
+        error_.linear = linear_error_of(*straight);
+        error_.straight = error_.same_boundary = error_of(*straight);
+        error_.curved = error_of(*curved);
+        error_.straight_turned = error_.same_boundary_turned = turned(*straight);
+        error_.curved_turned = turned(*curved);
+        const auto inside = straight_inside(mesh_, bent_);
+        error_.volume = volumes_of(inside ? *inside : mesh_, inside ? bent_ : std::vector<std::uint32_t>{});
+        if (inside)
+            if (auto done = compare(*inside, *straight, *curved); !done) return fail(done.error());
+        return std::move(error_);
+    }
+
+  private:
+    /// The states with those of `elements` by quadrature on this mesh.
+    Outcome<States> integrated(const QuadraticMesh<D>& mesh, std::vector<std::uint32_t> elements, Sides sides,
+                               States states) {
+        Quadrature<D>& quadrature =
+            quadratures_.emplace_back(mesh, std::move(elements), field_, rules_, sides, tolerance_, execution_);
+        if (auto done = quadrature.integrate(); !done) return fail(done.error());
+        quadrature.put_into(states);
+        error_.evaluations += quadrature.evaluations();
+        error_.unresolved += quadrature.unresolved();
+        return states;
+    }
+
+    Outcome<Done> compare(const QuadraticMesh<D>& inside, States states, const States& curved) {
+        std::vector<std::uint32_t> own;
+        for (const std::uint32_t e : bent_) {
+            if (is_straight(inside, e)) continue;
+            if (same_nodes(inside, mesh_, e))
+                states[e] = curved[e];
+            else
+                own.push_back(e);
+        }
+        const auto compared = integrated(inside, std::move(own), Sides::curved, std::move(states));
+        if (!compared) return fail(compared.error());
+        error_.compared_with = Comparison::same_boundary;
+        error_.same_boundary = error_of(*compared);
+        error_.same_boundary_turned = turned(*compared);
+        return Done{};
+    }
+
+    const QuadraticMesh<D>& mesh_;
+    const ScalarField<D>& field_;
+    double tolerance_;
+    const Execution& execution_;
+    Rules<D> rules_ = quadrature_rules<D>();
+    std::vector<std::uint32_t> bent_;
+    std::deque<Quadrature<D>> quadratures_;
+    InterpolationError error_;
+};
 
 template <int D>
 Outcome<InterpolationError> errors_of(const QuadraticMesh<D>& mesh, const ScalarField<D>& field,
                                       const InterpolationOptions& options, const Execution& execution) {
     if (auto sound = check_limits(options); !sound) return fail(sound.error());
-    const std::size_t elements = mesh.linear.elements.size();
-    const Rules<D> rules = quadrature_rules<D>();
-    std::vector<std::uint32_t> all(elements), bent;
-    for (std::size_t e = 0; e < elements; ++e) {
-        all[e] = static_cast<std::uint32_t>(e);
-        if (!is_straight(mesh, e)) bent.push_back(all[e]);
-    }
-    Quadrature<D> straight(mesh, field, rules, Sides::straight, options.tolerance, execution);
-    if (auto done = straight.integrate(std::move(all)); !done) return fail(done.error());
-    Quadrature<D> curved(mesh, field, rules, Sides::curved, options.tolerance, execution);
-    if (auto done = curved.integrate(bent); !done) return fail(done.error());
-
-    InterpolationError error;
-    for (const auto* states : {&straight.states(), &curved.states()})
-        for (const State& s : *states) error.evaluations += s.evaluations;
-    error.unresolved = straight.unresolved() + curved.unresolved();
-    for (std::size_t e = 0, next = 0; e < elements; ++e) {
-        if (next < bent.size() && bent[next] == e)
-            ++next;
-        else
-            curved.take_over(e, straight.states()[e]);
-    }
-    error.straight = {norm_of(straight.states(), 0), norm_of(straight.states(), 1)};
-    error.linear = {norm_of(straight.states(), 2), norm_of(straight.states(), 3)};
-    error.curved = {norm_of(curved.states(), 0), norm_of(curved.states(), 1)};
-    error.straight_turned = turned(straight.states());
-    error.curved_turned = turned(curved.states());
-    return error;
+    return Errors<D>(mesh, field, options.tolerance, execution).found();
 }
 
 }  // namespace

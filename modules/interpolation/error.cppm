@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <tuple>
@@ -44,16 +45,40 @@ struct InterpolantError {
     ErrorNorm l2, h1;
 };
 
+/// The mesh without curved inner edges that says whether they pay.
+enum class Comparison : std::uint8_t {
+    straight,       ///< boundary and interfaces are straight, too: straight edges cover the same domain
+    same_boundary,  ///< they are curved, and stay so
+};
+constexpr auto words(Comparison) {
+    return words_of(Word{Comparison::straight, "straight"}, Word{Comparison::same_boundary, "same_boundary"});
+}
+
+/// What meshes cover: volume, in 2D area; where det J is negative it counts as such.
+struct Volumes {
+    double straight = 0, curved = 0;
+};
+
 /// Errors of a field's interpolants on a mesh of degree 2, all with the mesh's vertices.
 struct InterpolationError {
     InterpolantError linear;    ///< of degree 1, straight edges
     InterpolantError straight;  ///< of degree 2, straight edges
-    InterpolantError curved;    ///< of degree 2, the mesh as it is
+    /// Of degree 2, the boundary's and interfaces' facets as they are, all other edges straight; `straight` where these
+    /// facets are flat.
+    InterpolantError same_boundary;
+    InterpolantError curved;  ///< of degree 2, the mesh as it is
+    Comparison compared_with = Comparison::straight;
+    Volumes volume;
     /// Elements in which det J is not positive somewhere at a point of the quadrature: their integrals are taken with
     /// |det J|, their part of the H1 error leaves out points where J is singular and decides about no refinement.
-    std::size_t straight_turned = 0, curved_turned = 0;
+    std::size_t straight_turned = 0, same_boundary_turned = 0, curved_turned = 0;
     std::size_t unresolved = 0;   ///< elements whose quadrature found no end: at its finest, and still needed
     std::size_t evaluations = 0;  ///< of u in all
+
+    /// By the error of the mesh as it is: above 1 the curvature of inner edges pays.
+    [[nodiscard]] const InterpolantError& compared() const {
+        return compared_with == Comparison::straight ? straight : same_boundary;
+    }
 };
 
 /// The error of the Lagrange interpolants of a field, by quadrature that is refined element by element until the norms

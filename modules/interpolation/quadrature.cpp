@@ -5,6 +5,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <vector>
 module camber.interpolation;
 import camber.core;
@@ -36,7 +37,9 @@ Rules<D> quadrature_rules() {
 }
 
 template <int D>
-Outcome<Done> Quadrature<D>::integrate(std::vector<std::uint32_t> active) {
+Outcome<Done> Quadrature<D>::integrate() {
+    std::vector<std::uint32_t> active(elements_.size());
+    std::iota(active.begin(), active.end(), 0U);
     while (!active.empty()) {
         if (auto done = refine(active); !done) return done;
         active = unsettled();
@@ -58,16 +61,16 @@ Outcome<Done> Quadrature<D>::refine(const std::vector<std::uint32_t>& active) {
         },
         elements_at_once);
     if (!done) return done;
-    for (const std::uint32_t e : active)
-        for (const double s : states_[e].integrals.squares)
-            if (!std::isfinite(s)) return fail(not_finite(e));
+    for (const std::uint32_t row : active)
+        for (const double s : states_[row].integrals.squares)
+            if (!std::isfinite(s)) return fail(not_finite(row));
     return Done{};
 }
 
 template <int D>
-void Quadrature<D>::refine(std::uint32_t e, const Squares& enough, Integrator<D>& integrator) {
-    State& state = states_[e];
-    const Piece<D> piece = piece_of(mesh_, e, sides_, integrator);
+void Quadrature<D>::refine(std::uint32_t row, const Squares& enough, Integrator<D>& integrator) {
+    State& state = states_[row];
+    const Piece<D> piece = piece_of(mesh_, elements_[row], sides_, integrator);
     const Integrals before = state.integrals;
     const int depth = depth_of(++state.level);
     if (depth <= 0) {
@@ -88,12 +91,18 @@ void Quadrature<D>::refine(std::uint32_t e, const Squares& enough, Integrator<D>
 /// Whether the next level of these elements, divided everywhere, would be within the bound.
 template <int D>
 bool Quadrature<D>::affordable(const std::vector<std::uint32_t>& active) const {
-    double values = 0;
-    for (const State& s : states_) values += s.evaluations;
-    for (const std::uint32_t e : active)
-        if (const int depth = depth_of(states_[e].level + 1); depth > 0)
+    auto values = static_cast<double>(evaluations());
+    for (const std::uint32_t row : active)
+        if (const int depth = depth_of(states_[row].level + 1); depth > 0)
             values += static_cast<double>(rules_[divided_rule].count) * std::pow(1U << D, depth);
-    return values <= values_at_least + values_an_element * static_cast<double>(states_.size());
+    return values <= values_at_least + values_an_element * static_cast<double>(mesh_.linear.elements.size());
+}
+
+template <int D>
+std::size_t Quadrature<D>::evaluations() const {
+    std::size_t sum = 0;
+    for (const State& s : states_) sum += s.evaluations;
+    return sum;
 }
 
 template <int D>
@@ -104,11 +113,12 @@ Squares Quadrature<D>::total() const {
     return sum;
 }
 
-/// What parts of an element may differ by: a share of that which an element has on average.
+/// What parts of an element may differ by: a share of that which an element of the mesh has on average.
 template <int D>
 Squares Quadrature<D>::enough_of_parts() const {
     Squares share = total();
-    for (double& s : share) s *= tolerance_ / 4 / static_cast<double>(std::max<std::size_t>(1, states_.size()));
+    for (double& s : share)
+        s *= tolerance_ / 4 / static_cast<double>(std::max<std::size_t>(1, mesh_.linear.elements.size()));
     return share;
 }
 
@@ -121,12 +131,12 @@ std::vector<std::uint32_t> Quadrature<D>::unsettled() {
     for (std::size_t q = 0; q < threshold.size(); ++q) threshold[q] = threshold_of(q, 2 * tolerance_ * all[q]);
     std::vector<std::uint32_t> chosen;
     unresolved_ = 0;
-    for (std::size_t e = 0; e < states_.size(); ++e) {
+    for (std::size_t row = 0; row < states_.size(); ++row) {
         bool wanted = false;
-        for (std::size_t q = 0; q < threshold.size(); ++q) wanted = wanted || states_[e].change[q] > threshold[q];
+        for (std::size_t q = 0; q < threshold.size(); ++q) wanted = wanted || states_[row].change[q] > threshold[q];
         if (!wanted) continue;
-        if (states_[e].level < highest_level)
-            chosen.push_back(static_cast<std::uint32_t>(e));
+        if (states_[row].level < highest_level)
+            chosen.push_back(static_cast<std::uint32_t>(row));
         else
             ++unresolved_;
     }
@@ -154,9 +164,9 @@ double Quadrature<D>::threshold_of(std::size_t q, double allowed) const {
 }
 
 template <int D>
-Error Quadrature<D>::not_finite(std::uint32_t e) const {
+Error Quadrature<D>::not_finite(std::uint32_t row) const {
     Integrator<D> integrator(field_());
-    return find_not_finite(mesh_, e, sides_, rules_, integrator);
+    return find_not_finite(mesh_, elements_[row], sides_, rules_, integrator);
 }
 
 #define CAMBER_INSTANTIATE(D)                \

@@ -2,6 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 module camber.interpolation:quadrature;
 import camber.core;
@@ -28,38 +29,42 @@ struct State {
     std::int8_t level = -1;
 };
 
-/// Where the integrals over all elements are refined: level after level, first with more points, then on parts of an
-/// element, until what the last refinements changed is small in all.
+/// Where the integrals over elements of a mesh are refined: level after level, first with more points, then on parts of
+/// an element, until what the last refinements changed is small in all.
 template <int D>
 class Quadrature {
   public:
-    Quadrature(const QuadraticMesh<D>& mesh, const ScalarField<D>& field, const Rules<D>& rules, Sides sides,
-               double tolerance, const Execution& execution)
+    Quadrature(const QuadraticMesh<D>& mesh, std::vector<std::uint32_t> elements, const ScalarField<D>& field,
+               const Rules<D>& rules, Sides sides, double tolerance, const Execution& execution)
         : mesh_(mesh),
           field_(field),
           rules_(rules),
           sides_(sides),
           tolerance_(tolerance),
           execution_(execution),
-          states_(mesh.linear.elements.size(), State{}) {}
+          elements_(std::move(elements)),
+          states_(elements_.size(), State{}) {}
 
-    /// Of the elements `active` alone.
-    [[nodiscard]] Outcome<Done> integrate(std::vector<std::uint32_t> active);
+    [[nodiscard]] Outcome<Done> integrate();
 
-    [[nodiscard]] const std::vector<State>& states() const { return states_; }
+    /// Entries of its elements, in a list of those of the mesh's.
+    void put_into(std::vector<const State*>& states) const {
+        for (std::size_t i = 0; i < elements_.size(); ++i) states[elements_[i]] = &states_[i];
+    }
+    [[nodiscard]] std::size_t evaluations() const;
     /// Elements that are not settled, at the highest level or at the highest that could be afforded.
     [[nodiscard]] std::size_t unresolved() const { return unresolved_; }
-    void take_over(std::size_t e, const State& state) { states_[e] = state; }
 
   private:
+    // Elements are told by their rows in `elements_`.
     [[nodiscard]] Outcome<Done> refine(const std::vector<std::uint32_t>& active);
-    void refine(std::uint32_t e, const Squares& enough, Integrator<D>& integrator);
+    void refine(std::uint32_t row, const Squares& enough, Integrator<D>& integrator);
     [[nodiscard]] bool affordable(const std::vector<std::uint32_t>& active) const;
     [[nodiscard]] Squares total() const;
     [[nodiscard]] Squares enough_of_parts() const;
     [[nodiscard]] std::vector<std::uint32_t> unsettled();
     [[nodiscard]] double threshold_of(std::size_t q, double allowed) const;
-    [[nodiscard]] Error not_finite(std::uint32_t e) const;
+    [[nodiscard]] Error not_finite(std::uint32_t row) const;
 
     const QuadraticMesh<D>& mesh_;
     const ScalarField<D>& field_;
@@ -67,7 +72,8 @@ class Quadrature {
     Sides sides_;
     double tolerance_;
     const Execution& execution_;
-    std::vector<State> states_;
+    std::vector<std::uint32_t> elements_;
+    std::vector<State> states_;  ///< one an element of these
     std::size_t unresolved_ = 0;
 };
 

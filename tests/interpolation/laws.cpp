@@ -18,79 +18,15 @@ import camber.core;
 import camber.bezier;
 import camber.interpolation;
 
-#include "meshes.hpp"
+#include "bent_meshes.hpp"
 #include "property.hpp"
 
 using namespace camber;
-using camber::testing::lattice_mesh;
-using camber::testing::LatticeOptions;
-using camber::testing::property;
+using namespace camber::testing;
 
 namespace {
 
-const Execution alone{.threads = 1};
-
-template <int D>
-QuadraticMesh<D> mesh_of_cells(int cells, double jitter, std::uint64_t seed) {
-    LatticeOptions<D> options;
-    options.cells.fill(cells);
-    options.jitter = jitter;
-    options.seed = seed;
-    auto mesh = elevate(lattice_mesh<D>(options), alone);
-    REQUIRE(mesh.has_value());
-    return *mesh;
-}
-
-template <int D>
-QuadraticMesh<D> mapped(QuadraticMesh<D> mesh, const std::function<Vec<D>(const Vec<D>&)>& f) {
-    auto points = take(std::move(mesh.linear.points));
-    for (auto& p : points) p = f(p);
-    auto nodes = take(std::move(mesh.mid_nodes));
-    for (auto& n : nodes) n.point = f(n.point);
-    mesh.linear.points = std::move(points);
-    mesh.mid_nodes = std::move(nodes);
-    return mesh;
-}
-
-/// Nodes moved by up to `amplitude`.
-template <int D>
-QuadraticMesh<D> bent(QuadraticMesh<D> mesh, double amplitude, std::uint64_t seed) {
-    std::mt19937_64 random(seed);
-    std::uniform_real_distribution<double> move(-amplitude, amplitude);
-    auto nodes = take(std::move(mesh.mid_nodes));
-    for (auto& n : nodes)
-        for (int c = 0; c < D; ++c) n.point[c] += move(random);
-    mesh.mid_nodes = std::move(nodes);
-    return mesh;
-}
-
-template <int D, class F>
-ScalarField<D> field_of(F f) {
-    return [f] {
-        return PointFunction<D>([f](std::span<const Vec<D>> points, std::span<double> values) {
-            for (std::size_t i = 0; i < points.size(); ++i) values[i] = f(points[i]);
-        });
-    };
-}
-
-template <int D>
-InterpolationError error_of(const QuadraticMesh<D>& mesh, const ScalarField<D>& field, double tolerance = 1e-3,
-                            const Execution& execution = alone) {
-    auto error = interpolation_error<D>(mesh, field, {.tolerance = tolerance}, execution);
-    REQUIRE(error.has_value());
-    return *error;
-}
-
 bool is_rounding(const ErrorNorm& norm) { return norm.value <= 4 * norm.rounding; }
-bool agree(double a, double b, double tolerance) { return std::abs(a - b) <= tolerance * std::max(a, b); }
-
-/// A smooth function without symmetries.
-template <int D>
-double wave(const Vec<D>& x) {
-    double phase = 0.3;
-    for (int c = 0; c < D; ++c) phase += (0.7 + 0.2 * c) * x[c];
-    return std::sin(phase) + 0.2 * x[0] * std::cos(x[1]);
-}
 
 template <int D>
 void check_exact_spaces() {
@@ -158,8 +94,8 @@ void check_affine() {
     };
     const auto after = error_of<D>(moved, field_of<D>(back), 1e-4);
     const double volume = std::pow(3.0, D);
-    for (const auto member :
-         {&InterpolationError::linear, &InterpolationError::straight, &InterpolationError::curved}) {
+    for (const auto member : {&InterpolationError::linear, &InterpolationError::straight,
+                              &InterpolationError::same_boundary, &InterpolationError::curved}) {
         CHECK(agree((after.*member).l2.value, std::sqrt(volume) * (before.*member).l2.value, 1e-4));
         CHECK(agree((after.*member).h1.value, std::sqrt(volume) / 3 * (before.*member).h1.value, 1e-4));
     }
@@ -171,8 +107,8 @@ void check_threads() {
     const auto layer = field_of<D>([](const Vec<D>& x) { return std::tanh((norm(x) - 2) / 0.2); });
     const auto one = error_of<D>(mesh, layer, 1e-3, Execution{.threads = 1});
     const auto two = error_of<D>(mesh, layer, 1e-3, Execution{.threads = 2});
-    for (const auto member :
-         {&InterpolationError::linear, &InterpolationError::straight, &InterpolationError::curved}) {
+    for (const auto member : {&InterpolationError::linear, &InterpolationError::straight,
+                              &InterpolationError::same_boundary, &InterpolationError::curved}) {
         CHECK((one.*member).l2.squares == (two.*member).l2.squares);
         CHECK((one.*member).h1.squares == (two.*member).h1.squares);
         CHECK((one.*member).h1.value == (two.*member).h1.value);
@@ -267,8 +203,8 @@ TEST_CASE("details of 1e-6 at 1e6 have their errors to the digits that their pla
     const auto there =
         error_of<3>(distant, field_of<3>([=](const Vec<3>& x) { return u({{x[0] - far, x[1] + far, x[2]}}); }));
     const auto here = error_of<3>(near, field_of<3>(u));
-    for (const auto member :
-         {&InterpolationError::linear, &InterpolationError::straight, &InterpolationError::curved}) {
+    for (const auto member : {&InterpolationError::linear, &InterpolationError::straight,
+                              &InterpolationError::same_boundary, &InterpolationError::curved}) {
         const InterpolantError &a = there.*member, &b = here.*member;
         CHECK(std::abs(a.l2.value - b.l2.value) <= 1e-3 * b.l2.value + a.l2.rounding);
         CHECK(std::abs(a.h1.value - b.h1.value) <= 1e-3 * b.h1.value + a.h1.rounding);

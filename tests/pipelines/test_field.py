@@ -81,6 +81,14 @@ def errors(mesh, variant):
     return np.sqrt(l2), np.sqrt(h1)
 
 
+def bow(mesh, amplitude):
+    """Nodes of the side x = 0 moved outwards, those of its edges' middles."""
+    vertices = {v for element in mesh.elements for v in element[:mesh.dim + 1]}
+    for node in {v for element in mesh.elements for v in element} - vertices:
+        if mesh.points[node, 0] == 0:
+            mesh.points[node, 0] -= amplitude
+
+
 class Field(unittest.TestCase):
     def setUp(self):
         self.folder = Folder()
@@ -100,16 +108,51 @@ class Field(unittest.TestCase):
             for variant in ("linear", "straight", "curved"):
                 for norm, wanted in zip(("l2", "h1"), errors(mesh, variant)):
                     self.assertLess(abs(found[variant][norm]["value"] / wanted - 1), 5e-4, (dim, variant, norm))
+            self.assertEqual(found["compared_with"], "straight")
+            self.assertEqual(found["same_boundary"], found["straight"])
             for norm in ("l2", "h1"):
                 self.assertAlmostEqual(found["ratio"][norm],
                                        found["straight"][norm]["value"] / found["curved"][norm]["value"])
+
+    def test_curved_walls_are_compared_with_the_same_walls(self):
+        for dim, n, amplitude in ((2, 3, 0.08), (3, 2, 0.05)):
+            mesh = elevated(lattice(dim, n), np.random.default_rng(3), amplitude)
+            bow(mesh, 0.1)
+            done = self.check(mesh, FRONT)
+            self.assertEqual(done.returncode, 0, done.stderr + done.stdout)
+            found = json.loads(done.stdout)["interpolation"][0]
+            inside = elevated(lattice(dim, n))
+            bow(inside, 0.1)
+            for variant, of in (("curved", mesh), ("same_boundary", inside)):
+                for norm, wanted in zip(("l2", "h1"), errors(of, "curved")):
+                    self.assertLess(abs(found[variant][norm]["value"] / wanted - 1), 5e-4, (dim, variant, norm))
+            self.assertEqual(found["compared_with"], "same_boundary")
+            for norm in ("l2", "h1"):
+                self.assertAlmostEqual(found["ratio"][norm],
+                                       found["same_boundary"][norm]["value"] / found["curved"][norm]["value"])
+            self.assertAlmostEqual(found["volume"]["straight"], n ** dim)
+            self.assertGreater(found["volume"]["curved"], n ** dim)
+            text = self.check(mesh, FRONT, json_wanted=False).stdout
+            self.assertIn("degree 2, same boundary, straight inner edges", text)
+            self.assertIn("cover another domain", text)
+            self.assertIn("(no inner edge is curved)", self.check(inside, FRONT, json_wanted=False).stdout)
+
+    def test_inverted_elements_of_the_comparison_are_told(self):
+        mesh = elevated(lattice(2, 4))
+        mesh.points[:, 0] -= 2  # a bump that lifts the layers above it: y -> y / 10 + 1 - x² / 4
+        mesh.points[:, 1] = mesh.points[:, 1] / 10 + 1 - mesh.points[:, 0] ** 2 / 4
+        found = json.loads(self.check(mesh, FRONT).stdout)["interpolation"][0]
+        self.assertEqual((found["straight_turned"], found["curved_turned"]), (0, 0))
+        self.assertGreater(found["same_boundary_turned"], 0)
+        self.assertIn(f"! {found['same_boundary_turned']} elements are inverted (det J <= 0 at a point) where inner edges are",
+                      self.check(mesh, FRONT, json_wanted=False).stdout)
 
     def test_bins_hold_every_element_and_all_of_the_error(self):
         mesh = elevated(lattice(3, 2), np.random.default_rng(4), 0.08)
         found = json.loads(self.check(mesh, FRONT).stdout)["interpolation"][0]
         for bins in ("by_curvature", "by_scaled_jacobian", "by_boundary"):
             self.assertEqual(sum(b["elements"] for b in found[bins]), len(mesh.elements))
-            for sides in ("straight", "curved"):
+            for sides in ("straight", "same_boundary", "curved"):
                 self.assertAlmostEqual(sum(b[sides] for b in found[bins]), 1)
 
     def test_without_a_field_nothing_is_said_of_fields(self):

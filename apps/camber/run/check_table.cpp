@@ -206,7 +206,7 @@ std::string worst_rows(const CheckReport& report) {
 
 std::string field_rows(const CheckReport& report) {
     std::string text;
-    for (const FieldErrors& field : report.fields) text += field_table(field, report.mesh.degree);
+    for (const FieldErrors& field : report.fields) text += field_table(field, report.mesh);
     return text;
 }
 

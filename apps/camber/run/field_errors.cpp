@@ -86,24 +86,32 @@ Bins boundary_bins() {
             {"0: touches it", "1", "2", "3 or 4", "5 to 7", "8 and above"}};
 }
 
+/// Which bin each element is in.
+std::vector<std::size_t> bins_of(const Bins& bins, std::span<const double> kinds) {
+    std::vector<std::size_t> at(kinds.size());
+    for (std::size_t e = 0; e < kinds.size(); ++e)
+        at[e] = static_cast<std::size_t>(std::upper_bound(bins.limits.begin(), bins.limits.end(), kinds[e]) -
+                                         bins.limits.begin());
+    return at;
+}
+
+void add_shares(ErrorPlace& place, double ErrorBin::* share, std::span<const std::size_t> at, const ErrorNorm& norm) {
+    double all = 0;
+    for (std::size_t e = 0; e < at.size(); ++e) {
+        place.bins[at[e]].*share += norm.squares[e];
+        all += norm.squares[e];
+    }
+    for (ErrorBin& bin : place.bins) bin.*share /= all > 0 ? all : 1;
+}
+
 ErrorPlace placed(const Bins& bins, std::span<const double> kinds, const InterpolationError& errors) {
     ErrorPlace place{bins.key, bins.title, {}};
     for (const std::string& range : bins.ranges) place.bins.push_back({range});
-    const ErrorNorm &straight = errors.straight.l2, &curved = errors.curved.l2;
-    double all_straight = 0, all_curved = 0;
-    for (std::size_t e = 0; e < kinds.size(); ++e) {
-        const auto at = std::upper_bound(bins.limits.begin(), bins.limits.end(), kinds[e]) - bins.limits.begin();
-        ErrorBin& bin = place.bins[static_cast<std::size_t>(at)];
-        ++bin.elements;
-        bin.straight += straight.squares[e];
-        bin.curved += curved.squares[e];
-        all_straight += straight.squares[e];
-        all_curved += curved.squares[e];
-    }
-    for (ErrorBin& bin : place.bins) {
-        bin.straight /= all_straight > 0 ? all_straight : 1;
-        bin.curved /= all_curved > 0 ? all_curved : 1;
-    }
+    const std::vector<std::size_t> at = bins_of(bins, kinds);
+    for (const std::size_t bin : at) ++place.bins[bin].elements;
+    add_shares(place, &ErrorBin::straight, at, errors.straight.l2);
+    add_shares(place, &ErrorBin::same_boundary, at, errors.same_boundary.l2);
+    add_shares(place, &ErrorBin::curved, at, errors.curved.l2);
     return place;
 }
 

@@ -6,6 +6,7 @@ module;
 export module camber.run:field_errors;
 import camber.core;
 import camber.interpolation;
+import :report;
 
 /// How well the mesh carries a function: `camber check --field`.
 export namespace camber::run {
@@ -14,7 +15,7 @@ export namespace camber::run {
 struct ErrorBin {
     std::string range;  ///< "0.01 to 0.1"
     std::size_t elements = 0;
-    double straight = 0, curved = 0;
+    double straight = 0, same_boundary = 0, curved = 0;
 };
 /// One way to tell elements apart.
 struct ErrorPlace {
@@ -46,7 +47,7 @@ template <int D>
                                                 const ElementKinds& kinds, const Execution& execution);
 
 /// Lines for a terminal; of degree 1 nothing is curved.
-[[nodiscard]] std::string field_table(const FieldErrors& field, int degree);
+[[nodiscard]] std::string field_table(const FieldErrors& field, const MeshReport& mesh);
 /// A JSON object.
 [[nodiscard]] std::string field_json(const FieldErrors& field);
 
