@@ -70,7 +70,8 @@ struct InterpolationError {
     Comparison compared_with = Comparison::straight;
     Volumes volume;
     /// Elements in which det J is not positive somewhere at a point of the quadrature: their integrals are taken with
-    /// |det J|, their part of the H1 error leaves out points where J is singular and decides about no refinement.
+    /// |det J|, their part of the H1 error leaves out points where J is singular and decides about no refinement. Of
+    /// the same boundary at a node, too, so that none is missed that a coarser quadrature does not meet.
     std::size_t straight_turned = 0, same_boundary_turned = 0, curved_turned = 0;
     std::size_t unresolved = 0;   ///< elements whose quadrature found no end: at its finest, and still needed
     std::size_t evaluations = 0;  ///< of u in all

@@ -37,7 +37,8 @@ Rules<D> quadrature_rules() {
 }
 
 template <int D>
-Outcome<Done> Quadrature<D>::integrate() {
+Outcome<Done> Quadrature<D>::integrate(const Squares& beside) {
+    beside_ = beside;
     std::vector<std::uint32_t> active(elements_.size());
     std::iota(active.begin(), active.end(), 0U);
     while (!active.empty()) {
@@ -107,7 +108,7 @@ std::size_t Quadrature<D>::evaluations() const {
 
 template <int D>
 Squares Quadrature<D>::total() const {
-    Squares sum{};
+    Squares sum = beside_;
     for (const State& s : states_)
         for (std::size_t q = 0; q < sum.size(); ++q) sum[q] += s.integrals.squares[q];
     return sum;

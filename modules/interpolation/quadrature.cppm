@@ -45,7 +45,8 @@ class Quadrature {
           elements_(std::move(elements)),
           states_(elements_.size(), State{}) {}
 
-    [[nodiscard]] Outcome<Done> integrate();
+    /// To what is asked for together with `beside`, the squares of the mesh's other elements.
+    [[nodiscard]] Outcome<Done> integrate(const Squares& beside);
 
     /// Entries of its elements, in a list of those of the mesh's.
     void put_into(std::vector<const State*>& states) const {
@@ -74,6 +75,7 @@ class Quadrature {
     const Execution& execution_;
     std::vector<std::uint32_t> elements_;
     std::vector<State> states_;  ///< one an element of these
+    Squares beside_{};
     std::size_t unresolved_ = 0;
 };
 
