@@ -167,6 +167,9 @@ void add_remesh(CLI::App& app, Verb& verb) {
         ->add_option("--rounds", a.rounds,
                      "At most so many " + std::string(rounds.sentence) + "; they end where nothing changes much")
         ->check(within<int>(rounds.limits));
+    add_words(remesh, "--objective", a.objective,
+              help_of(camber::option_of(&camber::config::Remesh::objective)) +
+                  ". Default: " + std::string(camber::word_of(camber::config::Remesh{}.objective)));
     remesh->add_option("--output-metric", a.output_metric,
                        "Also write the metric at the new vertices (" + endings_of_solutions() + ")");
     add_pipeline(remesh, a);

@@ -33,6 +33,8 @@ void count(CurveStatistics& s, const SearchFlags& f) {
     s.shortened += f.shortened;
     s.outside += f.outside;
     s.lost += f.lost;
+    s.by_walls += f.by_walls;
+    s.by_metric += f.by_metric;
 }
 CurveStatistics operator+(const CurveStatistics& a, const CurveStatistics& b) {
     return {a.volume_edges + b.volume_edges,
@@ -42,7 +44,10 @@ CurveStatistics operator+(const CurveStatistics& a, const CurveStatistics& b) {
             a.shortened + b.shortened,
             a.outside + b.outside,
             a.lost + b.lost,
-            a.drawn_back + b.drawn_back};
+            a.drawn_back + b.drawn_back,
+            a.by_walls + b.by_walls,
+            a.by_metric + b.by_metric,
+            a.held_back + b.held_back};
 }
 
 /// Targets, one an edge, in columns as they come.
@@ -86,23 +91,37 @@ Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> t
 
 namespace {
 
-/// Offsets of volume edges for accuracy, as their elements bear them, and how many are less for it.
+/// Offsets of volume edges for accuracy, as smooth functions and their elements bear them, and how many are less for
+/// it.
 template <int D>
 struct BorneOffsets {
     Buffer<Vec<D>> offsets;
-    std::size_t drawn_back = 0;
+    std::size_t held_back = 0, drawn_back = 0;
 };
 template <int D>
 Outcome<BorneOffsets<D>> offsets_by_element(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                             const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
                                             const BackMesh<D>& back, const CurveOptions& options,
                                             const Execution& execution) {
-    auto offsets = accurate_offsets(mesh, kinds, EdgeKind::volume, shells, back, options, part_of(execution, 0, 0.84));
+    auto offsets = accurate_offsets(mesh, kinds, EdgeKind::volume, shells, back, options, part_of(execution, 0, 0.7));
     if (!offsets) return fail(offsets.error());
+    std::size_t held_back = 0;
+    if (options.metric_kind == MetricKind::natural) {
+        const auto held =
+            limit_smooth_loss<D>(mesh, shells, options.smooth_loss, *offsets, part_of(execution, 0.7, 0.84));
+        if (!held) return fail(held.error());
+        held_back = *held;
+    }
     auto limited =
         limit_by_jacobian<D>(mesh, base.view(), shells, options.min_jacobian, *offsets, part_of(execution, 0.84, 1));
     if (!limited) return fail(limited.error());
-    return BorneOffsets<D>{std::move(*offsets), *limited};
+    return BorneOffsets<D>{std::move(*offsets), held_back, *limited};
+}
+
+/// Whether a node's offset is more than a thousandth of its chord.
+template <int D>
+[[nodiscard]] bool is_noticeable(const Vec<D>& offset, const Vec<D>& chord) {
+    return norm_squared(offset) > 1e-6 * norm_squared(chord);
 }
 
 /// Edges from `begin` to `end`, searched together; those that are measured are measured.
@@ -164,8 +183,15 @@ Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<
         if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), base[e]);
         if (shells[e].empty()) return boundary_target(mesh, EdgeId(e), mesh.mid_nodes[e]);
         const LagrangeNode<D> node{base[e].point + borne->offsets[e]};
-        if (!is_measured(options.measured, e, mesh.edges.size())) return node_target(mesh, EdgeId(e), node);
-        return measured_target(mesh, {EdgeId(e), shells[e].front()}, node, back, rules.report);
+        EdgeTarget<D> target = is_measured(options.measured, e, mesh.edges.size())
+                                   ? measured_target(mesh, {EdgeId(e), shells[e].front()}, node, back, rules.report)
+                                   : node_target(mesh, EdgeId(e), node);
+        const auto& [a, b] = mesh.edges.vertices[EdgeId(e)];
+        const Vec<D>& p = mesh.linear.points[a];
+        const Vec<D>& q = mesh.linear.points[b];
+        target.flags.by_walls = is_noticeable(base[e].point - midpoint(p, q), q - p);
+        target.flags.by_metric = is_noticeable(borne->offsets[e], q - p);
+        return target;
     };
     auto statistics = reduce_each(
         part_of(execution, of_offsets, 1), mesh.edges.size(), CurveStatistics{},
@@ -175,7 +201,10 @@ Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<
             count(statistics, target.flags);
         },
         [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; }, 64);
-    if (statistics) statistics->drawn_back = borne->drawn_back;
+    if (statistics) {
+        statistics->drawn_back = borne->drawn_back;
+        statistics->held_back = borne->held_back;
+    }
     return statistics;
 }
 

@@ -19,6 +19,9 @@ struct CurveStatistics {
     std::size_t outside = 0;       ///< edges with samples beyond the back mesh, of those that were measured or searched
     std::size_t lost = 0;          ///< edges with samples that were not found in it, likewise
     std::size_t drawn_back = 0;    ///< nodes for accuracy that go a part of their way, for their elements
+    std::size_t by_walls = 0;      ///< nodes for accuracy that walls move, by more than 1/1000 of the chord
+    std::size_t by_metric = 0;     ///< that the metric moves, likewise
+    std::size_t held_back = 0;     ///< that go less than half of it, for smooth functions: see limit_smooth_loss
 };
 
 /// A proposal for every edge, and the lengths of the volume edges on the true field.

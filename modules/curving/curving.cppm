@@ -9,6 +9,7 @@ export import :curve;
 export import :extension;
 export import :placed_nodes;
 export import :shape;
+export import :smooth_loss;
 export import :edge_models;
 import :edge_energy;
 import :polish;

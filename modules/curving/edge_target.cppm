@@ -42,6 +42,7 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
     CurvingAim aim = CurvingAim::accuracy;
     MeasuredEdges measured = MeasuredEdges::all;
     double min_jacobian = default_bound;
+    double smooth_loss = 0.0125;
 
     [[nodiscard]] static constexpr auto options() {
         using S = CurveOptions;
@@ -51,7 +52,12 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
                               "accuracy only: where nodes would bring an element's scaled Jacobian below this, those "
                               "of its volume edges go only a part of their way")
                            .at_least(0)
-                           .below(1)),
+                           .below(1),
+                       option("smooth_loss", &S::smooth_loss,
+                              "accuracy by the mesh's own metric only: share by which the error of smooth functions, "
+                              "which the mesh says nothing of, may rise by a model; nodes that cost them more go a "
+                              "part of their way. 0: inner edges follow walls alone")
+                           .at_least(0)),
             EdgeMinimiserOptions::options());
     }
     friend bool operator==(const CurveOptions&, const CurveOptions&) = default;
@@ -63,6 +69,7 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
 /// What the search for one edge's node met.
 struct SearchFlags {
     std::uint8_t volume = 0, curved = 0, polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;
+    std::uint8_t by_walls = 0, by_metric = 0;  ///< for accuracy: what moved the node, by more than 1/1000 of the chord
 };
 
 /// Where an edge's node ought to be before validity is asked for, and what that makes of its length.

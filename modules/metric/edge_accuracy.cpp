@@ -96,6 +96,29 @@ template <int D>
     return a;
 }
 
+/// ∂_v of a field with this gradient.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline SymPack<D> derivative(const GradientPack<D>& gradient, const VecPack<D>& v) {
+    SymPack<D> along;
+    for (int k = 0; k < sym_size<D>; ++k) {
+        along.c[k] = v[0] * gradient[0].c[k];
+        for (int a = 1; a < D; ++a) along.c[k] += v[a] * gradient[a].c[k];
+    }
+    return along;
+}
+
+/// aᵀ m b.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack bilinear(const SymPack<D>& m, const VecPack<D>& a, const VecPack<D>& b) {
+    Pack sum = packed(0);
+    for (int i = 0; i < D; ++i) {
+        Pack row = m(i, 0) * b[0];
+        for (int j = 1; j < D; ++j) row += m(i, j) * b[j];
+        sum += a[i] * row;
+    }
+    return sum;
+}
+
 /// What an edge sees in the frame of the axes at its middle.
 template <int D>
 struct EdgeFrame {
@@ -104,7 +127,6 @@ struct EdgeFrame {
     VecPack<D> chord;                        ///< c
     SymPack<D> along_chord;                  ///< A
     std::array<std::array<Pack, D>, D> x{};  ///< x_ij = λ_i − λ_j
-    SymPack<D> root_likeness;                ///< sqrt K_ij
     SymPack<D> likeness;                     ///< K_ij
 };
 
@@ -114,22 +136,14 @@ template <int D>
     EdgeFrame<D> f{};
     f.log_metric = eigen_system<D>(middle.log_metric);
     f.chord = times_transposed(f.log_metric.vectors, chord);
-    SymPack<D> along;  // ∂_e L
-    for (int k = 0; k < sym_size<D>; ++k) {
-        along.c[k] = chord[0] * middle.gradient[0].c[k];
-        for (int a = 1; a < D; ++a) along.c[k] += chord[a] * middle.gradient[a].c[k];
-    }
-    if (change == ChangeAlong::of_ends) along = middle.change;
+    const SymPack<D> along =  // ∂_e L
+        change == ChangeAlong::of_ends ? middle.change : derivative<D>(middle.gradient, chord);
     f.along_chord = congruence_transposed(f.log_metric.vectors, along);
     for (int i = 0; i < D; ++i) {
         f.sizes[i] = exp(f.log_metric.values[i]);
         for (int j = 0; j < D; ++j) f.x[i][j] = f.log_metric.values[i] - f.log_metric.values[j];
-        for (int j = 0; j < i; ++j) {
-            const Pack root = exp(-abs(f.x[i][j]) / 2);
-            f.root_likeness(i, j) = root;
-            f.likeness(i, j) = root * root;
-        }
-        f.root_likeness(i, i) = f.likeness(i, i) = packed(1);
+        for (int j = 0; j < i; ++j) f.likeness(i, j) = exp(-abs(f.x[i][j]));
+        f.likeness(i, i) = packed(1);
     }
     return f;
 }
@@ -174,35 +188,56 @@ template <int D>
     return sqrt(q);
 }
 
-/// Σ_ab K_ab sqrt(K_ja K_jb) (D_j)_ab c_a c_b = ⟨R W Rᵀ, ∂_{r_j} L⟩ with W_ab = K_ab sqrt(K_ja K_jb) c_a c_b.
+/// Sizes of a Hessian, or of third derivatives: the geodesic's first step, [(∂_u L) u − ½ ∇(uᵀ L u)]/8, for each axis j
+/// of what the chord has along axes that are like it, u = R K_j∘c: 8 d_j = r_jᵀ (∂_u L) u − ½ uᵀ (∂_{r_j} L) u.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline Pack change_across(const EdgeFrame<D>& f, const GradientPack<D>& gradient,
-                                                            int j) {
+[[nodiscard, gnu::always_inline]] inline VecPack<D> by_derivatives(const EdgeFrame<D>& f,
+                                                                   const GradientPack<D>& gradient) {
     const MatPack<D>& r = f.log_metric.vectors;
-    SymPack<D> along;  // ∂_{r_j} L
-    for (int k = 0; k < sym_size<D>; ++k) {
-        along.c[k] = r(0, j) * gradient[0].c[k];
-        for (int a = 1; a < D; ++a) along.c[k] += r(a, j) * gradient[a].c[k];
-    }
-    const SymPack<D> seen = congruence_transposed(r, along);
-    VecPack<D> c;
-    for (int a = 0; a < D; ++a) c[a] = f.root_likeness(j, a) * f.chord[a];
-    Pack sum = packed(0);
-    for (int a = 0; a < D; ++a) {
-        sum += seen(a, a) * c[a] * c[a];
-        for (int b = 0; b < a; ++b) sum += 2 * f.likeness(a, b) * seen(a, b) * c[a] * c[b];
-    }
-    return sum;
-}
-
-/// The first Newton step of the energy, (∂_e L) e − ½ ∇(eᵀ L e), among axes that are alike.
-template <int D>
-[[nodiscard, gnu::always_inline]] inline VecPack<D> by_sizes(const EdgeFrame<D>& f, const GradientPack<D>& gradient) {
     VecPack<D> d;
     for (int j = 0; j < D; ++j) {
-        d[j] = -change_across<D>(f, gradient, j) / 16;
-        for (int i = 0; i < D; ++i) d[j] += f.likeness(i, j) * f.along_chord(i, j) * f.chord[i] / 8;
+        VecPack<D> like;
+        for (int a = 0; a < D; ++a) like[a] = f.likeness(j, a) * f.chord[a];
+        const VecPack<D> u = times(r, like);
+        const Pack along = bilinear<D>(derivative<D>(gradient, u), r.column[j], u);
+        const Pack across = bilinear<D>(derivative<D>(gradient, r.column[j]), u, u);
+        d[j] = (along - across / 2) / 8;
     }
+    return d;
+}
+
+/// Sizes that grow away from something: of u = f(φ), φ along the gradient γ of the mean log size of the axes that are
+/// like axis j, as far as it is along such axes; 16 d_j = (γ·c)² γ_j/|γ|².
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> by_layers(const EdgeFrame<D>& f, const GradientPack<D>& gradient) {
+    const MatPack<D>& r = f.log_metric.vectors;
+    std::array<VecPack<D>, D> growth;  // growth[k][i]: of λ_i along axis k
+    for (int k = 0; k < D; ++k) {
+        const SymPack<D> along = derivative<D>(gradient, r.column[k]);
+        for (int i = 0; i < D; ++i) growth[k][i] = bilinear<D>(along, r.column[i], r.column[i]);
+    }
+    VecPack<D> d;
+    for (int j = 0; j < D; ++j) {
+        Pack alike = packed(0), square = packed(0), along = packed(0), own = packed(0);
+        for (int i = 0; i < D; ++i) alike += f.likeness(i, j);
+        for (int k = 0; k < D; ++k) {
+            Pack mean = packed(0);
+            for (int i = 0; i < D; ++i) mean += f.likeness(i, j) * growth[k][i];
+            mean *= f.likeness(j, k) / alike;
+            square += mean * mean;
+            along += mean * f.chord[k];
+            if (k == j) own = mean;
+        }
+        d[j] = select(square > 0, along * along / square * own / 16, packed(0));
+    }
+    return d;
+}
+
+/// The part that sizes ask for, as far as it is resolved.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> by_sizes(const EdgeFrame<D>& f, const GradientPack<D>& gradient,
+                                                             MetricKind kind) {
+    VecPack<D> d = kind == MetricKind::natural ? by_layers<D>(f, gradient) : by_derivatives<D>(f, gradient);
     const Pack length = metric_length(f, f.chord);
     const Pack unit = min(unit_length_squared / (length * length), packed(1));
     // In one direction d = Δλ e/16.
@@ -211,15 +246,39 @@ template <int D>
     return d;
 }
 
+/// The recovered gradient, with the change along the chord that the ends tell: the least change of it, in the metric.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline GradientPack<D> agreeing_with_ends(const EdgeFrame<D>& f,
+                                                                            const EdgeSight<D>& middle,
+                                                                            const VecPack<D>& chord) {
+    VecPack<D> scaled;
+    Pack square = packed(0);
+    for (int j = 0; j < D; ++j) {
+        scaled[j] = f.sizes[j] * f.chord[j];
+        square += scaled[j] * f.chord[j];
+    }
+    const VecPack<D> covector = times(f.log_metric.vectors, scaled);
+    const SymPack<D> along = derivative<D>(middle.gradient, chord);
+    GradientPack<D> gradient = middle.gradient;
+    for (int k = 0; k < sym_size<D>; ++k) {
+        const Pack missing = (middle.change.c[k] - along.c[k]) / square;
+        for (int i = 0; i < D; ++i) gradient[i].c[k] += missing * covector[i];
+    }
+    return gradient;
+}
+
 /// F R (by_axes + σ by_sizes), not further along the chord than `max_shift`; nothing where that is no number.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const EdgeFrame<D>& f, const VecPack<D>& chord,
                                                                     const EdgeSight<D>& middle,
                                                                     const EdgeAccuracyOptions& options) {
     const VecPack<D> axes = by_axes(f, options.change);
-    const VecPack<D> sizes = by_sizes<D>(f, middle.gradient);
+    const bool by_ends = options.change == ChangeAlong::of_ends;
+    const VecPack<D> sizes =
+        by_sizes<D>(f, by_ends ? agreeing_with_ends(f, middle, chord) : middle.gradient, options.metric_kind);
+    const double share = share_of_sizes(options, D);
     VecPack<D> in_frame;
-    for (int j = 0; j < D; ++j) in_frame[j] = axes[j] + options.size_share * sizes[j];
+    for (int j = 0; j < D; ++j) in_frame[j] = axes[j] + share * sizes[j];
     VecPack<D> d = times(f.log_metric.vectors, in_frame);
     const Pack shift = abs(dot(d, chord)) / dot(chord, chord);
     const Pack kept = select(shift > max_shift, max_shift / shift, packed(1));
@@ -234,6 +293,22 @@ template <int D>
 }
 
 }  // namespace
+
+double share_of_sizes(const EdgeAccuracyOptions& options, int dimension) {
+    if (options.size_share > 0) return options.size_share;
+    const auto of_degree = [&](int degree) {
+        const double p = options.metric_norm * (degree + 1);
+        return (degree + 1) / 3.0 * (options.metric_norm > 0 ? (p + dimension) / p : 1);
+    };
+    switch (options.metric_kind) {
+        case MetricKind::automatic: return 2.0 / 3;
+        case MetricKind::hessian: return of_degree(1);
+        case MetricKind::third_derivatives: return of_degree(2);
+        case MetricKind::geometry: return 0;
+        case MetricKind::natural: return 1;
+    }
+    return 0;
+}
 
 template <int D>
 void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> ends,

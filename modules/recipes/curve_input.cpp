@@ -111,10 +111,16 @@ Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input
         from.boundary.required == RequiredBoundary::keep ? from.mesh : without_required(from.mesh);
     const Column<LagrangeNode<D>>& present = input.base;
     auto nodes = slid_nodes<D>(mesh, present, *shifts, from.boundary.features, from.boundary.geometry,
-                               part_of(execution, 0.05, 0.82));
+                               part_of(execution, 0.05, 0.78));
     if (!nodes) return fail(nodes.error());
     Buffer<Vec<D>>& slides = *shifts;
     for (std::size_t e = 0; e < slides.size(); ++e) slides[e] = (*nodes)[e].point - present[e].point;
+    if (options.metric_kind == MetricKind::natural) {
+        const auto held =
+            limit_smooth_loss<D>(from.mesh, input.shells, options.smooth_loss, slides, part_of(execution, 0.78, 0.82));
+        if (!held) return fail(held.error());
+        input.held_back += *held;
+    }
     // A slide is worth no element; volume edges, which are where the field has them, have their say after it.
     auto borne = limit_by_jacobian<D>(from.mesh, present.view(), input.shells, options.min_jacobian, slides,
                                       part_of(execution, 0.82, 1));

@@ -29,6 +29,7 @@ struct CurveInput {
     Column<LagrangeNode<D>> extended = {};
     std::optional<PlacementStatistics> placed = {};  ///< where `base` has them elsewhere than projected
     std::size_t drawn_back = 0;                      ///< slides that go a part of their way, for their elements
+    std::size_t held_back = 0;                       ///< that go less than half of it, for smooth functions
 };
 
 /// A mesh of degree 2 that is to be curved.

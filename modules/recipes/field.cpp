@@ -95,6 +95,9 @@ Outcome<CurvingField<D>> carried_field(const QuadraticMesh<D>& mesh, const Curve
         make_curved_back_mesh(std::move(bent), *around, std::move(metrics->carried), part_of(execution, 0.64, 1),
                               aim == CurvingAim::accuracy ? KeptGradients::seen : KeptGradients::recovered);
     if (!back) return fail(back.error());
+    // Searches begin where the field is carried to; nodes for accuracy, whose offsets are asked for there, follow walls
+    // that hardly sag, too: functions that are smooth mind them.
+    if (aim == CurvingAim::accuracy) nodes = input.extended;
     return CurvingField<D>{std::move(*back), std::move(metrics->straight), std::move(nodes)};
 }
 

@@ -1,4 +1,5 @@
 module;
+#include <cstdint>
 #include <functional>
 #include <utility>
 #include <variant>
@@ -26,6 +27,23 @@ struct MetricField {
 /// What edges follow.
 template <int D>
 using MetricSource = std::variant<MetricAtVertices<D>, MetricField<D>>;
+
+/// Whether a metric is the mesh's own, or made of it.
+enum class MetricOrigin : std::uint8_t { natural, given };
+template <int D>
+[[nodiscard]] MetricOrigin origin_of(const MetricSource<D>& metric) {
+    const auto* const at_vertices = std::get_if<MetricAtVertices<D>>(&metric);
+    return at_vertices != nullptr && at_vertices->of_natural ? MetricOrigin::natural : MetricOrigin::given;
+}
+
+/// How nodes for accuracy follow a metric: the mesh's own is noisy, others are taken at their word; a kind that is not
+/// stated is known of the mesh's own.
+[[nodiscard]] inline EdgeAccuracyOptions accuracy_for(MetricOrigin origin, EdgeAccuracyOptions options) {
+    const bool is_natural = origin == MetricOrigin::natural;
+    options.change = is_natural ? ChangeAlong::recovered : ChangeAlong::of_ends;
+    if (is_natural && options.metric_kind == MetricKind::automatic) options.metric_kind = MetricKind::natural;
+    return options;
+}
 
 /// The mesh's own (paper §1.2.1).
 template <int D>

@@ -62,27 +62,29 @@ Outcome<CurvingStart<D>> begin_curving(const CurvedFrom<D>& from, const MetricSo
                                        const ProposeOptions& options, const Around& around) {
     auto input = run_step(around, "extension", [&](const Execution& e) { return input_for(from, options, e); });
     if (!input) return fail(input.error());
-    if (options.objective == Objective::shape) return CurvingStart<D>{std::move(*input), {}, {}};
-    const CurvingAim aim = edge_options(options).aim;
-    auto field = run_step(around, "metric",
-                          [&](const Execution& e) { return make_curving_field(from.mesh, *input, metric, aim, e); });
+    CurveOptions edges = edge_options(options);
+    if (options.objective == Objective::shape) return CurvingStart<D>{std::move(*input), {}, {}, edges};
+    static_cast<EdgeAccuracyOptions&>(edges) = accuracy_for(origin_of(metric), edges);
+    auto field = run_step(around, "metric", [&](const Execution& e) {
+        return make_curving_field(from.mesh, *input, metric, edges.aim, e);
+    });
     if (!field) return fail(field.error());
     // Searches begin at the nodes that a mesh was read with; what is found without one is found anew.
-    if (from.nodes != NodesOf::input || aim == CurvingAim::accuracy)
+    if (from.nodes != NodesOf::input || edges.aim == CurvingAim::accuracy)
         input->base = starting_at(from.mesh, *input, std::move(field->nodes));
-    return CurvingStart<D>{std::move(*input), std::move(field->back), std::move(field->straight)};
+    return CurvingStart<D>{std::move(*input), std::move(field->back), std::move(field->straight), edges};
 }
 
 template <int D>
 Outcome<CurveInput<D>> moved_input(const CurvedFrom<D>& from, CurveInput<D> input, const BackMesh<D>& field,
-                                   const ProposeOptions& options, const Execution& execution) {
+                                   const CurveOptions& edges, const PlacementOptions& options,
+                                   const Execution& execution) {
     const bool is_placed = options.boundary_nodes != BoundaryNodeAim::projection;
-    auto moved = placed_input(from, std::move(input), field, edge_options(options), options,
+    auto moved = placed_input(from, std::move(input), field, edges, options,
                               is_placed ? part_of(execution, 0, 0.8) : without_progress(execution));
     // Nodes in planes are where their edges are shortest already.
     if (!moved || options.boundary_nodes == BoundaryNodeAim::length) return moved;
-    return slid_input(from, std::move(*moved), field, edge_options(options),
-                      is_placed ? part_of(execution, 0.8, 1) : execution);
+    return slid_input(from, std::move(*moved), field, edges, is_placed ? part_of(execution, 0.8, 1) : execution);
 }
 
 namespace {
@@ -104,8 +106,8 @@ Curved<D> without_lengths(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& 
 template <int D>
 Outcome<Curved<D>> by_shape(const CurvedFrom<D>& from, CurvingStart<D>& start, const ProposeOptions& options,
                             const Execution& execution) {
-    auto placed = placed_input(from, std::move(start.input), BackMesh<D>{}, edge_options(options), options,
-                               without_progress(execution));
+    auto placed =
+        placed_input(from, std::move(start.input), BackMesh<D>{}, start.edges, options, without_progress(execution));
     if (!placed) return fail(placed.error());
     start.input = std::move(*placed);
     const CurveInput<D>& input = start.input;
@@ -118,12 +120,13 @@ Outcome<Curved<D>> by_shape(const CurvedFrom<D>& from, CurvingStart<D>& start, c
 template <int D>
 Outcome<Curved<D>> by_field(const CurvedFrom<D>& from, CurvingStart<D>& start, const ProposeOptions& options,
                             const Execution& execution) {
-    const CurveOptions edges = edge_options(options);
+    const CurveOptions& edges = start.edges;
     const double of_slides = options.boundary_nodes != BoundaryNodeAim::projection ? 0.5
                              : edges.aim != CurvingAim::accuracy                   ? 0
                              : edges.measured == MeasuredEdges::all                ? 0.05
                                                                                    : 0.26;
-    auto moved = moved_input(from, std::move(start.input), *start.field, options, part_of(execution, 0, of_slides));
+    auto moved =
+        moved_input(from, std::move(start.input), *start.field, edges, options, part_of(execution, 0, of_slides));
     if (!moved) return fail(moved.error());
     start.input = std::move(*moved);
     const CurveInput<D>& input = start.input;
@@ -131,6 +134,7 @@ Outcome<Curved<D>> by_field(const CurvedFrom<D>& from, CurvingStart<D>& start, c
         curve(from.mesh, input.kinds, input.base, input.shells, *start.field, edges, part_of(execution, of_slides, 1));
     if (!curved) return fail(curved.error());
     curved->statistics.drawn_back += input.drawn_back;
+    curved->statistics.held_back += input.held_back;
     return curved;
 }
 
@@ -150,15 +154,15 @@ Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const Metri
     });
     if (!curved) return fail(curved.error());
     return ProposedCurves<D>{std::move(*curved), std::move(start->input), std::move(start->field),
-                             std::move(start->straight_log_metrics)};
+                             std::move(start->straight_log_metrics), start->edges};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                               \
-    template Outcome<CurvingStart<D>> begin_curving<D>(const CurvedFrom<D>&, const MetricSource<D>&,        \
-                                                       const ProposeOptions&, const Around&);               \
-    template Outcome<CurveInput<D>> moved_input<D>(const CurvedFrom<D>&, CurveInput<D>, const BackMesh<D>&, \
-                                                   const ProposeOptions&, const Execution&);                \
-    template Outcome<ProposedCurves<D>> propose_curves<D>(const CurvedFrom<D>&, const MetricSource<D>&,     \
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<CurvingStart<D>> begin_curving<D>(const CurvedFrom<D>&, const MetricSource<D>&,                \
+                                                       const ProposeOptions&, const Around&);                       \
+    template Outcome<CurveInput<D>> moved_input<D>(const CurvedFrom<D>&, CurveInput<D>, const BackMesh<D>&,         \
+                                                   const CurveOptions&, const PlacementOptions&, const Execution&); \
+    template Outcome<ProposedCurves<D>> propose_curves<D>(const CurvedFrom<D>&, const MetricSource<D>&,             \
                                                           const ProposeOptions&, const Around&);
 
 CAMBER_INSTANTIATE(2)

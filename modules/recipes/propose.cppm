@@ -66,6 +66,7 @@ struct ProposedCurves {
     std::optional<BackMesh<D>> field;                          ///< none: of the objective shape
     std::optional<Column<LogMetric<D>>> straight_log_metrics;  ///< at the vertices, of the straight mesh where the
                                                                ///< field is another
+    CurveOptions edges = {};                                   ///< by which nodes were found: see accuracy_for
 };
 
 /// Steps: extension, metric, curve. Errors (usage): the objective shape with boundary nodes by length; those of the
@@ -84,6 +85,7 @@ struct CurvingStart {
     CurveInput<D> input;
     std::optional<BackMesh<D>> field;
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
+    CurveOptions edges = {};  ///< for one edge, of this metric: see accuracy_for
 };
 /// The steps extension and, but for the objective shape, metric.
 template <int D>
@@ -93,7 +95,7 @@ template <int D>
 /// Nodes of boundary edges where the options want them in the field: placed_input, slid_input.
 template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> moved_input(const CurvedFrom<D>& from, CurveInput<D> input,
-                                                 const BackMesh<D>& field, const ProposeOptions& options,
-                                                 const Execution& execution);
+                                                 const BackMesh<D>& field, const CurveOptions& edges,
+                                                 const PlacementOptions& options, const Execution& execution);
 
 }  // namespace camber

@@ -28,10 +28,11 @@ Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const Metr
     if (!start) return fail(start.error());
     return run_step(around, "reinsert", [&](const Execution& e) -> Outcome<ReinsertedNodes<D>> {
         const BackMesh<D>& field = *start->field;
-        auto moved = moved_input(from, std::move(start->input), field, options.curve, without_progress(e));
+        auto moved =
+            moved_input(from, std::move(start->input), field, start->edges, options.curve, without_progress(e));
         if (!moved) return fail(moved.error());
-        auto wanted = curve(from.mesh, moved->kinds, moved->base, moved->shells, field, edge_options(options.curve),
-                            part_of(e, 0, 0.2));
+        auto wanted =
+            curve(from.mesh, moved->kinds, moved->base, moved->shells, field, start->edges, part_of(e, 0, 0.2));
         if (!wanted) return fail(wanted.error());
         const Features<D>& features = from.boundary.features;
         const auto corners = corners_of(features);
@@ -39,7 +40,7 @@ Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const Metr
                              options.cavities, part_of(e, 0.2, 1));
         if (!made) return fail(made.error());
         return ReinsertedNodes<D>{ProposedCurves<D>{std::move(*wanted), std::move(*moved), std::move(start->field),
-                                                    std::move(start->straight_log_metrics)},
+                                                    std::move(start->straight_log_metrics), start->edges},
                                   std::move(*made)};
     });
 }

@@ -106,7 +106,7 @@ Outcome<Made<D>> remeshed(const Given<D>& given, const MeshGoal<D>& goal, const 
     if (!made_field) return fail(made_field.error());
     auto begun = run_step(around, "topology", [&](const Execution& e) {
         RemeshingBy<D> by{std::move(*made_field), options.curving};
-        by.curving.change = change_along(goal.metric);
+        static_cast<EdgeAccuracyOptions&>(by.curving) = accuracy_for(origin_of(goal.metric), by.curving);
         return begin(*boundary, std::move(by), e);
     });
     if (!begun) return fail(begun.error());

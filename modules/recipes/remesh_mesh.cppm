@@ -31,7 +31,7 @@ struct Remeshing {
 template <int D>
 struct RemeshingBy {
     BackMesh<D> field;
-    CurveOptions curving = {};                  ///< `change` of it too: of_ends for metrics that are given
+    CurveOptions curving = {};                  ///< see accuracy_for
     std::size_t max_elements = max_entities;    ///< see AdaptationGoal
     const EmbeddedCurves<D>* curves = nullptr;  ///< of the mesh that this one was remeshed from; null: its own
 };
@@ -50,7 +50,7 @@ template <int D>
 /// Of which degree 1 and 2 have their own.
 struct RemeshMeshOptions {
     ToMetricOptions passes = {};
-    CurveOptions curving = {};  ///< of degree 2: where inner edges have their nodes; `change` is the metric's
+    CurveOptions curving = {};  ///< of degree 2: where inner edges have their nodes
 };
 
 /// A mesh that was remeshed; its facets approximate the same geometry, and its vertices know their metric.
@@ -76,13 +76,6 @@ template <int D>
 [[nodiscard]] Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh(QuadraticMesh<D> mesh, const MeshGoal<D>& goal,
                                                                   const RemeshMeshOptions& options,
                                                                   const Around& around);
-
-/// How inner edges know the change of a metric: the mesh's own is noisy, others are taken at their word.
-template <int D>
-[[nodiscard]] ChangeAlong change_along(const MetricSource<D>& metric) {
-    const auto* const at_vertices = std::get_if<MetricAtVertices<D>>(&metric);
-    return at_vertices != nullptr && at_vertices->of_natural ? ChangeAlong::recovered : ChangeAlong::of_ends;
-}
 
 /// Features of a mesh that was remeshed: it lists all its breaks; its new facets may turn where the surface does not
 /// break.

@@ -143,7 +143,8 @@ TEST_CASE("edges in packs have the offsets and the lengths of one by one, with a
             measures[2 * i + 1] = MeasuringMetric<D>(ends[i].b.log_metric);
             of_ends[i] = {&measures[2 * i], &measures[2 * i + 1]};
         }
-        const EdgeAccuracyOptions options{0.5, dice.below(2) == 0 ? ChangeAlong::recovered : ChangeAlong::of_ends};
+        const EdgeAccuracyOptions options{.size_share = 0.5,
+                                          .change = dice.below(2) == 0 ? ChangeAlong::recovered : ChangeAlong::of_ends};
         accurate_offsets<D>(chords, ends, options, expected);
         for (const Instructions set : {Instructions::baseline, Instructions::avx2, Instructions::avx512}) {
             if (!has(set)) continue;

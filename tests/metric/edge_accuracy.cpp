@@ -1,6 +1,7 @@
 // The closed form for accuracy: what it does not depend on, where its parts are known, and that it stays in bounds.
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -19,11 +20,15 @@ using namespace camber::testing;
 namespace {
 
 template <int D>
-Vec<D> offset_of(const Vec<D>& chord, const EdgeEnd<D>& middle, double size_share = 0.5) {
+Vec<D> offset_by(const Vec<D>& chord, const EdgeEnd<D>& middle, const EdgeAccuracyOptions& options) {
     const EdgeEnds<D> ends{middle, middle};
     Vec<D> offset;
-    accurate_offsets<D>({&chord, 1}, {&ends, 1}, {size_share}, {&offset, 1});
+    accurate_offsets<D>({&chord, 1}, {&ends, 1}, options, {&offset, 1});
     return offset;
+}
+template <int D>
+Vec<D> offset_of(const Vec<D>& chord, const EdgeEnd<D>& middle, double size_share = 0.5) {
+    return offset_by(chord, middle, {.size_share = size_share});
 }
 
 /// A field at a middle whose sizes and axes change by `change` within a unit of length.
@@ -73,9 +78,46 @@ void laws() {
         for (int i = 0; i < D; ++i) middle.gradient[i] = slope[i] * Sym<D>::identity();
         // Γ(e, e)/8 of M = e^l I.
         const Vec<D> geodesic = (dot(slope, chord) * chord - 0.5 * norm_squared(chord) * slope) * 0.125;
-        const double share = dice.uniform(0, 1);
+        const double share = dice.uniform(0.01, 1);
         RC_ASSERT(norm(offset_of(chord, middle, share) - share * geodesic) <= 1e-3 * norm(geodesic) + 1e-15);
+        // The mesh's own: along the growth alone.
+        const double along = dot(slope, chord);
+        const Vec<D> layered = along * along / (16 * norm_squared(slope)) * slope;
+        RC_ASSERT(norm(offset_by(chord, middle, {.metric_kind = MetricKind::natural}) - layered) <=
+                  1e-3 * norm(geodesic) + 1e-15);
     });
+    property("a cubic's own Hessian: of the offset that leaves no third derivative all that like axes have",
+             [](std::uint64_t seed) {
+                 // u = |x|²/2 + T[x, x, x]/6: H = I + T[x, ·, ·], log H ≈ T[x, ·, ·], and d = T[e, e, ·]/24.
+                 Dice dice(seed);
+                 std::array<Sym<D>, D> third;
+                 for (int i = 0; i < D; ++i)
+                     for (int j = 0; j <= i; ++j)
+                         for (int k = 0; k <= j; ++k) {
+                             const double t = dice.uniform(-0.02, 0.02);
+                             third[i](j, k) = third[j](i, k) = third[k](i, j) = t;
+                         }
+                 EdgeEnd<D> middle;
+                 middle.log_metric.l = -6.0 * Sym<D>::identity();
+                 for (int i = 0; i < D; ++i) middle.gradient[i] = third[i];
+                 const Vec<D> e = dice.vector<D>(-1, 1);
+                 Vec<D> wanted;
+                 for (int i = 0; i < D; ++i) wanted[i] = dot(e, third[i] * e) / 24;
+                 const Vec<D> d = offset_by(e, middle, {.metric_kind = MetricKind::hessian, .metric_norm = 0});
+                 RC_ASSERT(norm(d - wanted) <= 1e-3 * norm(wanted) + 1e-12);
+             });
+    property("what both ends tell counts, whatever was recovered: sizes that change evenly along the edge",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const Vec<D> e = dice.vector<D>(-1, 1);
+                 const double change = dice.uniform(-0.2, 0.2), size = dice.uniform(-9, -2);
+                 EdgeEnds<D> ends;
+                 ends.a.log_metric.l = (size - change / 2) * Sym<D>::identity();
+                 ends.b.log_metric.l = (size + change / 2) * Sym<D>::identity();
+                 Vec<D> d;
+                 accurate_offsets<D>({&e, 1}, {&ends, 1}, {.size_share = 1, .change = ChangeAlong::of_ends}, {&d, 1});
+                 RC_ASSERT(norm(d - change / 16 * e) <= 1e-3 * std::abs(change) * norm(e));
+             });
     property("thin axes along the radius: the sagitta of the circle, whatever the chord's direction",
              [](std::uint64_t seed) {
                  Dice dice(seed);
@@ -125,6 +167,18 @@ void laws() {
 
 }  // namespace
 
+TEST_CASE("how far sizes draw nodes: what metrics are made of") {
+    const auto share = [](MetricKind kind, double norm, int dimension) {
+        return share_of_sizes({.metric_kind = kind, .metric_norm = norm}, dimension);
+    };
+    CHECK(share(MetricKind::hessian, 0, 2) == doctest::Approx(2.0 / 3));
+    CHECK(share(MetricKind::hessian, 2, 2) == doctest::Approx(1));
+    CHECK(share(MetricKind::hessian, 2, 3) == doctest::Approx(7.0 / 6));
+    CHECK(share(MetricKind::third_derivatives, 0, 3) == doctest::Approx(1));
+    CHECK(share(MetricKind::third_derivatives, 2, 3) == doctest::Approx(1.5));
+    CHECK(share(MetricKind::geometry, 2, 3) == 0);
+    CHECK(share_of_sizes({.metric_kind = MetricKind::geometry, .size_share = 0.3}, 2) == 0.3);
+}
 TEST_CASE("edges for accuracy: triangles") { laws<2>(); }
 TEST_CASE("edges for accuracy: tetrahedra") { laws<3>(); }
 
@@ -141,7 +195,8 @@ TEST_CASE("the change of both ends gives an edge across axes that turn evenly th
         const EdgeEnds<2> ends{at(-turn / 2), at(turn / 2)};
         const Vec<2> chord{{0, 2 * std::sin(turn / 2)}};
         Vec<2> offset;
-        accurate_offsets<2>({&chord, 1}, {&ends, 1}, {0, ChangeAlong::of_ends}, {&offset, 1});
+        accurate_offsets<2>({&chord, 1}, {&ends, 1},
+                            {.metric_kind = MetricKind::geometry, .change = ChangeAlong::of_ends}, {&offset, 1});
         const double sagitta = 1 - std::cos(turn / 2);
         CHECK(std::abs(offset[0] / sagitta - 1) < 0.012);
         CHECK(std::abs(offset[1]) < 1e-12);

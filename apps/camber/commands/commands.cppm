@@ -80,8 +80,9 @@ struct RepairArguments : PipelineArguments {
 struct RemeshArguments : PipelineArguments {
     MetricChoice metric;
     GeometryArguments geometry;
-    std::optional<int> rounds;  ///< none: that of the settings, or the stage's default
-    std::string output_metric;  ///< the metric at the new vertices; empty: not written
+    std::optional<int> rounds;                         ///< none: that of the settings, or the stage's default
+    std::optional<config::RemeshObjective> objective;  ///< likewise
+    std::string output_metric;                         ///< the metric at the new vertices; empty: not written
 };
 [[nodiscard]] int remesh_command(const RemeshArguments& arguments);
 

@@ -21,6 +21,9 @@ Outcome<config::Pipeline> remeshing(const RemeshArguments& arguments) {
     if (arguments.rounds)
         for (config::Stage& stage : pipeline->stages)
             if (auto* remesh = std::get_if<config::Remesh>(&stage)) remesh->rounds = *arguments.rounds;
+    if (arguments.objective)
+        for (config::Stage& stage : pipeline->stages)
+            if (auto* remesh = std::get_if<config::Remesh>(&stage)) remesh->objective = *arguments.objective;
     if (!arguments.output_metric.empty()) pipeline->output.metric = arguments.output_metric;
     return pipeline;
 }

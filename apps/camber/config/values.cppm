@@ -237,7 +237,30 @@ using Split = SplitOptions;
 using Swap = SwapOptions;
 using Smooth = SmoothOptions;
 using Mend = MendOptions;
-using Remesh = ToMetricOptions;
+/// Where passes that change a mesh of degree 2 put the nodes of inner edges.
+enum class RemeshObjective : std::uint8_t {
+    as_curved,  ///< that of a stage curve before; accuracy
+    accuracy,
+    energy,
+    length,
+};
+[[nodiscard]] constexpr auto words(RemeshObjective) {
+    return words_of(Word{RemeshObjective::as_curved, "as_curved"}, Word{RemeshObjective::accuracy, "accuracy"},
+                    Word{RemeshObjective::energy, "energy"}, Word{RemeshObjective::length, "length"});
+}
+struct Remesh : ToMetricOptions {
+    RemeshObjective objective = RemeshObjective::as_curved;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Remesh;
+        return std::tuple_cat(
+            std::tuple(option("objective", &S::objective,
+                              "degree 2: what inner edges are curved for, as in the stage curve: accuracy, energy or "
+                              "length; as_curved: that of a stage curve before, else accuracy")),
+            ToMetricOptions::options());
+    }
+    friend bool operator==(const Remesh&, const Remesh&) = default;
+};
 using Stage =
     std::variant<Elevate, Curve, Validate, Relax, Commit, Reinsert, Collapse, Split, Swap, Smooth, Mend, Remesh>;
 

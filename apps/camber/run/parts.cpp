@@ -138,7 +138,7 @@ void add(Report& report, const CavitiesReport& part) {
     report.reinsert = part.reinsert;
 }
 
-void add(Report& report, const BeginsChangingReport& part) { report.remesh = RemeshReport{part.unit_mesh, {}, {}}; }
+void add(Report& report, const BeginsChangingReport& part) { report.remesh = RemeshReport{part.unit_mesh, {}, {}, {}}; }
 
 void add(Report& report, const PassReport& part) {
     auto& passes = report.remesh->passes;
@@ -148,6 +148,8 @@ void add(Report& report, const PassReport& part) {
     else
         add_up(*same, part);
 }
+
+void add(Report& report, const FinishedNodesReport& part) { report.remesh->nodes = part.nodes; }
 
 void add(Report& report, const FinishedReport& part) {
     report.remesh->after = part.unit_mesh;

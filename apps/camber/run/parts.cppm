@@ -58,6 +58,9 @@ struct PlanReport {
 struct BeginsChangingReport {
     UnitMeshReport unit_mesh;
 };
+struct FinishedNodesReport {
+    RemeshedNodesReport nodes;
+};
 struct FinishedReport {
     UnitMeshReport unit_mesh;
     std::vector<Histogram> histograms;
@@ -91,6 +94,7 @@ void add(Report& report, const BeginsChangingReport& part);
 /// Passes of one kind add up.
 void add(Report& report, const PassReport& part);
 void add(Report& report, const FinishedReport& part);
+void add(Report& report, const FinishedNodesReport& part);
 void add(Report& report, const MeasuresReport& part);
 
 }  // namespace camber::run

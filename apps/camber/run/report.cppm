@@ -119,11 +119,20 @@ struct BoundaryReport {
     std::optional<OffSurfacesReport> off_surfaces = {};  ///< where analytic surfaces are given
 };
 
+/// What inner nodes for accuracy go by.
+struct NodesByReport {
+    std::string metric_kind;
+    double size_share = 0;
+    std::size_t walls = 0, metric = 0;  ///< nodes that they move, by more than 1/1000 of the chord
+    std::size_t held_back = 0;          ///< that go less than half of their way, for smooth functions
+};
+
 struct CurveReport {
     std::size_t edges = 0, volume_edges = 0, curved_edges = 0;
     std::size_t polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;
     std::size_t drawn_back = 0;  ///< nodes inside or in planes that go a part of their way, for `min_jacobian`
     EdgeReport before;           ///< correction
+    std::optional<NodesByReport> by = {};  ///< of accuracy
     std::optional<EdgeReport> after;
     std::optional<EdgeReport> in_straight_field;  ///< after correction, where the field is carried
     double edges_per_second = 0;
@@ -188,9 +197,18 @@ struct PassReport {
     std::vector<std::pair<std::string, std::size_t>> rejected;  ///< by reason, those that there were
     double seconds = 0;
 };
+/// Inner nodes of a mesh of degree 2 that was remeshed, beside those that `curve` would give the same mesh, by the
+/// chord.
+struct RemeshedNodesReport {
+    std::string objective;
+    std::size_t edges = 0, apart = 0;  ///< inner ones; those whose nodes are apart by more than 1 % of the chord
+    double mean_apart = 0, largest_apart = 0;
+};
+
 struct RemeshReport {
     UnitMeshReport before, after;
     std::vector<PassReport> passes;
+    std::optional<RemeshedNodesReport> nodes = {};
 };
 
 struct StageTime {

@@ -79,9 +79,16 @@ Json json(const PassReport& p) {
 Json json(const RemeshReport& r) {
     Json passes = Json::array();
     for (const PassReport& p : r.passes) passes.push_back(json(p));
-    return {{"before", Json::parse(unit_mesh_json(r.before))},
-            {"after", Json::parse(unit_mesh_json(r.after))},
-            {"passes", std::move(passes)}};
+    Json j{{"before", Json::parse(unit_mesh_json(r.before))},
+           {"after", Json::parse(unit_mesh_json(r.after))},
+           {"passes", std::move(passes)}};
+    if (r.nodes)
+        j["nodes"] = {{"objective", r.nodes->objective},
+                      {"edges", r.nodes->edges},
+                      {"apart", r.nodes->apart},
+                      {"mean_apart", r.nodes->mean_apart},
+                      {"largest_apart", r.nodes->largest_apart}};
+    return j;
 }
 Json json(const CadReport& c) {
     Json j{{"faces", c.faces},
@@ -175,6 +182,12 @@ Json json(const CurveReport& c) {
            {"drawn_back", c.drawn_back},
            {"edges_per_second", c.edges_per_second},
            {"before_correction", json(c.before)}};
+    if (c.by)
+        j["by"] = {{"metric_kind", c.by->metric_kind},
+                   {"size_share", c.by->size_share},
+                   {"walls", c.by->walls},
+                   {"metric", c.by->metric},
+                   {"held_back", c.by->held_back}};
     if (c.after) j["after_correction"] = json(*c.after);
     if (c.in_straight_field) j["in_straight_field"] = json(*c.in_straight_field);
     return j;

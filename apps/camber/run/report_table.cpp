@@ -6,6 +6,7 @@ module;
 #include <fmt/format.h>
 module camber.run;
 import camber.core;
+import camber.metric;
 import :distances_report;
 import :report;
 import :solution_report;
@@ -102,6 +103,11 @@ std::string remesh_rows(const RemeshReport& r) {
                   fmt::format("{:.4g} -> {:.4g}", r.before.mean_quality, r.after.mean_quality)) +
         table_row("smallest quality in the metric",
                   fmt::format("{:.4g} -> {:.4g}", r.before.worst_quality, r.after.worst_quality));
+    if (r.nodes)
+        text += table_row("inner nodes", fmt::format("for {}; {} of {} not where curve has them, by {:.2g} of the "
+                                                     "chord at most",
+                                                     r.nodes->objective, grouped(r.nodes->apart),
+                                                     grouped(r.nodes->edges), r.nodes->largest_apart));
     for (const PassReport& p : r.passes)
         text += table_row(p.pass + ": accepted, of planned",
                           fmt::format("{}, {} ({} a second)", grouped(p.accepted), grouped(p.planned),
@@ -127,6 +133,15 @@ std::string surface_curve_rows(const CurveReport& c) {
                      join_before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}"));
 }
 
+std::string nodes_by_row(const NodesByReport& by) {
+    const bool is_natural = by.metric_kind == word_of(MetricKind::natural);
+    std::string text = fmt::format(
+        "{} by walls, {} by the metric ({})", grouped(by.walls), grouped(by.metric),
+        is_natural ? "the mesh's own" : fmt::format("{}, size_share {:.3g}", by.metric_kind, by.size_share));
+    if (is_natural) text += fmt::format(", {} held back for smooth functions", grouped(by.held_back));
+    return table_row("inner nodes moved", text);
+}
+
 std::string curve_rows(const CurveReport& c) {
     const EdgeReport* after = c.after ? &*c.after : nullptr;
     const auto pick = [&](double EdgeReport::* field) { return after == nullptr ? nullptr : &(after->*field); };
@@ -145,6 +160,7 @@ std::string curve_rows(const CurveReport& c) {
                   join_before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}")) +
         table_row("edges longer than straight", longer_edges(after == nullptr ? c.before : *after, c.volume_edges)) +
         table_row("edges per second", grouped(static_cast<std::size_t>(c.edges_per_second)));
+    if (c.by) text += nodes_by_row(*c.by);
     if (c.drawn_back > 0) text += table_row("nodes drawn back", c.drawn_back);
     if (c.outside > 0) text += table_row("edges that leave the back mesh", c.outside);
     if (c.lost > 0) text += table_row("edges with samples not located", c.lost);

@@ -8,6 +8,7 @@ import camber.curving;
 import camber.io;
 import camber.metric;
 import camber.recipes;
+import camber.surface;
 import camber.validity;
 import :memory;
 import :parts;
@@ -70,7 +71,7 @@ template <int D>
 struct OwnField {
     BackMesh<D> back;
     MetricReport report;
-    ChangeAlong change = ChangeAlong::recovered;  ///< see change_along
+    MetricOrigin origin = MetricOrigin::natural;
 };
 template <int D>
 [[nodiscard]] Outcome<OwnField<D>> make_own_field(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
@@ -89,6 +90,13 @@ template <int D>
 /// A mesh that passes have changed becomes one as any other; nothing where none has.
 template <int D>
 [[nodiscard]] Outcome<Done> finish(Runner<D>& run);
+
+/// Inner nodes of a mesh beside those that `curve` would give it, its boundary as it is. Errors: those of
+/// propose_curves.
+template <int D>
+[[nodiscard]] Outcome<RemeshedNodesReport> nodes_beside_curve(const QuadraticMesh<D>& mesh, const Geometry<D>& geometry,
+                                                              const MetricSource<D>& metric,
+                                                              const CurveOptions& curving, const Execution& execution);
 
 /// A mesh that was read with its curves brings what else the stage `curve` proposes: its nodes become the plan where
 /// there is none.

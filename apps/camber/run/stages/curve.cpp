@@ -66,6 +66,7 @@ CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) 
             edge_report(mesh, curved.proposal, curved.straight_lengths, curved.lengths),
             {},
             {},
+            {},
             0};
 }
 
@@ -74,6 +75,11 @@ void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeO
     const Quadratic<D>& at = run.quadratic();
     if (made.input.placed) run.report(nodes_report(options.boundary_nodes, *made.input.placed));
     CurveReport part = curve_report(at.mesh, made.curved);
+    if (made.field && made.edges.aim == CurvingAim::accuracy && !is_surface_alone(at.mesh.linear)) {
+        const CurveStatistics& s = made.curved.statistics;
+        part.by = NodesByReport{std::string(word_of(made.edges.metric_kind)), share_of_sizes(made.edges, D), s.by_walls,
+                                s.by_metric, s.held_back};
+    }
     part.edges_per_second = static_cast<double>(part.volume_edges) / std::max(seconds, 1e-9);
     run.report(part);
     if (at.nodes != NodesOf::input) return;

@@ -7,7 +7,9 @@ module;
 #include <vector>
 module camber.run;
 import camber.core;
+import camber.bezier;
 import camber.cavity;
+import camber.curving;
 import camber.metric;
 import camber.operation;
 import camber.adapt;
@@ -25,12 +27,34 @@ import :unit_mesh;
 
 namespace camber::run {
 
+namespace {
+
+/// What passes put nodes of inner edges for, and by accuracy how far that is from what `curve` does; none where it
+/// finds nothing to compare with.
+template <int D>
+std::optional<RemeshedNodesReport> remeshed_nodes(const Changing<D>& changing, const QuadraticMesh<D>& mesh,
+                                                  const Column<LogMetric<D>>& log_metrics, const CurveOptions& curving,
+                                                  const Execution& execution) {
+    if (curving.aim != CurvingAim::accuracy)
+        return RemeshedNodesReport{.objective = std::string(word_of(
+                                       curving.aim == CurvingAim::energy ? Objective::energy : Objective::length))};
+    if (!changing.goal.geometry) return RemeshedNodesReport{.objective = std::string(word_of(Objective::accuracy))};
+    const bool is_natural = changing.goal.accuracy.metric_kind == MetricKind::natural;
+    const MetricSource<D> metric = is_natural ? natural_metric<D>() : metric_at_vertices<D>(log_metrics);
+    const auto nodes = nodes_beside_curve(mesh, *changing.goal.geometry, metric, curving, without_progress(execution));
+    if (!nodes) return RemeshedNodesReport{.objective = std::string(word_of(Objective::accuracy))};
+    return *nodes;
+}
+
+}  // namespace
+
 template <int D>
 Outcome<Done> finish(Runner<D>& run) {
     auto* const changing = std::get_if<Changing<D>>(&run.state.mesh);
     if (changing == nullptr) return Done{};
     UnitMesh measured;
     std::optional<VerdictsReport> verdicts;  // of degree 2: what was told before is of the mesh before
+    std::optional<RemeshedNodesReport> beside_curve;
     auto made = run.step("finish", [&](const Execution& e) -> Outcome<FinishedMesh<D>> {
         auto mesh = finished(changing->mesh, part_of(e, 0, 0.6));
         if (!mesh) return mesh;
@@ -41,6 +65,7 @@ Outcome<Done> finish(Runner<D>& run) {
             auto validation = validate(QuadraticMesh<D>{linear, edges, nodes}, run.state.bound, without_progress(e));
             if (!validation) return fail(validation.error());
             verdicts = verdicts_report(*validation, run.state.bound.is_asked);
+            beside_curve = remeshed_nodes(*changing, {linear, edges, nodes}, mesh->log_metrics, run.state.curving, e);
         }
         auto in_metric =
             nodes.empty() ? measure_unit_mesh(linear, edges, mesh->log_metrics, metric, rest)
@@ -55,6 +80,7 @@ Outcome<Done> finish(Runner<D>& run) {
     for (std::size_t i = 0; i < histograms.size(); ++i) histograms[i].series.push_back(after[i].series.front());
     run.report(FinishedReport{std::move(measured.report), std::move(histograms)});
     if (verdicts) run.report(*verdicts);
+    if (beside_curve) run.report(FinishedNodesReport{std::move(*beside_curve)});
     const bool has_mesh = file_with_mesh(run.config, run.files) != nullptr;
     run.state.inherited = Inherited<D>{
         std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric),

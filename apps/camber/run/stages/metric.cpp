@@ -132,7 +132,7 @@ Outcome<OwnField<D>> own_field(Runner<D>& run, const auto& mesh, const MetricSou
     if (!made) return fail(made.error());
     MetricReport report = *told.report;
     report_metric(run, std::move(told));
-    return OwnField<D>{std::move(*made), std::move(report), change_along(source)};
+    return OwnField<D>{std::move(*made), std::move(report), origin_of(source)};
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, int degree, const au
     RemeshingBy<D> by{std::move(field.back), run.state.curving,
                       std::min(max_elements_within(run.memory.bytes, D, degree), max_entities),
                       run.state.inherited ? &run.state.inherited->curves : nullptr};
-    by.curving.change = field.change;
+    static_cast<EdgeAccuracyOptions&>(by.curving) = accuracy_for(field.origin, by.curving);
     auto made = run.step("topology", [&](const Execution& e) -> Outcome<Begun<D>> {
         auto begun = begin(std::move(by), part_of(e, 0, 0.6));
         if (!begun) return fail(begun.error());
@@ -276,8 +276,23 @@ Outcome<Done> apply(Runner<D>& run, const config::Mend& options) {
     return apply_pass(run, options, &mend<D>);
 }
 
+namespace {
+
+void set_objective(CurveOptions& curving, config::RemeshObjective objective) {
+    using Objective = config::RemeshObjective;
+    switch (objective) {
+        case Objective::as_curved: break;
+        case Objective::accuracy: curving.aim = CurvingAim::accuracy; break;
+        case Objective::energy: curving.aim = CurvingAim::energy; break;
+        case Objective::length: curving.aim = CurvingAim::length; break;
+    }
+}
+
+}  // namespace
+
 template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
+    set_objective(run.state.curving, options.objective);
     if (auto done = begin_changing(run); !done) return done;
     auto& changing = std::get<Changing<D>>(run.state.mesh);
     Clocks clocks;
