@@ -1,22 +1,22 @@
 // What is curvature worth to a solver? −Δu = f with a known solution u, Dirichlet data u on the whole boundary, solved
-// with isoparametric P2 elements on meshes of degree 2, and on the first one with its nodes in the middles of the
-// chords:
+// with isoparametric P2 elements on meshes of degree 2, or of degree 1 with nodes in the middles of the chords:
 //
-//     poisson MESH… [--thickness 0.05] [--radius 1] [--solution layer|linear|quadratic] [--points 5]
+//     poisson MESH… --field EXPRESSION… [--solution OUT.sol] [--json] [--threads N]
+//     poisson MESH… --thickness 0.05 [--radius 1]
 //
-// `layer` is u = exp(−(r − radius)/thickness), r the distance to the origin. The others check the program:
-// isoparametric elements hold a linear u exactly, straight ones a quadratic u too. Each mesh is its own domain, u is
-// known beyond the wall too, and errors are taken over the mesh: what differs is how well the mesh carries u, not where
-// it ends. The H1 error is at most that of the interpolant of `camber check --field`, which has the same boundary
-// values.
+// A field is an expression as `camber check --field` takes it; `--thickness D` is u = exp(−(r − radius)/D), r the
+// distance to the origin. Each mesh is its own domain, u is known beyond the wall too, and errors are taken over the
+// mesh: what differs is how well the mesh carries u, not where it ends. The interpolant's errors stand beside: it has
+// the same boundary values, so the solution's H1 error is at most as large. Two fields check the program: a linear one
+// is exact on any mesh, a quadratic one on straight elements.
+//
+// `--solution` writes the solutions of the last mesh at all of its nodes, a field each, in the order of its file; of a
+// mesh of degree 1 in the order of `camber convert MESH --elevate -o P2.meshb`. With that mesh they are read by
+// `camber metric P2.meshb --solution OUT.sol`, and by `camber curve P2.meshb --solution OUT.sol --set
+// 'stages=["curve","validate","relax","commit"]'`, which leaves nodes of the boundary where they are.
 #include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <ios>
-#include <iterator>
 #include <optional>
 #include <span>
 #include <string>
@@ -29,10 +29,12 @@
 
 import camber.core;
 import camber.bezier;
+import camber.fields;
 import camber.interpolation;
 import camber.io;
 
 #include "poisson.hpp"
+#include "poisson_files.hpp"
 
 using namespace camber;
 using namespace poisson;
@@ -40,134 +42,112 @@ using namespace poisson;
 namespace {
 
 struct Arguments {
-    std::vector<std::string> files;
-    std::string solution = "layer";
-    double thickness = 0.05, radius = 1;
-    int points = 5;
+    std::vector<std::string> files, fields;
+    double thickness = 0, radius = 1;
+    std::string solution;
+    bool json = false;
+    int threads = 0;
 };
 
-template <int D>
-KnownSolution<D> layer(double radius, double thickness) {
-    const auto u = [=](const Vec<D>& x) { return std::exp(-(norm(x) - radius) / thickness); };
-    return {.value = u,
-            .gradient = [=](const Vec<D>& x) { return x * (-u(x) / (thickness * norm(x))); },
-            .source = [=](const Vec<D>& x) { return u(x) / thickness * ((D - 1) / norm(x) - 1 / thickness); }};
-}
-
-template <int D>
-KnownSolution<D> linear() {
-    return {.value = [](const Vec<D>& x) { return 1 + x[0] - 2 * x[D - 1]; },
-            .gradient =
-                [](const Vec<D>&) {
-                    Vec<D> slope;
-                    slope[0] = 1;
-                    slope[D - 1] = -2;
-                    return slope;
-                },
-            .source = [](const Vec<D>&) { return 0.0; }};
-}
-
-template <int D>
-KnownSolution<D> quadratic() {
-    return {.value = [](const Vec<D>& x) { return norm_squared(x) + x[0] * x[1]; },
-            .gradient =
-                [](const Vec<D>& x) {
-                    Vec<D> slope = 2 * x;
-                    slope[0] += x[1];
-                    slope[1] += x[0];
-                    return slope;
-                },
-            .source = [](const Vec<D>&) { return -2.0 * D; }};
-}
-
-struct Mesh {
-    std::string path;
-    std::variant<QuadraticMesh<2>, QuadraticMesh<3>> mesh;
+/// What is printed of one mesh and field.
+struct Told {
+    std::string mesh, field;
+    Row row;
 };
 
-Outcome<Mesh> read(const std::string& path) {
-    if (std::filesystem::is_directory(path)) return fail(ErrorKind::input, "is a folder", path, {}, "name a file");
-    std::ifstream file(path, std::ios::binary);
-    const std::vector<char> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    if (!file) return fail(ErrorKind::input, "cannot be read", path, {}, "check the path");
-    auto decoded = decode_mesh(std::as_bytes(std::span(bytes)), path, Execution{});
-    if (decoded) decoded = with_flat_in_2d(std::move(*decoded), Execution{});
-    if (!decoded) return fail(decoded.error());
-    return std::visit(
-        [&]<class M>(M& mesh) -> Outcome<Mesh> {
-            constexpr int D = M::dimension;
-            if constexpr (std::is_same_v<M, LinearMesh<D>>) {
-                return fail(ErrorKind::input, "the mesh is of degree 1, not 2", path, {},
-                            "make it one: camber curve " + path + " -o P2.meshb");
-            } else {
-                if (mesh.linear.elements.size() == 0)
-                    return fail(ErrorKind::input, std::string("has no ") + (D == 3 ? "tetrahedra" : "triangles"), path,
-                                {}, "give a mesh of a volume, or of the plane");
-                return Mesh{path, std::move(mesh)};
-            }
-        },
-        decoded->mesh);
+/// The layer of `--thickness` beside the fields.
+std::vector<std::string> fields_of(const Arguments& arguments, int dimension) {
+    auto fields = arguments.fields;
+    if (arguments.thickness > 0) {
+        char text[128];
+        std::snprintf(text, sizeof text, "exp(-(sqrt(%s)-%.15g)/%.15g)", dimension == 2 ? "x^2+y^2" : "x^2+y^2+z^2",
+                      arguments.radius, arguments.thickness);
+        fields.insert(fields.begin(), text);
+    }
+    return fields;
 }
 
 template <int D>
-KnownSolution<D> chosen(const Arguments& arguments) {
-    if (arguments.solution == "linear") return linear<D>();
-    if (arguments.solution == "quadratic") return quadratic<D>();
-    return layer<D>(arguments.radius, arguments.thickness);
+Outcome<std::vector<Told>> rows_of(const std::string& path, QuadraticMesh<D> mesh, const Arguments& arguments) {
+    const Execution execution{.threads = arguments.threads};
+    const auto domain = assemble(std::move(mesh), execution);
+    if (!domain) return fail(domain.error());
+    std::vector<Told> rows;
+    for (const std::string& field : fields_of(arguments, D)) {
+        const auto expression = ScalarExpression<D>::parsed(field);
+        if (!expression) return fail(expression.error());
+        auto row = solve_on(*domain, *expression, execution);
+        if (!row) return fail(row.error());
+        rows.push_back({path, field, std::move(*row)});
+    }
+    return rows;
 }
 
-template <int D>
-Outcome<Row> row_of(const QuadraticMesh<D>& mesh, const Arguments& arguments) {
-    return solve_on(mesh, conical_rule<D>(arguments.points), chosen<D>(arguments));
+Outcome<std::vector<Told>> rows_of_file(const std::string& path, const Arguments& arguments) {
+    const auto file = read(path);
+    if (!file) return fail(file.error());
+    auto rows = std::visit([&](const auto& mesh) { return rows_of(path, mesh, arguments); }, file->mesh);
+    if (!rows && rows.error().where.empty()) rows.error().where = path;
+    if (!rows || arguments.solution.empty() || path != arguments.files.back()) return rows;
+    std::vector<Vector> fields;
+    for (const Told& told : *rows) fields.push_back(told.row.nodal);
+    const auto written = write_solution(arguments.solution, *file, fields);
+    if (!written) return fail(written.error());
+    return rows;
 }
 
-/// The same vertices, with nodes in the middles of the chords.
-template <int D>
-Outcome<Row> straight_row_of(const QuadraticMesh<D>& mesh, const Arguments& arguments) {
-    const auto straight = elevate(mesh.linear, Execution{});
-    if (!straight) return fail(straight.error());
-    return row_of(*straight, arguments);
+std::string quoted(const std::string& text) {
+    std::string out = "\"";
+    for (const char letter : text) {
+        if (letter == '"' || letter == '\\') out += '\\';
+        out += letter;
+    }
+    return out + '"';
 }
 
-void print_head(const Arguments& a) {
-    if (a.solution == "layer")
-        std::printf("u = exp(−(r − %g)/%g)", a.radius, a.thickness);
-    else
-        std::printf("u %s", a.solution.c_str());
+void print_json(const std::vector<Told>& all) {
+    std::printf("[");
+    for (const char* between = ""; const auto& [mesh, field, row] : all) {
+        std::printf(
+            "%s\n {\"mesh\": %s, \"field\": %s, \"unknowns\": %d, \"l2\": %.10g, \"h1\": %.10g, "
+            "\"interpolated\": {\"l2\": %.10g, \"h1\": %.10g}, \"turned\": %zu, \"solved_by\": %s, "
+            "\"seconds\": %.3f}",
+            between, quoted(mesh).c_str(), quoted(field).c_str(), row.unknowns, row.l2, row.h1, row.interpolated_l2,
+            row.interpolated_h1, row.turned, quoted(row.method).c_str(), row.seconds);
+        between = ",";
+    }
+    std::printf("\n]\n");
+}
+
+void print_head() {
     std::printf(
-        "; quadrature: conical Gauss product, %d points a direction; straight: the first mesh's vertices, nodes in "
-        "the middles of the chords\n\n"
-        "| mesh | unknowns | L2 error | H1 error | L2: straight/this | H1: straight/this | turned elements | solved by "
-        "| seconds |\n|---|---|---|---|---|---|---|---|---|\n",
-        a.points);
+        "| mesh | field | unknowns | L2 error | H1 error | L2: first mesh/this | H1: first mesh/this | "
+        "interpolant: L2, H1 | turned elements | solved by | seconds |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|\n");
 }
 
-void print(const std::string& name, const Row& row, const Row& straight) {
-    std::printf("| %s | %d | %.3e | %.3e | %.3g | %.3g | %zu | %s | %.1f |\n", name.c_str(), row.unknowns, row.l2,
-                row.h1, straight.l2 / row.l2, straight.h1 / row.h1, row.turned, row.method.c_str(), row.seconds);
+void print(const Told& told, const Row& first) {
+    const Row& row = told.row;
+    std::printf("| %s | `%s` | %d | %.3e | %.3e | %.3g | %.3g | %.3e, %.3e | %zu | %s | %.1f |\n", told.mesh.c_str(),
+                told.field.c_str(), row.unknowns, row.l2, row.h1, first.l2 / row.l2, first.h1 / row.h1,
+                row.interpolated_l2, row.interpolated_h1, row.turned, row.method.c_str(), row.seconds);
     std::fflush(stdout);
 }
 
 Outcome<Done> run(const Arguments& arguments) {
-    const auto of_file = [](Error error, const std::string& path) {
-        if (error.where.empty()) error.where = path;
-        return fail(std::move(error));
-    };
-    std::optional<Row> straight;
+    std::vector<Told> all;
+    std::size_t fields = 0;
+    if (!arguments.json) print_head();
     for (const std::string& path : arguments.files) {
-        const auto mesh = read(path);
-        if (!mesh) return fail(mesh.error());
-        if (!straight) {
-            const auto row = std::visit([&](const auto& m) { return straight_row_of(m, arguments); }, mesh->mesh);
-            if (!row) return of_file(row.error(), path + ", straight");
-            straight = *row;
-            print_head(arguments);
-            print("straight", *straight, *straight);
+        auto rows = rows_of_file(path, arguments);
+        if (!rows) return fail(rows.error());
+        fields = rows->size();
+        for (Told& told : *rows) {
+            all.push_back(std::move(told));
+            if (!arguments.json) print(all.back(), all[(all.size() - 1) % fields].row);
         }
-        const auto row = std::visit([&](const auto& m) { return row_of(m, arguments); }, mesh->mesh);
-        if (!row) return of_file(row.error(), path);
-        print(path, *row, *straight);
     }
+    if (arguments.json) print_json(all);
     return Done{};
 }
 
@@ -180,9 +160,10 @@ bool read_number(std::string_view text, Number& number) {
 bool read_option(std::string_view name, std::string_view value, Arguments& arguments) {
     if (name == "--thickness") return read_number(value, arguments.thickness);
     if (name == "--radius") return read_number(value, arguments.radius);
-    if (name == "--points") return read_number(value, arguments.points) && arguments.points <= 20;
-    arguments.solution = value;
-    return name == "--solution" && (value == "layer" || value == "linear" || value == "quadratic");
+    if (name == "--threads") return read_number(value, arguments.threads);
+    if (name == "--field") arguments.fields.emplace_back(value);
+    if (name == "--solution") arguments.solution = value;
+    return name == "--field" || name == "--solution";
 }
 
 std::optional<Arguments> read_arguments(std::span<char*> words) {
@@ -191,10 +172,12 @@ std::optional<Arguments> read_arguments(std::span<char*> words) {
         const std::string_view word = words[i];
         if (!word.starts_with("--"))
             arguments.files.emplace_back(word);
+        else if (word == "--json")
+            arguments.json = true;
         else if (++i == words.size() || !read_option(word, words[i], arguments))
             return {};
     }
-    if (arguments.files.empty()) return {};
+    if (arguments.files.empty() || fields_of(arguments, 3).empty()) return {};
     return arguments;
 }
 
@@ -205,8 +188,8 @@ int main(int count, char** words) {
     const auto arguments = read_arguments(std::span(words, static_cast<std::size_t>(count)).subspan(1));
     if (!arguments) {
         std::fprintf(stderr,
-                     "poisson MESH… [--thickness D] [--radius R] [--solution layer|linear|quadratic] [--points 1…20]: "
-                     "errors of Poisson's equation, solved on meshes of degree 2; lengths above 0\n");
+                     "poisson MESH… --field EXPRESSION… | --thickness D [--radius R] [--solution OUT.sol] [--json] "
+                     "[--threads N]: errors of Poisson's equation, solved on meshes of degree 2; numbers above 0\n");
         return 2;
     }
     const auto done = run(*arguments);

@@ -1,0 +1,97 @@
+#pragma once
+// Lagrange elements of degree 2 at points of a quadrature: for poisson.hpp. Imports come before it.
+#include <array>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+// The macro alloca, which Eigen takes otherwise, does not come along where the standard headers are one module.
+#define EIGEN_ALLOCA __builtin_alloca
+#include <Eigen/Dense>
+#include <Eigen/Sparse>
+
+namespace poisson {
+
+using namespace camber;
+
+/// Of an element: a number a node, in the order of the vertices, then of `local_edges`.
+template <int D>
+using Local = Eigen::Matrix<double, quadratic_nodes<D>, 1>;
+template <int D>
+using LocalMatrix = Eigen::Matrix<double, quadratic_nodes<D>, quadratic_nodes<D>>;
+template <int D>
+using Slopes = Eigen::Matrix<double, D, quadratic_nodes<D>>;
+
+/// A point of the quadrature with the Lagrange basis of degree 2 there, and its derivatives by ξ_1 … ξ_D.
+template <int D>
+struct RulePoint {
+    Barycentric<D> xi{};
+    double weight = 1;
+    Local<D> basis = Local<D>::Zero();
+    Slopes<D> slopes = Slopes<D>::Zero();
+};
+template <int D>
+using Rule = std::vector<RulePoint<D>>;
+
+template <int D>
+void set_basis(RulePoint<D>& point) {
+    const auto& xi = point.xi;
+    const auto add_slope = [&](int node, int i, double slope) {  // by λ_i; λ_0 = 1 − ξ_1 − … − ξ_D
+        if (i > 0)
+            point.slopes(i - 1, node) += slope;
+        else
+            point.slopes.col(node).array() -= slope;
+    };
+    for (int i = 0; i <= D; ++i) {
+        point.basis[i] = xi[i] * (2 * xi[i] - 1);
+        add_slope(i, i, 4 * xi[i] - 1);
+    }
+    for (int e = 0; e < edges_per_simplex<D>; ++e) {
+        const auto [i, j] = local_edges<D>[e];
+        point.basis[D + 1 + e] = 4 * xi[i] * xi[j];
+        add_slope(D + 1 + e, i, 4 * xi[j]);
+        add_slope(D + 1 + e, j, 4 * xi[i]);
+    }
+}
+
+/// The conical Gauss product of n^D points, exact for polynomials of degree 2n − 1 in ξ.
+template <int D>
+Rule<D> conical_rule(int n) {
+    Rule<D> rule(1);
+    rule[0].xi[0] = 1;  // what the directions done leave of the simplex
+    for (int d = D - 1; d >= 0; --d) {
+        const GaussJacobi line = gauss_jacobi(n, d);
+        Rule<D> finer;
+        for (const auto& point : rule)
+            for (std::size_t i = 0; i < line.nodes.size(); ++i) {
+                RulePoint<D> next = point;
+                next.weight *= line.weights[i];
+                next.xi[d + 1] = point.xi[0] * line.nodes[i];
+                next.xi[0] = point.xi[0] * (1 - line.nodes[i]);
+                finer.push_back(next);
+            }
+        rule = std::move(finer);
+    }
+    for (auto& point : rule) set_basis(point);
+    return rule;
+}
+
+/// Where a point of the rule is in an element.
+template <int D>
+struct Placed {
+    Vec<D> place;
+    double determinant = 0;
+    Slopes<D> gradients;  ///< of the basis, by the coordinates
+};
+
+template <int D>
+Placed<D> placed(const QuadraticSimplex<D, D>& element, const RulePoint<D>& point) {
+    const auto columns = element.derivatives(point.xi);
+    Eigen::Matrix<double, D, D> jacobian;
+    for (int a = 0; a < D; ++a)
+        for (int k = 0; k < D; ++k) jacobian(k, a) = columns[a][k];
+    const Eigen::Matrix<double, D, D> inverse = jacobian.inverse();
+    return {element.point(point.xi), jacobian.determinant(), inverse.transpose() * point.slopes};
+}
+
+}  // namespace poisson
