@@ -12,26 +12,29 @@ import argparse
 import tempfile
 from pathlib import Path
 
-import curvature
+import curvature_cases
 import repair_bounds
+from curvature_measure import Bench
 
 BOUNDS = (1e-9, 0.05, 0.1, 0.2)
 
 
-def run(program, name, objective, bound, folder):
+def run(bench, name, objective, bound, folder):
     """The report and the ratios of a case whose elements are asked to hold the bound."""
-    curvature.SETTINGS[objective] = [part for setting in (
+    words = [part for setting in (
         f"stages/curve/objective={objective}", f"stages/validate/min_scaled_jacobian={bound}",
         f"stages/relax/min_scaled_jacobian={bound}") for part in ("--set", setting)]
-    report = program.curved(name, objective, folder)
-    return report, [field["ratio"]["l2"] for field in program.checked(name, folder)["interpolation"][:3]]
+    report = bench.curved(name, words, folder / "out.meshb")
+    fields = dict(list(bench.fields(name).items())[:3])
+    check = bench.checked(folder / "out.meshb", fields)
+    return report, [field["ratio"]["l2"] for field in check["interpolation"]]
 
 
-def row(program, name, objective):
+def row(bench, name, objective):
     found, after = [], []
     for bound in BOUNDS:
         with tempfile.TemporaryDirectory() as folder:
-            report, ratios = run(program, name, objective, bound, Path(folder))
+            report, ratios = run(bench, name, objective, bound, Path(folder))
         found.append(str(repair_bounds.not_good(report["validity_before_correction"])))
         relax = next(s["seconds"] for s in report["stages"] if s["stage"] == "relax")
         after.append(f"{', '.join(f'{r:.2f}' for r in ratios)}; {repair_bounds.not_good(report['validity'])}; {relax:.2f} s")
@@ -42,17 +45,17 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber")
     parser.add_argument("meshes_folder", metavar="MESHES")
-    parser.add_argument("--meshes", default=",".join(curvature.CASES), help="names, divided by commas (%(default)s)")
+    parser.add_argument("--meshes", default=",".join(curvature_cases.CASES), help="names, divided by commas (%(default)s)")
     parser.add_argument("--objective", default="accuracy", help="of the stage curve (%(default)s)")
     parser.add_argument("--threads", default=1)
     arguments = parser.parse_args()
-    program = curvature.Program(arguments.camber, arguments.meshes_folder, arguments.threads)
+    bench = Bench(arguments.camber, arguments.meshes_folder, arguments.threads)
     bounds = ", ".join(f"{b:g}" for b in BOUNDS)
     print(f"| mesh | elements | below {bounds} before repair | " +
           " | ".join(f"at {b:g}: L2 ratios; left; relax" for b in BOUNDS) + " |\n|" + "---|" * (3 + len(BOUNDS)))
     for name in arguments.meshes.split(","):
-        if curvature.CASES[name].config or (program.meshes / f"{name}.meshb").exists():
-            print("| " + " | ".join(row(program, name, arguments.objective)) + " |", flush=True)
+        if bench.is_there(name):
+            print("| " + " | ".join(row(bench, name, arguments.objective)) + " |", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,15 @@
 // What is curvature worth to a solver? −Δu = f with a known solution u, Dirichlet data u on the whole boundary, solved
 // with isoparametric P2 elements on meshes of degree 2, or of degree 1 with nodes in the middles of the chords:
 //
-//     poisson MESH… --field EXPRESSION… [--solution OUT.sol] [--json] [--threads N]
+//     poisson MESH… --field EXPRESSION… [--boundary EXPRESSION] [--solution OUT.sol] [--json] [--threads N]
 //     poisson MESH… --thickness 0.05 [--radius 1]
 //
 // A field is an expression as `camber check --field` takes it; `--thickness D` is u = exp(−(r − radius)/D), r the
 // distance to the origin. Each mesh is its own domain, u is known beyond the wall too, and errors are taken over the
-// mesh: what differs is how well the mesh carries u, not where it ends. The interpolant's errors stand beside: it has
-// the same boundary values, so the solution's H1 error is at most as large. Two fields check the program: a linear one
-// is exact on any mesh, a quadratic one on straight elements.
+// mesh: what differs is how well the mesh carries u, not where it ends. What a solver has is told by `--boundary`: the
+// values that are known on the true walls, such as 0, and are given at nodes that are not on them. The interpolant's
+// errors stand beside: it has the same boundary values, so the solution's H1 error is at most as large. Two fields
+// check the program: a linear one is exact on any mesh, a quadratic one on straight elements.
 //
 // `--solution` writes the solutions of the last mesh at all of its nodes, a field each, in the order of its file; of a
 // mesh of degree 1 in the order of `camber convert MESH --elevate -o P2.meshb`. With that mesh they are read by
@@ -44,6 +45,7 @@ namespace {
 struct Arguments {
     std::vector<std::string> files, fields;
     double thickness = 0, radius = 1;
+    std::string boundary;  ///< empty: each field itself
     std::string solution;
     bool json = false;
     int threads = 0;
@@ -76,7 +78,9 @@ Outcome<std::vector<Told>> rows_of(const std::string& path, QuadraticMesh<D> mes
     for (const std::string& field : fields_of(arguments, D)) {
         const auto expression = ScalarExpression<D>::parsed(field);
         if (!expression) return fail(expression.error());
-        auto row = solve_on(*domain, *expression, execution);
+        const auto on_boundary = ScalarExpression<D>::parsed(arguments.boundary.empty() ? field : arguments.boundary);
+        if (!on_boundary) return fail(on_boundary.error());
+        auto row = solve_on(*domain, *expression, *on_boundary, execution);
         if (!row) return fail(row.error());
         rows.push_back({path, field, std::move(*row)});
     }
@@ -162,8 +166,9 @@ bool read_option(std::string_view name, std::string_view value, Arguments& argum
     if (name == "--radius") return read_number(value, arguments.radius);
     if (name == "--threads") return read_number(value, arguments.threads);
     if (name == "--field") arguments.fields.emplace_back(value);
+    if (name == "--boundary") arguments.boundary = value;
     if (name == "--solution") arguments.solution = value;
-    return name == "--field" || name == "--solution";
+    return name == "--field" || name == "--boundary" || name == "--solution";
 }
 
 std::optional<Arguments> read_arguments(std::span<char*> words) {
@@ -188,8 +193,9 @@ int main(int count, char** words) {
     const auto arguments = read_arguments(std::span(words, static_cast<std::size_t>(count)).subspan(1));
     if (!arguments) {
         std::fprintf(stderr,
-                     "poisson MESH… --field EXPRESSION… | --thickness D [--radius R] [--solution OUT.sol] [--json] "
-                     "[--threads N]: errors of Poisson's equation, solved on meshes of degree 2; numbers above 0\n");
+                     "poisson MESH… --field EXPRESSION… | --thickness D [--radius R] [--boundary EXPRESSION] "
+                     "[--solution OUT.sol] [--json] [--threads N]: errors of Poisson's equation, solved on meshes of "
+                     "degree 2; numbers above 0\n");
         return 2;
     }
     const auto done = run(*arguments);

@@ -117,24 +117,30 @@ struct Row {
     Vector nodal;  ///< the solution at the nodes
 };
 
+/// The interpolant: u at the nodes, on the boundary what is given there.
 template <int D>
-Vector nodal_values(const QuadraticMesh<D>& mesh, const ScalarExpression<D>& expression) {
-    const Sampler<D> sampler(expression);
+Vector nodal_values(const Domain<D>& domain, const ScalarExpression<D>& expression,
+                    const ScalarExpression<D>& on_boundary) {
+    const Sampler<D> inside(expression), at_boundary(on_boundary);
+    const QuadraticMesh<D>& mesh = domain.mesh;
     const std::size_t vertices = mesh.linear.points.size();
     Vector values(static_cast<Eigen::Index>(vertices + mesh.edges.size()));
-    for (std::size_t node = 0; node < vertices + mesh.edges.size(); ++node)
-        values[static_cast<Eigen::Index>(node)] =
-            sampler.value(node < vertices ? mesh.linear.points[node] : mesh.mid_nodes[node - vertices].point);
+    for (std::size_t node = 0; node < vertices + mesh.edges.size(); ++node) {
+        const Vec<D>& place = node < vertices ? mesh.linear.points[node] : mesh.mid_nodes[node - vertices].point;
+        const bool is_given = domain.numbering.unknown_of[node] == given;
+        values[static_cast<Eigen::Index>(node)] = (is_given ? at_boundary : inside).value(place);
+    }
     return values;
 }
 
 template <int D>
-Outcome<Row> solve_on(const Domain<D>& domain, const ScalarExpression<D>& expression, const Execution& execution) {
+Outcome<Row> solve_on(const Domain<D>& domain, const ScalarExpression<D>& expression,
+                      const ScalarExpression<D>& on_boundary, const Execution& execution) {
     const auto begin = std::chrono::steady_clock::now();
     Row row;
     row.unknowns = domain.numbering.unknowns;
     row.turned = domain.turned;
-    row.nodal = nodal_values(domain.mesh, expression);
+    row.nodal = nodal_values(domain, expression, on_boundary);
     const auto lacks = integrate(domain, expression, row.nodal, execution);
     if (!lacks) return fail(lacks.error());
     Vector load = Vector::Zero(row.unknowns), moments = load;

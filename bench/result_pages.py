@@ -13,6 +13,8 @@ import re
 import sys
 from pathlib import Path
 
+import curvature_table
+
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "docs" / "results.json"
 TABLE = re.compile(r"(<!-- table (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
@@ -145,57 +147,27 @@ def spheres(results):
 
 
 def by_mesh(results):
-    """{mesh: {objective: row}} of the table curvature."""
+    """{mesh: {way: row}} of the table curvature."""
     found = {}
     for key, row in results["curvature"]["rows"].items():
-        mesh, objective = key.split(", ")
-        found.setdefault(mesh, {})[objective] = row
+        mesh, way = key.split(", ")
+        found.setdefault(mesh, {})[way] = row
     return found
 
 
-def ratios(row, label):
-    return f"{row['L2 ' + label]:.2f}, {row['H1 ' + label]:.2f}" + (" !" if f"uncertain {label}" in row else "")
-
-
-def field_rows(mesh, ways):
-    """A line a field; those that the metric belongs to are written as code."""
-    labels = [key.removeprefix("L2 ") for key in next(iter(ways.values())) if key.startswith("L2 ")]
-    return [[mesh if i == 0 else "", f"`{label}`" if "(" in label else label, *(ratios(row, label) for row in ways.values())]
-            for i, label in enumerate(labels)]
-
-
-def took(ways, keys):
-    lines = {"invalid": ["invalid before repair", *(str(row["invalid_before"]) for row in ways.values())],
-             "smallest": ["smallest scaled Jacobian after it", *(f"{row['smallest']:.3g}" for row in ways.values())],
-             "gain": ["mean length gain, %", *(f"{100 * row['gain']:.2f}" if "gain" in row else "-" for row in ways.values())],
-             "seconds": ["seconds, the whole program", *(f"{row['seconds']:.1f}" for row in ways.values())]}
-    return [lines[key] for key in keys]
-
-
 def curvature(results):
-    found = {mesh: ways for mesh, ways in by_mesh(results).items() if not mesh.startswith("steep")}
-    first, *others = next(iter(found.values()))
-    return markdown(["mesh", "field", f"{first}: L2, H1", *others], [line for mesh, ways in found.items() for line in field_rows(mesh, ways)])
-
-
-def steep(results):
-    found = {mesh: ways for mesh, ways in by_mesh(results).items() if mesh.startswith("steep")}
-    first, *others = next(iter(found.values()))
-    rows = [line for mesh, ways in found.items()
-            for line in [*field_rows(mesh, ways), *(["", *one] for one in took(ways, ("invalid", "smallest", "seconds")))]]
-    return markdown(["mesh", "field", f"{first}: L2, H1", *others], rows)
+    found = by_mesh(results)
+    return markdown(curvature_table.titles(found), curvature_table.lines(found))
 
 
 def curvature_took(results):
-    found = {mesh: ways for mesh, ways in by_mesh(results).items() if not mesh.startswith("steep")}
-    rows = [[mesh if i == 0 else "", *line] for mesh, ways in found.items()
-            for i, line in enumerate(took(ways, ("invalid", "smallest", "gain", "seconds")))]
-    return markdown(["mesh", "", *next(iter(found.values()))], rows)
+    found = by_mesh(results)
+    return markdown(curvature_table.titles_of_took(found), curvature_table.took(found))
 
 
 TABLES = {"meshes": meshes, "configs": runs("configs", True), "curving": runs("curving", False), "paper": paper,
           "repair": repair, "shape": shape, "cavities": cavities, "relaxation": relaxation, "starts": starts, "spheres": spheres,
-          "curvature": curvature, "steep": steep, "curvature_took": curvature_took}
+          "curvature": curvature, "curvature_took": curvature_took}
 
 
 def pages():

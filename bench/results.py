@@ -1,6 +1,6 @@
 """Runs the commands behind docs/results.md and keeps what their reports say in docs/results.json.
 
-    /usr/bin/python3 bench/results.py build/bin/camber MESHES                     # all tables: a quarter of an hour
+    /usr/bin/python3 bench/results.py build/bin/camber MESHES                     # all tables: two hours, most of them for curvature
     /usr/bin/python3 bench/results.py build/bin/camber MESHES --only shape paper  # these anew, the others as they are
     python3 bench/result_pages.py                                                 # then: writes them into the pages
 
@@ -166,11 +166,11 @@ def distances(runs):
 
 
 def curves(program, rows):
-    """L2 and H1 errors of interpolants, straight/curved, by bench/curvature.py, and what each mesh took."""
-    found, asked = {}, curvature.Program(program.camber, program.meshes, program.threads)
+    """L2 and H1 errors of fields, interpolated and solved, by bench/curvature.py, and what each mesh took."""
+    found, bench = {}, curvature.Bench(program.camber, program.meshes, program.threads)
     for row in rows:
-        name, objective = row.split(", ")
-        found[row] = curvature.figures(asked, name, objective)
+        name, way = row.split(", ")
+        found[row] = curvature.figures(bench, name, way)
         print(f"results.py: curvature of {row}", file=sys.stderr, flush=True)
     return found
 
@@ -228,10 +228,9 @@ TABLES = {
                     "python3 bench/repair_bounds.py build/bin/camber " + " ".join(REPAIRED),
                     tuple(f"{repair_bounds.name_of(case)} {bound} {way}" for case in REPAIRED
                           for bound in ("0", "0.05", "0.2", "0.5") for way in ("relax", "edge", "cavity", "extension")), repair),
-    "curvature": Table("the objectives of stages/curve, else the defaults; straight field: accuracy with back_mesh=straight",
+    "curvature": Table("errors of fields by shape and other ways, else the defaults; metric and solution: of each field",
                        "/usr/bin/python3 bench/curvature.py build/bin/camber MESHES",
-                       tuple(f"{name}, {objective}" for name in curvature.CASES
-                             for objective in (curvature.STEEP_OBJECTIVES if name.startswith("steep") else curvature.OBJECTIVES)),
+                       tuple(f"{name}, {way}" for name in curvature.CASES for way in curvature.ways_of(name)),
                        curves),
 }
 

@@ -15,7 +15,7 @@ KEPT = json.loads(results.RESULTS.read_text(encoding="utf-8"))
 SMALL = {"configs": ["annulus-2d", "bump-2d", "polar-2d", "spheres"],
          "paper": ["paper-spheres-coarse relax"],
          "repair": ["paper-spheres-coarse 0.05 relax"],
-         "curvature": ["circle-2d, accuracy", "circle-2d, shape", "shock-2d, accuracy"]}
+         "curvature": ["circle-2d, default", "circle-2d, shape", "shock-2d, default"]}
 TIMES = {"seconds", "megabytes"}  # of the machine
 
 
