@@ -7,11 +7,12 @@
     /usr/bin/python3 bench/curvature.py build/bin/camber MESHES --trade PATH VALUE,VALUE       both for each value of an option
 
 MESHES is a folder with the meshes that docs/results.md describes; what is not there is left out, and so are ways that the program does not know.
-`poisson` is looked for beside the program (`ninja -C build poisson`); without it nothing is solved. Parts with CAD models are made by Gmsh's Python module.
+`poisson` is looked for beside the program (`ninja -C build poisson`); without it nothing is solved. Parts with CAD models are made by Gmsh's
+Python module.
 
 Ratios are of the errors on the mesh by the objective `shape` and on the one in question: above 1 this is better, at equal unknowns and on the same
-domain. Straight edges end at the chords of walls: on another domain, where the field is known too; of the one field that is 0 on the wall the solver is
-given 0 at the chords.
+domain. Straight edges end at the chords of walls: on another domain, where the field is known too; of the one field that is 0 on the wall the
+solver is given 0 at the chords.
 """
 import argparse
 import math
@@ -72,27 +73,26 @@ def gains_of(rows):
     return math.exp(sum(math.log(ratio) for ratio, _ in every) / len(every)), min(every)
 
 
+def told(what, rows, written):
+    """The rows, printed as they come."""
+    print(f"| mesh | field | {' | '.join(f'{error}: {what}' for error in ERRORS)} |\n" + "|---" * (2 + len(ERRORS)) + "|")
+    for name, label, ratios in rows:
+        cells = (written(ratios[error]) if error in ratios else "-" for error in ERRORS)
+        print(f"| {name} | `{label}` | {' | '.join(cells)} |", flush=True)
+        yield name, label, ratios
+
+
 def safe(bench, names, settings):
     """Above 1 the default is worse than shape."""
-    rows = []
-    print("| mesh | field | " + " | ".join(f"{error}: default/shape" for error in ERRORS) + " |\n" + "|---" * (2 + len(ERRORS)) + "|")
-    for row in compared(bench, names, ("smooth",), settings):
-        rows.append(row)
-        name, label, ratios = row
-        print("| " + " | ".join([name, f"`{label}`", *(f"{1 / ratios[error]:.3f}" if error in ratios else "-" for error in ERRORS)]) + " |", flush=True)
-    loss, what = worst_of(rows)
+    rows = compared(bench, names, ("smooth",), settings)
+    loss, what = worst_of(told("default/shape", rows, lambda ratio: f"{1 / ratio:.3f}"))
     print(f"\nworst: {loss:.3f} ({what})")
 
 
 def layers(bench, names, settings):
     """Above 1 the default is better than shape."""
-    rows = []
-    print("| mesh | field | " + " | ".join(f"{error}: shape/default" for error in ERRORS) + " |\n" + "|---" * (2 + len(ERRORS)) + "|")
-    for row in compared(bench, names, OF_LAYERS, settings):
-        rows.append(row)
-        name, label, ratios = row
-        print("| " + " | ".join([name, f"`{label}`", *(f"{ratios[error]:.2f}" if error in ratios else "-" for error in ERRORS)]) + " |", flush=True)
-    mean, (least, what) = gains_of(rows)
+    rows = compared(bench, names, OF_LAYERS, settings)
+    mean, (least, what) = gains_of(told("shape/default", rows, lambda ratio: f"{ratio:.2f}"))
     print(f"\nmean: {mean:.2f}; least: {least:.2f} ({what})")
 
 

@@ -1,5 +1,5 @@
-"""The table of bench/curvature.py: of rows {mesh: {way: row}}, where a row has "L2 FIELD", "H1 FIELD", "solved L2 FIELD", "solved H1 FIELD" and "KIND FIELD"
-beside what its mesh is like."""
+"""The table of bench/curvature.py: of rows {mesh: {way: row}}, where a row has "L2 FIELD", "H1 FIELD", "solved L2 FIELD", "solved H1 FIELD" and
+"KIND FIELD" beside what its mesh is like."""
 from curvature_cases import ERRORS, KINDS
 
 TITLES = {"straight": "straight", "gmsh": "Gmsh, order 2", "default": "default", "metric": "metric of the field", "solution": "solution"}
@@ -59,7 +59,8 @@ def took(found):
     shown = {"invalid_before": ("invalid before repair", "d"), "smallest": ("smallest scaled Jacobian", ".3g"), "seconds": ("seconds", ".1f")}
     for mesh, ways in found.items():
         for i, (key, (what, form)) in enumerate(shown.items()):
-            yield [mesh if i == 0 else "", what, *(f"{ways[way][key]:{form}}" if key in ways.get(way, {}) else "-" for way in ("shape", *ways_of(found)))]
+            written = (f"{ways[way][key]:{form}}" if key in ways.get(way, {}) else "-" for way in ("shape", *ways_of(found)))
+            yield [mesh if i == 0 else "", what, *written]
 
 
 def markdown(head, rows):

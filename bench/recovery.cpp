@@ -35,7 +35,7 @@ import camber.interpolation;
 import camber.recovery;
 import camber.shapes;
 
-#include "poisson.hpp"
+#include "recovery_systems.hpp"
 
 using namespace camber;
 using namespace poisson;
@@ -93,12 +93,6 @@ KnownSolution<D> known(const Ridges<D>& ridges) {
                     for (const auto& r : ridges) u += r.f(dot(r.a, x))[0];
                     return u;
                 },
-            .gradient =
-                [=](const Vec<D>& x) {
-                    Vec<D> g;
-                    for (const auto& r : ridges) g += r.f(dot(r.a, x))[1] * r.a;
-                    return g;
-                },
             .source =
                 [=](const Vec<D>& x) {
                     double f = 0;
@@ -142,45 +136,6 @@ Outcome<QuadraticMesh<D>> box(int cells, const Arguments& arguments) {
     return curved;
 }
 
-/// The equations of degree 1 on the straight elements between the vertices.
-template <int D>
-System assemble_linear(const LinearMesh<D>& mesh, const KnownSolution<D>& solution, const Numbering& numbering,
-                       const Eigen::VectorXd& values) {
-    System system{{numbering.unknowns, numbering.unknowns}, Eigen::VectorXd::Zero(numbering.unknowns)};
-    std::vector<Eigen::Triplet<double>> entries;
-    const auto rule = conical_rule<D>(3);
-    for (const auto& corners : mesh.elements.vertices) {
-        Mat<D> jacobian;
-        for (int i = 0; i < D; ++i) jacobian.column[i] = mesh.points[corners[i + 1]] - mesh.points[corners[0]];
-        const Mat<D> inverted = inverse(jacobian);
-        std::array<Vec<D>, D + 1> slopes{};
-        for (int i = 1; i <= D; ++i)
-            for (int k = 0; k < D; ++k) {
-                slopes[i][k] = inverted(i - 1, k);
-                slopes[0][k] -= inverted(i - 1, k);
-            }
-        const double volume = det(jacobian) / (D == 2 ? 2 : 6);
-        for (int i = 0; i <= D; ++i) {
-            const int row = numbering.unknown_of[corners[i].index()];
-            if (row < 0) continue;
-            for (const auto& point : rule) {
-                Vec<D> x;
-                for (int k = 0; k <= D; ++k) x += point.xi[k] * mesh.points[corners[k]];
-                system.right[row] += point.weight * det(jacobian) * point.xi[i] * solution.source(x);
-            }
-            for (int j = 0; j <= D; ++j) {
-                const double entry = volume * dot(slopes[i], slopes[j]);
-                if (const int column = numbering.unknown_of[corners[j].index()]; column >= 0)
-                    entries.emplace_back(row, column, entry);
-                else
-                    system.right[row] -= entry * values[static_cast<Eigen::Index>(corners[j].index())];
-            }
-        }
-    }
-    system.matrix.setFromTriplets(entries.begin(), entries.end());
-    return system;
-}
-
 /// That of the vertices alone.
 Numbering of_vertices(Numbering numbering, std::size_t vertices) {
     numbering.unknown_of.resize(vertices);
@@ -211,8 +166,9 @@ Outcome<Values> values_on(const QuadraticMesh<D>& mesh, const KnownSolution<D>& 
         values[static_cast<Eigen::Index>(n)] =
             solution.value(n < vertices ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices].point);
     if (kind == "solved" || kind == "linear") {
-        const auto solved = solve(linear ? assemble_linear(mesh.linear, solution, *numbering, values)
-                                         : assemble(mesh, conical_rule<D>(4), solution, *numbering, values));
+        const auto [matrix, right] = linear ? assemble_linear(mesh.linear, solution, *numbering, values)
+                                            : assemble(mesh, conical_rule<D>(4), solution, *numbering, values);
+        const auto solved = solve(matrix, right, 1e-12);
         if (!solved) return fail(solved.error());
         for (std::size_t n = 0; n < nodes; ++n)
             if (const int unknown = numbering->unknown_of[n]; unknown >= 0)
