@@ -58,9 +58,11 @@ void add_sizes(CLI::App* verb, std::vector<std::string>& sizes) {
 }
 
 void add_solution_along(CLI::App* verb, SolutionChoice& a) {
-    verb->add_option("--solution", a.file,
+    verb->add_option("--solution", a.given,
                      "Fields on the input that go along: rows at its vertices or nodes (" + endings_of_solutions() +
-                         "), or a file of the same mesh with fields. Default: those of the input's own file");
+                         "), a file of the same mesh with fields, or an expression such as 'tanh((x-y)/0.05)' of its "
+                         "nodes. curve places nodes by it, unless it is told what else they are for. Default: the "
+                         "fields of the input's own file");
     verb->add_option("--fields", a.fields, "Names of the fields to take, with commas. Default: all")->delimiter(',');
     verb->add_option("--output-solution", a.output,
                      "Where they go (" + endings_of_solutions() +

@@ -15,6 +15,7 @@ import camber.recovery;
 import camber.solution_metric;
 import camber.surface;
 import :metric_of_solution;
+import :own_unit;
 
 namespace camber {
 
@@ -132,19 +133,6 @@ bool is_exact(const MaterialRows& rows, const Buffer<double>& longest, const Fie
             if (error > rounding * range) return false;
         }
     return true;
-}
-
-/// A field in a unit of its own, a power of two, in which its range is about 1: products of derivatives neither vanish
-/// nor overflow, whatever the user's unit, and not a bit of a metric depends on it.
-Column<double> in_own_unit(const Column<double>& values) {
-    if (values.empty()) return values;
-    const auto [least, largest] = std::ranges::minmax(values);
-    const double range = largest / 2 - least / 2;
-    if (!(range > 0) || !std::isfinite(range)) return values;
-    const int exponent = std::ilogb(range);
-    Buffer<double> scaled(values.begin(), values.end());
-    for (double& x : scaled) x = std::scalbn(x, -exponent);
-    return Column<double>(std::move(scaled));
 }
 
 SolutionMetricOptions with_amount(SolutionMetricOptions options, std::size_t elements) {

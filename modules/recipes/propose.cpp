@@ -1,6 +1,9 @@
 module;
 #include <array>
 #include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
 #include <utility>
 module camber.recipes;
 import camber.core;
@@ -11,6 +14,7 @@ import camber.validity;
 import :boundary;
 import :curve_input;
 import :field;
+import :known_solution;
 import :metric_source;
 import :propose;
 
@@ -29,7 +33,7 @@ namespace {
 template <int D>
 Outcome<CurveInput<D>> input_for(const CurvedFrom<D>& from, const ProposeOptions& options, const Execution& execution) {
     // The field of a surface alone is constant along its normals: there is nothing to carry.
-    const bool carried = options.back_mesh == BackMeshKind::carried && options.objective != Objective::shape &&
+    const bool carried = options.back_mesh == BackMeshKind::carried && has_field(options.objective) &&
                          !is_surface_alone(from.mesh.linear);
     const double of_nodes = carried ? 0.18 : 0.5, of_planes = carried ? 0.5 : 1;
     auto input = curve_input(from, part_of(execution, 0, of_nodes));
@@ -63,7 +67,7 @@ Outcome<CurvingStart<D>> begin_curving(const CurvedFrom<D>& from, const MetricSo
     auto input = run_step(around, "extension", [&](const Execution& e) { return input_for(from, options, e); });
     if (!input) return fail(input.error());
     CurveOptions edges = edge_options(options);
-    if (options.objective == Objective::shape) return CurvingStart<D>{std::move(*input), {}, {}, edges};
+    if (!has_field(options.objective)) return CurvingStart<D>{std::move(*input), {}, {}, edges};
     static_cast<EdgeAccuracyOptions&>(edges) = accuracy_for(origin_of(metric), edges);
     auto field = run_step(around, "metric", [&](const Execution& e) {
         return make_curving_field(from.mesh, *input, metric, edges.aim, e);
@@ -116,6 +120,33 @@ Outcome<Curved<D>> by_shape(const CurvedFrom<D>& from, CurvingStart<D>& start, c
     return without_lengths(from.mesh, input.kinds, std::move(done->proposal));
 }
 
+/// From there by what is known of the solution.
+template <int D>
+Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start, const KnownSolution<D>& solution,
+                               const ProposeOptions& options, ExpectedErrors& expected, const Execution& execution) {
+    auto shaped = by_shape(from, start, options, part_of(execution, 0, 0.4));
+    if (!shaped) return shaped;
+    const CurveInput<D>& input = start.input;
+    const SolutionNodesOptions nodes{.min_jacobian = options.min_jacobian};
+    const auto found = solution_nodes<D>(from.mesh, input.kinds, shaped->proposal.mid_nodes.view(), input.shells,
+                                         solution, nodes, part_of(execution, 0.4, 1));
+    if (!found) return fail(found.error());
+    expected = {found->before, found->after, found->rounds};
+    Proposal<D> proposal = std::move(shaped->proposal);
+    Buffer<LagrangeNode<D>> mid_nodes = take(std::move(proposal.mid_nodes));
+    Buffer<EdgeChange> changes = take(std::move(proposal.changes));
+    for (std::size_t e = 0; e < mid_nodes.size(); ++e) {
+        if (found->moves[e] == Vec<D>{}) continue;
+        mid_nodes[e].point += found->moves[e];
+        changes[e] = EdgeChange::optimised;
+    }
+    proposal.mid_nodes = std::move(mid_nodes);
+    proposal.changes = std::move(changes);
+    Curved<D> curved = without_lengths(from.mesh, input.kinds, std::move(proposal));
+    curved.statistics.drawn_back = found->drawn_back;
+    return curved;
+}
+
 /// Those of the volume by the field.
 template <int D>
 Outcome<Curved<D>> by_field(const CurvedFrom<D>& from, CurvingStart<D>& start, const ProposeOptions& options,
@@ -142,19 +173,36 @@ Outcome<Curved<D>> by_field(const CurvedFrom<D>& from, CurvingStart<D>& start, c
 
 template <int D>
 Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const MetricSource<D>& metric,
-                                          const ProposeOptions& options, const Around& around) {
-    const bool is_shape = options.objective == Objective::shape;
-    if (is_shape && options.boundary_nodes == BoundaryNodeAim::length)
-        return fail(ErrorKind::usage, "curve: the objective shape has no metric in which edges could be short", {}, {},
-                    "take another objective, or boundary_nodes accuracy");
+                                          std::span<const WeightedField> solution, const ProposeOptions& options,
+                                          const Around& around) {
+    const bool is_of_solution = options.objective == Objective::solution;
+    if (!has_field(options.objective) && options.boundary_nodes == BoundaryNodeAim::length)
+        return fail(ErrorKind::usage,
+                    std::string("curve: the objective ") + std::string(word_of(options.objective)) +
+                        " has no metric in which edges could be short",
+                    {}, {}, "take another objective, or boundary_nodes accuracy");
+    if (is_of_solution && solution.empty())
+        return fail(ErrorKind::usage, "curve: the objective solution needs a solution, and there is none", {}, {},
+                    "give --solution FILE or --solution EXPRESSION (\"solution\": {\"file\": …} in a config), or take "
+                    "another objective");
     auto start = begin_curving(from, metric, options, around);
     if (!start) return fail(start.error());
+    KnownSolution<D> known;
+    if (is_of_solution) {
+        auto recovered = known_solution(from.mesh, solution, around);
+        if (!recovered) return fail(recovered.error());
+        known = std::move(*recovered);
+    }
+    ExpectedErrors expected;
     auto curved = run_step(around, "curve", [&](const Execution& e) {
-        return is_shape ? by_shape(from, *start, options, e) : by_field(from, *start, options, e);
+        return is_of_solution                  ? by_solution(from, *start, known, options, expected, e)
+               : has_field(options.objective) ? by_field(from, *start, options, e)
+                                               : by_shape(from, *start, options, e);
     });
     if (!curved) return fail(curved.error());
     return ProposedCurves<D>{std::move(*curved), std::move(start->input), std::move(start->field),
-                             std::move(start->straight_log_metrics), start->edges};
+                             std::move(start->straight_log_metrics), start->edges,
+                             is_of_solution ? std::optional(expected) : std::nullopt};
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \
@@ -163,6 +211,7 @@ Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const Metri
     template Outcome<CurveInput<D>> moved_input<D>(const CurvedFrom<D>&, CurveInput<D>, const BackMesh<D>&,         \
                                                    const CurveOptions&, const PlacementOptions&, const Execution&); \
     template Outcome<ProposedCurves<D>> propose_curves<D>(const CurvedFrom<D>&, const MetricSource<D>&,             \
+                                                          std::span<const WeightedField>,                           \
                                                           const ProposeOptions&, const Around&);
 
 CAMBER_INSTANTIATE(2)

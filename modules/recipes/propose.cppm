@@ -1,6 +1,7 @@
 module;
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <tuple>
 export module camber.recipes:propose;
 import camber.core;
@@ -11,15 +12,17 @@ import camber.optimisation;
 import camber.surface;
 import :boundary;
 import :curve_input;
+import :known_solution;
 import :metric_source;
 
 export namespace camber {
 
-/// What places volume nodes: `curve` of camber.curving by one of its aims, or its `shape`.
-enum class Objective : std::uint8_t { accuracy, energy, length, shape };
+/// What places volume nodes: `curve` of camber.curving by one of its aims, its `shape`, or its `solution_nodes`.
+enum class Objective : std::uint8_t { accuracy, energy, length, shape, solution };
 [[nodiscard]] constexpr auto words(Objective) {
     return words_of(Word{Objective::accuracy, "accuracy"}, Word{Objective::energy, word_of(EdgeObjectiveKind::energy)},
-                    Word{Objective::length, word_of(EdgeObjectiveKind::length)}, Word{Objective::shape, "shape"});
+                    Word{Objective::length, word_of(EdgeObjectiveKind::length)}, Word{Objective::shape, "shape"},
+                    Word{Objective::solution, "solution"});
 }
 
 /// Where the metric is read.
@@ -45,7 +48,8 @@ struct ProposeOptions : CurveOptions, PlacementOptions {
                     "what edges are curved for: accuracy, that what the metric belongs to is interpolated well; energy "
                     "or "
                     "length, that this is least in the metric (energy: smooth, evenly spaced); shape: no metric, the "
-                    "Jacobians of elements are made as even as may be"),
+                    "Jacobians of elements are made as even as may be; solution: that the run's solution is interpolated "
+                    "well, no metric"),
                 option("back_mesh", &S::back_mesh,
                        "where the metric is read: carried, the field goes along with walls that sag by more "
                        "than a little of its sizes, and nodes start from there; straight, at its point's place "
@@ -58,21 +62,36 @@ struct ProposeOptions : CurveOptions, PlacementOptions {
 /// Those for one edge: the aim is the objective's.
 [[nodiscard]] CurveOptions edge_options(const ProposeOptions& options);
 
+/// Whether edges follow a metric.
+[[nodiscard]] constexpr bool has_field(Objective objective) {
+    return objective != Objective::shape && objective != Objective::solution;
+}
+
+/// What is expected of a solution's error, the root of Σ (weight · L2 error)² over its fields, each in its own unit:
+/// with the nodes of the objective shape, and with those that were found.
+struct ExpectedErrors {
+    double before = 0, after = 0;
+    int rounds = 0;
+};
+
 /// Where the nodes of a mesh are wanted, before any correction, and what they were found from.
 template <int D>
 struct ProposedCurves {
     Curved<D> curved;
     CurveInput<D> input;
-    std::optional<BackMesh<D>> field;                          ///< none: of the objective shape
+    std::optional<BackMesh<D>> field;                          ///< none: of the objectives shape and solution
     std::optional<Column<LogMetric<D>>> straight_log_metrics;  ///< at the vertices, of the straight mesh where the
                                                                ///< field is another
     CurveOptions edges = {};                                   ///< by which nodes were found: see accuracy_for
+    std::optional<ExpectedErrors> expected = {};               ///< of the objective solution
 };
 
-/// Steps: extension, metric, curve. Errors (usage): the objective shape with boundary nodes by length; those of the
-/// metric; stopped; memory.
+/// Steps: extension, then metric, or recover for the objective solution, and curve. Errors (usage): the objectives shape
+/// and solution with boundary nodes by length, solution without fields; those of the metric, of `known_solution`;
+/// stopped; memory.
 template <int D>
 [[nodiscard]] Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const MetricSource<D>& metric,
+                                                        std::span<const WeightedField> solution,
                                                         const ProposeOptions& options, const Around& around);
 
 }  // namespace camber
@@ -87,7 +106,7 @@ struct CurvingStart {
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
     CurveOptions edges = {};  ///< for one edge, of this metric: see accuracy_for
 };
-/// The steps extension and, but for the objective shape, metric.
+/// The steps extension and, where edges follow one, metric.
 template <int D>
 [[nodiscard]] Outcome<CurvingStart<D>> begin_curving(const CurvedFrom<D>& from, const MetricSource<D>& metric,
                                                      const ProposeOptions& options, const Around& around);

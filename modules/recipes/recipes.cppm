@@ -15,4 +15,6 @@ export import :reinsert_nodes;
 export import :remesh_mesh;
 export import :check_mesh;
 export import :geometry_sizes;
+export import :known_solution;
 export import :metric_of_solution;
+import :own_unit;

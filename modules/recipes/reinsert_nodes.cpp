@@ -1,4 +1,5 @@
 module;
+#include <string>
 #include <utility>
 module camber.recipes;
 import camber.core;
@@ -21,8 +22,11 @@ namespace camber {
 template <int D>
 Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const MetricSource<D>& metric,
                                            const ReinsertNodesOptions& options, const Around& around) {
-    if (options.curve.objective == Objective::shape)
-        return fail(ErrorKind::usage, "reinsert: the objective shape is of whole meshes, not of cavities", {}, {},
+    if (!has_field(options.curve.objective))
+        return fail(ErrorKind::usage,
+                    "reinsert: the objective " + std::string(word_of(options.curve.objective)) +
+                        " is of whole meshes, not of cavities",
+                    {}, {},
                     "take the stage curve, or another objective");
     auto start = begin_curving(from, metric, options.curve, around);
     if (!start) return fail(start.error());

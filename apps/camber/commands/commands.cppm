@@ -32,7 +32,7 @@ struct RunArguments {
 
 /// Of the fields that go along: none, those of the input's own file.
 struct SolutionChoice {
-    std::string file, output;         ///< empty: none
+    std::string given, output;        ///< a file or an expression; empty: none
     std::vector<std::string> fields;  ///< names; empty: all
     std::optional<TransferMethod> method;
 };

@@ -48,14 +48,24 @@ void put_into(const MetricChoice& choice, std::vector<ReferenceSize> sizes, conf
     std::ranges::move(sizes, std::back_inserter(metric.sizes));
 }
 
+/// Whether a solution was given, and nothing else that edges are curved for.
+bool is_for_solution(const CurveArguments& arguments) {
+    const auto says = [](const std::string& setting) {
+        return setting.find("objective") != std::string::npos || setting.starts_with("metric");
+    };
+    return !arguments.solution.given.empty() && !arguments.objective && !arguments.metric.metric &&
+           std::ranges::none_of(arguments.settings, says);
+}
+
 Outcome<config::Pipeline> curving(const CurveArguments& arguments) {
     auto pipeline = pipeline_of(R"({"input": {"mesh": "-"}})", arguments);
     if (!pipeline) return pipeline;
     if (auto set = set_metric(arguments.metric, *pipeline); !set) return fail(set.error());
     if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
-    if (arguments.objective)
+    const auto objective = is_for_solution(arguments) ? Objective::solution : arguments.objective;
+    if (objective)
         for (config::Stage& stage : pipeline->stages)
-            if (auto* curve = std::get_if<config::Curve>(&stage)) curve->objective = *arguments.objective;
+            if (auto* curve = std::get_if<config::Curve>(&stage)) curve->objective = *objective;
     return pipeline;
 }
 

@@ -28,6 +28,12 @@ Outcome<Done> write_chunks(const Outcome<Chunks>& chunks, const std::string& pat
 
 }  // namespace
 
+bool names_a_file(const std::string& text) {
+    std::error_code none;
+    return is_solution_file(text) || format_with_ending(mesh_formats(), text) != nullptr ||
+           std::filesystem::exists(text, none);
+}
+
 bool is_solution_file(std::string_view path) { return format_with_ending(solution_formats(), path) != nullptr; }
 
 Outcome<Done> write_mesh(const MeshFormat& format, const AnyMesh& mesh, const MeshFields& fields, EncodeOptions options,

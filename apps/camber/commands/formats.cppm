@@ -10,6 +10,8 @@ import :ending;
 
 namespace camber::app {
 
+/// Whether what is given as a solution is a file, by its ending or as one is there; else it is an expression.
+[[nodiscard]] bool names_a_file(const std::string& text);
 /// Whether the ending is that of a format of solutions.
 [[nodiscard]] bool is_solution_file(std::string_view path);
 

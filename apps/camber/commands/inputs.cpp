@@ -72,6 +72,10 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
         auto fields = read_nodal_fields(inputs.mesh, given.file, given.fields, notices, execution);
         if (!fields) return fail(fields.error());
         inputs.fields = std::move(*fields);
+    } else if (!given.expression.empty()) {
+        auto field = run::field_of_expression(inputs.mesh.mesh, given.expression, execution);
+        if (!field) return fail(field.error());
+        inputs.fields = {std::move(*field)};
     } else if (!inputs.mesh.fields.empty() && run::plan_size(inputs.mesh.mesh).elements == 0) {
         notices.push_back(
             {fmt::format("{} fields of the file were not kept: they go along in meshes of the volume alone",
@@ -84,7 +88,7 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
     } else if (!given.fields.empty()) {
         return fail(ErrorKind::usage, "the input has no fields", "/solution/fields", {}, "give the file that has them");
     }
-    if (!inputs.fields.empty() && !run::carries_fields(pipeline.output))
+    if (!inputs.fields.empty() && given.expression.empty() && !run::places_by_solution(pipeline) && !run::carries_fields(pipeline.output))
         notices.push_back(
             {fmt::format("{} of the input are not kept: {} has no place for them (\"output\": "
                          "{{\"solution\": …}}, --output-solution, or a .vtu has)",

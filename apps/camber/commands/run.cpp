@@ -16,6 +16,7 @@ import camber.config;
 import camber.run;
 import :ending;
 import :execute;
+import :formats;
 import :named_files;
 
 namespace camber::app {
@@ -116,7 +117,11 @@ Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArgum
     if (!arguments.vtu.empty()) output.vtu = arguments.vtu;
     if (!arguments.plots.empty()) output.plots = arguments.plots;
     const SolutionChoice& solution = arguments.solution;
-    if (!solution.file.empty()) pipeline->solution.file = solution.file;
+    if (!solution.given.empty()) {
+        const bool is_file = names_a_file(solution.given);
+        pipeline->solution.file = is_file ? solution.given : "";
+        pipeline->solution.expression = is_file ? "" : solution.given;
+    }
     if (!solution.fields.empty()) pipeline->solution.fields = solution.fields;
     if (solution.method) pipeline->solution.method = *solution.method;
     if (!solution.output.empty()) output.solution = solution.output;

@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <utility>
@@ -46,10 +47,14 @@ const Description<Input>& Described<Input>::get() {
 const Description<GivenSolution>& Described<GivenSolution>::get() {
     static const Description<GivenSolution> description{
         "solution",
-        "Fields at the nodes of the input's mesh. They go along to the mesh that is made, and a metric may be made for "
-        "them.",
-        listed<GivenSolution>(),
-        {}};
+        "Fields at the nodes of the input's mesh. They go along to the mesh that is made; a metric may be made for "
+        "them, and nodes of edges placed (the objective solution).",
+        listed<GivenSolution>(), [](const GivenSolution& s) -> std::string {
+            if (!s.file.empty() && !s.expression.empty()) return "\"file\" and \"expression\" are two solutions";
+            if (!s.expression.empty() && !s.fields.empty()) return "\"fields\" are names of a file's";
+            if (!std::ranges::all_of(s.weights, [](double w) { return w >= 0; })) return "\"weights\" are 0 or more";
+            return {};
+        }};
     return description;
 }
 

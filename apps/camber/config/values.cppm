@@ -59,7 +59,9 @@ struct Input {
 /// Fields at the nodes of the input's mesh: they go along to the mesh that is made.
 struct GivenSolution : TransferOptions {
     std::string file = {};                 ///< empty: the fields of the input's own file
+    std::string expression = {};           ///< in place of a file; empty: none
     std::vector<std::string> fields = {};  ///< names; empty: all
+    std::vector<double> weights = {};      ///< of their errors, one each; empty: 1
 
     [[nodiscard]] static constexpr auto options() {
         using S = GivenSolution;
@@ -68,8 +70,14 @@ struct GivenSolution : TransferOptions {
                 option("file", &S::file,
                        "rows at the vertices or nodes of the input, or a file of the same mesh with fields at its "
                        "nodes; empty: the fields of the input's own file, if any"),
+                option("expression", &S::expression,
+                       "in place of a file: a function of x, y and z as check --field takes it, evaluated at the nodes"),
                 option("fields", &S::fields,
                        "names of those that are taken, field_1 and so on in a file of rows; empty: all")
+                    .count(0, 1000),
+                option("weights", &S::weights,
+                       "objective solution: what each field's error counts beside the others', in units in which their "
+                       "ranges are alike, in the order of the fields; empty: 1 each")
                     .count(0, 1000)),
             TransferOptions::options());
     }

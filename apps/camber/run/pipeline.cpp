@@ -28,6 +28,7 @@ import :parts;
 import :runner;
 import :solution;
 import :solution_report;
+import :solution_source;
 import :stages;
 import :state;
 import :steps;
@@ -110,8 +111,9 @@ Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
 /// A run of a mesh that was prepared.
 template <int D>
 Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const config::Pipeline& pipeline,
-                        GeometrySource geometry, AvailableMemory memory, const Around& around) {
-    Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, std::move(geometry), std::move(memory), around);
+                        const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory, const Around& around) {
+    Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, solution, std::move(geometry), std::move(memory),
+                  around);
     run.report(notices);
     if (auto done = move_vertices(run); !done) return fail(done.error());
     for (std::size_t i = 0; i < pipeline.stages.size(); ++i) {
@@ -142,15 +144,15 @@ Outcome<Run> given_back(Outcome<Run> run, const BetterOrder& order, const Around
 /// The whole of a run.
 template <int D>
 Outcome<Run> run_on(StageInputs<D> given, const config::Pipeline& pipeline, const OrderingOptions& ordering,
-                    GeometrySource geometry, AvailableMemory memory, const Around& around) {
+                    const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory, const Around& around) {
     const int degree = std::holds_alternative<LinearMesh<D>>(given.mesh) ? 1 : 2;
     if (auto order = check_order(pipeline.stages, degree); !order) return fail(order.error());
     auto sound = run_step(around, "prepare", [&](const Execution& e) {
         return prepare_stage(std::move(given), pipeline.stages, ordering, e);
     });
     if (!sound) return fail(sound.error());
-    auto run =
-        run_stages(std::move(sound->inputs), sound->notices, pipeline, std::move(geometry), std::move(memory), around);
+    auto run = run_stages(std::move(sound->inputs), sound->notices, pipeline, solution, std::move(geometry),
+                          std::move(memory), around);
     return sound->order ? given_back<D>(std::move(run), *sound->order, around) : run;
 }
 
@@ -221,7 +223,7 @@ Outcome<std::optional<Growth>> growth_on(StageInputs<D> given, const config::Pip
         return prepare_stage(std::move(given), pipeline.stages, inputs.ordering, e);
     });
     if (!sound) return fail(sound.error());
-    Runner<D> run(pipeline, std::move(sound->inputs.mesh), sound->inputs.files, std::move(inputs.geometry),
+    Runner<D> run(pipeline, std::move(sound->inputs.mesh), sound->inputs.files, nullptr, std::move(inputs.geometry),
                   std::move(inputs.memory), around);
     if (auto done = move_vertices(run); !done) return fail(done.error());
     if (first != pipeline.stages.begin())
@@ -253,6 +255,13 @@ bool carries_fields(const config::Output& output) {
     return !output.solution.empty() || !output.vtu.empty() || (format != nullptr && format->holds_fields);
 }
 
+bool places_by_solution(const config::Pipeline& pipeline) {
+    return std::ranges::any_of(pipeline.stages, [](const config::Stage& stage) {
+        const auto* const curve = std::get_if<config::Curve>(&stage);
+        return curve != nullptr && curve->objective == Objective::solution;
+    });
+}
+
 bool keeps_elements(const config::Pipeline& pipeline) {
     const auto keeps = []<class Options>(const Options&) { return !changes_topology<Options>(); };
     return std::ranges::all_of(pipeline.stages, [&](const config::Stage& stage) { return std::visit(keeps, stage); });
@@ -263,10 +272,13 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     if (!rows) return fail(rows.error());
     const bool carries = !inputs.fields.empty() && carries_fields(pipeline.output);
     const std::optional<AnyMesh> given = carries ? std::optional(inputs.mesh.mesh) : std::nullopt;
+    std::optional<SolutionSource> solution;
+    if (places_by_solution(pipeline))
+        solution = {inputs.mesh.mesh, inputs.fields, pipeline.solution.expression, pipeline.solution.weights};
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
             return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files)}, pipeline,
-                          inputs.ordering, std::move(inputs.geometry), std::move(inputs.memory), around);
+                          inputs.ordering, solution ? &*solution : nullptr, std::move(inputs.geometry), std::move(inputs.memory), around);
         },
         std::move(inputs.mesh.mesh));
     if (!run) return run;

@@ -49,6 +49,8 @@ struct Run {
 [[nodiscard]] bool shows_fields(const config::Output& output);
 /// Whether it has a place for fields of a solution: a file of their own, or with the mesh.
 [[nodiscard]] bool carries_fields(const config::Output& output);
+/// Whether a stage places nodes by the solution.
+[[nodiscard]] bool places_by_solution(const config::Pipeline& pipeline);
 /// Whether no stage is a pass that changes the topology.
 [[nodiscard]] bool keeps_elements(const config::Pipeline& pipeline);
 

@@ -188,6 +188,9 @@ Json json(const CurveReport& c) {
                    {"walls", c.by->walls},
                    {"metric", c.by->metric},
                    {"held_back", c.by->held_back}};
+    if (c.expected)
+        j["expected_error"] = {
+            {"by_shape", c.expected->before}, {"by_solution", c.expected->after}, {"rounds", c.expected->rounds}};
     if (c.after) j["after_correction"] = json(*c.after);
     if (c.in_straight_field) j["in_straight_field"] = json(*c.in_straight_field);
     return j;

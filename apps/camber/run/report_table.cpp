@@ -161,6 +161,10 @@ std::string curve_rows(const CurveReport& c) {
         table_row("edges longer than straight", longer_edges(after == nullptr ? c.before : *after, c.volume_edges)) +
         table_row("edges per second", grouped(static_cast<std::size_t>(c.edges_per_second)));
     if (c.by) text += nodes_by_row(*c.by);
+    if (c.expected)
+        text += table_row("expected error of the solution",
+                          fmt::format("{:.3g} by shape, {:.3g} in {} rounds", c.expected->before, c.expected->after,
+                                      c.expected->rounds));
     if (c.drawn_back > 0) text += table_row("nodes drawn back", c.drawn_back);
     if (c.outside > 0) text += table_row("edges that leave the back mesh", c.outside);
     if (c.lost > 0) text += table_row("edges with samples not located", c.lost);

@@ -7,6 +7,7 @@ export import :histogram;
 export import :memory;
 export import :report;
 export import :solution;
+export import :solution_source;
 export import :solution_report;
 export import :order;
 export import :pipeline;

@@ -20,6 +20,7 @@ import :memory;
 import :order;
 import :parts;
 import :report;
+import :solution_source;
 import :stages;
 import :state;
 
@@ -43,9 +44,10 @@ template <int D>
 class Runner {
   public:
     Runner(const config::Pipeline& config, GivenMesh<D> mesh, std::span<const MetricFile> files,
-           GeometrySource geometry, AvailableMemory memory, const Around& around)
+           const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory, const Around& around)
         : config(config),
           files(files),
+          solution(solution),
           geometry(std::move(geometry)),
           memory(std::move(memory)),
           state(beginning_with<D>(std::move(mesh))),
@@ -53,6 +55,7 @@ class Runner {
 
     const config::Pipeline& config;
     const std::span<const MetricFile> files;  ///< all metric files that the config names
+    const SolutionSource* const solution;  ///< null: no stage asks for it
     const GeometrySource geometry;
     const AvailableMemory memory;
     State<D> state;

@@ -17,6 +17,23 @@ import :solution_report;
 
 namespace camber::run {
 
+std::vector<Column<double>> scalars_of(std::span<const NamedField> fields) {
+    std::vector<Column<double>> scalars;
+    for (const NamedField& field : fields) {
+        const auto width = static_cast<std::size_t>(field.field.components);
+        for (std::size_t c = 0; c < width; ++c) {
+            if (width == 1) {
+                scalars.push_back(field.field.values);
+                continue;
+            }
+            Buffer<double> values(field.field.values.size() / width, 0.0);
+            for (std::size_t n = 0; n < values.size(); ++n) values[n] = field.field.values[n * width + c];
+            scalars.emplace_back(std::move(values));
+        }
+    }
+    return scalars;
+}
+
 Outcome<std::vector<NamedField>> named(std::vector<NamedField> fields, const std::vector<std::string>& names,
                                        const std::string& where) {
     if (names.empty()) return fields;

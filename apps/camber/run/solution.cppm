@@ -19,6 +19,9 @@ struct NamedField {
     TransferField field;
 };
 
+/// Each component of each field, a value a node.
+[[nodiscard]] std::vector<Column<double>> scalars_of(std::span<const NamedField> fields);
+
 /// Those of these names, each once; no names: all. Errors: a name that there is not (usage), with `where`.
 [[nodiscard]] Outcome<std::vector<NamedField>> named(std::vector<NamedField> fields,
                                                      const std::vector<std::string>& names, const std::string& where);

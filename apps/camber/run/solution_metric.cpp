@@ -25,24 +25,6 @@ namespace camber::run {
 
 namespace {
 
-/// Each component of each field.
-std::vector<Column<double>> scalars_of(std::span<const NamedField> fields) {
-    std::vector<Column<double>> scalars;
-    for (const NamedField& field : fields) {
-        const auto width = static_cast<std::size_t>(field.field.components);
-        for (std::size_t c = 0; c < width; ++c) {
-            if (width == 1) {
-                scalars.push_back(field.field.values);
-                continue;
-            }
-            Buffer<double> values(field.field.values.size() / width, 0.0);
-            for (std::size_t n = 0; n < values.size(); ++n) values[n] = field.field.values[n * width + c];
-            scalars.emplace_back(std::move(values));
-        }
-    }
-    return scalars;
-}
-
 /// At the vertices, or at all nodes.
 template <int D>
 Outcome<NamedField> as_field(const QuadraticMesh<D>& mesh, const Column<LogMetric<D>>& logs, int degree,

@@ -3,6 +3,7 @@ module;
 #include <cstddef>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 module camber.run;
@@ -16,6 +17,7 @@ import :measures;
 import :parts;
 import :report;
 import :runner;
+import :solution_source;
 import :stages;
 import :state;
 import :steps;
@@ -67,6 +69,7 @@ CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) 
             {},
             {},
             {},
+            {},
             0};
 }
 
@@ -80,6 +83,7 @@ void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeO
         part.by = NodesByReport{std::string(word_of(made.edges.metric_kind)), share_of_sizes(made.edges, D), s.by_walls,
                                 s.by_metric, s.held_back};
     }
+    part.expected = made.expected;
     part.edges_per_second = static_cast<double>(part.volume_edges) / std::max(seconds, 1e-9);
     run.report(part);
     if (at.nodes != NodesOf::input) return;
@@ -95,6 +99,17 @@ Wanted<D> keep_field(Runner<D>& run, Boundary<D> boundary, ProposedCurves<D> mad
             std::move(made.input.extended)};
 }
 
+namespace {
+
+/// What nodes are placed by, on the mesh that is curved; none where no stage asks for it.
+template <int D>
+Outcome<std::vector<WeightedField>> solution_for(Runner<D>& run, const QuadraticMesh<D>& mesh, Clocks& clocks) {
+    if (run.solution == nullptr) return std::vector<WeightedField>{};
+    return fields_on(*run.solution, mesh, run.around(clocks));
+}
+
+}  // namespace
+
 template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Curve& given) {
     ProposeOptions options = given;
@@ -102,12 +117,14 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& given) {
     Quadratic<D>& at = run.quadratic();
     auto boundary = describe_boundary(run, at.mesh.linear, at.mesh.edges);
     if (!boundary) return fail(boundary.error());
-    const CurvingAim aim = options.objective == Objective::shape ? CurvingAim::energy : edge_options(options).aim;
-    if (options.objective != Objective::shape) run.state.curving = edge_options(given);
+    const CurvingAim aim = has_field(options.objective) ? edge_options(options).aim : CurvingAim::energy;
+    if (has_field(options.objective)) run.state.curving = edge_options(given);
     MetricTold told;
     const auto metric = metric_for_curving(run, at.mesh, *boundary, told);
     Clocks clocks;
-    auto made = propose_curves<D>({at.mesh, at.nodes, *boundary}, metric, options, run.around(clocks));
+    auto solution = solution_for(run, at.mesh, clocks);
+    if (!solution) return fail(solution.error());
+    auto made = propose_curves<D>({at.mesh, at.nodes, *boundary}, metric, *solution, options, run.around(clocks));
     if (!made) return fail(made.error());
     report_metric(run, std::move(told));
     report_curves(run, *made, options, clocks.seconds["curve"]);

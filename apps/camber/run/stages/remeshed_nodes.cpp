@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -50,7 +51,7 @@ Outcome<RemeshedNodesReport> nodes_beside_curve(const QuadraticMesh<D>& mesh, co
     static_cast<CurveOptions&>(options) = curving;
     options.measured = MeasuredEdges::some;
     const Execution quiet = without_progress(execution);
-    const auto proposed = propose_curves<D>({mesh, NodesOf::input, boundary}, metric, options, plainly(quiet));
+    const auto proposed = propose_curves<D>({mesh, NodesOf::input, boundary}, metric, {}, options, plainly(quiet));
     if (!proposed) return fail(proposed.error());
     return compared(mesh, proposed->curved);
 }

@@ -1,0 +1,102 @@
+module;
+#include <array>
+#include <cstddef>
+#include <vector>
+export module camber.curving:jet_polynomial;
+import camber.core;
+
+/// A function within an element by what is known of it at the vertices: the polynomial whose derivatives are nearest to
+/// theirs. docs/algorithms/solution-nodes.md.
+namespace camber {
+
+/// Of derivatives up to the order K (2 or 3) one of degree K + 2: along an edge they are enough for K + K + 1.
+template <int K>
+inline constexpr int jet_degree = K + 2;
+
+/// How many monomials there are up to a degree.
+template <int D>
+[[nodiscard]] constexpr int monomials(int degree) {
+    return D == 2 ? (degree + 1) * (degree + 2) / 2 : (degree + 1) * (degree + 2) * (degree + 3) / 6;
+}
+
+/// A jet is value, gradient, Hessian and, for K = 3, third derivatives, in the order of Sym and CubicForm.
+template <int D, int K>
+inline constexpr int jet_size = monomials<D>(K);
+
+/// Exponents of all monomials up to a degree, the first coordinate's fastest.
+template <int D, int Degree>
+inline constexpr auto exponents = [] {
+    std::array<std::array<int, D>, monomials<D>(Degree)> all{};
+    int n = 0;
+    if constexpr (D == 2) {
+        for (int b = 0; b <= Degree; ++b)
+            for (int a = 0; a + b <= Degree; ++a) all[n++] = {a, b};
+    } else {
+        for (int c = 0; c <= Degree; ++c)
+            for (int b = 0; b + c <= Degree; ++b)
+                for (int a = 0; a + b + c <= Degree; ++a) all[n++] = {a, b, c};
+    }
+    return all;
+}();
+
+/// [coefficient of `exponents`][vertex · jet_size + entry of the jet]: derivatives in the reference simplex whose
+/// vertices are 0 and the ends of the axes.
+template <int D, int K>
+using JetFit = std::array<std::array<double, (D + 1) * jet_size<D, K>>, monomials<D>(jet_degree<K>)>;
+template <int D, int K>
+[[nodiscard]] const JetFit<D, K>& jet_fit();
+
+template <int D>
+using PackVec = std::array<Pack, D>;
+
+/// A value and the derivatives by the coordinates.
+template <int D>
+struct PackSlope {
+    Pack value;
+    PackVec<D> gradient;
+};
+
+/// A polynomial by its coefficients, by Horner's rule.
+template <int D, int Degree>
+struct PackPolynomial {
+    std::array<Pack, monomials<D>(Degree)> c;
+
+    [[nodiscard, gnu::always_inline]] PackSlope<D> at(const PackVec<D>& x) const {
+        if constexpr (D == 2) {
+            return plane(x, monomials<D>(Degree), Degree);
+        } else {
+            PackSlope<D> sum{packed(0), {packed(0), packed(0), packed(0)}};
+            int end = monomials<D>(Degree);
+            for (int left = 0; left <= Degree; ++left) {  // degree that is left beside the third coordinate
+                const PackSlope<2> in_plane = plane({x[0], x[1]}, end, left);
+                sum.gradient[2] = sum.gradient[2] * x[2] + sum.value;
+                sum.gradient[0] = sum.gradient[0] * x[2] + in_plane.gradient[0];
+                sum.gradient[1] = sum.gradient[1] * x[2] + in_plane.gradient[1];
+                sum.value = sum.value * x[2] + in_plane.value;
+                end -= monomials<2>(left);
+            }
+            return sum;
+        }
+    }
+
+  private:
+    /// The polynomial in two coordinates whose coefficients end there.
+    [[nodiscard, gnu::always_inline]] PackSlope<2> plane(const PackVec<2>& x, int end, int degree) const {
+        PackSlope<2> sum{packed(0), {packed(0), packed(0)}};
+        for (int left = 0; left <= degree; ++left) {
+            Pack value = c[end - 1];
+            Pack slope = packed(0);
+            for (int a = left - 1; a >= 0; --a) {
+                slope = slope * x[0] + value;
+                value = value * x[0] + c[end - 1 - left + a];
+            }
+            sum.gradient[1] = sum.gradient[1] * x[1] + sum.value;
+            sum.gradient[0] = sum.gradient[0] * x[1] + slope;
+            sum.value = sum.value * x[1] + value;
+            end -= left + 1;
+        }
+        return sum;
+    }
+};
+
+}  // namespace camber

@@ -1,0 +1,38 @@
+module;
+#include <array>
+export module camber.curving:solution_error;
+import camber.core;
+import :jet_polynomial;
+
+/// The error of interpolating a function on eight curved elements at once, and how it answers to their edges' nodes.
+namespace camber {
+
+/// Eight elements: their straight Jacobians, where their edges' nodes are off the middles of the chords, and a field's
+/// jets at their vertices, in space.
+template <int D>
+struct ElementPacks {
+    std::array<PackVec<D>, D> axes;  ///< axes[a]: vertex a + 1 less vertex 0
+    std::array<PackVec<D>, edges_per_simplex<D>> offsets;
+};
+template <int D, int K>
+using JetPacks = std::array<std::array<Pack, jet_size<D, K>>, D + 1>;
+
+/// The sum of squares Σ r² = ∫ w² (u − u_h)² of an element, over a rule, about the nodes as they are: with d the
+/// changes of its edges' offsets, node by node, |r + R d|² = error + 2 slope·d + d·curvature·d.
+template <int D>
+struct ErrorPacks {
+    static constexpr int unknowns = D * edges_per_simplex<D>;
+    static constexpr int entries = unknowns * (unknowns + 1) / 2;
+    [[nodiscard]] static constexpr int entry(int i, int j) { return i >= j ? i * (i + 1) / 2 + j : entry(j, i); }
+
+    Pack error{};
+    std::array<Pack, unknowns> slope{};
+    std::array<Pack, entries> curvature{};
+};
+
+/// Adds those of a field with its weight.
+template <int D, int K>
+void add_error(const ElementPacks<D>& elements, const JetPacks<D, K>& jets, double weight, Instructions set,
+               ErrorPacks<D>& sum);
+
+}  // namespace camber
