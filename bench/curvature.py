@@ -18,7 +18,7 @@ import argparse
 import math
 import sys
 
-from curvature_cases import CASES, ERRORS, LAYERS, SAFE
+from curvature_cases import CASES, ERRORS, LAYERS, SAFE, SHOWN
 from curvature_measure import WAYS, Bench, Unknown, ways_of
 from curvature_table import lines, markdown, titles
 

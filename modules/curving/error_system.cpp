@@ -101,8 +101,7 @@ ElementPacks<D> ErrorSystem<D>::elements_of(std::size_t pack, std::span<const Ve
             for (int i = 0; i < D; ++i) axes[a][i][lane] = axis[i];
         }
         for (int k = 0; k < edges_per_simplex<D>; ++k)
-            for (int i = 0; i < D; ++i)
-                of_edges[k][i][lane] = offsets[mesh_.edges.of_elements[e][k].index()][i];
+            for (int i = 0; i < D; ++i) of_edges[k][i][lane] = offsets[mesh_.edges.of_elements[e][k].index()][i];
     }
     ElementPacks<D> out;
     for (int i = 0; i < D; ++i) {
@@ -184,8 +183,8 @@ void ErrorSystem<D>::stiffen(std::size_t pack, std::span<const Vec<D>> offsets, 
 template <int D>
 Outcome<double> ErrorSystem<D>::begin(std::span<const Vec<D>> offsets, std::span<const Vec<D>> home,
                                       const Execution& execution) {
-    auto begun = each(
-        part_of(execution, 0, 0.8), packs(), [&](std::size_t pack) { begin_pack(pack, offsets); }, packs_at_once);
+    auto begun =
+        each(part_of(execution, 0, 0.8), packs(), [&](std::size_t pack) { begin_pack(pack, offsets); }, packs_at_once);
     if (!begun) return fail(begun.error());
     const auto total = reduce_each(
         without_progress(execution), elements_, 0.0, [&](double& sum, std::size_t e) { sum += errors_[e]; },

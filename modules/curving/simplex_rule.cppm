@@ -19,8 +19,8 @@ inline constexpr auto simplex_rule = [] {
         // Dunavant, Int. J. Numer. Methods Eng. 21, 1985: 12 points.
         std::array<SimplexPoint<2>, 12> rule{};
         int n = 0;
-        for (const auto& [a, weight] : {std::array{0.063089014491502, 0.050844906370207},
-                                        std::array{0.249286745170910, 0.116786275726379}})
+        for (const auto& [a, weight] :
+             {std::array{0.063089014491502, 0.050844906370207}, std::array{0.249286745170910, 0.116786275726379}})
             for (int i = 0; i < 3; ++i) {
                 rule[n] = {{a, a, a}, weight};
                 rule[n++].at[i] = 1 - 2 * a;

@@ -195,12 +195,12 @@ template <int D, int K>
 template <int D, int K>
 void add_error(const ElementPacks<D>& elements, const JetPacks<D, K>& jets, double weight, Instructions set,
                ErrorPacks<D>& sum) {
-    with_instructions(set, [&]() __attribute__((always_inline)) { add_error_packed<D, K>(elements, jets, weight, sum); });
+    with_instructions(set,
+                      [&]() __attribute__((always_inline)) { add_error_packed<D, K>(elements, jets, weight, sum); });
 }
 
-#define CAMBER_INSTANTIATE(D, K)                                                                          \
-    template void add_error<D, K>(const ElementPacks<D>&, const JetPacks<D, K>&, double, Instructions, \
-                                  ErrorPacks<D>&);
+#define CAMBER_INSTANTIATE(D, K) \
+    template void add_error<D, K>(const ElementPacks<D>&, const JetPacks<D, K>&, double, Instructions, ErrorPacks<D>&);
 
 CAMBER_INSTANTIATE(2, 2)
 CAMBER_INSTANTIATE(2, 3)

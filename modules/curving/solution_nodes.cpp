@@ -75,7 +75,8 @@ class Search {
     [[nodiscard]] double share(int rounds) const { return (0.5 + rounds) / (0.5 + options_.rounds); }
 
     Outcome<double> error_of(const Buffer<Vec<D>>& moves, const Execution& execution) {
-        auto offsets = map_each(without_progress(execution), moves.size(), [&](std::size_t e) { return home_[e] + moves[e]; });
+        auto offsets =
+            map_each(without_progress(execution), moves.size(), [&](std::size_t e) { return home_[e] + moves[e]; });
         if (!offsets) return fail(offsets.error());
         return system_.begin(*offsets, home_, execution);
     }
@@ -130,12 +131,14 @@ Outcome<Done> check_rows(const QuadraticMesh<D>& mesh, std::size_t kinds, std::s
                          const KnownSolution<D>& solution) {
     const std::size_t n = mesh.edges.size();
     if (kinds != n || nodes != n || shells != n || solution.rows.size() != mesh.linear.elements.size())
-        return fail(ErrorKind::internal, "nodes for a solution need a kind, a node and a shell for each edge, and rows for each element");
+        return fail(ErrorKind::internal,
+                    "nodes for a solution need a kind, a node and a shell for each edge, and rows for each element");
     for (const KnownField<D>& field : solution.fields) {
         const std::size_t rows = field.values.size();
         const std::size_t thirds = solution.fields.front().thirds.empty() ? 0 : rows;
         if (field.gradients.size() != rows || field.hessians.size() != rows || field.thirds.size() != thirds)
-            return fail(ErrorKind::internal, "a known field needs derivatives of one order in each of its " + std::to_string(rows) + " rows");
+            return fail(ErrorKind::internal, "a known field needs derivatives of one order in each of its " +
+                                                 std::to_string(rows) + " rows");
     }
     return Done{};
 }
@@ -152,15 +155,14 @@ Outcome<SolutionNodes<D>> solution_nodes(const QuadraticMesh<D>& mesh, const Col
     return guarded([&]() -> Outcome<SolutionNodes<D>> {
         if (solution.fields.empty() || mesh.linear.elements.size() == 0)
             return SolutionNodes<D>{.moves = Buffer<Vec<D>>(mesh.edges.size(), Vec<D>{})};
-        Search<D> search(mesh, base, shells, options,
-                         ErrorSystem<D>(mesh, kinds, shells, solution, options.stiffness));
+        Search<D> search(mesh, base, shells, options, ErrorSystem<D>(mesh, kinds, shells, solution, options.stiffness));
         return search.run(execution);
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                    \
-    template Outcome<SolutionNodes<D>> solution_nodes<D>(                                                        \
-        const QuadraticMesh<D>&, const Column<EdgeKind>&, std::span<const LagrangeNode<D>>,                      \
+#define CAMBER_INSTANTIATE(D)                                                               \
+    template Outcome<SolutionNodes<D>> solution_nodes<D>(                                   \
+        const QuadraticMesh<D>&, const Column<EdgeKind>&, std::span<const LagrangeNode<D>>, \
         const Incidence<ElementId>&, const KnownSolution<D>&, const SolutionNodesOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -11,8 +11,8 @@ import camber.validity;
 /// Nodes of volume edges where a known solution is interpolated best. docs/algorithms/solution-nodes.md.
 export namespace camber {
 
-/// A scalar field by what is known of it, a row each; rows may be one-sided at vertices where materials meet. All in one
-/// unit.
+/// A scalar field by what is known of it, a row each; rows may be one-sided at vertices where materials meet. All in
+/// one unit.
 template <int D>
 struct KnownField {
     Column<double> values;
@@ -23,7 +23,7 @@ struct KnownField {
 };
 template <int D>
 struct KnownSolution {
-    std::vector<KnownField<D>> fields;                ///< thirds of all or of none
+    std::vector<KnownField<D>> fields;              ///< thirds of all or of none
     Column<std::array<std::uint32_t, D + 1>> rows;  ///< those that an element sees at its vertices
 };
 
@@ -36,23 +36,23 @@ struct SolutionNodesOptions {
 
 template <int D>
 struct SolutionNodes {
-    Buffer<Vec<D>> moves;             ///< off the given nodes, one an edge
-    double before = 0, after = 0;     ///< the error that is expected with the given nodes, and with these: (Σ (weight ‖u − u_h‖)²)^½
-    int rounds = 0;                   ///< that were taken
-    std::size_t drawn_back = 0;       ///< edges that go a part of their way, for their elements
+    Buffer<Vec<D>> moves;  ///< off the given nodes, one an edge
+    double before = 0,
+           after = 0;  ///< the error that is expected with the given nodes, and with these: (Σ (weight ‖u − u_h‖)²)^½
+    int rounds = 0;    ///< that were taken
+    std::size_t drawn_back = 0;  ///< edges that go a part of their way, for their elements
 };
 
 /// From the nodes `base` (one an edge: those of the boundary stay) volume edges' nodes are moved so that the sum over
 /// fields and elements of ∫ (u − u_h)² is least, u_h the interpolant of degree 2 on the curved elements, u the
 /// polynomial of its derivatives at their vertices; elements stay above `min_jacobian`. The expected
-/// error never rises. The same bytes for any number of threads. Errors: columns that do not fit (internal), 
+/// error never rises. The same bytes for any number of threads. Errors: columns that do not fit (internal),
 /// stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<SolutionNodes<D>> solution_nodes(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                        std::span<const LagrangeNode<D>> base,
                                                        const Incidence<ElementId>& shells,
                                                        const KnownSolution<D>& solution,
-                                                       const SolutionNodesOptions& options,
-                                                       const Execution& execution);
+                                                       const SolutionNodesOptions& options, const Execution& execution);
 
 }  // namespace camber

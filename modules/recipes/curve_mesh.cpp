@@ -59,8 +59,8 @@ Outcome<CurvedMesh<D>> curve_mesh(LinearMesh<D> given, const MeshGoal<D>& goal, 
         return find_boundary(mesh->linear, mesh->edges, goal.geometry, goal.boundary, e);
     });
     if (!boundary) return fail(boundary.error());
-    const auto proposed = propose_curves<D>({*mesh, NodesOf::elevation, *boundary}, goal.metric, goal.solution,
-                                             options.curve, around);
+    const auto proposed =
+        propose_curves<D>({*mesh, NodesOf::elevation, *boundary}, goal.metric, goal.solution, options.curve, around);
     if (!proposed) return fail(proposed.error());
     auto made = repair_proposal(*mesh, *boundary, *proposed, options, around);
     if (!made) return fail(made.error());

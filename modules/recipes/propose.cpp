@@ -195,13 +195,16 @@ Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const Metri
     }
     ExpectedErrors expected;
     auto curved = run_step(around, "curve", [&](const Execution& e) {
-        return is_of_solution                  ? by_solution(from, *start, known, options, expected, e)
+        return is_of_solution                 ? by_solution(from, *start, known, options, expected, e)
                : has_field(options.objective) ? by_field(from, *start, options, e)
-                                               : by_shape(from, *start, options, e);
+                                              : by_shape(from, *start, options, e);
     });
     if (!curved) return fail(curved.error());
-    return ProposedCurves<D>{std::move(*curved), std::move(start->input), std::move(start->field),
-                             std::move(start->straight_log_metrics), start->edges,
+    return ProposedCurves<D>{std::move(*curved),
+                             std::move(start->input),
+                             std::move(start->field),
+                             std::move(start->straight_log_metrics),
+                             start->edges,
                              is_of_solution ? std::optional(expected) : std::nullopt};
 }
 
@@ -211,8 +214,8 @@ Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const Metri
     template Outcome<CurveInput<D>> moved_input<D>(const CurvedFrom<D>&, CurveInput<D>, const BackMesh<D>&,         \
                                                    const CurveOptions&, const PlacementOptions&, const Execution&); \
     template Outcome<ProposedCurves<D>> propose_curves<D>(const CurvedFrom<D>&, const MetricSource<D>&,             \
-                                                          std::span<const WeightedField>,                           \
-                                                          const ProposeOptions&, const Around&);
+                                                          std::span<const WeightedField>, const ProposeOptions&,    \
+                                                          const Around&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

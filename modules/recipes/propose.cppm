@@ -48,7 +48,8 @@ struct ProposeOptions : CurveOptions, PlacementOptions {
                     "what edges are curved for: accuracy, that what the metric belongs to is interpolated well; energy "
                     "or "
                     "length, that this is least in the metric (energy: smooth, evenly spaced); shape: no metric, the "
-                    "Jacobians of elements are made as even as may be; solution: that the run's solution is interpolated "
+                    "Jacobians of elements are made as even as may be; solution: that the run's solution is "
+                    "interpolated "
                     "well, no metric"),
                 option("back_mesh", &S::back_mesh,
                        "where the metric is read: carried, the field goes along with walls that sag by more "
@@ -86,8 +87,8 @@ struct ProposedCurves {
     std::optional<ExpectedErrors> expected = {};               ///< of the objective solution
 };
 
-/// Steps: extension, then metric, or recover for the objective solution, and curve. Errors (usage): the objectives shape
-/// and solution with boundary nodes by length, solution without fields; those of the metric, of `known_solution`;
+/// Steps: extension, then metric, or recover for the objective solution, and curve. Errors (usage): the objectives
+/// shape and solution with boundary nodes by length, solution without fields; those of the metric, of `known_solution`;
 /// stopped; memory.
 template <int D>
 [[nodiscard]] Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const MetricSource<D>& metric,

@@ -26,8 +26,7 @@ Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const Metr
         return fail(ErrorKind::usage,
                     "reinsert: the objective " + std::string(word_of(options.curve.objective)) +
                         " is of whole meshes, not of cavities",
-                    {}, {},
-                    "take the stage curve, or another objective");
+                    {}, {}, "take the stage curve, or another objective");
     auto start = begin_curving(from, metric, options.curve, around);
     if (!start) return fail(start.error());
     return run_step(around, "reinsert", [&](const Execution& e) -> Outcome<ReinsertedNodes<D>> {

@@ -54,7 +54,8 @@ TEST_CASE("wrong types are refused with what was expected") {
           "config.json: /features/ridge_angle: expected a number, got null");
     CHECK(error_with(R"("stages": {})") == "config.json: /stages: expected an array, got an object");
     CHECK(error_with(R"("stages": [{"curve": {"objective": 3}}])") ==
-          "config.json: /stages/0/curve/objective: expected \"accuracy\" or \"energy\" or \"length\" or \"shape\", got "
+          "config.json: /stages/0/curve/objective: expected \"accuracy\" or \"energy\" or \"length\" or \"shape\" or "
+          "\"solution\", got "
           "3");
     CHECK(error_of(R"({"input": {"mesh": "a", "flat": "surfaces"}})") ==
           "config.json: /input/flat: expected \"plane\" or \"surface\", got the string \"surfaces\" (did you mean "

@@ -133,7 +133,7 @@ TEST_CASE("the schema knows every key that is written") {
     });
     REQUIRE(curve != stages.end());
     const auto& options = (*curve)["properties"]["curve"]["properties"];
-    CHECK(options["objective"]["enum"] == nlohmann::json::array({"accuracy", "energy", "length", "shape"}));
+    CHECK(options["objective"]["enum"] == nlohmann::json::array({"accuracy", "energy", "length", "shape", "solution"}));
     CHECK(options["objective"]["default"] == "accuracy");
     CHECK(options["quadrature_points"]["minimum"] == 2);
     for (const auto& [key, value] : options.items()) CHECK_FALSE(value["description"].get<std::string>().empty());

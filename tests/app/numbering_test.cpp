@@ -139,7 +139,7 @@ run::Run check_same_run(const std::string& rest, const run::Inputs& given) {
     return in_other;
 }
 
-const std::string judged = R"("validate": {"min_scaled_jacobian": 0.85})";
+const std::string judged = R"("validate": {"min_scaled_jacobian": 0.97})";
 const std::string with_vtu = R"(, "output": {"vtu": "none.vtu"})";
 const std::string with_outputs = R"(, "output": {"vtu": "none.vtu", "metric": "none.sol"})";
 

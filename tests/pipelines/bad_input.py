@@ -159,7 +159,7 @@ CASES = [
          quadratic(swapped([2])), RUN_P2, finds="reversed_elements"),
     Case("Elements", "inverted ones (a vertex beyond the opposite face)", "accepted", 0, "",
          changed(block, centre_out), finds="tangled_elements"),
-    Case("Elements", "without volume", "accepted", 0, "",
+    Case("Elements", "without volume", "accepted", 1, "flat or inverted before it was curved",
          changed(block, onto_face), finds="flat_elements"),
     Case("Elements", "one listed twice", "repaired", 0, "tetrahedron 49 lists the vertices of tetrahedron 6 again",
          changed(block, lambda m: appended(elements(m), elements(m).nodes[5][[1, 0, 3, 2]], 1)),

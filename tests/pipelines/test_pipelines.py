@@ -67,9 +67,9 @@ class Configs(unittest.TestCase):
         self.assertGreater(report["validity"]["min_scaled_jacobian"], 0)
         self.assertTrue(report["committed"])
         self.assertEqual(report["curve"]["lost"], 0)
-        self.assertGreater(after["mean_gain"], 0)
-        self.assertGreaterEqual(after["mean_gain"], 0.9 * report["curve"]["before_correction"]["mean_gain"])
         if name.startswith("paper-"):  # by energy; accuracy asks no edge to be shorter
+            self.assertGreater(after["mean_gain"], 0)
+            self.assertGreaterEqual(after["mean_gain"], 0.9 * report["curve"]["before_correction"]["mean_gain"])
             self.assertEqual(report["curve"]["before_correction"]["longer_edges"], 0)
 
     def check_oracle(self, mesh, *arguments):

@@ -102,6 +102,8 @@ class Report(unittest.TestCase):
         self.run_camber("remesh", "cube.mesh", "-o", "out.meshb", "--report", "r.json", "--solution", "u.sol", "--metric", "solution",
                         "--transfer", "conserve", "--output-solution", "v.sol")
         yield report_of(self.folder.path / "r.json")
+        self.run_camber("curve", "ball.mesh", "-o", "out.meshb", "--report", "r.json", "--solution", "exp(-4*x)")
+        yield report_of(self.folder.path / "r.json")
         self.write("scattered.mesh", scattered_square(224).text().encode())
         self.run_camber("curve", "scattered.mesh", "-o", "out.meshb", "--report", "r.json", "--set", 'stages=["elevate"]')
         yield report_of(self.folder.path / "r.json")

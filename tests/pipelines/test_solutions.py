@@ -215,5 +215,45 @@ class Solutions(unittest.TestCase):
         self.assertNotIn("m.sol", self.folder.files())
 
 
+class KnownSolutions(unittest.TestCase):
+    """Nodes of inner edges where a known solution is interpolated best."""
+    WALL, SMOOTH = "exp(-(sqrt(x^2+y^2)-1)/0.3)", "(x/4)^3"
+
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+        self.run_camber("generate", "annulus", "-o", "ring.mesh", "--set", "inner_size=0.25", "--set", "outer_size=0.4")
+
+    def run_camber(self, *words, code=0):
+        done = self.folder.camber(*words)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done.stdout + done.stderr
+
+    def errors(self, mesh, *fields):
+        told = self.run_camber("check", mesh, "--json", *(word for field in fields for word in ("--field", field)))
+        return np.array([one["curved"]["l2"]["value"] for one in json.loads(told)["interpolation"]])
+
+    def test_the_error_falls(self):
+        self.run_camber("curve", "ring.mesh", "-o", "shape.mesh", "--objective", "shape")
+        by_shape = self.errors("shape.mesh", self.WALL, self.SMOOTH)
+        for i, field in enumerate((self.WALL, self.SMOOTH)):
+            self.run_camber("curve", "ring.mesh", "-o", f"{i}.mesh", "--solution", field)
+        wall, smooth = self.errors("0.mesh", self.WALL, self.SMOOTH), self.errors("1.mesh", self.WALL, self.SMOOTH)
+        self.assertLess(wall[0], 0.7 * by_shape[0])
+        self.assertLess(smooth[1], 0.9 * by_shape[1])
+
+    def test_a_config_says_the_same_and_threads_do_not_matter(self):
+        self.run_camber("curve", "ring.mesh", "-o", "verb.mesh", "--solution", self.WALL, "--threads", 2)
+        config = {"input": {"mesh": "ring.mesh"}, "solution": {"expression": self.WALL}, "threads": 1, "output": {"mesh": "config.mesh"},
+                  "stages": ["elevate", {"curve": {"objective": "solution"}}, "validate", "relax", "commit"]}
+        (self.folder.path / "run.json").write_text(json.dumps(config))
+        self.run_camber("run", "run.json")
+        self.assertEqual((self.folder.path / "verb.mesh").read_bytes(), (self.folder.path / "config.mesh").read_bytes())
+
+    def test_without_a_solution_there_is_nothing_to_go_by(self):
+        self.assertIn("solution", self.run_camber("curve", "ring.mesh", "-o", "out.mesh", "--objective", "solution", code=2))
+        self.assertIn("x+", self.run_camber("curve", "ring.mesh", "-o", "out.mesh", "--solution", "x+", code=2))
+
+
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], *sys.argv[2:]])

@@ -88,7 +88,8 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
     } else if (!given.fields.empty()) {
         return fail(ErrorKind::usage, "the input has no fields", "/solution/fields", {}, "give the file that has them");
     }
-    if (!inputs.fields.empty() && given.expression.empty() && !run::places_by_solution(pipeline) && !run::carries_fields(pipeline.output))
+    if (!inputs.fields.empty() && given.expression.empty() && !run::places_by_solution(pipeline) &&
+        !run::carries_fields(pipeline.output))
         notices.push_back(
             {fmt::format("{} of the input are not kept: {} has no place for them (\"output\": "
                          "{{\"solution\": …}}, --output-solution, or a .vtu has)",

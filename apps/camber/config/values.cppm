@@ -70,8 +70,9 @@ struct GivenSolution : TransferOptions {
                 option("file", &S::file,
                        "rows at the vertices or nodes of the input, or a file of the same mesh with fields at its "
                        "nodes; empty: the fields of the input's own file, if any"),
-                option("expression", &S::expression,
-                       "in place of a file: a function of x, y and z as check --field takes it, evaluated at the nodes"),
+                option(
+                    "expression", &S::expression,
+                    "in place of a file: a function of x, y and z as check --field takes it, evaluated at the nodes"),
                 option("fields", &S::fields,
                        "names of those that are taken, field_1 and so on in a file of rows; empty: all")
                     .count(0, 1000),

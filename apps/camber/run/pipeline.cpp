@@ -111,7 +111,8 @@ Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
 /// A run of a mesh that was prepared.
 template <int D>
 Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const config::Pipeline& pipeline,
-                        const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory, const Around& around) {
+                        const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory,
+                        const Around& around) {
     Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, solution, std::move(geometry), std::move(memory),
                   around);
     run.report(notices);
@@ -144,7 +145,8 @@ Outcome<Run> given_back(Outcome<Run> run, const BetterOrder& order, const Around
 /// The whole of a run.
 template <int D>
 Outcome<Run> run_on(StageInputs<D> given, const config::Pipeline& pipeline, const OrderingOptions& ordering,
-                    const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory, const Around& around) {
+                    const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory,
+                    const Around& around) {
     const int degree = std::holds_alternative<LinearMesh<D>>(given.mesh) ? 1 : 2;
     if (auto order = check_order(pipeline.stages, degree); !order) return fail(order.error());
     auto sound = run_step(around, "prepare", [&](const Execution& e) {
@@ -278,7 +280,8 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
             return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files)}, pipeline,
-                          inputs.ordering, solution ? &*solution : nullptr, std::move(inputs.geometry), std::move(inputs.memory), around);
+                          inputs.ordering, solution ? &*solution : nullptr, std::move(inputs.geometry),
+                          std::move(inputs.memory), around);
         },
         std::move(inputs.mesh.mesh));
     if (!run) return run;

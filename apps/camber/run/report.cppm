@@ -131,7 +131,7 @@ struct CurveReport {
     std::size_t edges = 0, volume_edges = 0, curved_edges = 0;
     std::size_t polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;
     std::size_t drawn_back = 0;  ///< nodes inside or in planes that go a part of their way, for `min_jacobian`
-    EdgeReport before;                            ///< correction
+    EdgeReport before;           ///< correction
     std::optional<NodesByReport> by = {};         ///< of accuracy
     std::optional<ExpectedErrors> expected = {};  ///< of the objective solution
     std::optional<EdgeReport> after;

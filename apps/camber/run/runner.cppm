@@ -55,7 +55,7 @@ class Runner {
 
     const config::Pipeline& config;
     const std::span<const MetricFile> files;  ///< all metric files that the config names
-    const SolutionSource* const solution;  ///< null: no stage asks for it
+    const SolutionSource* const solution;     ///< null: no stage asks for it
     const GeometrySource geometry;
     const AvailableMemory memory;
     State<D> state;

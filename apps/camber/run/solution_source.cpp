@@ -31,10 +31,13 @@ Outcome<NamedField> evaluated(const QuadraticMesh<D>& mesh, const std::string& t
     nodes.reserve(nodes.size() + mesh.edges.size());
     for (const LagrangeNode<D>& node : mesh.mid_nodes) nodes.push_back(node.point);
     Buffer<double> values(nodes.size());
-    const auto done = each_chunk(execution, nodes.size(), [&](std::size_t begin, std::size_t end) {
-        parsed->evaluator()(std::span(nodes).subspan(begin, end - begin),
-                            std::span(values).subspan(begin, end - begin));
-    }, 4096);
+    const auto done = each_chunk(
+        execution, nodes.size(),
+        [&](std::size_t begin, std::size_t end) {
+            parsed->evaluator()(std::span(nodes).subspan(begin, end - begin),
+                                std::span(values).subspan(begin, end - begin));
+        },
+        4096);
     if (!done) return fail(done.error());
     if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
         return fail(ErrorKind::usage, "is no number at a node of the mesh", quoted_expression(text), {},
@@ -65,7 +68,8 @@ Outcome<std::vector<WeightedField>> fields_on(const SolutionSource& source, cons
                                               const Around& around) {
     std::vector<NamedField> fields;
     if (!source.expression.empty()) {
-        auto made = run_step(around, "transfer", [&](const Execution& e) { return evaluated(mesh, source.expression, e); });
+        auto made =
+            run_step(around, "transfer", [&](const Execution& e) { return evaluated(mesh, source.expression, e); });
         if (!made) return fail(made.error());
         fields.push_back(std::move(*made));
     } else if (!source.fields.empty()) {
@@ -84,7 +88,9 @@ Outcome<std::vector<WeightedField>> fields_on(const SolutionSource& source, cons
     return out;
 }
 
-template Outcome<std::vector<WeightedField>> fields_on<2>(const SolutionSource&, const QuadraticMesh<2>&, const Around&);
-template Outcome<std::vector<WeightedField>> fields_on<3>(const SolutionSource&, const QuadraticMesh<3>&, const Around&);
+template Outcome<std::vector<WeightedField>> fields_on<2>(const SolutionSource&, const QuadraticMesh<2>&,
+                                                          const Around&);
+template Outcome<std::vector<WeightedField>> fields_on<3>(const SolutionSource&, const QuadraticMesh<3>&,
+                                                          const Around&);
 
 }  // namespace camber::run

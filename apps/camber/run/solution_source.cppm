@@ -28,8 +28,8 @@ struct SolutionSource {
 };
 
 /// Each component of each field at the nodes of a mesh that came of that one: those that stayed keep their values, an
-/// expression is evaluated anew. Step: transfer. Errors: those of `fields_brought_to` and `field_of_expression`; as many
-/// weights as fields (usage).
+/// expression is evaluated anew. Step: transfer. Errors: those of `fields_brought_to` and `field_of_expression`; as
+/// many weights as fields (usage).
 template <int D>
 [[nodiscard]] Outcome<std::vector<WeightedField>> fields_on(const SolutionSource& source, const QuadraticMesh<D>& mesh,
                                                             const Around& around);
