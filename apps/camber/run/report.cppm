@@ -7,6 +7,7 @@ module;
 #include <vector>
 export module camber.run:report;
 import camber.core;
+import camber.recipes;
 import :distances_report;
 import :histogram;
 import :solution_report;
