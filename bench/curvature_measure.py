@@ -18,7 +18,7 @@ WAYS = {"shape": ("--set", "stages/curve/objective=shape"),
         "gmsh": (),  # by Gmsh
         "default": (),
         "metric": ("--metric", "{METRIC}", "--set", "stages/curve/metric_kind=hessian"),
-        "solution": ("--solution", "{FIELD}")}
+        "solution": ("--solution", "{FIELD}", "--objective", "solution")}
 
 
 class Unknown(Exception):

@@ -294,7 +294,7 @@ Outcome<Buffer<Vec<D>>> ErrorSystem<D>::solved(int iterations, const Execution& 
             done = each(quiet, n, [&](std::size_t e) { direction[e] = corrected[e] + turn * direction[e]; });
             if (!done) return fail(done.error());
             size = next;
-            report_progress(execution, static_cast<std::size_t>(step + 1), static_cast<std::size_t>(iterations));
+            report_progress(execution, static_cast<std::size_t>(step) + 1, static_cast<std::size_t>(iterations));
         }
         return x;
     });

@@ -78,7 +78,7 @@ struct Straight {
 template <int D, int K>
 [[gnu::always_inline]] inline std::array<Pack, jet_size<D, K>> in_reference(const std::array<Pack, jet_size<D, K>>& jet,
                                                                             const std::array<PackVec<D>, D>& axes) {
-    std::array<Pack, jet_size<D, K>> out;
+    std::array<Pack, jet_size<D, K>> out{};
     out[0] = jet[0];
     const Pack* const gradient = jet.data() + 1;
     const Pack* const hessian = gradient + D;
@@ -101,7 +101,7 @@ template <int D, int K>
     if constexpr (K == 3) {
         const Pack* const third = hessian + sym_size<D>;
         for (int a = 0; a < D; ++a) {
-            std::array<Pack, sym_size<D>> once;
+            std::array<Pack, sym_size<D>> once{};
             for (int j = 0; j < D; ++j)
                 for (int k = 0; k <= j; ++k) {
                     Pack& x = once[Sym<D>::index(j, k)];
@@ -128,13 +128,13 @@ template <int D, int K>
 [[gnu::always_inline]] inline PackPolynomial<D, jet_degree<K>> polynomial_of(const JetPacks<D, K>& jets,
                                                                              const std::array<PackVec<D>, D>& axes) {
     constexpr int size = jet_size<D, K>;
-    std::array<Pack, (D + 1) * size> data;
+    std::array<Pack, (D + 1) * size> data{};
     for (int v = 0; v <= D; ++v) {
         const auto jet = in_reference<D, K>(jets[v], axes);
         for (int k = 0; k < size; ++k) data[v * size + k] = jet[k];
     }
     const JetFit<D, K>& fit = jet_fit<D, K>();
-    PackPolynomial<D, jet_degree<K>> polynomial;
+    PackPolynomial<D, jet_degree<K>> polynomial{};
     for (std::size_t c = 0; c < fit.size(); ++c) {
         Pack sum = data[0] * fit[c][0];
         for (std::size_t k = 1; k < data.size(); ++k) sum += data[k] * fit[c][k];
@@ -149,8 +149,8 @@ template <int D, int K>
     constexpr int edges = edges_per_simplex<D>;
     const Straight<D> straight(elements.axes);
     const auto u = polynomial_of<D, K>(jets, straight.axes);
-    std::array<PackVec<D>, edges> offsets;
-    std::array<PackSlope<D>, edges> of_nodes;
+    std::array<PackVec<D>, edges> offsets{};
+    std::array<PackSlope<D>, edges> of_nodes{};
     for (int e = 0; e < edges; ++e) {
         offsets[e] = straight.pulled_back(elements.offsets[e]);
         PackVec<D> node = offsets[e];
@@ -159,7 +159,7 @@ template <int D, int K>
         of_nodes[e] = u.at(node);
         of_nodes[e].gradient = straight.in_space(of_nodes[e].gradient);
     }
-    std::array<Pack, D + 1> of_vertices;
+    std::array<Pack, D + 1> of_vertices{};
     for (int v = 0; v <= D; ++v) {
         PackVec<D> vertex;
         for (int i = 0; i < D; ++i) vertex[i] = packed(v == i + 1 ? 1 : 0);
@@ -176,7 +176,7 @@ template <int D, int K>
         for (int v = 0; v <= D; ++v) residual -= vertex_functions<D>[q][v] * of_vertices[v];
         for (int e = 0; e < edges; ++e) residual -= edge_functions<D>[q][e] * of_nodes[e].value;
         const Pack share = (weight * simplex_rule<D>[q].weight) * straight.volume;
-        std::array<Pack, ErrorPacks<D>::unknowns> answer;
+        std::array<Pack, ErrorPacks<D>::unknowns> answer{};
         for (int e = 0; e < edges; ++e)
             for (int i = 0; i < D; ++i)
                 answer[e * D + i] = edge_functions<D>[q][e] * (at.gradient[i] - of_nodes[e].gradient[i]);

@@ -38,7 +38,8 @@ template <int D>
 
 /// How nodes for accuracy follow a metric: the mesh's own is noisy, others are taken at their word; a kind that is not
 /// stated is known of the mesh's own.
-[[nodiscard]] inline EdgeAccuracyOptions accuracy_for(MetricOrigin origin, EdgeAccuracyOptions options) {
+[[nodiscard]] inline EdgeAccuracyOptions accuracy_for(MetricOrigin origin, const EdgeAccuracyOptions& asked) {
+    EdgeAccuracyOptions options = asked;
     const bool is_natural = origin == MetricOrigin::natural;
     options.change = is_natural ? ChangeAlong::recovered : ChangeAlong::of_ends;
     if (is_natural && options.metric_kind == MetricKind::automatic) options.metric_kind = MetricKind::natural;
