@@ -135,7 +135,7 @@ Outcome<std::size_t> limit_smooth_loss(const QuadraticMesh<D>& mesh, const Incid
         }
         const double cost =
             per_product * norm_squared(d) * norm_squared(mesh.linear.points[b] - mesh.linear.points[a]) * around;
-        return static_cast<float>(std::min(cost, 1e38));
+        return static_cast<float>(cost < 1e38 ? cost : 1e38);  // no number: beyond all
     };
     const auto costs = map_each(part_of(execution, 0.2, 0.9), offsets.size(), cost_of);
     if (!costs) return fail(costs.error());
