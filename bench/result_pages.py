@@ -20,7 +20,7 @@ RESULTS = ROOT / "docs" / "results.json"
 TABLE = re.compile(r"(<!-- table (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 COMMAND = re.compile(r"(<!-- command (\w+) -->\n).*?(<!-- end of command -->)", re.DOTALL)
 WIDTH = 150
-NUMBER = re.compile(r"([-−]?\d[\d.]*(?:e[-+]?\d+)?)(<!-- (\w+)/([^/>]+)/(\w+) (\.?\d*[dfg]) -->)")
+NUMBER = re.compile(r"([-−]?\d[\d.]*(?:e[-+]?\d+)?)(<!-- (\w+)/([^/>]+)/(\w+) (z?\.?\d*[dfg]) -->)")
 SIX = ["spheres-coarse", "spheres-fine", "layer-single", "layer-double", "cube-cylinder", "polar-100k"]
 # (what, vertices, edges, tetrahedra, corrected, gain, kept, smallest Jacobian, seconds) as the paper's tables have them
 PAPER = {"paper-spheres-coarse": ("spheres, coarse", "270", "1 552", "1 145", "36", "0.0190 → 0.0178", "94 %", "", "0.023"),

@@ -80,6 +80,20 @@ template <int D>
         [](const Sums<D>& a, const Sums<D>& b) { return a + b; });
 }
 
+/// No number, and what is beyond a float, counts as the largest.
+[[nodiscard]] float as_cost(double x) { return static_cast<float>(x < 1e38 ? x : 1e38); }
+
+/// Of each element |K| (1/Σ|K|h⁶ + 0.1/(a_K² Σ|K|h⁴)); 0 of flat ones.
+template <int D>
+[[nodiscard]] Outcome<Buffer<float>> weights_of(const LinearMesh<D>& mesh, const Sums<D>& sums,
+                                                const Execution& execution) {
+    return map_each(execution, mesh.elements.size(), [&](std::size_t e) {
+        const auto [volume, square, height] = size_of<D>(corners_of(mesh, ElementId(e)));
+        if (!(volume > 0)) return 0.0F;
+        return as_cost(volume * (1 / sums.sixth + h1_share / (height * height * sums.fourth)));
+    });
+}
+
 /// How many numbers of about one size there are, sixteen sizes to a factor of two.
 class Histogram {
   public:
@@ -120,24 +134,22 @@ class Histogram {
 template <int D>
 Outcome<std::size_t> limit_smooth_loss(const QuadraticMesh<D>& mesh, const Incidence<ElementId>& shells, double loss,
                                        std::span<Vec<D>> offsets, const Execution& execution) {
-    const auto sums = sums_of(mesh.linear, part_of(execution, 0, 0.2));
+    const auto sums = sums_of(mesh.linear, part_of(execution, 0, 0.3));
     if (!sums) return fail(sums.error());
     if (!(sums->volume > 0)) return std::size_t{0};
+    const auto weights = weights_of(mesh.linear, *sums, part_of(execution, 0.3, 0.6));
+    if (!weights) return fail(weights.error());
     const double per_product = 24 * 24 * sums->squared_radius_of_gyration() / edges_per_simplex<D>;
     const auto cost_of = [&](std::size_t e) {
         const Vec<D>& d = offsets[e];
         if (d == Vec<D>{}) return 0.0F;
         const auto& [a, b] = mesh.edges.vertices[EdgeId(e)];
         double around = 0;
-        for (const ElementId k : shells[EdgeId(e)]) {
-            const auto [volume, square, height] = size_of<D>(corners_of(mesh.linear, k));
-            if (volume > 0) around += volume * (1 / sums->sixth + h1_share / (height * height * sums->fourth));
-        }
-        const double cost =
-            per_product * norm_squared(d) * norm_squared(mesh.linear.points[b] - mesh.linear.points[a]) * around;
-        return static_cast<float>(cost < 1e38 ? cost : 1e38);  // no number: beyond all
+        for (const ElementId k : shells[EdgeId(e)]) around += static_cast<double>((*weights)[k.index()]);
+        const double square = norm_squared(mesh.linear.points[b] - mesh.linear.points[a]);
+        return as_cost(per_product * norm_squared(d) * square * around);
     };
-    const auto costs = map_each(part_of(execution, 0.2, 0.9), offsets.size(), cost_of);
+    const auto costs = map_each(part_of(execution, 0.6, 0.9), offsets.size(), cost_of);
     if (!costs) return fail(costs.error());
     const double limit = limit_for(Histogram({costs->data(), costs->size()}), (1 + loss) * (1 + loss) - 1);
     if (std::isinf(limit)) return std::size_t{0};

@@ -16,6 +16,7 @@ import camber.core;
 import camber.bezier;
 import camber.interpolation;
 
+#include "mapped.hpp"
 #include "meshes.hpp"
 
 namespace camber::testing {
@@ -29,17 +30,6 @@ QuadraticMesh<D> mesh_of_cells(int cells, double jitter, std::uint64_t seed) {
     auto mesh = elevate(lattice_mesh<D>(options), alone);
     REQUIRE(mesh.has_value());
     return *mesh;
-}
-
-template <int D>
-QuadraticMesh<D> mapped(QuadraticMesh<D> mesh, const std::function<Vec<D>(const Vec<D>&)>& f) {
-    auto points = take(std::move(mesh.linear.points));
-    for (auto& p : points) p = f(p);
-    auto nodes = take(std::move(mesh.mid_nodes));
-    for (auto& n : nodes) n.point = f(n.point);
-    mesh.linear.points = std::move(points);
-    mesh.mid_nodes = std::move(nodes);
-    return mesh;
 }
 
 /// Nodes moved by up to `amplitude`.

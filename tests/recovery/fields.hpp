@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "dice.hpp"
+#include "mapped.hpp"
 #include "meshes.hpp"
 
 import camber.core;
@@ -48,17 +49,6 @@ struct Frame {
         return m;
     }
 };
-
-template <int D>
-QuadraticMesh<D> mapped(QuadraticMesh<D> mesh, const std::function<Vec<D>(const Vec<D>&)>& f) {
-    auto points = take(std::move(mesh.linear.points));
-    for (auto& p : points) p = f(p);
-    auto nodes = take(std::move(mesh.mid_nodes));
-    for (auto& n : nodes) n.point = f(n.point);
-    mesh.linear.points = std::move(points);
-    mesh.mid_nodes = std::move(nodes);
-    return mesh;
-}
 
 /// A lattice with vertices and nodes moved by up to `jitter` and `bend` of a cell, then put into the frame.
 template <int D>
