@@ -42,7 +42,7 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
     CurvingAim aim = CurvingAim::accuracy;
     MeasuredEdges measured = MeasuredEdges::all;
     double min_jacobian = default_bound;
-    double smooth_loss = 0.0125;
+    double smooth_loss = 0.01;
 
     [[nodiscard]] static constexpr auto options() {
         using S = CurveOptions;

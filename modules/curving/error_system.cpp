@@ -91,8 +91,8 @@ bool ErrorSystem<D>::is_free(std::size_t edge) const {
 
 template <int D>
 ElementPacks<D> ErrorSystem<D>::elements_of(std::size_t pack, std::span<const Vec<D>> offsets) const {
-    std::array<std::array<Lanes, D>, D> axes;
-    std::array<std::array<Lanes, D>, edges_per_simplex<D>> of_edges;
+    std::array<std::array<Lanes, D>, D> axes{};
+    std::array<std::array<Lanes, D>, edges_per_simplex<D>> of_edges{};
     for (int lane = 0; lane < pack_size; ++lane) {
         const std::size_t e = element_of(pack, lane);
         const auto& vertices = mesh_.linear.elements.vertices[e];
@@ -103,7 +103,7 @@ ElementPacks<D> ErrorSystem<D>::elements_of(std::size_t pack, std::span<const Ve
         for (int k = 0; k < edges_per_simplex<D>; ++k)
             for (int i = 0; i < D; ++i) of_edges[k][i][lane] = offsets[mesh_.edges.of_elements[e][k].index()][i];
     }
-    ElementPacks<D> out;
+    ElementPacks<D> out{};
     for (int i = 0; i < D; ++i) {
         for (int a = 0; a < D; ++a) out.axes[a][i] = loaded(axes[a][i]);
         for (int k = 0; k < edges_per_simplex<D>; ++k) out.offsets[k][i] = loaded(of_edges[k][i]);
@@ -115,7 +115,7 @@ template <int D>
 template <int K>
 void ErrorSystem<D>::add_fields(std::size_t pack, const ElementPacks<D>& elements, Errors& sum) const {
     for (const KnownField<D>& field : solution_.fields) {
-        std::array<std::array<Lanes, jet_size<D, K>>, D + 1> lanes;
+        std::array<std::array<Lanes, jet_size<D, K>>, D + 1> lanes{};
         for (int lane = 0; lane < pack_size; ++lane)
             for (int v = 0; v <= D; ++v) {
                 const std::size_t row = solution_.rows[element_of(pack, lane)][v];
@@ -200,7 +200,7 @@ Outcome<double> ErrorSystem<D>::begin(std::span<const Vec<D>> offsets, std::span
 
 template <int D>
 void ErrorSystem<D>::multiply(std::size_t pack, std::span<const Vec<D>> x) {
-    std::array<Lanes, Errors::unknowns> lanes;
+    std::array<Lanes, Errors::unknowns> lanes{};
     for (int lane = 0; lane < pack_size; ++lane) {
         const auto& edges = mesh_.edges.of_elements[element_of(pack, lane)];
         for (int k = 0; k < edges_per_simplex<D>; ++k)
@@ -209,7 +209,7 @@ void ErrorSystem<D>::multiply(std::size_t pack, std::span<const Vec<D>> x) {
     const float* matrix = curvature_.data() + pack * Errors::entries * pack_size;
     double* const out = product_.data() + pack * Errors::unknowns * pack_size;
     with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
-        std::array<Pack, Errors::unknowns> in, sum{};
+        std::array<Pack, Errors::unknowns> in{}, sum{};
         std::memcpy(in.data(), lanes.data(), sizeof in);
         for (int i = 0; i < Errors::unknowns; ++i)
             for (int j = 0; j <= i; ++j, matrix += pack_size) {
