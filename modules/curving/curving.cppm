@@ -14,7 +14,7 @@ export import :solution_nodes;
 export import :edge_models;
 import :edge_energy;
 import :error_system;
-import :jet_polynomial;
+import :lattice_polynomial;
 import :polish;
 import :sheet_search;
 import :simplex_rule;

@@ -11,7 +11,7 @@ import camber.core;
 import camber.bezier;
 import camber.validity;
 import :error_system;
-import :jet_polynomial;
+import :lattice_polynomial;
 import :solution_error;
 import :solution_nodes;
 
@@ -112,25 +112,16 @@ ElementPacks<D> ErrorSystem<D>::elements_of(std::size_t pack, std::span<const Ve
 }
 
 template <int D>
-template <int K>
 void ErrorSystem<D>::add_fields(std::size_t pack, const ElementPacks<D>& elements, Errors& sum) const {
-    for (const KnownField<D>& field : solution_.fields) {
-        std::array<std::array<Lanes, jet_size<D, K>>, D + 1> lanes{};
-        for (int lane = 0; lane < pack_size; ++lane)
-            for (int v = 0; v <= D; ++v) {
-                const std::size_t row = solution_.rows[element_of(pack, lane)][v];
-                auto* to = lanes[v].data();
-                const auto put = [&](double x) { (*to++)[lane] = x; };
-                put(field.values[row]);
-                for (const double x : field.gradients[row].c) put(x);
-                for (const double x : field.hessians[row].c) put(x);
-                if constexpr (K == 3)
-                    for (const double x : field.thirds[row].c) put(x);
-            }
-        JetPacks<D, K> jets;
-        for (int v = 0; v <= D; ++v)
-            for (int k = 0; k < jet_size<D, K>; ++k) jets[v][k] = loaded(lanes[v][k]);
-        add_error<D, K>(elements, jets, field.weight * field.weight, widest_instructions(), sum);
+    for (const KnownField<D>& field : solution_) {
+        std::array<Lanes, lattice_size<D>> lanes{};
+        for (int lane = 0; lane < pack_size; ++lane) {
+            const auto& values = field.values[element_of(pack, lane)];
+            for (std::size_t k = 0; k < lanes.size(); ++k) lanes[k][lane] = static_cast<double>(values[k]);
+        }
+        LatticePacks<D> packs{};
+        for (std::size_t k = 0; k < lanes.size(); ++k) packs[k] = loaded(lanes[k]);
+        add_error<D>(elements, packs, field.weight * field.weight, widest_instructions(), sum);
     }
 }
 
@@ -138,10 +129,7 @@ template <int D>
 void ErrorSystem<D>::begin_pack(std::size_t pack, std::span<const Vec<D>> offsets) {
     const ElementPacks<D> elements = elements_of(pack, offsets);
     Errors sum;
-    if (solution_.fields.front().thirds.empty())
-        add_fields<2>(pack, elements, sum);
-    else
-        add_fields<3>(pack, elements, sum);
+    add_fields(pack, elements, sum);
     for (int lane = 0; lane < pack_size; ++lane) {
         const std::size_t e = pack * pack_size + static_cast<std::size_t>(lane);
         if (e < elements_) errors_[e] = sum.error[lane];

@@ -29,7 +29,6 @@ class ErrorSystem {
     [[nodiscard]] std::size_t packs() const { return (elements_ + pack_size - 1) / pack_size; }
     [[nodiscard]] std::size_t element_of(std::size_t pack, int lane) const;
     [[nodiscard]] ElementPacks<D> elements_of(std::size_t pack, std::span<const Vec<D>> offsets) const;
-    template <int K>
     void add_fields(std::size_t pack, const ElementPacks<D>& elements, Errors& sum) const;
     void begin_pack(std::size_t pack, std::span<const Vec<D>> offsets);
     void stiffen(std::size_t pack, std::span<const Vec<D>> offsets, std::span<const Vec<D>> home, double least);

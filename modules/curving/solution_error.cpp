@@ -4,9 +4,10 @@ module;
 #include <cstddef>
 module camber.curving;
 import camber.core;
-import :jet_polynomial;
+import :lattice_polynomial;
 import :simplex_rule;
 import :solution_error;
+import :solution_nodes;
 
 namespace camber {
 
@@ -74,81 +75,24 @@ struct Straight {
     }
 };
 
-/// A jet in space as one in the reference: T[J·, J·, J·] and so on.
-template <int D, int K>
-[[gnu::always_inline]] inline std::array<Pack, jet_size<D, K>> in_reference(const std::array<Pack, jet_size<D, K>>& jet,
-                                                                            const std::array<PackVec<D>, D>& axes) {
-    std::array<Pack, jet_size<D, K>> out{};
-    out[0] = jet[0];
-    const Pack* const gradient = jet.data() + 1;
-    const Pack* const hessian = gradient + D;
-    for (int a = 0; a < D; ++a) {
-        out[1 + a] = gradient[0] * axes[a][0];
-        for (int i = 1; i < D; ++i) out[1 + a] += gradient[i] * axes[a][i];
-    }
-    int n = 1 + D;
-    for (int a = 0; a < D; ++a) {
-        PackVec<D> along;
-        for (int j = 0; j < D; ++j) {
-            along[j] = hessian[Sym<D>::index(0, j)] * axes[a][0];
-            for (int i = 1; i < D; ++i) along[j] += hessian[Sym<D>::index(i, j)] * axes[a][i];
-        }
-        for (int b = 0; b <= a; ++b, ++n) {
-            out[n] = along[0] * axes[b][0];
-            for (int j = 1; j < D; ++j) out[n] += along[j] * axes[b][j];
-        }
-    }
-    if constexpr (K == 3) {
-        const Pack* const third = hessian + sym_size<D>;
-        for (int a = 0; a < D; ++a) {
-            std::array<Pack, sym_size<D>> once{};
-            for (int j = 0; j < D; ++j)
-                for (int k = 0; k <= j; ++k) {
-                    Pack& x = once[Sym<D>::index(j, k)];
-                    x = third[CubicForm<D>::index(0, j, k)] * axes[a][0];
-                    for (int i = 1; i < D; ++i) x += third[CubicForm<D>::index(i, j, k)] * axes[a][i];
-                }
-            for (int b = 0; b <= a; ++b) {
-                PackVec<D> twice;
-                for (int k = 0; k < D; ++k) {
-                    twice[k] = once[Sym<D>::index(0, k)] * axes[b][0];
-                    for (int j = 1; j < D; ++j) twice[k] += once[Sym<D>::index(j, k)] * axes[b][j];
-                }
-                for (int c = 0; c <= b; ++c, ++n) {
-                    out[n] = twice[0] * axes[c][0];
-                    for (int k = 1; k < D; ++k) out[n] += twice[k] * axes[c][k];
-                }
-            }
-        }
-    }
-    return out;
-}
-
-template <int D, int K>
-[[gnu::always_inline]] inline PackPolynomial<D, jet_degree<K>> polynomial_of(const JetPacks<D, K>& jets,
-                                                                             const std::array<PackVec<D>, D>& axes) {
-    constexpr int size = jet_size<D, K>;
-    std::array<Pack, (D + 1) * size> data{};
-    for (int v = 0; v <= D; ++v) {
-        const auto jet = in_reference<D, K>(jets[v], axes);
-        for (int k = 0; k < size; ++k) data[v * size + k] = jet[k];
-    }
-    const JetFit<D, K>& fit = jet_fit<D, K>();
-    PackPolynomial<D, jet_degree<K>> polynomial{};
-    for (std::size_t c = 0; c < fit.size(); ++c) {
-        Pack sum = data[0] * fit[c][0];
-        for (std::size_t k = 1; k < data.size(); ++k) sum += data[k] * fit[c][k];
+template <int D>
+[[gnu::always_inline]] inline PackPolynomial<D, known_degree> polynomial_of(const LatticePacks<D>& values) {
+    const LatticeBasis<D>& basis = lattice_basis<D>();
+    PackPolynomial<D, known_degree> polynomial{};
+    for (std::size_t c = 0; c < basis.size(); ++c) {
+        Pack sum = values[0] * basis[c][0];
+        for (std::size_t k = 1; k < values.size(); ++k) sum += values[k] * basis[c][k];
         polynomial.c[c] = sum;
     }
     return polynomial;
 }
 
-template <int D, int K>
-[[gnu::always_inline]] inline void add_error_packed(const ElementPacks<D>& elements, const JetPacks<D, K>& jets,
+template <int D>
+[[gnu::always_inline]] inline void add_error_packed(const ElementPacks<D>& elements, const LatticePacks<D>& field,
                                                     double weight, ErrorPacks<D>& sum) {
     constexpr int edges = edges_per_simplex<D>;
     const Straight<D> straight(elements.axes);
-    const auto u = polynomial_of<D, K>(jets, straight.axes);
+    const auto u = polynomial_of<D>(field);
     std::array<PackVec<D>, edges> offsets{};
     std::array<PackSlope<D>, edges> of_nodes{};
     for (int e = 0; e < edges; ++e) {
@@ -192,20 +136,13 @@ template <int D, int K>
 
 }  // namespace
 
-template <int D, int K>
-void add_error(const ElementPacks<D>& elements, const JetPacks<D, K>& jets, double weight, Instructions set,
+template <int D>
+void add_error(const ElementPacks<D>& elements, const LatticePacks<D>& field, double weight, Instructions set,
                ErrorPacks<D>& sum) {
-    with_instructions(set,
-                      [&]() __attribute__((always_inline)) { add_error_packed<D, K>(elements, jets, weight, sum); });
+    with_instructions(set, [&]() __attribute__((always_inline)) { add_error_packed<D>(elements, field, weight, sum); });
 }
 
-#define CAMBER_INSTANTIATE(D, K) \
-    template void add_error<D, K>(const ElementPacks<D>&, const JetPacks<D, K>&, double, Instructions, ErrorPacks<D>&);
-
-CAMBER_INSTANTIATE(2, 2)
-CAMBER_INSTANTIATE(2, 3)
-CAMBER_INSTANTIATE(3, 2)
-CAMBER_INSTANTIATE(3, 3)
-#undef CAMBER_INSTANTIATE
+template void add_error<2>(const ElementPacks<2>&, const LatticePacks<2>&, double, Instructions, ErrorPacks<2>&);
+template void add_error<3>(const ElementPacks<3>&, const LatticePacks<3>&, double, Instructions, ErrorPacks<3>&);
 
 }  // namespace camber

@@ -2,20 +2,20 @@ module;
 #include <array>
 export module camber.curving:solution_error;
 import camber.core;
-import :jet_polynomial;
+import :lattice_polynomial;
 
 /// The error of interpolating a function on eight curved elements at once, and how it answers to their edges' nodes.
 namespace camber {
 
-/// Eight elements: their straight Jacobians, where their edges' nodes are off the middles of the chords, and a field's
-/// jets at their vertices, in space.
+/// Eight elements: their straight Jacobians, where their edges' nodes are off the middles of the chords, and a field at
+/// their lattices.
 template <int D>
 struct ElementPacks {
     std::array<PackVec<D>, D> axes;  ///< axes[a]: vertex a + 1 less vertex 0
     std::array<PackVec<D>, edges_per_simplex<D>> offsets;
 };
-template <int D, int K>
-using JetPacks = std::array<std::array<Pack, jet_size<D, K>>, D + 1>;
+template <int D>
+using LatticePacks = std::array<Pack, lattice_size<D>>;
 
 /// The sum of squares Σ r² = ∫ w² (u − u_h)² of an element, over a rule, about the nodes as they are: with d the
 /// changes of its edges' offsets, node by node, |r + R d|² = error + 2 slope·d + d·curvature·d.
@@ -31,8 +31,8 @@ struct ErrorPacks {
 };
 
 /// Adds those of a field with its weight.
-template <int D, int K>
-void add_error(const ElementPacks<D>& elements, const JetPacks<D, K>& jets, double weight, Instructions set,
+template <int D>
+void add_error(const ElementPacks<D>& elements, const LatticePacks<D>& field, double weight, Instructions set,
                ErrorPacks<D>& sum);
 
 }  // namespace camber

@@ -127,19 +127,14 @@ class Search {
 };
 
 template <int D>
-Outcome<Done> check_rows(const QuadraticMesh<D>& mesh, std::size_t kinds, std::size_t nodes, std::size_t shells,
-                         const KnownSolution<D>& solution) {
+Outcome<Done> check_sizes(const QuadraticMesh<D>& mesh, std::size_t kinds, std::size_t nodes, std::size_t shells,
+                          const KnownSolution<D>& solution) {
     const std::size_t n = mesh.edges.size();
-    if (kinds != n || nodes != n || shells != n || solution.rows.size() != mesh.linear.elements.size())
+    const bool has_values = std::ranges::all_of(
+        solution, [&](const KnownField<D>& f) { return f.values.size() == mesh.linear.elements.size(); });
+    if (kinds != n || nodes != n || shells != n || !has_values)
         return fail(ErrorKind::internal,
-                    "nodes for a solution need a kind, a node and a shell for each edge, and rows for each element");
-    for (const KnownField<D>& field : solution.fields) {
-        const std::size_t rows = field.values.size();
-        const std::size_t thirds = solution.fields.front().thirds.empty() ? 0 : rows;
-        if (field.gradients.size() != rows || field.hessians.size() != rows || field.thirds.size() != thirds)
-            return fail(ErrorKind::internal, "a known field needs derivatives of one order in each of its " +
-                                                 std::to_string(rows) + " rows");
-    }
+                    "nodes for a solution need a kind, a node and a shell for each edge, and values for each element");
     return Done{};
 }
 
@@ -150,10 +145,10 @@ Outcome<SolutionNodes<D>> solution_nodes(const QuadraticMesh<D>& mesh, const Col
                                          std::span<const LagrangeNode<D>> base, const Incidence<ElementId>& shells,
                                          const KnownSolution<D>& solution, const SolutionNodesOptions& options,
                                          const Execution& execution) {
-    if (auto fits = check_rows(mesh, kinds.size(), base.size(), shells.size(), solution); !fits)
+    if (auto fits = check_sizes(mesh, kinds.size(), base.size(), shells.size(), solution); !fits)
         return fail(fits.error());
     return guarded([&]() -> Outcome<SolutionNodes<D>> {
-        if (solution.fields.empty() || mesh.linear.elements.size() == 0)
+        if (solution.empty() || mesh.linear.elements.size() == 0)
             return SolutionNodes<D>{.moves = Buffer<Vec<D>>(mesh.edges.size(), Vec<D>{})};
         Search<D> search(mesh, base, shells, options, ErrorSystem<D>(mesh, kinds, shells, solution, options.stiffness));
         return search.run(execution);

@@ -1,31 +1,26 @@
 module;
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <vector>
 export module camber.curving:solution_nodes;
+import camber.bezier;
 import camber.core;
 import camber.validity;
 
 /// Nodes of volume edges where a known solution is interpolated best. docs/algorithms/solution-nodes.md.
 export namespace camber {
 
-/// A scalar field by what is known of it, a row each; rows may be one-sided at vertices where materials meet. All in
-/// one unit.
+/// A scalar field within each element by a polynomial of that degree: its values at the regular lattice of the straight
+/// element, in the order of `multi_indices`, whatever is added to all of them. Fields are in one unit.
+inline constexpr int known_degree = 5;
 template <int D>
 struct KnownField {
-    Column<double> values;
-    Column<Vec<D>> gradients;
-    Column<Sym<D>> hessians;
-    Column<CubicForm<D>> thirds = {};  ///< none of fields of degree 1
-    double weight = 1;                 ///< of its error
+    Column<std::array<float, node_count<known_degree, D>>> values;
+    double weight = 1;  ///< of its error
 };
 template <int D>
-struct KnownSolution {
-    std::vector<KnownField<D>> fields;              ///< thirds of all or of none
-    Column<std::array<std::uint32_t, D + 1>> rows;  ///< those that an element sees at its vertices
-};
+using KnownSolution = std::vector<KnownField<D>>;
 
 struct SolutionNodesOptions {
     int rounds = 4;          ///< how often the error's dependence on the nodes is taken anew, at most
@@ -44,8 +39,8 @@ struct SolutionNodes {
 };
 
 /// From the nodes `base` (one an edge: those of the boundary stay) volume edges' nodes are moved so that the sum over
-/// fields and elements of ∫ (u − u_h)² is least, u_h the interpolant of degree 2 on the curved elements, u the
-/// polynomial of its derivatives at their vertices; elements stay above `min_jacobian`. The expected
+/// fields and elements of ∫ (u − u_h)² is least, u_h the interpolant of degree 2 on the curved elements, u what
+/// is known; elements stay above `min_jacobian`. The expected
 /// error never rises. The same bytes for any number of threads. Errors: columns that do not fit (internal),
 /// stopped, memory.
 template <int D>

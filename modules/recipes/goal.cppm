@@ -15,7 +15,7 @@ struct MeshGoal {
     MetricSource<D> metric = natural_metric<D>();
     std::optional<Geometry<D>> geometry = {};  ///< none: smooth surfaces through the mesh's own vertices
     BoundaryOptions<D> boundary = {};
-    std::vector<WeightedField> solution = {};  ///< of the objective solution; curving alone asks for it
+    GivenSolution<D> solution = {};  ///< of the objective solution; curving alone asks for it
 };
 
 }  // namespace camber

@@ -1,11 +1,17 @@
 module;
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 module camber.recipes;
+import camber.bezier;
 import camber.core;
 import camber.curving;
 import camber.recovery;
@@ -14,46 +20,94 @@ import :own_unit;
 
 namespace camber {
 
+static_assert(lattice_degree == known_degree);
+
 namespace {
 
-/// Of the vertices' values those of their rows.
-Column<double> at_rows(const Column<double>& values, const MaterialRows& rows) {
-    Buffer<double> out;
-    out.reserve(rows.size());
-    for (std::size_t v = 0; v < rows.vertices(); ++v)
-        for (std::size_t i = 0; i < rows.materials[v].size(); ++i) out.push_back(values[v]);
-    return Column<double>(std::move(out));
+constexpr std::size_t elements_at_once = 64;
+
+template <int D>
+Outcome<KnownSolution<D>> of_fields(const QuadraticMesh<D>& mesh, std::span<const WeightedField> fields,
+                                    const Execution& execution) {
+    std::vector<Column<double>> values;
+    for (const WeightedField& field : fields) values.push_back(in_own_unit(field.values));
+    auto known = element_values<D>(mesh, values, execution);
+    if (!known) return fail(known.error());
+    KnownSolution<D> out;
+    for (std::size_t f = 0; f < fields.size(); ++f) out.push_back({std::move((*known)[f]), fields[f].weight});
+    return out;
+}
+
+template <int D>
+using Lattice = std::array<Vec<D>, node_count<known_degree, D>>;
+
+template <int D>
+Lattice<D> lattice_of(const LinearMesh<D>& mesh, ElementId e) {
+    Lattice<D> places{};
+    for (std::size_t q = 0; q < places.size(); ++q)
+        for (std::size_t v = 0; v <= D; ++v)
+            places[q] += (multi_indices<known_degree, D>[q][v] * (1.0 / known_degree)) *
+                         mesh.points[mesh.elements.vertices[e][v]];
+    return places;
+}
+
+/// The exponent of the power of two in which the function's range at the vertices is about 1. Nothing where it is not
+/// finite.
+template <int D>
+std::optional<int> exponent_of(const LinearMesh<D>& mesh, const FunctionOfPlace<D>& function) {
+    Buffer<double> values(mesh.points.size());
+    function()(std::span(mesh.points), std::span(values));
+    const auto [least, largest] = std::ranges::minmax(values);
+    const double half_range = largest / 2 - least / 2;
+    if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); })) return std::nullopt;
+    return half_range > 0 ? std::ilogb(half_range) : 0;
+}
+
+template <int D>
+Outcome<KnownSolution<D>> of_function(const LinearMesh<D>& mesh, const FunctionOfPlace<D>& function,
+                                      const Execution& execution) {
+    const auto not_finite = [](Entity where) {
+        return fail(ErrorKind::usage, "the function that nodes are placed by is no number there", {}, where,
+                    "give one that is finite on the whole domain");
+    };
+    if (mesh.points.empty()) return KnownSolution<D>{{.values = {}}};
+    const auto exponent = exponent_of(mesh, function);
+    if (!exponent) return not_finite({});
+    Buffer<std::array<float, node_count<known_degree, D>>> values(mesh.elements.size());
+    Buffer<std::uint8_t> finite(mesh.elements.size());
+    const auto done = each_chunk(
+        execution, mesh.elements.size(),
+        [&](std::size_t begin, std::size_t end) {
+            const auto evaluate = function();
+            std::array<double, node_count<known_degree, D>> at{};
+            for (std::size_t e = begin; e < end; ++e) {
+                const Lattice<D> places = lattice_of(mesh, ElementId(e));
+                evaluate(std::span<const Vec<D>>(places), std::span<double>(at));
+                for (std::size_t q = 0; q < at.size(); ++q)
+                    values[e][q] = static_cast<float>(std::scalbn(at[q] - at[0], -*exponent));
+                finite[e] = std::ranges::all_of(values[e], [](float x) { return std::isfinite(x); });
+            }
+        },
+        elements_at_once);
+    if (!done) return fail(done.error());
+    const auto bad = std::ranges::find(finite, 0);
+    if (bad != finite.end()) return not_finite({"element", static_cast<std::size_t>(bad - finite.begin()) + 1});
+    return KnownSolution<D>{{.values = std::move(values)}};
 }
 
 }  // namespace
 
 template <int D>
-Outcome<KnownSolution<D>> known_solution(const QuadraticMesh<D>& mesh, std::span<const WeightedField> fields,
+Outcome<KnownSolution<D>> known_solution(const QuadraticMesh<D>& mesh, const GivenSolution<D>& given,
                                          const Around& around) {
-    std::vector<Column<double>> values;
-    for (const WeightedField& field : fields) values.push_back(in_own_unit(field.values));
-    auto derivatives = run_step(around, "recover", [&](const Execution& e) {
-        return recover_derivatives<D>(mesh, values, RecoveryOptions{}, e);
+    return run_step(around, "recover", [&](const Execution& e) {
+        return guarded([&] {
+            return given.function ? of_function(mesh.linear, given.function, e) : of_fields<D>(mesh, given.fields, e);
+        });
     });
-    if (!derivatives) return fail(derivatives.error());
-    KnownSolution<D> out;
-    for (std::size_t f = 0; f < fields.size(); ++f) {
-        FieldDerivatives<D>& d = derivatives->fields[f];
-        out.fields.push_back({at_rows(values[f], derivatives->rows), std::move(d.gradients), std::move(d.hessians),
-                              std::move(d.thirds), fields[f].weight});
-    }
-    Buffer<std::array<std::uint32_t, D + 1>> rows(mesh.linear.elements.size());
-    for (std::size_t e = 0; e < rows.size(); ++e)
-        for (int i = 0; i <= D; ++i)
-            rows[e][static_cast<std::size_t>(i)] =
-                static_cast<std::uint32_t>(row_of(derivatives->rows, mesh.linear, ElementId(e), i));
-    out.rows = Column(std::move(rows));
-    return out;
 }
 
-template Outcome<KnownSolution<2>> known_solution<2>(const QuadraticMesh<2>&, std::span<const WeightedField>,
-                                                     const Around&);
-template Outcome<KnownSolution<3>> known_solution<3>(const QuadraticMesh<3>&, std::span<const WeightedField>,
-                                                     const Around&);
+template Outcome<KnownSolution<2>> known_solution<2>(const QuadraticMesh<2>&, const GivenSolution<2>&, const Around&);
+template Outcome<KnownSolution<3>> known_solution<3>(const QuadraticMesh<3>&, const GivenSolution<3>&, const Around&);
 
 }  // namespace camber

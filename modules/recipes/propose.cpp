@@ -173,7 +173,7 @@ Outcome<Curved<D>> by_field(const CurvedFrom<D>& from, CurvingStart<D>& start, c
 
 template <int D>
 Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const MetricSource<D>& metric,
-                                          std::span<const WeightedField> solution, const ProposeOptions& options,
+                                          const GivenSolution<D>& solution, const ProposeOptions& options,
                                           const Around& around) {
     const bool is_of_solution = options.objective == Objective::solution;
     if (!has_field(options.objective) && options.boundary_nodes == BoundaryNodeAim::length)
@@ -213,9 +213,8 @@ Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const Metri
                                                        const ProposeOptions&, const Around&);                       \
     template Outcome<CurveInput<D>> moved_input<D>(const CurvedFrom<D>&, CurveInput<D>, const BackMesh<D>&,         \
                                                    const CurveOptions&, const PlacementOptions&, const Execution&); \
-    template Outcome<ProposedCurves<D>> propose_curves<D>(const CurvedFrom<D>&, const MetricSource<D>&,             \
-                                                          std::span<const WeightedField>, const ProposeOptions&,    \
-                                                          const Around&);
+    template Outcome<ProposedCurves<D>> propose_curves<D>(                                                          \
+        const CurvedFrom<D>&, const MetricSource<D>&, const GivenSolution<D>&, const ProposeOptions&, const Around&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -92,8 +92,8 @@ struct ProposedCurves {
 /// stopped; memory.
 template <int D>
 [[nodiscard]] Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const MetricSource<D>& metric,
-                                                        std::span<const WeightedField> solution,
-                                                        const ProposeOptions& options, const Around& around);
+                                                        const GivenSolution<D>& solution, const ProposeOptions& options,
+                                                        const Around& around);
 
 }  // namespace camber
 

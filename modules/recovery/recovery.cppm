@@ -3,6 +3,7 @@
 export module camber.recovery;
 export import :material_rows;
 export import :derivatives;
+export import :element_values;
 import :monomials;
 import :whitening;
 import :rings;

@@ -1,6 +1,7 @@
 module;
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 module camber.recovery;
 import camber.core;
@@ -8,14 +9,28 @@ import camber.core;
 namespace camber {
 
 template <int D>
-void Rings<D>::begin(VertexId v, Reference material) {
+void Rings<D>::begin(std::span<const VertexId> vertices, Reference material) {
     material_ = material;
     count_ = 0;
     seen_nodes_.forget();
     seen_elements_.forget();
-    seen_nodes_.insert(v.value);
-    nodes_.assign(1, v.value);
-    last_.assign(1, v);
+    nodes_.clear();
+    last_.assign(vertices.begin(), vertices.end());
+    for (const VertexId v : vertices) {
+        seen_nodes_.insert(v.value);
+        nodes_.push_back(v.value);
+    }
+}
+
+template <int D>
+void Rings<D>::begin(VertexId v, Reference material) {
+    begin({&v, 1}, material);
+}
+
+template <int D>
+void Rings<D>::begin(ElementId e) {
+    const auto& elements = nodal_.mesh.linear.elements;
+    begin(elements.vertices[e], elements.references[e]);
 }
 
 template <int D>

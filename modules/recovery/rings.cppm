@@ -68,7 +68,7 @@ struct NodalMesh {
     }
 };
 
-/// Ring after ring of nodes around a vertex, through elements of one material.
+/// Ring after ring of nodes around a vertex or an element, through elements of one material.
 template <int D>
 class Rings {
   public:
@@ -76,16 +76,20 @@ class Rings {
 
     /// The vertex alone.
     void begin(VertexId v, Reference material);
+    /// The element's vertices, of its material.
+    void begin(ElementId e);
     /// Adds all nodes of the elements at the vertices that are new since the last ring. False if there are none.
     bool grow();
 
     [[nodiscard]] int count() const { return count_; }  ///< of rings
-    /// All so far; first the vertex.
+    /// All so far; first those of the beginning.
     [[nodiscard]] std::span<const std::uint32_t> nodes() const { return nodes_; }
     /// Those of the last ring.
     [[nodiscard]] std::span<const VertexId> last_vertices() const { return last_; }
 
   private:
+    void begin(std::span<const VertexId> vertices, Reference material);
+
     NodalMesh<D> nodal_;
     Reference material_ = 0;
     int count_ = 0;

@@ -64,33 +64,34 @@ Outcome<NamedField> field_of_expression(const AnyMesh& mesh, const std::string& 
 }
 
 template <int D>
-Outcome<std::vector<WeightedField>> fields_on(const SolutionSource& source, const QuadraticMesh<D>& mesh,
-                                              const Around& around) {
-    std::vector<NamedField> fields;
-    if (!source.expression.empty()) {
-        auto made =
-            run_step(around, "transfer", [&](const Execution& e) { return evaluated(mesh, source.expression, e); });
-        if (!made) return fail(made.error());
-        fields.push_back(std::move(*made));
-    } else if (!source.fields.empty()) {
-        auto brought = fields_brought_to(any_of(mesh), source.mesh, source.fields, TransferOptions{}, around);
-        if (!brought) return fail(brought.error());
-        fields = std::move(brought->fields);
-    }
+Outcome<GivenSolution<D>> solution_on(const SolutionSource& source, const QuadraticMesh<D>& mesh,
+                                      const Around& around) {
     const std::vector<double>& weights = source.weights;
-    if (!weights.empty() && weights.size() != fields.size())
-        return fail(ErrorKind::usage, fmt::format("there are {} weights, and {} fields", weights.size(), fields.size()),
+    const auto check_weights = [&](std::size_t fields) -> Outcome<Done> {
+        if (weights.empty() || weights.size() == fields) return Done{};
+        return fail(ErrorKind::usage, fmt::format("there are {} weights, and {} fields", weights.size(), fields),
                     "/solution/weights", {}, "give one for each field, or none");
-    std::vector<WeightedField> out;
+    };
+    GivenSolution<D> out;
+    if (!source.expression.empty()) {
+        const auto parsed = ScalarExpression<D>::parsed(source.expression);
+        if (!parsed) return fail(parsed.error());
+        if (auto fit = check_weights(1); !fit) return fail(fit.error());
+        out.function = [expression = *parsed] { return expression.evaluator(); };
+        return out;
+    }
+    if (source.fields.empty()) return out;
+    const auto brought = fields_brought_to(any_of(mesh), source.mesh, source.fields, TransferOptions{}, around);
+    if (!brought) return fail(brought.error());
+    const std::vector<NamedField>& fields = brought->fields;
+    if (auto fit = check_weights(fields.size()); !fit) return fail(fit.error());
     for (std::size_t f = 0; f < fields.size(); ++f)
         for (Column<double>& scalar : scalars_of({&fields[f], 1}))
-            out.push_back({std::move(scalar), weights.empty() ? 1 : weights[f]});
+            out.fields.push_back({std::move(scalar), weights.empty() ? 1 : weights[f]});
     return out;
 }
 
-template Outcome<std::vector<WeightedField>> fields_on<2>(const SolutionSource&, const QuadraticMesh<2>&,
-                                                          const Around&);
-template Outcome<std::vector<WeightedField>> fields_on<3>(const SolutionSource&, const QuadraticMesh<3>&,
-                                                          const Around&);
+template Outcome<GivenSolution<2>> solution_on<2>(const SolutionSource&, const QuadraticMesh<2>&, const Around&);
+template Outcome<GivenSolution<3>> solution_on<3>(const SolutionSource&, const QuadraticMesh<3>&, const Around&);
 
 }  // namespace camber::run

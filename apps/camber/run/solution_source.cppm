@@ -27,11 +27,11 @@ struct SolutionSource {
     std::vector<double> weights;  ///< a field each; none: 1 of all
 };
 
-/// Each component of each field at the nodes of a mesh that came of that one: those that stayed keep their values, an
-/// expression is evaluated anew. Step: transfer. Errors: those of `fields_brought_to` and `field_of_expression`; as
-/// many weights as fields (usage).
+/// Each component of each field at the nodes of a mesh that came of that one: those that stayed keep their values; or
+/// the expression itself. Step: transfer. Errors: those of `fields_brought_to`; an expression that cannot be read;
+/// as many weights as fields (usage).
 template <int D>
-[[nodiscard]] Outcome<std::vector<WeightedField>> fields_on(const SolutionSource& source, const QuadraticMesh<D>& mesh,
-                                                            const Around& around);
+[[nodiscard]] Outcome<GivenSolution<D>> solution_on(const SolutionSource& source, const QuadraticMesh<D>& mesh,
+                                                    const Around& around);
 
 }  // namespace camber::run

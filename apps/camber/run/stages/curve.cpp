@@ -103,9 +103,9 @@ namespace {
 
 /// What nodes are placed by, on the mesh that is curved; none where no stage asks for it.
 template <int D>
-Outcome<std::vector<WeightedField>> solution_for(Runner<D>& run, const QuadraticMesh<D>& mesh, Clocks& clocks) {
-    if (run.solution == nullptr) return std::vector<WeightedField>{};
-    return fields_on(*run.solution, mesh, run.around(clocks));
+Outcome<GivenSolution<D>> solution_for(Runner<D>& run, const QuadraticMesh<D>& mesh, Clocks& clocks) {
+    if (run.solution == nullptr) return GivenSolution<D>{};
+    return solution_on(*run.solution, mesh, run.around(clocks));
 }
 
 }  // namespace

@@ -51,7 +51,8 @@ Outcome<RemeshedNodesReport> nodes_beside_curve(const QuadraticMesh<D>& mesh, co
     static_cast<CurveOptions&>(options) = curving;
     options.measured = MeasuredEdges::some;
     const Execution quiet = without_progress(execution);
-    const auto proposed = propose_curves<D>({mesh, NodesOf::input, boundary}, metric, {}, options, plainly(quiet));
+    const auto proposed =
+        propose_curves<D>({mesh, NodesOf::input, boundary}, metric, GivenSolution<D>{}, options, plainly(quiet));
     if (!proposed) return fail(proposed.error());
     return compared(mesh, proposed->curved);
 }

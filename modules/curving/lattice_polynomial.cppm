@@ -1,27 +1,22 @@
 module;
 #include <array>
 #include <cstddef>
-#include <vector>
-export module camber.curving:jet_polynomial;
+export module camber.curving:lattice_polynomial;
 import camber.core;
+import camber.bezier;
+import :solution_nodes;
 
-/// A function within an element by what is known of it at the vertices: the polynomial whose derivatives are nearest to
-/// theirs. docs/algorithms/solution-nodes.md.
+/// A function within an element by a polynomial that is known by its values at a lattice.
 namespace camber {
 
-/// Of derivatives up to the order K (2 or 3) one of degree K + 2: along an edge they are enough for K + K + 1.
-template <int K>
-inline constexpr int jet_degree = K + 2;
+template <int D>
+inline constexpr int lattice_size = node_count<known_degree, D>;
 
 /// How many monomials there are up to a degree.
 template <int D>
 [[nodiscard]] constexpr int monomials(int degree) {
     return D == 2 ? (degree + 1) * (degree + 2) / 2 : (degree + 1) * (degree + 2) * (degree + 3) / 6;
 }
-
-/// A jet is value, gradient, Hessian and, for K = 3, third derivatives, in the order of Sym and CubicForm.
-template <int D, int K>
-inline constexpr int jet_size = monomials<D>(K);
 
 /// Exponents of all monomials up to a degree, the first coordinate's fastest.
 template <int D, int Degree>
@@ -39,12 +34,12 @@ inline constexpr auto exponents = [] {
     return all;
 }();
 
-/// [coefficient of `exponents`][vertex · jet_size + entry of the jet]: derivatives in the reference simplex whose
-/// vertices are 0 and the ends of the axes.
-template <int D, int K>
-using JetFit = std::array<std::array<double, (D + 1) * jet_size<D, K>>, monomials<D>(jet_degree<K>)>;
-template <int D, int K>
-[[nodiscard]] const JetFit<D, K>& jet_fit();
+/// [coefficient of `exponents`][node of the lattice]: the Lagrange basis in the reference simplex whose vertices are 0
+/// and the ends of the axes.
+template <int D>
+using LatticeBasis = std::array<std::array<double, lattice_size<D>>, lattice_size<D>>;
+template <int D>
+[[nodiscard]] const LatticeBasis<D>& lattice_basis();
 
 template <int D>
 using PackVec = std::array<Pack, D>;

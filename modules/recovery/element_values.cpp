@@ -1,0 +1,166 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.recovery;
+import camber.bezier;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+/// Weights of nodes are 1/(core + |y|), |y| ≤ 1 their distance from the middle of the element in the stencil's measure.
+constexpr double near_core = 0.05;
+/// So many nodes a coefficient determine a polynomial of the highest degree, and one of a lower.
+constexpr double own_surplus = 1.2;
+/// See Fit::independence.
+constexpr double enough_independence_within = 1e-5;
+constexpr int most_rings = 3;
+constexpr std::size_t elements_at_once = 64;
+
+template <int D, int K, int P>
+class ElementFits {
+  public:
+    ElementFits(const NodalMesh<D>& nodal, std::span<const Column<double>> fields,
+                std::vector<Buffer<LatticeValues<D>>>& out)
+        : nodal_(nodal), fields_(fields), out_(out), rings_(nodal) {}
+
+    void fit(ElementId e) {
+        const int degree = place(e);
+        const Mat<D>& whitened_by = fit_.whitened_by();
+        std::array<Vec<D>, D> axes;
+        const auto& points = nodal_.mesh.linear.points;
+        const auto& vertices = nodal_.mesh.linear.elements.vertices[e];
+        const Vec<D> first = whitened_by * (points[vertices[0]] - middle_);
+        for (std::size_t a = 0; a < D; ++a) axes[a] = whitened_by * (points[vertices[a + 1]] - points[vertices[0]]);
+        for (std::size_t f = 0; f < fields_.size(); ++f) {
+            values_.clear();
+            for (const std::uint32_t node : rings_.nodes()) values_.push_back(fields_[f][node]);
+            const Unit unit = scale(values_);
+            Coefficients<D, P> c{};
+            if (unit.half > 0 && degree > K) c = fit_.solve(values_, degree);
+            out_[f][e.index()] = at_lattice(c, unit, first, axes);
+        }
+    }
+
+  private:
+    /// Gathers nodes until they determine a polynomial of the highest degree, or there are no more; factorises. The
+    /// degree that they determine.
+    int place(ElementId e) {
+        const LinearMesh<D>& mesh = nodal_.mesh.linear;
+        middle_ = Vec<D>{};
+        for (const VertexId v : mesh.elements.vertices[e]) middle_ += (1.0 / (D + 1)) * mesh.points[v];
+        rings_.begin(e);
+        int degree = 0;
+        for (int ring = 0; ring < most_rings && rings_.grow(); ++ring) {
+            if (static_cast<double>(rings_.nodes().size()) < own_surplus * monomials_up_to<D>(P) &&
+                ring + 1 < most_rings)
+                continue;
+            place_nodes();
+            degree = determined();
+            if (degree == P) break;
+        }
+        return degree;
+    }
+
+    void place_nodes() {
+        offsets_.clear();
+        double largest = 0;
+        for (const std::uint32_t node : rings_.nodes()) {
+            const Vec<D> x = nodal_.place(node);
+            for (const double c : x.c) largest = std::max(largest, std::abs(c));
+            offsets_.push_back(x - middle_);
+        }
+        fit_.place(offsets_, std::numeric_limits<double>::epsilon() * largest, near_core);
+    }
+
+    [[nodiscard]] int determined() const {
+        int degree = P;
+        while (degree > 0 && (static_cast<double>(fit_.nodes()) < own_surplus * monomials_up_to<D>(degree) ||
+                              fit_.independence(degree) < enough_independence_within))
+            --degree;
+        return degree;
+    }
+
+    /// The polynomial at the lattice of the element whose first vertex and axes these are, in whitened coordinates.
+    static LatticeValues<D> at_lattice(const Coefficients<D, P>& c, const Unit& unit, const Vec<D>& first,
+                                       const std::array<Vec<D>, D>& axes) {
+        constexpr auto& lattice = multi_indices<lattice_degree, D>;
+        LatticeValues<D> values{};
+        double at_first = 0;
+        for (std::size_t q = 0; q < lattice.size(); ++q) {
+            Vec<D> y = first;
+            for (std::size_t a = 0; a < D; ++a) y += lattice[q][a + 1] * (1.0 / lattice_degree) * axes[a];
+            std::array<double, monomials_up_to<D>(P)> m{1.0};
+            double sum = c[0];
+            for (std::size_t i = 1; i < m.size(); ++i) {
+                m[i] = m[monomials<D, P>[i].parent] * y[monomials<D, P>[i].axis];
+                sum += c[i] * m[i];
+            }
+            if (q == 0) at_first = sum;
+            values[q] = static_cast<float>(unit.times(sum - at_first));
+        }
+        return values;
+    }
+
+    const NodalMesh<D>& nodal_;
+    std::span<const Column<double>> fields_;
+    std::vector<Buffer<LatticeValues<D>>>& out_;
+    Rings<D> rings_;
+    Fit<D, P> fit_;
+    Vec<D> middle_;
+    std::vector<Vec<D>> offsets_;
+    std::vector<double> values_;
+};
+
+template <int D, int K, int P>
+Outcome<std::vector<Column<LatticeValues<D>>>> fitted(const NodalMesh<D>& nodal, std::span<const Column<double>> fields,
+                                                      const Execution& execution) {
+    const std::size_t n = nodal.mesh.linear.elements.size();
+    std::vector<Buffer<LatticeValues<D>>> out;
+    for (std::size_t f = 0; f < fields.size(); ++f) out.emplace_back(n);
+    const auto done = each_chunk(
+        execution, n,
+        [&](std::size_t begin, std::size_t end) {
+            ElementFits<D, K, P> fits(nodal, fields, out);
+            for (std::size_t e = begin; e < end; ++e) fits.fit(ElementId(e));
+        },
+        elements_at_once);
+    if (!done) return fail(done.error());
+    std::vector<Column<LatticeValues<D>>> columns;
+    for (auto& values : out) columns.emplace_back(std::move(values));
+    return columns;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<std::vector<Column<LatticeValues<D>>>> element_values(const QuadraticMesh<D>& mesh,
+                                                              std::span<const Column<double>> fields,
+                                                              const Execution& execution) {
+    return guarded([&]() -> Outcome<std::vector<Column<LatticeValues<D>>>> {
+        const auto degree = degree_of(mesh, fields);
+        if (!degree) return fail(degree.error());
+        const auto around = balls(mesh.linear, without_progress(execution));
+        if (!around) return fail(around.error());
+        const NodalMesh<D> nodal{mesh, *around, *degree};
+        if (auto finite = check_finite(nodal, fields, execution); !finite) return fail(finite.error());
+        return *degree == 1 ? fitted<D, 1, 4>(nodal, fields, execution) : fitted<D, 2, 5>(nodal, fields, execution);
+    });
+}
+
+template Outcome<std::vector<Column<LatticeValues<2>>>> element_values<2>(const QuadraticMesh<2>&,
+                                                                          std::span<const Column<double>>,
+                                                                          const Execution&);
+template Outcome<std::vector<Column<LatticeValues<3>>>> element_values<3>(const QuadraticMesh<3>&,
+                                                                          std::span<const Column<double>>,
+                                                                          const Execution&);
+
+}  // namespace camber

@@ -1,0 +1,28 @@
+module;
+#include <array>
+#include <span>
+#include <vector>
+export module camber.recovery:element_values;
+import camber.bezier;
+import camber.core;
+
+export namespace camber {
+
+/// A polynomial of that degree within an element by its values at the regular lattice α/5 of the straight element, α in
+/// the order of `multi_indices`, less that at the first.
+inline constexpr int lattice_degree = 5;
+template <int D>
+using LatticeValues = std::array<float, node_count<lattice_degree, D>>;
+
+/// What is known within elements of fields that are known by their values at the nodes, as for `recover_derivatives`:
+/// the polynomial of degree k + 3 that is nearest to the values at the nodes around the element, those nearer counting
+/// more, through elements of its material; of a lower degree where nodes are too few. A layer that is no wider than an
+/// element is told by these, where derivatives at vertices tell it too late. docs/algorithms/solution-nodes.md.
+///
+/// Errors: as for `recover_derivatives`.
+template <int D>
+[[nodiscard]] Outcome<std::vector<Column<LatticeValues<D>>>> element_values(const QuadraticMesh<D>& mesh,
+                                                                            std::span<const Column<double>> fields,
+                                                                            const Execution& execution);
+
+}  // namespace camber
