@@ -109,7 +109,7 @@ void add_curve(CLI::App& app, Verb& verb) {
     add_geometry(curve, a.geometry);
     add_words(curve, "--objective", a.objective,
               help_of(camber::option_of(&camber::config::Curve::objective)) +
-                  ". Default: solution where --solution is an expression and there is no --metric, else " +
+                  ". Default: solution where there is --solution and no --metric, else " +
                   std::string(camber::word_of(camber::config::Curve{}.objective)));
     add_bound(curve, a);
     add_pipeline(curve, a);

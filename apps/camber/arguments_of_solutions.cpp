@@ -61,8 +61,8 @@ void add_solution_along(CLI::App* verb, SolutionChoice& a) {
     verb->add_option("--solution", a.given,
                      "Fields on the input that go along: rows at its vertices or nodes (" + endings_of_solutions() +
                          "), a file of the same mesh with fields, or an expression such as 'tanh((x-y)/0.05)' of its "
-                         "nodes. curve places inner nodes by an expression, by fields with --objective solution. "
-                         "Default: the fields of the input's own file");
+                         "nodes. curve places inner nodes where these are interpolated best, but for a --metric or an "
+                         "--objective. Default: the fields of the input's own file");
     verb->add_option("--fields", a.fields, "Names of the fields to take, with commas. Default: all")->delimiter(',');
     verb->add_option("--output-solution", a.output,
                      "Where they go (" + endings_of_solutions() +

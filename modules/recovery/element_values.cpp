@@ -21,8 +21,8 @@ constexpr double near_core = 0.05;
 /// So many nodes a coefficient determine a polynomial of the highest degree, and one of a lower.
 constexpr double own_surplus = 1.2;
 /// See Fit::independence.
-constexpr double enough_independence_within = 1e-5;
-constexpr int most_rings = 3;
+constexpr double enough_independence_within = 1e-7;
+constexpr int most_rings = 5;
 constexpr std::size_t elements_at_once = 64;
 
 template <int D, int K, int P>

@@ -16,6 +16,7 @@
 #include "meshes.hpp"
 #include "property.hpp"
 
+import camber.bezier;
 import camber.core;
 import camber.curving;
 import camber.interpolation;
@@ -47,28 +48,23 @@ struct Cubic {
     }
 };
 
+/// Exactly, as these are of degree 3: at the lattices of the straight elements.
 template <int D>
 KnownSolution<D> known(const QuadraticMesh<D>& mesh, std::span<const Cubic<D>> fields) {
     KnownSolution<D> out;
-    const auto& points = mesh.linear.points;
+    const LinearMesh<D>& linear = mesh.linear;
     for (const Cubic<D>& u : fields) {
-        Buffer<double> values(points.size());
-        Buffer<Vec<D>> gradients(points.size());
-        Buffer<Sym<D>> hessians(points.size());
-        for (std::size_t v = 0; v < points.size(); ++v) {
-            const Vec<D>& x = points[v];
-            values[v] = u(x);
-            hessians[v] = u.hessian + contracted(u.third, x);
-            gradients[v] = u.hessian * x + 0.5 * (contracted(u.third, x) * x);
-        }
-        out.fields.push_back({std::move(values), std::move(gradients), std::move(hessians),
-                              Buffer<CubicForm<D>>(points.size(), u.third)});
+        Buffer<std::array<float, node_count<known_degree, D>>> values(linear.elements.size());
+        for (std::size_t e = 0; e < values.size(); ++e)
+            for (std::size_t q = 0; q < values[e].size(); ++q) {
+                Vec<D> x;
+                for (std::size_t v = 0; v <= D; ++v)
+                    x += (multi_indices<known_degree, D>[q][v] * (1.0 / known_degree)) *
+                         linear.points[linear.elements.vertices[e][v]];
+                values[e][q] = static_cast<float>(u(x) - u(linear.points[linear.elements.vertices[e][0]]));
+            }
+        out.push_back({.values = std::move(values)});
     }
-    Buffer<std::array<std::uint32_t, D + 1>> rows(mesh.linear.elements.size());
-    for (std::size_t e = 0; e < rows.size(); ++e)
-        for (std::size_t i = 0; i <= D; ++i)
-            rows[e][i] = static_cast<std::uint32_t>(mesh.linear.elements.vertices[e][i].index());
-    out.rows = std::move(rows);
     return out;
 }
 

@@ -49,14 +49,12 @@ void put_into(const MetricChoice& choice, std::vector<ReferenceSize> sizes, conf
     std::ranges::move(sizes, std::back_inserter(metric.sizes));
 }
 
-/// Whether an expression was given, which is good for nothing else, and nothing else that edges are curved for. Fields
-/// of files go along: of degree 1 they would often be interpolated worse for it.
+/// Whether a solution was given, and nothing else that edges are curved for. Fields of the input's own file go along.
 bool is_for_solution(const CurveArguments& arguments) {
     const auto says = [](const std::string& setting) {
         return setting.find("objective") != std::string::npos || setting.starts_with("metric");
     };
-    const std::string& solution = arguments.solution.given;
-    return !solution.empty() && !names_a_file(solution) && !arguments.objective && !arguments.metric.metric &&
+    return !arguments.solution.given.empty() && !arguments.objective && !arguments.metric.metric &&
            std::ranges::none_of(arguments.settings, says);
 }
 

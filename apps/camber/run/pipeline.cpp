@@ -211,6 +211,35 @@ Outcome<Done> carry(Run& run, const AnyMesh& old_mesh, std::vector<NamedField> f
     return Done{};
 }
 
+/// Whether all nodes are in the middles of chords, to what text files keep of digits.
+template <int D>
+bool has_straight_edges(const QuadraticMesh<D>& mesh) {
+    constexpr double rounding = 1e-12;
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        const Vec<D>&p = mesh.linear.points[a], &q = mesh.linear.points[b];
+        const Vec<D> off = mesh.mid_nodes[e].point - midpoint(p, q);
+        if (norm_squared(off) > rounding * rounding * (norm_squared(p - q) + norm_squared(p) + norm_squared(q)))
+            return false;
+    }
+    return true;
+}
+
+/// A mesh of degree 2 that nothing has bent is one of degree 1 to stages that begin with that: solvers work on such.
+void take_as_straight(const config::Pipeline& pipeline, DecodedMesh& mesh) {
+    if (pipeline.stages.empty() || !std::holds_alternative<config::Elevate>(pipeline.stages.front())) return;
+    const auto straight = std::visit(
+        []<class Mesh>(Mesh& m) -> std::optional<AnyMesh> {
+            if constexpr (requires { m.linear; })
+                if (has_straight_edges(m)) return AnyMesh(std::move(m.linear));
+            return std::nullopt;
+        },
+        mesh.mesh);
+    if (!straight) return;
+    mesh.mesh = *straight;
+    mesh.notices.push_back({"the mesh is of degree 2 and straight: its edges' nodes are placed anew"});
+}
+
 /// The stages up to the first pass, where they are nothing but `elevate`, and then what it begins with.
 template <int D>
 Outcome<std::optional<Growth>> growth_on(StageInputs<D> given, const config::Pipeline& pipeline, Inputs& inputs,
@@ -239,6 +268,7 @@ Outcome<std::optional<Growth>> growth_on(StageInputs<D> given, const config::Pip
 Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
     auto rows = metric_rows(pipeline, inputs, around);
     if (!rows) return fail(rows.error());
+    take_as_straight(pipeline, inputs.mesh);
     return std::visit(
         [&]<class Mesh>(Mesh mesh) {
             return growth_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files)}, pipeline, inputs,
@@ -277,6 +307,7 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     std::optional<SolutionSource> solution;
     if (places_by_solution(pipeline))
         solution = {inputs.mesh.mesh, inputs.fields, pipeline.solution.expression, pipeline.solution.weights};
+    take_as_straight(pipeline, inputs.mesh);
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
             return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files)}, pipeline,

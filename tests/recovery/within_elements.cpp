@@ -1,0 +1,111 @@
+// Fields within elements: polynomials are found exactly, from one's own material, whatever the frame and the threads.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+#include <rapidcheck.h>
+
+#include "fields.hpp"
+#include "property.hpp"
+
+import camber.bezier;
+import camber.core;
+import camber.recovery;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+template <int D>
+using Function = std::function<double(const Vec<D>&)>;
+
+template <int D>
+std::vector<Column<LatticeValues<D>>> values_within(const QuadraticMesh<D>& mesh,
+                                                    const std::vector<Column<double>>& fields, int threads = 1) {
+    return must(element_values<D>(mesh, fields, Execution{.threads = threads}));
+}
+
+/// The largest difference from u over an element's largest value, over all elements.
+template <int D>
+double largest_error(const LinearMesh<D>& mesh, const Column<LatticeValues<D>>& found, const Function<D>& u) {
+    double largest = 0;
+    for (std::size_t e = 0; e < found.size(); ++e) {
+        const auto& vertices = mesh.elements.vertices[e];
+        double error = 0, size = 0;
+        for (std::size_t q = 0; q < found[e].size(); ++q) {
+            Vec<D> x;
+            for (std::size_t v = 0; v <= D; ++v)
+                x += (multi_indices<lattice_degree, D>[q][v] * (1.0 / lattice_degree)) * mesh.points[vertices[v]];
+            const double is = u(x) - u(mesh.points[vertices[0]]);
+            error = std::max(error, std::abs(static_cast<double>(found[e][q]) - is));
+            size = std::max(size, std::abs(is));
+        }
+        largest = std::max(largest, error / size);
+    }
+    return largest;
+}
+
+template <int D>
+void check_exact() {
+    for (const int degree : {1, 2})
+        property("polynomials of degree k + 3, stretched along the axes",
+                 [degree](std::uint64_t seed) {
+                     Dice dice(seed);
+                     Frame<D> frame;
+                     for (double& s : frame.stretch.c) s = std::pow(10.0, dice.uniform(-3, 3));
+                     const auto mesh = bent_mesh<D>(cells_of<D>(D == 2 ? 7 : 5), seed, 0.12, 0.08, frame);
+                     const RandomPolynomial<D> p(degree + 3, dice);
+                     const Function<D> u = [&](const Vec<D>& x) { return p(frame.inside(x)); };
+                     const auto found = values_within<D>(mesh, {values_of<D>(mesh, degree, u)});
+                     RC_ASSERT(largest_error<D>(mesh.linear, found[0], u) < 1e-5);
+                 },
+                 {.count = 3});
+}
+
+template <int D>
+void check_materials() {
+    property("a kink where materials meet is none within them",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 auto mesh = bent_mesh<D>(cells_of<D>(D == 2 ? 8 : 6), seed, 0, 0);
+                 const double middle = D == 2 ? 4 : 3;
+                 Buffer<Reference> materials(mesh.linear.elements.size());
+                 for (std::size_t e = 0; e < materials.size(); ++e) {
+                     double x = 0;
+                     for (const VertexId v : mesh.linear.elements.vertices[e]) x += mesh.linear.points[v][0] / (D + 1);
+                     materials[e] = x < middle ? 1 : 2;
+                 }
+                 mesh.linear.elements.references = std::move(materials);
+                 const RandomPolynomial<D> p(3, dice);
+                 const Function<D> u = [&](const Vec<D>& x) { return p(x) + 5 * std::max(x[0] - middle, 0.0); };
+                 const auto found = values_within<D>(mesh, {values_of<D>(mesh, 2, u)});
+                 RC_ASSERT(largest_error<D>(mesh.linear, found[0], u) < 1e-5);
+             },
+             {.count = 3});
+}
+
+template <int D>
+void check_bytes() {
+    const auto mesh = bent_mesh<D>(cells_of<D>(D == 2 ? 8 : 4), 3);
+    Dice dice(4);
+    const auto noise = values_of<D>(mesh, 2, [&](const Vec<D>&) { return dice.uniform(-1, 1); });
+    const auto constant = values_of<D>(mesh, 2, [](const Vec<D>&) { return 0.1; });
+    const auto one = values_within<D>(mesh, {noise}), both = values_within<D>(mesh, {constant, noise}, 3);
+    CHECK(one[0] == both[1]);
+    CHECK(std::ranges::all_of(both[0], [](const auto& values) { return values == LatticeValues<D>{}; }));
+}
+
+}  // namespace
+
+TEST_CASE("polynomials within elements, in 2D") { check_exact<2>(); }
+TEST_CASE("polynomials within elements, in 3D") { check_exact<3>(); }
+TEST_CASE("one's own material, in 2D") { check_materials<2>(); }
+TEST_CASE("one's own material, in 3D") { check_materials<3>(); }
+TEST_CASE("fields within elements: together and threads, in 2D") { check_bytes<2>(); }
+TEST_CASE("fields within elements: together and threads, in 3D") { check_bytes<3>(); }
