@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""Nodes by a known solution on meshes that are adapted to it: what `curve --solution` gains over straight elements.
+
+    solution_nodes.py build/bin/camber build/bin/poisson
+
+Each mesh is brought to the metric of the field's Hessian in L² (`remesh`, five times), elevated, and Poisson's equation is solved on it with
+straight elements of degree 2. Then it is curved by that solution, by the field's expression, and by default; numbers are errors of the
+field's interpolant in L2 and the seminorm of H1, straight (on the chords) over curved, and the seconds of the whole command on one thread.
+"""
+import argparse
+import json
+import os
+import tempfile
+import time
+
+from program import Program
+
+CIRCLE, SPHERE = "sqrt(x^2+y^2)", "sqrt(x^2+y^2+z^2)"
+ANNULUS = ("annulus", "--elements", 4000, "--set", "outer_radius=3", "--set", "inner_size=0.1", "--set", "outer_size=0.2")
+SHELL = ("shell", "--elements", 15000, "--set", "outer_radius=2")
+CASES = [("wall, 2D", ANNULUS, f"exp(-({CIRCLE}-1)/0.05)", (600, 2400)),
+         ("wide wall, 2D", ANNULUS, f"exp(-({CIRCLE}-1)/0.2)", (600, 2400)),
+         ("front, 2D", ANNULUS, f"tanh(({CIRCLE}-1.7)/0.05)", (600, 2400)),
+         ("wall, 3D", SHELL, f"exp(-({SPHERE}-1)/0.08)", (1500, 4000))]
+METRIC = '{"solution": {"degree": 1, "norm": 2}}'
+
+
+def adapted(camber, shape, field, complexity):
+    """mesh.meshb, of degree 2 and straight."""
+    camber("generate", *shape, "-o", "0.meshb")
+    for turn in range(5):
+        camber("remesh", f"{turn}.meshb", "--solution", field, "--metric", METRIC, "--complexity", complexity, "-o", f"{turn + 1}.meshb")
+    camber("convert", "5.meshb", "--elevate", "-o", "mesh.meshb")
+
+
+def gains(camber, field, *way):
+    """Straight over curved, the number of elements, seconds."""
+    begin = time.perf_counter()
+    camber("curve", "mesh.meshb", "-o", "curved.meshb", *way, "--threads", 1)
+    seconds = time.perf_counter() - begin
+    told = json.loads(camber("check", "curved.meshb", "--json", "--worst", 0, "--field", field))
+    ratio = told["interpolation"][0]["ratio"]
+    return ratio["l2"], ratio["h1"], seconds
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("camber")
+    parser.add_argument("poisson")
+    given = parser.parse_args()
+    camber, poisson = Program(os.path.abspath(given.camber)), Program(os.path.abspath(given.poisson))
+    print("| field, complexity | by the computed solution | by the expression | default |\n|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        for name, shape, field, complexities in CASES:
+            for complexity in complexities:
+                adapted(camber, shape, field, complexity)
+                poisson("mesh.meshb", "--field", field, "--solution", "u.sol")
+                ways = (("--solution", "u.sol"), ("--solution", field), ())
+                columns = ["%.2f, %.2f (%.1f s)" % gains(camber, field, *way) for way in ways]
+                print(f"| {name}, {complexity} | " + " | ".join(columns) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
