@@ -125,6 +125,7 @@ Outcome<std::vector<Column<LatticeValues<D>>>> fitted(const NodalMesh<D>& nodal,
                                                       const Execution& execution) {
     const std::size_t n = nodal.mesh.linear.elements.size();
     std::vector<Buffer<LatticeValues<D>>> out;
+    out.reserve(fields.size());
     for (std::size_t f = 0; f < fields.size(); ++f) out.emplace_back(n);
     const auto done = each_chunk(
         execution, n,
@@ -135,6 +136,7 @@ Outcome<std::vector<Column<LatticeValues<D>>>> fitted(const NodalMesh<D>& nodal,
         elements_at_once);
     if (!done) return fail(done.error());
     std::vector<Column<LatticeValues<D>>> columns;
+    columns.reserve(out.size());
     for (auto& values : out) columns.emplace_back(std::move(values));
     return columns;
 }

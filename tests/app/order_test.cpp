@@ -60,6 +60,15 @@ Ran run_of(config::Pipeline pipeline, AnyMesh mesh, const Stages& stages) {
     return {std::move(run), std::move(steps)};
 }
 
+/// With one node off the middle of its chord.
+AnyMesh bent(AnyMesh mesh) {
+    auto& quadratic = std::get<QuadraticMesh<2>>(mesh);
+    auto nodes = take(std::move(quadratic.mid_nodes));
+    nodes[0].point += Vec<2>{{0.01, 0.01}};
+    quadratic.mid_nodes = std::move(nodes);
+    return mesh;
+}
+
 std::string error_of(const Stages& stages, int degree) {
     const auto order = run::check_order(stages, degree);
     return order ? "" : describe(order.error());
@@ -82,7 +91,19 @@ TEST_CASE("what the order of stages allows runs, and what it does not is refused
         });
     };
     law(square->mesh, 1);
-    law(curved.run->mesh, 2);
+    law(bent(curved.run->mesh), 2);
+}
+
+TEST_CASE("a mesh of degree 2 that nothing has bent is a straight one to stages that begin with elevate") {
+    const config::Pipeline pipeline = small_square();
+    const auto square = run::generate_shape(std::get<config::Shape>(pipeline.input.source));
+    REQUIRE(square);
+    const auto elevated = run_of(pipeline, square->mesh, {config::Elevate{}});
+    REQUIRE(elevated.run);
+    const auto again = run_of(pipeline, elevated.run->mesh, {config::Elevate{}});
+    REQUIRE(again.run);
+    CHECK(again.run->mesh == elevated.run->mesh);
+    CHECK_FALSE(run_of(pipeline, bent(elevated.run->mesh), {config::Elevate{}}).run);
 }
 
 TEST_CASE("a sequence of stages is allowed as far as its first fault, whatever comes after") {
