@@ -30,8 +30,6 @@ Entity node_entity(const QuadraticMesh<D>& mesh, std::size_t node) {
     return node < vertices ? Entity{"vertex", node + 1} : Entity{"edge", node - vertices + 1};
 }
 
-}  // namespace
-
 template <int D>
 Outcome<int> degree_of(const QuadraticMesh<D>& mesh, std::span<const Column<double>> fields) {
     const std::size_t vertices = mesh.linear.points.size(), nodes = vertices + mesh.edges.size();
@@ -73,6 +71,23 @@ Outcome<Done> check_finite(const NodalMesh<D>& nodal, std::span<const Column<dou
     return Done{};
 }
 
+}  // namespace
+
+template <int D>
+Outcome<CheckedNodes<D>> checked_nodes(const QuadraticMesh<D>& mesh, std::span<const Column<double>> fields,
+                                       const Execution& execution) {
+    const auto degree = degree_of(mesh, fields);
+    if (!degree) return fail(degree.error());
+    const auto& elements = mesh.linear.elements;
+    if (auto one_each = check_materials(elements.references.size(), elements.size()); !one_each)
+        return fail(one_each.error());
+    auto around = balls(mesh.linear, without_progress(execution));
+    if (!around) return fail(around.error());
+    CheckedNodes<D> nodes{*degree, std::move(*around)};
+    if (auto finite = check_finite(nodes.of(mesh), fields, execution); !finite) return fail(finite.error());
+    return nodes;
+}
+
 template <int D>
 Outcome<Done> check_results(const RecoveredDerivatives<D>& recovered, const Execution& execution) {
     const std::size_t rows = recovered.rows.size();
@@ -97,9 +112,9 @@ Outcome<Done> check_results(const RecoveredDerivatives<D>& recovered, const Exec
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                       \
-    template Outcome<int> degree_of<D>(const QuadraticMesh<D>&, std::span<const Column<double>>);                   \
-    template Outcome<Done> check_finite<D>(const NodalMesh<D>&, std::span<const Column<double>>, const Execution&); \
+#define CAMBER_INSTANTIATE(D)                                                                                    \
+    template Outcome<CheckedNodes<D>> checked_nodes<D>(const QuadraticMesh<D>&, std::span<const Column<double>>, \
+                                                       const Execution&);                                        \
     template Outcome<Done> check_results<D>(const RecoveredDerivatives<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -7,15 +7,22 @@ import :rings;
 
 namespace camber {
 
-/// The degree of the fields by their numbers of values. Errors: usage (numbers that are not of this mesh, or differ),
-/// input (a mesh without what fields of degree 2 need).
+/// The nodes of fields, and what is around them.
 template <int D>
-[[nodiscard]] Outcome<int> degree_of(const QuadraticMesh<D>& mesh, std::span<const Column<double>> fields);
+struct CheckedNodes {
+    int degree = 1;  ///< of the fields, by their numbers of values
+    Incidence<ElementId> balls;
 
-/// Errors: input (a node that is not at a finite place), usage (a value that is not finite), each with the node.
+    [[nodiscard]] NodalMesh<D> of(const QuadraticMesh<D>& mesh) const { return {mesh, balls, degree}; }
+};
+
+/// Errors: usage (numbers of values that are not of this mesh, or differ; a value that is not finite, with the node),
+/// input (a mesh without what fields of degree 2 need, or not of one reference an element; a node that is not at a
+/// finite place, with the node).
 template <int D>
-[[nodiscard]] Outcome<Done> check_finite(const NodalMesh<D>& nodal, std::span<const Column<double>> fields,
-                                         const Execution& execution);
+[[nodiscard]] Outcome<CheckedNodes<D>> checked_nodes(const QuadraticMesh<D>& mesh,
+                                                     std::span<const Column<double>> fields,
+                                                     const Execution& execution);
 
 /// Errors: usage (derivatives beyond the range of numbers), with the vertex.
 template <int D>

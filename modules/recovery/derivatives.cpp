@@ -304,14 +304,11 @@ Outcome<RecoveredDerivatives<D>> recover_derivatives(const QuadraticMesh<D>& mes
                                                      const RecoveryOptions& options, const Execution& execution) {
     return guarded([&]() -> Outcome<RecoveredDerivatives<D>> {
         if (auto sound = check_limits(options); !sound) return fail(sound.error());
-        const auto degree = degree_of(mesh, fields);
-        if (!degree) return fail(degree.error());
-        const auto around = balls(mesh.linear, without_progress(execution));
-        if (!around) return fail(around.error());
-        const NodalMesh<D> nodal{mesh, *around, *degree};
-        if (auto finite = check_finite(nodal, fields, execution); !finite) return fail(finite.error());
-        return *degree == 1 ? recovered<D, 1, 4>(nodal, fields, options, execution)
-                            : recovered<D, 2, 5>(nodal, fields, options, execution);
+        const auto nodes = checked_nodes(mesh, fields, execution);
+        if (!nodes) return fail(nodes.error());
+        const NodalMesh<D> nodal = nodes->of(mesh);
+        return nodal.degree == 1 ? recovered<D, 1, 4>(nodal, fields, options, execution)
+                                 : recovered<D, 2, 5>(nodal, fields, options, execution);
     });
 }
 

@@ -58,16 +58,18 @@ class ElementFits {
         middle_ = Vec<D>{};
         for (const VertexId v : mesh.elements.vertices[e]) middle_ += (1.0 / (D + 1)) * mesh.points[v];
         rings_.begin(e);
-        int degree = 0;
-        for (int ring = 0; ring < most_rings && rings_.grow(); ++ring) {
-            if (static_cast<double>(rings_.nodes().size()) < own_surplus * monomials_up_to<D>(P) &&
-                ring + 1 < most_rings)
-                continue;
-            place_nodes();
-            degree = determined();
-            if (degree == P) break;
+        const auto grow = [&] { return rings_.count() < most_rings && rings_.grow(); };
+        while (grow() && !are_enough(rings_.nodes().size(), P)) {
         }
-        return degree;
+        for (;;) {
+            place_nodes();
+            const int degree = determined();
+            if (degree == P || !grow()) return degree;
+        }
+    }
+
+    [[nodiscard]] static bool are_enough(std::size_t nodes, int degree) {
+        return static_cast<double>(nodes) >= own_surplus * monomials_up_to<D>(degree);
     }
 
     void place_nodes() {
@@ -83,8 +85,8 @@ class ElementFits {
 
     [[nodiscard]] int determined() const {
         int degree = P;
-        while (degree > 0 && (static_cast<double>(fit_.nodes()) < own_surplus * monomials_up_to<D>(degree) ||
-                              fit_.independence(degree) < enough_independence_within))
+        while (degree > 0 &&
+               (!are_enough(fit_.nodes(), degree) || fit_.independence(degree) < enough_independence_within))
             --degree;
         return degree;
     }
@@ -148,13 +150,11 @@ Outcome<std::vector<Column<LatticeValues<D>>>> element_values(const QuadraticMes
                                                               std::span<const Column<double>> fields,
                                                               const Execution& execution) {
     return guarded([&]() -> Outcome<std::vector<Column<LatticeValues<D>>>> {
-        const auto degree = degree_of(mesh, fields);
-        if (!degree) return fail(degree.error());
-        const auto around = balls(mesh.linear, without_progress(execution));
-        if (!around) return fail(around.error());
-        const NodalMesh<D> nodal{mesh, *around, *degree};
-        if (auto finite = check_finite(nodal, fields, execution); !finite) return fail(finite.error());
-        return *degree == 1 ? fitted<D, 1, 4>(nodal, fields, execution) : fitted<D, 2, 5>(nodal, fields, execution);
+        const auto nodes = checked_nodes(mesh, fields, execution);
+        if (!nodes) return fail(nodes.error());
+        const NodalMesh<D> nodal = nodes->of(mesh);
+        return nodal.degree == 1 ? fitted<D, 1, 4>(nodal, fields, execution)
+                                 : fitted<D, 2, 5>(nodal, fields, execution);
     });
 }
 

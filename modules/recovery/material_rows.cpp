@@ -11,6 +11,13 @@ import camber.core;
 
 namespace camber {
 
+Outcome<Done> check_materials(std::size_t references, std::size_t elements) {
+    if (references == elements) return Done{};
+    return fail(ErrorKind::input,
+                "there are " + std::to_string(references) + " references for " + std::to_string(elements) + " elements",
+                {}, {}, "give each element the reference of its material");
+}
+
 namespace {
 
 /// The references around a vertex, rising and each once.
@@ -28,11 +35,8 @@ void find_materials(const LinearMesh<D>& mesh, std::span<const ElementId> ball, 
 template <int D>
 Outcome<MaterialRows> rows_of(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                               const Execution& execution) {
-    if (mesh.elements.references.size() != mesh.elements.size())
-        return fail(ErrorKind::input,
-                    "there are " + std::to_string(mesh.elements.references.size()) + " references for " +
-                        std::to_string(mesh.elements.size()) + " elements",
-                    {}, {}, "give each element the reference of its material");
+    if (auto one_each = check_materials(mesh.elements.references.size(), mesh.elements.size()); !one_each)
+        return fail(one_each.error());
     const std::size_t n = balls.size();
     Buffer<std::uint32_t> offsets(n + 1);
     offsets[0] = 0;

@@ -47,3 +47,10 @@ template <int D>
                                                           const MaterialRows& rows, const Execution& execution);
 
 }  // namespace camber
+
+namespace camber {
+
+/// Errors: input (not one reference an element).
+[[nodiscard]] Outcome<Done> check_materials(std::size_t references, std::size_t elements);
+
+}  // namespace camber

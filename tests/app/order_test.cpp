@@ -61,10 +61,10 @@ Ran run_of(config::Pipeline pipeline, AnyMesh mesh, const Stages& stages) {
 }
 
 /// With one node off the middle of its chord.
-AnyMesh bent(AnyMesh mesh) {
+AnyMesh bent(AnyMesh mesh, double by = 0.01) {
     auto& quadratic = std::get<QuadraticMesh<2>>(mesh);
     auto nodes = take(std::move(quadratic.mid_nodes));
-    nodes[0].point += Vec<2>{{0.01, 0.01}};
+    nodes[0].point += Vec<2>{{by, by}};
     quadratic.mid_nodes = std::move(nodes);
     return mesh;
 }
@@ -104,6 +104,22 @@ TEST_CASE("a mesh of degree 2 that nothing has bent is a straight one to stages 
     REQUIRE(again.run);
     CHECK(again.run->mesh == elevated.run->mesh);
     CHECK_FALSE(run_of(pipeline, bent(elevated.run->mesh), {config::Elevate{}}).run);
+    CHECK(run_of(pipeline, bent(elevated.run->mesh, 1e-16), {config::Elevate{}}).run);  // digits of a text file
+}
+
+TEST_CASE("what is bent far out by less than it is far is bent all the same") {
+    // Details of 1e-6 at 1e6: elements of 1e-6, a node off by a hundredth of that.
+    const config::Pipeline pipeline = small_square();
+    const auto square = run::generate_shape(std::get<config::Shape>(pipeline.input.source));
+    REQUIRE(square);
+    auto linear = std::get<LinearMesh<2>>(square->mesh);
+    auto points = take(std::move(linear.points));
+    for (Vec<2>& x : points) x = Vec<2>{{1e6, 1e6}} + 1e-6 * x;
+    linear.points = std::move(points);
+    const auto elevated = run_of(pipeline, linear, {config::Elevate{}});
+    REQUIRE(elevated.run);
+    CHECK(run_of(pipeline, elevated.run->mesh, {config::Elevate{}}).run);
+    CHECK_FALSE(run_of(pipeline, bent(elevated.run->mesh, 1e-8), {config::Elevate{}}).run);
 }
 
 TEST_CASE("a sequence of stages is allowed as far as its first fault, whatever comes after") {

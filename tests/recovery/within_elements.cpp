@@ -68,6 +68,20 @@ void check_exact() {
                  {.count = 3});
 }
 
+/// 25 nodes, all that there are: enough for degree 4, and not for degree 5.
+void check_few() {
+    property("where nodes are few the polynomial is of a lower degree",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto mesh = bent_mesh<2>(cells_of<2>(2), seed, 0.1, 0.05);
+                 const RandomPolynomial<2> p(4, dice);
+                 const Function<2> u = [&](const Vec<2>& x) { return p(x); };
+                 const auto found = values_within<2>(mesh, {values_of<2>(mesh, 2, u)});
+                 RC_ASSERT(largest_error<2>(mesh.linear, found[0], u) < 1e-4);
+             },
+             {.count = 3});
+}
+
 template <int D>
 void check_materials() {
     property("a kink where materials meet is none within them",
@@ -105,6 +119,7 @@ void check_bytes() {
 
 TEST_CASE("polynomials within elements, in 2D") { check_exact<2>(); }
 TEST_CASE("polynomials within elements, in 3D") { check_exact<3>(); }
+TEST_CASE("polynomials within elements where nodes are few") { check_few(); }
 TEST_CASE("one's own material, in 2D") { check_materials<2>(); }
 TEST_CASE("one's own material, in 3D") { check_materials<3>(); }
 TEST_CASE("fields within elements: together and threads, in 2D") { check_bytes<2>(); }

@@ -13,7 +13,6 @@ import camber.core;
 import camber.cad;
 import camber.config;
 import camber.solution_metric;
-import :formats;
 
 namespace camber::app {
 

@@ -91,11 +91,13 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
     if (!inputs.fields.empty() && given.expression.empty() && !run::places_by_solution(pipeline) &&
         !run::carries_fields(pipeline.output))
         notices.push_back(
-            {fmt::format("{} of the input are not kept: {} has no place for them (\"output\": "
+            {fmt::format("{} of the input {} not kept: {} has no place for {} (\"output\": "
                          "{{\"solution\": …}}, --output-solution, or a .vtu has)",
                          inputs.fields.size() == 1 ? "the field " + inputs.fields.front().name
                                                    : fmt::format("{} fields", inputs.fields.size()),
-                         pipeline.output.mesh.empty() ? "the output" : pipeline.output.mesh)});
+                         inputs.fields.size() == 1 ? "is" : "are",
+                         pipeline.output.mesh.empty() ? "the output" : pipeline.output.mesh,
+                         inputs.fields.size() == 1 ? "it" : "them")});
     for (const run::NamedField& field : inputs.fields)
         if (auto place = check_place_for(pipeline.output.solution, field.kind); !place) return place;
     const auto add = [&](const config::Metric& metric, const std::string& path) -> Outcome<Done> {

@@ -212,15 +212,16 @@ Outcome<Done> carry(Run& run, const AnyMesh& old_mesh, std::vector<NamedField> f
     return Done{};
 }
 
-/// Whether all nodes are in the middles of chords, to what text files keep of digits.
+/// Whether all nodes are in the middles of chords, to what text files keep of digits: of the places, which may be far
+/// out, and of the chords.
 template <int D>
 bool has_straight_edges(const QuadraticMesh<D>& mesh) {
-    constexpr double rounding = 1e-12;
+    constexpr double of_places = 1e-15, of_chords = 1e-12;
     for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
         const auto& [a, b] = mesh.edges.vertices[e];
         const Vec<D>&p = mesh.linear.points[a], &q = mesh.linear.points[b];
-        const Vec<D> off = mesh.mid_nodes[e].point - midpoint(p, q);
-        if (norm_squared(off) > rounding * rounding * (norm_squared(p - q) + norm_squared(p) + norm_squared(q)))
+        if (distance(mesh.mid_nodes[e].point, midpoint(p, q)) >
+            of_places * (norm(p) + norm(q)) + of_chords * distance(p, q))
             return false;
     }
     return true;
