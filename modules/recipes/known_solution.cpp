@@ -3,11 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <optional>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 module camber.recipes;
@@ -51,30 +47,14 @@ Lattice<D> lattice_of(const LinearMesh<D>& mesh, ElementId e) {
     return places;
 }
 
-/// The exponent of the power of two in which the function's range at the vertices is about 1. Nothing where it is not
-/// finite.
-template <int D>
-std::optional<int> exponent_of(const LinearMesh<D>& mesh, const FunctionOfPlace<D>& function) {
-    Buffer<double> values(mesh.points.size());
-    function()(std::span(mesh.points), std::span(values));
-    const auto [least, largest] = std::ranges::minmax(values);
-    const double half_range = largest / 2 - least / 2;
-    if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); })) return std::nullopt;
-    return half_range > 0 ? std::ilogb(half_range) : 0;
-}
-
 template <int D>
 Outcome<KnownSolution<D>> of_function(const LinearMesh<D>& mesh, const FunctionOfPlace<D>& function,
                                       const Execution& execution) {
-    const auto not_finite = [](Entity where) {
-        return fail(ErrorKind::usage, "the function that nodes are placed by is no number there", {}, where,
-                    "give one that is finite on the whole domain");
-    };
     if (mesh.points.empty()) return KnownSolution<D>{{.values = {}}};
-    const auto exponent = exponent_of(mesh, function);
-    if (!exponent) return not_finite({});
+    Buffer<double> at_vertices(mesh.points.size());
+    function()(std::span<const Vec<D>>(mesh.points), std::span<double>(at_vertices));
+    const int exponent = own_exponent(at_vertices);
     Buffer<std::array<float, node_count<known_degree, D>>> values(mesh.elements.size());
-    Buffer<std::uint8_t> finite(mesh.elements.size());
     const auto done = each_chunk(
         execution, mesh.elements.size(),
         [&](std::size_t begin, std::size_t end) {
@@ -84,14 +64,17 @@ Outcome<KnownSolution<D>> of_function(const LinearMesh<D>& mesh, const FunctionO
                 const Lattice<D> places = lattice_of(mesh, ElementId(e));
                 evaluate(std::span<const Vec<D>>(places), std::span<double>(at));
                 for (std::size_t q = 0; q < at.size(); ++q)
-                    values[e][q] = static_cast<float>(std::scalbn(at[q] - at[0], -*exponent));
-                finite[e] = std::ranges::all_of(values[e], [](float x) { return std::isfinite(x); });
+                    values[e][q] = static_cast<float>(std::scalbn(at[q] - at[0], -exponent));
             }
         },
         elements_at_once);
     if (!done) return fail(done.error());
-    const auto bad = std::ranges::find(finite, 0);
-    if (bad != finite.end()) return not_finite({"element", static_cast<std::size_t>(bad - finite.begin()) + 1});
+    const auto bad = std::ranges::find_if(
+        values, [](const auto& at) { return !std::ranges::all_of(at, [](float x) { return std::isfinite(x); }); });
+    if (bad != values.end())
+        return fail(ErrorKind::usage, "the function that nodes are placed by is no number there", {},
+                    Entity{"element", static_cast<std::size_t>(bad - values.begin()) + 1},
+                    "give one that is finite on the whole domain");
     return KnownSolution<D>{{.values = std::move(values)}};
 }
 
