@@ -34,25 +34,6 @@ void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optio
                    "Also print how gains, lengths, curvatures and Jacobians are spread, before and after correction");
 }
 
-/// The bound of the verbs that judge curved elements.
-void add_bound(CLI::App* verb, PipelineArguments& a) {
-    verb->add_option(
-            "--min-scaled-jacobian", a.min_scaled_jacobian,
-            "Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not: exit code "
-            "1. Without it: 0.1 where it can be had")
-        ->check(within<double>(camber::option_of(&camber::config::Validate::min_scaled_jacobian).limits));
-}
-
-/// What the verbs that are a pipeline have in common.
-void add_pipeline(CLI::App* verb, PipelineArguments& a) {
-    add_flat(verb, a.flat);
-    add_solution_along(verb, a.solution);
-    verb->add_option("--report", a.report, "Also write the figures as JSON");
-    verb->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
-    verb->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
-    add_settings(verb, a.settings, a.threads, a.print_config, a.histogram, a.dry_run);
-}
-
 void add_metric(CLI::App* verb, MetricChoice& a) {
     verb->add_option("--metric", a.metric,
                      "natural, a size such as 0.1, solution (what interpolates --solution best), a file (" +
@@ -74,6 +55,8 @@ void add_metric(CLI::App* verb, MetricChoice& a) {
         ->check(CLI::PositiveNumber);
 }
 
+}  // namespace
+
 void add_geometry(CLI::App* verb, GeometryArguments& a) {
     verb->add_option("--geometry", a.geometry,
                      "surrogate (from the mesh), straight, or JSON such as "
@@ -94,9 +77,31 @@ void add_geometry(CLI::App* verb, GeometryArguments& a) {
         ->check(CLI::NonNegativeNumber);
 }
 
+void add_bound(CLI::App* verb, PipelineArguments& a) {
+    verb->add_option(
+            "--min-scaled-jacobian", a.min_scaled_jacobian,
+            "Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not: exit code "
+            "1. Without it: 0.1 where it can be had")
+        ->check(within<double>(camber::option_of(&camber::config::Validate::min_scaled_jacobian).limits));
+}
+
+void add_pipeline(CLI::App* verb, PipelineArguments& a) {
+    add_flat(verb, a.flat);
+    verb->add_option("--report", a.report, "Also write the figures as JSON");
+    verb->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
+    verb->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
+    add_settings(verb, a.settings, a.threads, a.print_config, a.histogram, a.dry_run);
+}
+
+namespace {
+
 void add_run(CLI::App& app, Verb& verb) {
     CLI::App* run = app.add_subcommand("run", "Run a pipeline described in JSON");
     run->add_option("config", verb.run.config, "The pipeline; paths of inputs are relative to its folder")->required();
+    run->add_flag("--allow-commands", verb.run.allow_commands,
+                  "Let the config run the command of its adapt/solve: only of configs that you trust");
+    run->add_option("--from", verb.run.from, "Of a config with cycles: go on from this one of an earlier run")
+        ->check(CLI::NonNegativeNumber);
     add_settings(run, verb.run.settings, verb.run.threads, verb.run.print_config, verb.run.histogram, verb.run.dry_run);
 }
 
@@ -112,6 +117,7 @@ void add_curve(CLI::App& app, Verb& verb) {
                   ". Default: solution where there is --solution and no --metric, else " +
                   std::string(camber::word_of(camber::config::Curve{}.objective)));
     add_bound(curve, a);
+    add_solution_along(curve, a.solution);
     add_pipeline(curve, a);
 }
 
@@ -139,6 +145,7 @@ void add_repair(CLI::App& app, Verb& verb) {
         ->check(CLI::NonNegativeNumber);
     add_geometry(repair, a.geometry);
     add_bound(repair, a);
+    add_solution_along(repair, a.solution);
     add_pipeline(repair, a);
 }
 
@@ -173,6 +180,7 @@ void add_remesh(CLI::App& app, Verb& verb) {
                   ". Default: " + std::string(camber::word_of(camber::config::Remesh{}.objective)));
     remesh->add_option("--output-metric", a.output_metric,
                        "Also write the metric at the new vertices (" + endings_of_solutions() + ")");
+    add_solution_along(remesh, a.solution);
     add_pipeline(remesh, a);
 }
 
@@ -356,6 +364,7 @@ void add_verbs(CLI::App& app, Verb& verb) {
     add_run(app, verb);
     add_curve(app, verb);
     add_remesh(app, verb);
+    add_adapt(app, verb);
     add_repair(app, verb);
     add_metric_of_solution(app, verb);
     add_transfer(app, verb);

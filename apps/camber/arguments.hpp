@@ -12,6 +12,7 @@ struct Verb {
     RunArguments run;
     CurveArguments curve;
     RemeshArguments remesh;
+    AdaptArguments adapt;
     RepairArguments repair;
     ConvertArguments convert;
     GenerateArguments generate;
@@ -28,6 +29,13 @@ struct Verb {
 void add_sizes(CLI::App* verb, std::vector<std::string>& sizes);
 void add_solution_along(CLI::App* verb, SolutionChoice& solution);
 
+void add_geometry(CLI::App* verb, GeometryArguments& arguments);
+/// The bound of the verbs that judge curved elements.
+void add_bound(CLI::App* verb, PipelineArguments& arguments);
+/// What the verbs that are a pipeline have in common, but for the solution that goes along.
+void add_pipeline(CLI::App* verb, PipelineArguments& arguments);
+
+void add_adapt(CLI::App& app, Verb& verb);
 void add_metric_of_solution(CLI::App& app, Verb& verb);
 void add_transfer(CLI::App& app, Verb& verb);
 

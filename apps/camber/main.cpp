@@ -24,6 +24,7 @@ constexpr const char* description =
     "Camber: curved (P2) meshes from straight ones, driven by a metric and by the geometry; always valid.\n\n"
     "  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its own metric\n"
     "  camber remesh wing.meshb --metric m.sol -o w.mesh bring a mesh, straight or curved, to a metric\n"
+    "  camber adapt w.mesh --solve 'flow {mesh} {solution}' -o v.mesh   adapt it to a solution, cycle after cycle\n"
     "  camber repair broken-p2.meshb -o valid-p2.meshb   repair a curved mesh made elsewhere\n"
     "  camber run configs/spheres.json                   run a pipeline\n"
     "  camber check wing-p2.meshb                        is it a good mesh?\n"
@@ -44,6 +45,7 @@ int dispatch(const CLI::App& app, const Verb& verb) {
     if (app.got_subcommand("run")) return run_command(verb.run);
     if (app.got_subcommand("curve")) return curve_command(verb.curve);
     if (app.got_subcommand("remesh")) return remesh_command(verb.remesh);
+    if (app.got_subcommand("adapt")) return adapt_command(verb.adapt);
     if (app.got_subcommand("repair")) return repair_command(verb.repair);
     if (app.got_subcommand("plot")) return plot_command(verb.plot);
     if (app.got_subcommand("convert")) return convert_command(verb.convert);

@@ -4,6 +4,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 module camber.interpolation;
 import camber.core;
 import camber.bezier;
@@ -24,8 +25,24 @@ std::array<Vec<D>, quadratic_nodes<D>> nodes_of(const QuadraticMesh<D>& mesh, st
     return at;
 }
 
+namespace {
+
+/// An element's of the values at all nodes, vertices first.
 template <int D>
-Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, Integrator<D>& integrator) {
+std::array<double, quadratic_nodes<D>> values_of(const QuadraticMesh<D>& mesh, std::size_t e,
+                                                 std::span<const double> nodal) {
+    std::array<double, quadratic_nodes<D>> u{};
+    for (std::size_t i = 0; i <= D; ++i) u[i] = nodal[mesh.linear.elements.vertices[e][i].index()];
+    for (std::size_t k = 0; k < edges_per_simplex<D>; ++k)
+        u[D + 1 + k] = nodal[mesh.linear.points.size() + mesh.edges.of_elements[e][k].index()];
+    return u;
+}
+
+}  // namespace
+
+template <int D>
+Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, std::span<const double> nodal,
+                  Integrator<D>& integrator) {
     constexpr std::size_t corners = D + 1, nodes = quadratic_nodes<D>;
     const std::array<Vec<D>, nodes> at = nodes_of(mesh, e, sides);
     std::array<double, nodes> u{};
@@ -38,7 +55,10 @@ Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, Inte
         const Vec<D> middle = midpoint(at[static_cast<std::size_t>(i)], at[static_cast<std::size_t>(j)]);
         piece.places.bubbles[k] = at[corners + k] - middle;
     }
-    integrator.evaluate(at, u);
+    if (nodal.empty())
+        integrator.evaluate(at, u);
+    else
+        u = values_of(mesh, e, nodal);
     double largest = 0;
     for (std::size_t i = 0; i < nodes; ++i) largest = std::max(largest, std::abs(u[i]));
     for (std::size_t i = 0; i < corners; ++i) piece.values[0].corners[i] = u[i];
@@ -47,8 +67,8 @@ Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, Inte
         piece.values[0].bubbles[k] =
             u[corners + k] - (u[static_cast<std::size_t>(i)] + u[static_cast<std::size_t>(j)]) / 2;
     }
-    piece.interpolants = piece.straight ? 2 : 1;
-    if (piece.straight) piece.values[1].corners = piece.values[0].corners;
+    piece.interpolants = piece.straight && nodal.empty() ? 2 : 1;
+    if (piece.interpolants == 2) piece.values[1].corners = piece.values[0].corners;
 
     // Values err by their own digits, and by those of the places where they are asked for: by |x_k| times the slope
     // along each axis, which the difference of two values by that of their places bounds from below.
@@ -61,7 +81,7 @@ Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, Inte
 
 template std::array<Vec<2>, 6> nodes_of<2>(const QuadraticMesh<2>&, std::size_t, Sides);
 template std::array<Vec<3>, 10> nodes_of<3>(const QuadraticMesh<3>&, std::size_t, Sides);
-template Piece<2> piece_of<2>(const QuadraticMesh<2>&, std::size_t, Sides, Integrator<2>&);
-template Piece<3> piece_of<3>(const QuadraticMesh<3>&, std::size_t, Sides, Integrator<3>&);
+template Piece<2> piece_of<2>(const QuadraticMesh<2>&, std::size_t, Sides, std::span<const double>, Integrator<2>&);
+template Piece<3> piece_of<3>(const QuadraticMesh<3>&, std::size_t, Sides, std::span<const double>, Integrator<3>&);
 
 }  // namespace camber

@@ -6,6 +6,7 @@ module;
 #include <cstdint>
 #include <deque>
 #include <numeric>
+#include <span>
 #include <utility>
 #include <vector>
 module camber.interpolation;
@@ -84,6 +85,22 @@ class Errors {
     Errors(const QuadraticMesh<D>& mesh, const ScalarField<D>& field, double tolerance, const Execution& execution)
         : mesh_(mesh), field_(field), tolerance_(tolerance), execution_(execution), bent_(bent_elements(mesh)) {}
 
+    /// Of a function that is given at the nodes.
+    Outcome<InterpolantError> of_function(std::span<const double> nodal) {
+        nodal_ = nodal;
+        std::vector<std::uint32_t> straight;
+        for (std::size_t e = 0, b = 0; e < mesh_.linear.elements.size(); ++e)
+            if (b < bent_.size() && bent_[b] == e)
+                ++b;
+            else
+                straight.push_back(static_cast<std::uint32_t>(e));
+        static const State nothing{};
+        auto states = integrated(mesh_, bent_, Sides::curved, States(mesh_.linear.elements.size(), &nothing));
+        if (states) states = integrated(mesh_, std::move(straight), Sides::straight, std::move(*states));
+        if (!states) return fail(states.error());
+        return error_of(*states);
+    }
+
     Outcome<InterpolationError> found() {
         std::vector<std::uint32_t> all(mesh_.linear.elements.size());
         std::iota(all.begin(), all.end(), 0U);
@@ -109,7 +126,7 @@ class Errors {
     Outcome<States> integrated(const QuadraticMesh<D>& mesh, std::vector<std::uint32_t> elements, Sides sides,
                                States states) {
         Quadrature<D>& quadrature =
-            quadratures_.emplace_back(mesh, std::move(elements), field_, rules_, sides, tolerance_, execution_);
+            quadratures_.emplace_back(mesh, std::move(elements), field_, nodal_, rules_, sides, tolerance_, execution_);
         quadrature.put_into(states);  // empty still: the squares are those of the others
         if (auto done = quadrature.integrate(squares_of(states)); !done) return fail(done.error());
         error_.evaluations += quadrature.evaluations();
@@ -138,6 +155,7 @@ class Errors {
 
     const QuadraticMesh<D>& mesh_;
     const ScalarField<D>& field_;
+    std::span<const double> nodal_ = {};
     double tolerance_;
     const Execution& execution_;
     Rules<D> rules_ = quadrature_rules<D>();
@@ -161,7 +179,22 @@ Outcome<InterpolationError> interpolation_error(const QuadraticMesh<D>& mesh, co
     return guarded([&] { return errors_of(mesh, field, options, execution); });
 }
 
+template <int D>
+Outcome<InterpolantError> function_error(const QuadraticMesh<D>& mesh, std::span<const double> values,
+                                         const ScalarField<D>& field, const InterpolationOptions& options,
+                                         const Execution& execution) {
+    if (values.size() != mesh.linear.points.size() + mesh.edges.size())
+        return fail(ErrorKind::internal, "a function of degree 2 needs a value for each node");
+    return guarded([&]() -> Outcome<InterpolantError> {
+        if (auto sound = check_limits(options); !sound) return fail(sound.error());
+        return Errors<D>(mesh, field, options.tolerance, execution).of_function(values);
+    });
+}
+
 #define CAMBER_INSTANTIATE(D)                                                                                   \
+    template Outcome<InterpolantError> function_error<D>(const QuadraticMesh<D>&, std::span<const double>,      \
+                                                         const ScalarField<D>&, const InterpolationOptions&,    \
+                                                         const Execution&);                                     \
     template Outcome<InterpolationError> interpolation_error<D>(const QuadraticMesh<D>&, const ScalarField<D>&, \
                                                                 const InterpolationOptions&, const Execution&);
 

@@ -90,4 +90,12 @@ template <int D>
                                                               const InterpolationOptions& options,
                                                               const Execution& execution);
 
+/// The error u − u_h of a function u_h of degree 2 on that mesh, as a solver finds it, by its values at the nodes:
+/// vertices first, then edges. Of degree 1 give the edges' middles their means. Errors: as above; internal, values that
+/// are not the nodes'.
+template <int D>
+[[nodiscard]] Outcome<InterpolantError> function_error(const QuadraticMesh<D>& mesh, std::span<const double> values,
+                                                       const ScalarField<D>& field, const InterpolationOptions& options,
+                                                       const Execution& execution);
+
 }  // namespace camber

@@ -33,7 +33,7 @@ Error find_not_finite(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, 
     integrator.evaluate(nodes, u);
     if (auto found = look(nodes, u)) return *found;
     for (const CollapsedRule<D>& rule : rules) {
-        static_cast<void>(integrator.integrate(piece_of(mesh, e, sides, integrator), rule));
+        static_cast<void>(integrator.integrate(piece_of(mesh, e, sides, {}, integrator), rule));
         if (auto found = look(integrator.points(), integrator.values())) return *found;
     }
     return Error{

@@ -82,9 +82,10 @@ template <int D>
 [[nodiscard]] std::array<Vec<D>, quadratic_nodes<D>> nodes_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides);
 
 /// An element's places and values: of straight elements with the interpolants of degree 2 and 1, of curved ones with
-/// that of degree 2.
+/// that of degree 2; or, where there are values at the mesh's nodes, with the function of degree 2 that has these.
 template <int D>
-[[nodiscard]] Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, Integrator<D>& integrator);
+[[nodiscard]] Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, std::span<const double> nodal,
+                                Integrator<D>& integrator);
 
 /// 2^D pieces that together are the piece.
 template <int D>

@@ -71,7 +71,7 @@ Outcome<Done> Quadrature<D>::refine(const std::vector<std::uint32_t>& active) {
 template <int D>
 void Quadrature<D>::refine(std::uint32_t row, const Squares& enough, Integrator<D>& integrator) {
     State& state = states_[row];
-    const Piece<D> piece = piece_of(mesh_, elements_[row], sides_, integrator);
+    const Piece<D> piece = piece_of(mesh_, elements_[row], sides_, nodal_, integrator);
     const Integrals before = state.integrals;
     const int depth = depth_of(++state.level);
     if (depth <= 0) {

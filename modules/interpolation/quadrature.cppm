@@ -2,6 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 module camber.interpolation:quadrature;
@@ -34,10 +35,13 @@ struct State {
 template <int D>
 class Quadrature {
   public:
+    /// `nodal`: of a function of degree 2 that is given at the mesh's nodes; empty: of the interpolants.
     Quadrature(const QuadraticMesh<D>& mesh, std::vector<std::uint32_t> elements, const ScalarField<D>& field,
-               const Rules<D>& rules, Sides sides, double tolerance, const Execution& execution)
+               std::span<const double> nodal, const Rules<D>& rules, Sides sides, double tolerance,
+               const Execution& execution)
         : mesh_(mesh),
           field_(field),
+          nodal_(nodal),
           rules_(rules),
           sides_(sides),
           tolerance_(tolerance),
@@ -69,6 +73,7 @@ class Quadrature {
 
     const QuadraticMesh<D>& mesh_;
     const ScalarField<D>& field_;
+    const std::span<const double> nodal_;
     const Rules<D>& rules_;
     Sides sides_;
     double tolerance_;

@@ -27,6 +27,8 @@ struct RunArguments {
     std::vector<std::string> settings;  ///< path=value
     std::optional<int> threads;
     bool print_config = false, histogram = false, dry_run = false;
+    bool allow_commands = false;  ///< that the config names
+    std::optional<int> from;      ///< of its cycles: the one of an earlier run that is gone on from
 };
 [[nodiscard]] int run_command(const RunArguments& arguments);
 
@@ -85,6 +87,18 @@ struct RemeshArguments : PipelineArguments {
     std::string output_metric;                         ///< the metric at the new vertices; empty: not written
 };
 [[nodiscard]] int remesh_command(const RemeshArguments& arguments);
+
+/// Of a mesh that is adapted cycle after cycle.
+struct AdaptArguments : PipelineArguments {
+    MetricChoice metric;  ///< none: `of_solution`, with what stands beside it here
+    GeometryArguments geometry;
+    config::SolutionMetric of_solution = {};
+    config::Adaptation adapt = {};  ///< but for the cycles
+    std::optional<int> cycles;      ///< none: as many as usual
+    int degree = 2;                 ///< of the meshes that are made
+    std::optional<int> from;        ///< the cycle of an earlier run that is gone on from
+};
+[[nodiscard]] int adapt_command(const AdaptArguments& arguments);
 
 struct ConvertArguments {
     std::string input, output;

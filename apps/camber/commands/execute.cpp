@@ -98,16 +98,6 @@ Outcome<Done> check_endings(const config::Output& output) {
     return output.solution.empty() ? Done{} : check_fields_ending(output.solution);
 }
 
-Outcome<Done> check_outputs(const config::Output& output) {
-    if (auto endings = check_endings(output); !endings) return endings;
-    const auto files = named_outputs(output);
-    for (const std::string& path : files)
-        if (auto made = make_folder_of(path); !made) return made;
-    for (const std::string& path : files)
-        if (auto writable = check_writable(path); !writable) return writable;
-    return Done{};
-}
-
 /// What a run made of a flat mesh: as it is, and back in space.
 struct Placed {
     AnyMesh mesh;
@@ -261,6 +251,13 @@ Error of_input(Error error, const config::Pipeline& pipeline) {
     return of_file(std::move(error), file != nullptr ? file->path : "the generated mesh");
 }
 
+Outcome<config::Pipeline> fitted_to(const AnyMesh& mesh, const config::Pipeline& given, const Fit& fit) {
+    if (!fit) return given;
+    auto fitted = fit(given, mesh);
+    if (!fitted) return fail(of_input(fitted.error(), given));
+    return fitted;
+}
+
 /// Steps of one name are one row.
 void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
     const auto same = std::ranges::find(times, step.stage, &run::StageTime::stage);
@@ -271,11 +268,24 @@ void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
 
 }  // namespace
 
-Outcome<std::string> plan(const config::Pipeline& pipeline) {
-    if (auto endings = check_endings(pipeline.output); !endings) return fail(endings.error());
-    const Execution execution{.threads = pipeline.threads, .stop = stop_on_signals()};
-    auto inputs = read_inputs(pipeline, execution);
+Outcome<Done> check_outputs(const config::Output& output) {
+    if (auto endings = check_endings(output); !endings) return endings;
+    const auto files = named_outputs(output);
+    for (const std::string& path : files)
+        if (auto made = make_folder_of(path); !made) return made;
+    for (const std::string& path : files)
+        if (auto writable = check_writable(path); !writable) return writable;
+    return Done{};
+}
+
+Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
+    if (auto endings = check_endings(given.output); !endings) return fail(endings.error());
+    const Execution execution{.threads = given.threads, .stop = stop_on_signals()};
+    auto inputs = read_inputs(given, execution);
     if (!inputs) return fail(inputs.error());
+    auto fitted = fitted_to(inputs->mesh.mesh, given, fit);
+    if (!fitted) return fail(fitted.error());
+    const config::Pipeline pipeline = std::move(*fitted);
     if (auto enough = check_memory(inputs->mesh.mesh); !enough) return fail(enough.error());
     const run::PlanSize size = run::plan_size(inputs->mesh.mesh);
     const auto growth = run::planned_growth(pipeline, std::move(*inputs),
@@ -286,8 +296,8 @@ Outcome<std::string> plan(const config::Pipeline& pipeline) {
     return text;
 }
 
-Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
-    if (auto outputs = check_outputs(pipeline.output); !outputs) return fail(outputs.error());
+Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const Fit& fit) {
+    if (auto outputs = check_outputs(given.output); !outputs) return fail(outputs.error());
     Progress progress;
     std::vector<run::StageTime> times;
     const std::stop_token stop = stop_on_signals();
@@ -296,7 +306,7 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
         progress.begin(std::string(stage));
         const Meter meter;
         auto done = guarded(
-            [&] { return body(Execution{.threads = pipeline.threads, .stop = stop, .progress = progress.ticks()}); });
+            [&] { return body(Execution{.threads = given.threads, .stop = stop, .progress = progress.ticks()}); });
         if (!done && done.error().kind == ErrorKind::memory && done.error().where.empty()) done.error().where = stage;
         const Usage usage = meter.read();
         add_time(times, {std::string(stage), usage.seconds, usage.peak_bytes});
@@ -304,14 +314,17 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written) {
     };
 
     std::optional<run::Inputs> inputs;
-    auto read = around(std::holds_alternative<config::FilePath>(pipeline.input.source) ? "read" : "generate",
+    auto read = around(std::holds_alternative<config::FilePath>(given.input.source) ? "read" : "generate",
                        [&](const Execution& execution) -> Outcome<Done> {
-                           auto got = read_inputs(pipeline, execution);
+                           auto got = read_inputs(given, execution);
                            if (!got) return fail(got.error());
                            inputs = std::move(*got);
                            return check_memory(inputs->mesh.mesh);
                        });
     if (!read) return fail(read.error());
+    auto fitted = fitted_to(inputs->mesh.mesh, given, fit);
+    if (!fitted) return fail(fitted.error());
+    const config::Pipeline pipeline = std::move(*fitted);
     const std::optional<Lift> lift = inputs->mesh.lift;
     const bool always_in_space = inputs->mesh.always_in_space;
     run::OriginReport origin = origin_of(pipeline, inputs->mesh.mesh);

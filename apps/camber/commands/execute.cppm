@@ -24,11 +24,17 @@ Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::s
 /// What a config's geometry is in files for: a CAD model, another mesh.
 Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution);
 
+/// A pipeline as the mesh that it begins with asks for.
+using Fit = std::function<Outcome<config::Pipeline>(config::Pipeline, const AnyMesh&)>;
+
 /// The whole run of a config: reads or generates, runs the stages with clocks and progress, writes the outputs
-/// and adds them to those written.
-Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written);
+/// and adds them to those written. `fit`, if there is one, is asked once the input is read.
+Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written, const Fit& fit = {});
 
 /// What `execute` would do, as text: reads or generates the input, checks the outputs, writes nothing.
-Outcome<std::string> plan(const config::Pipeline& pipeline);
+Outcome<std::string> plan(const config::Pipeline& pipeline, const Fit& fit = {});
+
+/// Whether all outputs can be written; makes their folders. Errors: usage, an ending; write.
+Outcome<Done> check_outputs(const config::Output& output);
 
 }  // namespace camber::app

@@ -14,6 +14,7 @@ import camber.core;
 import camber.app_shell;
 import camber.config;
 import camber.run;
+import :cycles;
 import :ending;
 import :execute;
 import :formats;
@@ -149,7 +150,14 @@ int run_command(const RunArguments& arguments) {
         config::with_inputs_below(*pipeline, std::filesystem::path(arguments.config).parent_path().string());
     auto files = files_of(below, words_of_config);
     files.insert(files.begin(), NamedFile{arguments.config, "the config", Role::input});
-    return run_or_plan(below, files, arguments.dry_run, arguments.histogram);
+    if (!below.adapt.is_asked()) return run_or_plan(below, files, arguments.dry_run, arguments.histogram);
+    if (!below.adapt.solve.empty() && !arguments.allow_commands)
+        return report_error({ErrorKind::usage,
+                             fmt::format("the config runs a command: {}", fmt::join(below.adapt.solve, " ")),
+                             arguments.config + ": /adapt/solve",
+                             {},
+                             "--allow-commands lets it"});
+    return run_or_plan_cycles(below, files, {.from = arguments.from}, arguments.dry_run);
 }
 
 int explain_command(const std::string& topic) {

@@ -108,9 +108,10 @@ Topic topic_of_choice() {
     return {c.name, std::move(text), std::move(words)};
 }
 
-/// One topic a stage, and the output, which is what comes after them.
+/// One topic a stage, and cycles of them and the output, which come after.
 std::vector<Topic> with_stages(std::vector<Topic> topics) {
     each_alternative<Stage>([&](auto, auto stage) { topics.push_back(topic_of_struct<decltype(stage)>()); });
+    topics.push_back(topic_of_struct<Adaptation>());
     topics.push_back(topic_of_struct<Output>());
     return topics;
 }

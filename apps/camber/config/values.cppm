@@ -6,6 +6,7 @@ module;
 #include <variant>
 #include <vector>
 export module camber.config:values;
+export import :adaptation_values;
 export import :metric_values;
 export import :paths;
 import camber.core;
@@ -314,6 +315,7 @@ struct Pipeline {
     Geometry geometry;
     Features features;
     std::vector<Stage> stages{Elevate{}, Curve{}, Validate{}, Relax{}, Commit{}};
+    Adaptation adapt = {};
     int threads = 0;
     Output output;
 
@@ -331,6 +333,7 @@ struct Pipeline {
             option("geometry", &S::geometry, "the shape that boundary nodes are put onto"),
             option("features", &S::features, "ridges of the boundary"),
             option("stages", &S::stages, "what is done, in this order").count(0, 1000),
+            option("adapt", &S::adapt, "cycles of them, and the solver that is asked in between"),
             option("threads", &S::threads, "threads to use; 0: all that the machine has").at_least(0).at_most(4096),
             option("output", &S::output, "files to write"));
     }

@@ -279,6 +279,17 @@ Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, 
         std::move(inputs.mesh.mesh));
 }
 
+bool is_curved(const AnyMesh& mesh) {
+    return std::visit(
+        [](const auto& m) {
+            if constexpr (requires { m.linear; })
+                return !has_straight_edges(m);
+            else
+                return false;
+        },
+        mesh);
+}
+
 bool shows_fields(const config::Output& output) {
     const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh);
     return !output.vtu.empty() || (format != nullptr && format->for_viewers);

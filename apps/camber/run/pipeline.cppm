@@ -54,6 +54,9 @@ struct Run {
 /// Whether no stage is a pass that changes the topology.
 [[nodiscard]] bool keeps_elements(const config::Pipeline& pipeline);
 
+/// Whether the mesh is of degree 2 and not straight: no stage `elevate` takes it.
+[[nodiscard]] bool is_curved(const AnyMesh& mesh);
+
 /// The mesh prepared, then the stages of a config, one after the other. Errors name the stage's JSON path.
 [[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around);
 

@@ -1,6 +1,7 @@
 /// What touches the system: files, terminal, clocks, memory and signals.
 export module camber.app_shell;
 export import :child;
+export import :command;
 export import :files;
 export import :interrupt;
 export import :memory;

@@ -75,22 +75,11 @@ int spawn_self(const std::vector<std::string>& arguments, int pipe, pid_t& pid) 
     return error;
 }
 
-std::string name_of(int signal) {
-    switch (signal) {
-        case SIGSEGV: return "segmentation fault";
-        case SIGABRT: return "abort";
-        case SIGBUS: return "bus error";
-        case SIGFPE: return "arithmetic error";
-        case SIGKILL: return "killed";
-        default: return "signal " + std::to_string(signal);
-    }
-}
-
 ChildResult ended(int status, std::string bytes) {
     if (WIFSIGNALED(status)) {
         const int signal = WTERMSIG(status);
         if (signal == SIGXCPU) return {ChildEnd::out_of_time, {}, {}};
-        return {ChildEnd::crashed, {}, name_of(signal)};
+        return {ChildEnd::crashed, {}, name_of_signal(signal)};
     }
     if (WEXITSTATUS(status) != 0) return {ChildEnd::crashed, {}, "exit code " + std::to_string(WEXITSTATUS(status))};
     return {ChildEnd::done, std::move(bytes), {}};

@@ -87,7 +87,7 @@ void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeO
     part.edges_per_second = static_cast<double>(part.volume_edges) / std::max(seconds, 1e-9);
     run.report(part);
     if (at.nodes != NodesOf::input) return;
-    run.report(kept_nodes(made.input.kept));
+    if (made.input.kept > 0) run.report(kept_nodes(made.input.kept));
     if (made.field) run.report(Notices{of_volume(edge_options(options).aim)});
 }
 

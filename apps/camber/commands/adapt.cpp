@@ -1,0 +1,90 @@
+module;
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.commands;
+import camber.core;
+import camber.config;
+import camber.curving;
+import :cycles;
+import :ending;
+import :formats;
+import :named_files;
+
+namespace camber::app {
+
+namespace {
+
+constexpr const char* curved_cycles =
+    R"({"input": {"mesh": "-"}, "metric": {"solution": {}}, "stages": ["elevate", "remesh", "curve", "validate", "relax", "commit"]})";
+constexpr const char* straight_cycles =
+    R"({"input": {"mesh": "-"}, "metric": {"solution": {"degree": 1}}, "stages": ["remesh"]})";
+constexpr int usual_cycles = 8;
+
+Outcome<Done> check_given(const AdaptArguments& a) {
+    for (const std::string& setting : a.settings)
+        if (setting.starts_with("adapt"))
+            return fail(ErrorKind::usage, "\"" + setting + "\" is the verb's own argument", "--set", {},
+                        "give --cycles and the like, or use camber run");
+    const config::Adaptation& adapt = a.adapt;
+    if (a.solution.given.empty() && !a.metric.metric && adapt.solve.empty() && adapt.exact.empty())
+        return fail(ErrorKind::usage, "what is the mesh to be adapted to?", {}, {},
+                    "give --solution, --metric, --solve or --field");
+    if (!a.solution.given.empty() && !adapt.solve.empty())
+        return fail(ErrorKind::usage, "and --solve are two solutions", "--solution", {}, "leave one of them out");
+    return Done{};
+}
+
+/// The stages' nodes are placed by the solution where the metric is made of it, too.
+void place_by_solution(config::Pipeline& pipeline) {
+    if (!std::holds_alternative<config::SolutionMetric>(pipeline.metric)) return;
+    for (config::Stage& stage : pipeline.stages)
+        if (auto* curve = std::get_if<config::Curve>(&stage)) curve->objective = Objective::solution;
+}
+
+Outcome<config::Pipeline> adapting(const AdaptArguments& a) {
+    if (auto given = check_given(a); !given) return fail(given.error());
+    auto pipeline = pipeline_of(a.degree == 1 ? straight_cycles : curved_cycles, a);
+    if (!pipeline) return pipeline;
+    if (!a.metric.metric) {
+        config::SolutionMetric made = a.of_solution;
+        if (const auto* set = std::get_if<config::SolutionMetric>(&pipeline->metric);
+            set != nullptr && made.degree == 0)
+            made.degree = set->degree;
+        pipeline->metric = std::move(made);
+    }
+    if (auto set = set_metric(a.metric, *pipeline); !set) return fail(set.error());
+    if (auto set = set_geometry(a.geometry, *pipeline); !set) return fail(set.error());
+    place_by_solution(*pipeline);
+    pipeline->adapt = a.adapt;
+    const bool is_of_first_mesh = a.adapt.solve.empty() && !pipeline->solution.file.empty();
+    pipeline->adapt.cycles = a.cycles.value_or(is_of_first_mesh ? 1 : usual_cycles);
+    if (a.adapt.solve.empty() && a.solution.given.empty() && !a.metric.metric)
+        pipeline->solution.expression = a.adapt.exact;
+    return pipeline;
+}
+
+}  // namespace
+
+int adapt_command(const AdaptArguments& arguments) {
+    const auto pipeline = adapting(arguments);
+    if (!pipeline) return report_error(pipeline.error());
+    if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
+    // What arguments gave is as sound as what a config says.
+    if (auto read = config::read_pipeline(config::write_pipeline(*pipeline), "command line"); !read)
+        return report_error(read.error());
+    return run_or_plan_cycles(*pipeline, files_of(*pipeline, words_of_options),
+                              {.from = arguments.from, .degree = arguments.degree == 1 ? 1 : 0}, arguments.dry_run);
+}
+
+int run_or_plan_cycles(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
+                       const CyclesChoice& choice, bool dry_run) {
+    if (auto distinct = check_named_files(files); !distinct) return report_error(distinct.error());
+    if (!dry_run) return run_cycles(pipeline, choice);
+    const auto text = plan_cycles(pipeline, choice);
+    return text ? end_with(*text + "\n  nothing was done\n") : report_error(text.error());
+}
+
+}  // namespace camber::app

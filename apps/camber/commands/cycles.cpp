@@ -1,0 +1,283 @@
+module;
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <fmt/format.h>
+module camber.commands;
+import camber.core;
+import camber.app_shell;
+import camber.config;
+import camber.io;
+import camber.run;
+import :cycle_folders;
+import :cycles;
+import :ending;
+import :execute;
+import :formats;
+import :named_files;
+import :nodal_fields;
+
+namespace camber::app {
+
+namespace {
+
+/// What is known of the solver's solution on a mesh.
+struct Solved {
+    DecodedMesh mesh;
+    std::vector<NamedField> fields;
+};
+
+std::string last_line(const std::string& path) {
+    const auto bytes = read_file(path);
+    if (!bytes) return {};
+    std::string_view text = as_text(*bytes);
+    while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.remove_suffix(1);
+    constexpr std::size_t most = 200;
+    text = text.substr(text.rfind('\n') + 1);
+    return std::string(text.substr(0, most));
+}
+
+bool same_ending(const std::string& a, const std::string& b) {
+    return std::filesystem::path(a).extension() == std::filesystem::path(b).extension();
+}
+
+Outcome<Done> copied(const std::string& from, const std::string& to) {
+    auto bytes = read_file(from);
+    if (!bytes) return fail(bytes.error());
+    const std::span<const std::byte> all(*bytes);
+    return write_file(to, {&all, 1});
+}
+
+Fit fit_of(const CyclesChoice& choice, int cycle) {
+    return
+        [degree = choice.degree, cycle](config::Pipeline pipeline, const AnyMesh& mesh) -> Outcome<config::Pipeline> {
+            if (degree == 1 && run::plan_size(mesh).degree == 2)
+                return fail(ErrorKind::input, "the mesh is of degree 2, and one of degree 1 is asked for", {}, {},
+                            "give the straight one, or leave --degree 1 out");
+            return run::fitted_to(mesh, std::move(pipeline), cycle);
+        };
+}
+
+class Cycles {
+  public:
+    Cycles(const config::Pipeline& pipeline, const CyclesChoice& choice, CycleFolders folders)
+        : pipeline_(pipeline), choice_(choice), folders_(std::move(folders)) {}
+
+    /// The exit code.
+    int run() {
+        out_.print(run::cycles_head(pipeline_.adapt));
+        for (const run::CycleRow& row : folders_.rows()) out_.print(run::cycles_line(row, pipeline_.adapt));
+        int code = 0;
+        for (int cycle = static_cast<int>(folders_.rows().size()); cycle <= pipeline_.adapt.cycles; ++cycle) {
+            const auto holds = make(cycle);
+            if (!holds) return report_error(told(holds.error(), cycle));
+            if (auto done = deliver(); !done) return report_error(told(done.error(), cycle + 1));
+            out_.print(run::cycles_line(folders_.rows().back(), pipeline_.adapt));
+            if (auto said = out_.finish(); !said) return report_error(said.error());
+            if (!*holds) {
+                tell(fmt::format("cycle {} has elements that are not certified valid: no cycle goes on from there",
+                                 cycle));
+                code = 1;
+                break;
+            }
+            reason_ = run::reason_to_end(folders_.rows(), pipeline_.adapt);
+            if (!reason_.empty()) break;
+        }
+        out_.print("\n" + (reason_.empty() ? std::string() : "  " + reason_ + "\n") + what_was_written());
+        const auto said = out_.finish();
+        return said ? code : report_error(said.error());
+    }
+
+  private:
+    /// A whole cycle. Whether its mesh holds what was asked.
+    Outcome<bool> make(int cycle) {
+        const auto folder = folders_.part_of_cycle(cycle);
+        if (!folder) return fail(folder.error());
+        const auto into = run::files_of_cycle(pipeline_, *folder);
+        auto made = mesh_of(cycle, into);
+        if (!made) return fail(made.error());
+        run::CycleRow row = run::row_of(cycle, pipeline_.adapt, made->report);
+        for (const run::StageTime& time : made->report.times) row.seconds += time.seconds;
+        solved_.reset();
+        if (!pipeline_.adapt.solve.empty())
+            if (auto done = solve(cycle, into, row); !done) return fail(done.error());
+        if (auto known = compare(made->mesh, row); !known) return fail(known.error());
+        if (auto added = folders_.add(row, std::filesystem::path(into.view).filename().string()); !added)
+            return fail(added.error());
+        return made->report.holds_what_was_asked();
+    }
+
+    Outcome<run::Run> mesh_of(int cycle, const run::CycleFiles& into) {
+        const auto files = [&](int k) { return run::files_of_cycle(pipeline_, folders_.of_cycle(k)); };
+        Written written;
+        const config::Pipeline pipeline = cycle == 0
+                                              ? run::first_pipeline(pipeline_, into)
+                                              : run::cycle_pipeline(pipeline_, cycle, files(0), files(cycle - 1), into);
+        const bool is_input = cycle == 0 || pipeline.input == pipeline_.input;
+        auto made = execute(pipeline, written, is_input ? fit_of(choice_, cycle) : Fit{});
+        if (!made) return made;
+        for (const std::string& notice : made->report.notices)
+            if (told_.insert(notice).second) tell("note: " + notice);
+        return made;
+    }
+
+    Outcome<Done> solve(int cycle, const run::CycleFiles& into, run::CycleRow& row) {
+        const auto words = run::solver_command(pipeline_.adapt, cycle, into);
+        const Execution execution{.threads = pipeline_.threads, .stop = stop_on_signals()};
+        const auto ended = run_command_line(words, pipeline_.adapt.seconds, into.said, execution);
+        if (!ended) return fail(ended.error());
+        row.solve_seconds = ended->seconds;
+        if (ended->end != CommandEnd::done) return fail(failed(*ended, words, into.said, cycle));
+        std::error_code none;
+        if (!std::filesystem::exists(into.solution, none))
+            return fail(ErrorKind::input, fmt::format("was not written by the solver of cycle {}", cycle),
+                        into.solution, {}, "see what it said in " + into.said);
+        auto mesh = read_mesh(into.mesh, pipeline_.input.flat, execution);
+        if (!mesh) return fail(mesh.error());
+        std::vector<Notice> notices;
+        auto fields = read_nodal_fields(*mesh, into.solution, pipeline_.solution.fields, notices, execution);
+        if (!fields) return fail(fields.error());
+        solved_ = Solved{std::move(*mesh), std::move(*fields)};
+        return write_nodal_fields(solved_->mesh, solved_->fields, into.view, execution);
+    }
+
+    [[nodiscard]] Error failed(const CommandResult& ended, const std::vector<std::string>& words,
+                               const std::string& said, int cycle) const {
+        const std::string last = last_line(said);
+        const std::string how = ended.end == CommandEnd::out_of_time
+                                    ? fmt::format("took more than {:g} s", pipeline_.adapt.seconds)
+                                    : "failed: " + ended.how;
+        return {ErrorKind::input,
+                fmt::format("the solver of cycle {} {}{}", cycle, how, last.empty() ? "" : ": " + last),
+                words.front(),
+                {},
+                "all that it said is in " + said};
+    }
+
+    /// Errors where the exact solution is known.
+    Outcome<Done> compare(const AnyMesh& mesh, run::CycleRow& row) {
+        if (pipeline_.adapt.exact.empty()) return Done{};
+        const Execution execution{.threads = pipeline_.threads, .stop = stop_on_signals()};
+        const auto interpolated = run::error_of_interpolant(mesh, pipeline_.adapt.exact, execution);
+        if (!interpolated) return fail(interpolated.error());
+        row.interpolated = *interpolated;
+        if (!solved_) return Done{};
+        const auto solved =
+            run::error_of_solution(solved_->mesh.mesh, solved_->fields, pipeline_.adapt.exact, execution);
+        if (!solved) return fail(solved.error());
+        row.solved = *solved;
+        return Done{};
+    }
+
+    /// What the last cycle made, as the config's outputs.
+    Outcome<Done> deliver() {
+        const config::Output& output = pipeline_.output;
+        const auto made = run::files_of_cycle(pipeline_, folders_.of_cycle(folders_.rows().back().cycle));
+        const auto pair = [](const std::string& from, const std::string& to) -> Outcome<Done> {
+            std::error_code none;
+            if (from.empty() || to.empty() || !std::filesystem::exists(from, none)) return Done{};
+            return copied(from, to);
+        };
+        if (auto done = deliver_mesh(made, output.mesh); !done) return done;
+        if (auto done = pair(made.report, output.report); !done) return done;
+        if (auto done = pair(made.vtu, output.vtu); !done) return done;
+        if (auto done = pair(made.metric, output.metric); !done) return done;
+        if (!output.plots.empty()) {
+            const auto from = plot_files(made.plots), to = plot_files(output.plots);
+            for (std::size_t i = 0; i < from.size(); ++i)
+                if (auto done = pair(from[i], to[i]); !done) return done;
+        }
+        if (!solved_ || output.solution.empty()) return pair(made.carried, output.solution);
+        return write_nodal_fields(solved_->mesh, solved_->fields, output.solution, {.threads = pipeline_.threads});
+    }
+
+    Outcome<Done> deliver_mesh(const run::CycleFiles& made, const std::string& to) {
+        if (to.empty()) return Done{};
+        const MeshFormat* const format = format_with_ending(mesh_formats(), to);
+        const bool has_fields = format != nullptr && format->holds_fields;
+        if (same_ending(made.mesh, to) && !(has_fields && solved_)) return copied(made.mesh, to);
+        const Execution execution{.threads = pipeline_.threads};
+        if (solved_) return write_nodal_fields(solved_->mesh, solved_->fields, to, execution);
+        auto mesh = read_mesh(made.mesh, pipeline_.input.flat, execution);
+        if (!mesh) return fail(mesh.error());
+        std::vector<Notice> notices;
+        const auto fields = has_fields ? fields_at_nodes(*mesh, notices) : std::vector<NamedField>{};
+        return write_nodal_fields(*mesh, fields, to, execution);
+    }
+
+    /// An error in a cycle, with what there is to go on from.
+    [[nodiscard]] Error told(Error error, int cycle) const {
+        if (cycle == 0 || !folders_.is_kept()) return error;
+        const int last = cycle - 1;
+        error.what += fmt::format("; cycles 0 to {} are whole in {}: --from {} goes on", last, folders_.path(), last);
+        return error;
+    }
+
+    [[nodiscard]] std::string what_was_written() const {
+        std::string text;
+        const config::Output& output = pipeline_.output;
+        for (const std::string& path :
+             {output.mesh, output.vtu, output.metric, output.solution, output.report, output.plots})
+            if (!path.empty()) text += "  wrote " + path + "\n";
+        if (folders_.is_kept()) text += "  wrote " + folders_.path() + "/series.pvd and cycles.json beside it\n";
+        return text;
+    }
+
+    const config::Pipeline& pipeline_;
+    const CyclesChoice& choice_;
+    CycleFolders folders_;
+    StandardOutput out_;
+    std::optional<Solved> solved_;  ///< of the last cycle
+    std::set<std::string> told_;    ///< notices
+    std::string reason_;            ///< why they ended early
+};
+
+Outcome<CycleFolders> folders_of(const config::Pipeline& pipeline, const CyclesChoice& choice) {
+    const std::string kept = kept_folder(pipeline);
+    if (kept.empty() && choice.from)
+        return fail(ErrorKind::usage, "there are no cycles to go on from: none are kept", "--from", {},
+                    "give --folder");
+    if (kept.empty()) return CycleFolders::passing(pipeline.output.mesh);
+    return choice.from ? CycleFolders::going_on(kept, *choice.from) : CycleFolders::anew(kept);
+}
+
+}  // namespace
+
+std::string kept_folder(const config::Pipeline& pipeline) {
+    if (!pipeline.adapt.folder.empty()) return pipeline.adapt.folder;
+    if (pipeline.adapt.solve.empty() && !pipeline.output.mesh.empty()) return {};
+    if (pipeline.output.mesh.empty()) return "camber.cycles";
+    return std::filesystem::path(pipeline.output.mesh).replace_extension(".cycles").string();
+}
+
+int run_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice) {
+    if (auto possible = run::check_cycles(pipeline); !possible) return report_error(possible.error());
+    if (auto possible = check_outputs(pipeline.output); !possible) return report_error(possible.error());
+    auto folders = folders_of(pipeline, choice);
+    if (!folders) return report_error(folders.error());
+    return Cycles(pipeline, choice, std::move(*folders)).run();
+}
+
+Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice) {
+    if (auto possible = run::check_cycles(pipeline); !possible) return fail(possible.error());
+    config::Pipeline once = pipeline;
+    once.adapt = {};
+    auto text = plan(once, fit_of(choice, 1));
+    if (!text) return text;
+    const std::string kept = kept_folder(pipeline);
+    *text += fmt::format("  at most {} such cycles{}{}\n", pipeline.adapt.cycles,
+                         pipeline.adapt.solve.empty() ? "" : ", each after the solver",
+                         kept.empty() ? "" : "; kept in " + kept);
+    return text;
+}
+
+}  // namespace camber::app

@@ -1,0 +1,89 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+module camber.run;
+import camber.core;
+import camber.fields;
+import camber.interpolation;
+import camber.io;
+import :cycles;
+import :solution;
+import :solution_source;
+
+namespace camber::run {
+
+namespace {
+
+/// At all nodes, vertices first; what is known at the vertices alone is linear along edges.
+template <int D>
+Buffer<double> at_nodes(const QuadraticMesh<D>& mesh, std::span<const double> values, int degree) {
+    const std::size_t vertices = mesh.linear.points.size();
+    Buffer<double> all(values.begin(), values.end());
+    all.resize(vertices + mesh.edges.size(), 0.0);
+    if (degree == 2) return all;
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        all[vertices + e] = (all[a.index()] + all[b.index()]) / 2;
+    }
+    return all;
+}
+
+template <int D>
+Outcome<CycleError> error_on(const AnyMesh& mesh, std::span<const double> values, int degree, const std::string& exact,
+                             const Execution& execution) {
+    const auto quadratic = of_degree_2<D>(mesh, execution);
+    if (!quadratic) return fail(quadratic.error());
+    const auto parsed = ScalarExpression<D>::parsed(exact);
+    if (!parsed) return fail(parsed.error());
+    const ScalarField<D> field = [&] { return parsed->evaluator(); };
+    const auto error = function_error<D>(*quadratic, at_nodes(*quadratic, values, degree), field, {}, execution);
+    if (!error) {
+        Error told = error.error();
+        if (told.kind == ErrorKind::usage) told.where = quoted_expression(exact);
+        return fail(std::move(told));
+    }
+    return CycleError{error->l2.value, error->h1.value};
+}
+
+Outcome<CycleError> error_of(const AnyMesh& mesh, std::span<const double> values, int degree, const std::string& exact,
+                             const Execution& execution) {
+    return std::visit(
+        [&]<class Mesh>(const Mesh&) {
+            return error_on<Mesh::dimension>(mesh, values, degree, exact, without_progress(execution));
+        },
+        mesh);
+}
+
+int degree_of(const AnyMesh& mesh) {
+    return std::visit(
+        [](const auto& m) {
+            if constexpr (requires { m.linear; })
+                return 2;
+            else
+                return 1;
+        },
+        mesh);
+}
+
+}  // namespace
+
+Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, const std::string& exact, const Execution& execution) {
+    const auto field = field_of_expression(mesh, exact, execution);
+    if (!field) return fail(field.error());
+    return error_of(mesh, field->field.values, degree_of(mesh), exact, execution);
+}
+
+Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const NamedField> fields, const std::string& exact,
+                                      const Execution& execution) {
+    const auto scalar = std::ranges::find(fields, 1, [](const NamedField& f) { return f.field.components; });
+    if (scalar == fields.end())
+        return fail(ErrorKind::input, "has no scalar field to compare with the exact solution", {}, {},
+                    "leave the exact solution out");
+    return error_of(mesh, scalar->field.values, scalar->field.degree, exact, execution);
+}
+
+}  // namespace camber::run

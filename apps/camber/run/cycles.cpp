@@ -1,0 +1,210 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <fmt/format.h>
+module camber.run;
+import camber.core;
+import camber.config;
+import camber.curving;
+import camber.io;
+import :cycles;
+import :order;
+import :pipeline;
+
+namespace camber::run {
+
+namespace {
+
+bool asks_a_solver(const config::Pipeline& pipeline) { return !pipeline.adapt.solve.empty(); }
+
+/// The same name with the ending of another file; empty where that is.
+std::string like(const std::string& folder, const char* name, const std::string& output) {
+    return output.empty() ? output : folder + "/" + name + std::filesystem::path(output).extension().string();
+}
+
+config::Output output_of_cycle(const config::Pipeline& pipeline, const CycleFiles& files) {
+    config::Output output = pipeline.output;
+    output.mesh = files.mesh;
+    output.report = files.report;
+    output.vtu = files.vtu;
+    output.metric = files.metric;
+    output.solution = asks_a_solver(pipeline) ? files.guess : files.carried;
+    output.plots = files.plots;
+    return output;
+}
+
+/// What makes a mesh without a field to adapt it to.
+config::Pipeline without_field(config::Pipeline pipeline) {
+    pipeline.adapt = {};
+    pipeline.solution = {};
+    pipeline.metric = config::NaturalMetric{};
+    pipeline.metric_mesh.clear();
+    pipeline.metric_operations.clear();
+    return pipeline;
+}
+
+void set_complexity(config::Pipeline& pipeline, double wanted) {
+    if (auto* made = std::get_if<config::SolutionMetric>(&pipeline.metric)) {
+        made->vertices = made->elements = 0;
+        made->complexity = wanted;
+    } else {
+        pipeline.metric_operations.emplace_back(config::Complexity{.target = wanted});
+    }
+}
+
+double wanted_complexity(const config::Adaptation& adapt, int cycle) {
+    const auto& all = adapt.complexity;
+    if (all.empty() || cycle < 1) return 0;
+    return all[std::min(static_cast<std::size_t>(cycle), all.size()) - 1];
+}
+
+void replace_all(std::string& text, std::string_view part, const std::string& by) {
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + by.size()))
+        text.replace(at, part.size(), by);
+}
+
+bool is_of_files(const config::Metric& metric) {
+    if (std::holds_alternative<config::FilePath>(metric)) return true;
+    const auto* made = std::get_if<config::SolutionMetric>(&metric);
+    return made != nullptr && !made->intersect.empty();
+}
+
+}  // namespace
+
+std::string name_of_cycle(int cycle) { return fmt::format("cycle-{:03}", cycle); }
+
+CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& folder) {
+    const auto within = [&](const std::string& name) { return folder + "/" + name; };
+    const config::Output& output = pipeline.output;
+    const bool solves = asks_a_solver(pipeline);
+    return {.folder = folder,
+            .mesh = within(pipeline.adapt.mesh),
+            .solution = within(pipeline.adapt.solution),
+            .guess = within("guess.sol"),
+            .said = within("solver.txt"),
+            .report = within("report.json"),
+            .view = within("view.vtu"),
+            .vtu = output.vtu.empty() && solves ? "" : within(solves ? "run.vtu" : "view.vtu"),
+            .metric = like(folder, "metric", output.metric),
+            .carried = like(folder, "carried", output.solution),
+            .plots = output.plots.empty() ? "" : within("plots")};
+}
+
+config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFiles& into) {
+    config::Pipeline first = without_field(pipeline);
+    first.output = output_of_cycle(pipeline, into);
+    first.output.metric.clear();
+    first.output.solution.clear();
+    first.output.plots.clear();
+    if (!asks_a_solver(pipeline)) first.stages.clear();
+    std::erase_if(first.stages, [](const config::Stage& stage) {
+        return std::visit([]<class S>(const S&) { return changes_topology<S>(); }, stage);
+    });
+    for (config::Stage& stage : first.stages)
+        if (auto* curve = std::get_if<config::Curve>(&stage))
+            if (curve->objective == Objective::solution) curve->objective = config::Curve{}.objective;
+    return first;
+}
+
+config::Pipeline fitted_to(const AnyMesh& mesh, config::Pipeline pipeline, int cycle) {
+    if (!is_curved(mesh)) return pipeline;
+    if (cycle == 0) pipeline.stages.clear();
+    std::erase_if(pipeline.stages, [](const config::Stage& s) { return std::holds_alternative<config::Elevate>(s); });
+    return pipeline;
+}
+
+config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, const CycleFiles& first,
+                                const CycleFiles& before, const CycleFiles& into) {
+    config::Pipeline next = pipeline;
+    next.adapt = {};
+    next.output = output_of_cycle(pipeline, into);
+    const bool begins = cycle == 1 && !asks_a_solver(pipeline);
+    if (!begins) {
+        if (std::holds_alternative<config::FilePath>(pipeline.metric) && pipeline.metric_mesh.empty())
+            if (const auto* file = std::get_if<config::FilePath>(&pipeline.input.source)) next.metric_mesh = file->path;
+        next.input = {config::FilePath{before.mesh}, pipeline.input.flat};
+        if (std::holds_alternative<config::Surrogate>(pipeline.geometry)) next.geometry = config::FilePath{first.mesh};
+        std::erase_if(next.stages, [](const config::Stage& s) { return std::holds_alternative<config::Elevate>(s); });
+    }
+    if (asks_a_solver(pipeline)) {
+        next.solution.file = before.solution;
+        next.solution.expression.clear();
+    }
+    if (const double wanted = wanted_complexity(pipeline.adapt, cycle); wanted > 0) set_complexity(next, wanted);
+    return next;
+}
+
+std::vector<std::string> solver_command(const config::Adaptation& adapt, int cycle, const CycleFiles& files) {
+    std::vector<std::string> words = adapt.solve;
+    for (std::string& word : words) {
+        replace_all(word, "{mesh}", files.mesh);
+        replace_all(word, "{solution}", files.solution);
+        replace_all(word, "{guess}", files.guess);
+        replace_all(word, "{cycle}", std::to_string(cycle));
+        replace_all(word, "{folder}", files.folder);
+    }
+    return words;
+}
+
+Outcome<Done> check_cycles(const config::Pipeline& pipeline) {
+    const auto refuse = [](const char* what, const char* where, const char* remedy) {
+        return fail(ErrorKind::usage, what, where, {}, remedy);
+    };
+    const bool is_once = pipeline.adapt.cycles == 1;
+    if (!asks_a_solver(pipeline) && !pipeline.solution.file.empty() && !is_once)
+        return refuse("is a solution on the first mesh alone", "/solution/file",
+                      "give \"adapt\": {\"cycles\": 1}, or \"solve\", a command that makes it anew on each mesh");
+    for (const config::MetricOperation& operation : pipeline.metric_operations) {
+        const auto* intersect = std::get_if<config::Intersect>(&operation);
+        if (intersect != nullptr && is_of_files(intersect->metric) && !is_once)
+            return refuse("a metric's file is of the first mesh alone", "/metric_operations",
+                          "give \"adapt\": {\"cycles\": 1}, or a metric that is known everywhere");
+    }
+    const auto* made = std::get_if<config::SolutionMetric>(&pipeline.metric);
+    if (made != nullptr && !made->intersect.empty() && !is_once)
+        return refuse("files of metrics are of the first mesh alone", "/metric/solution/intersect",
+                      "give \"adapt\": {\"cycles\": 1}, or sizes by reference");
+    return Done{};
+}
+
+CycleRow row_of(int cycle, const config::Adaptation& adapt, const Report& report) {
+    CycleRow row{.cycle = cycle,
+                 .unknowns = report.mesh.nodes,
+                 .elements = report.mesh.judged(),
+                 .wanted = wanted_complexity(adapt, cycle),
+                 .solved = {}};
+    if (report.metric && cycle > 0) row.complexity = report.metric->complexity;
+    if (report.remesh) {
+        const auto share = [](const UnitMeshReport& r) {
+            return r.edges == 0 ? 1 : static_cast<double>(r.unit_edges) / static_cast<double>(r.edges);
+        };
+        row.unit_before = share(report.remesh->before);
+        row.unit_edges = share(report.remesh->after);
+        row.worst_quality = report.remesh->after.worst_quality;
+        row.mean_quality = report.remesh->after.mean_quality;
+    }
+    if (report.validity) row.smallest_jacobian = report.validity->smallest;
+    if (report.curve && report.curve->expected) row.expected = report.curve->expected->after;
+    return row;
+}
+
+std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
+    if (adapt.settled == 0 || rows.size() < 2) return {};
+    const CycleRow &last = rows.back(), &before = rows[rows.size() - 2];
+    // What a cycle's mesh was made of has the complexity of the cycle before.
+    if (before.cycle < 2 || static_cast<std::size_t>(before.cycle) <= adapt.complexity.size()) return {};
+    if (last.unit_edges == 0 || last.unit_before > before.unit_before + adapt.settled) return {};
+    return fmt::format(
+        "at rest: of unit length in their own solution's metric were {:.1f} % of the edges of cycle {}, "
+        "{:.1f} % of cycle {}",
+        100 * before.unit_before, before.cycle - 1, 100 * last.unit_before, last.cycle - 1);
+}
+
+}  // namespace camber::run

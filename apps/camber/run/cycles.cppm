@@ -1,0 +1,83 @@
+module;
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+export module camber.run:cycles;
+import camber.core;
+import camber.config;
+import camber.io;
+import :report;
+import :solution;
+
+/// A pipeline in cycles (config "adapt"): what each of them runs, when they are at rest, and their table.
+export namespace camber::run {
+
+/// Where a cycle's files are: all within its folder.
+struct CycleFiles {
+    std::string folder;
+    std::string mesh, solution, guess;  ///< the mesh, the solver's solution on it, what that may begin with
+    std::string said;                   ///< what the solver said
+    std::string report, view;           ///< view: the mesh with fields, for ParaView
+    std::string vtu, metric, carried, plots;
+};
+/// Those of a config's cycle below the folder of all.
+[[nodiscard]] CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& folder);
+/// "cycle-007".
+[[nodiscard]] std::string name_of_cycle(int cycle);
+
+/// What makes the first mesh, which the solver is asked on: the stages that keep the topology; without a solver none.
+[[nodiscard]] config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFiles& into);
+/// Either one as the mesh that it begins with has it: of degree 2 with curves nothing elevates it, and no node of the
+/// first mesh moves.
+[[nodiscard]] config::Pipeline fitted_to(const AnyMesh& mesh, config::Pipeline pipeline, int cycle);
+/// What makes the mesh of a cycle, from 1, out of the one before.
+[[nodiscard]] config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, const CycleFiles& first,
+                                              const CycleFiles& before, const CycleFiles& into);
+/// The command of a cycle, its braces replaced.
+[[nodiscard]] std::vector<std::string> solver_command(const config::Adaptation& adapt, int cycle,
+                                                      const CycleFiles& files);
+
+/// What cannot be done cycle after cycle. Errors: usage.
+[[nodiscard]] Outcome<Done> check_cycles(const config::Pipeline& pipeline);
+
+/// An error of a solution, or of the exact one's interpolant, in the mesh's degree.
+struct CycleError {
+    double l2 = 0, h1 = 0;
+};
+
+/// A row of the table. Shares and qualities are those of the mesh in the metric that it was made by.
+struct CycleRow {
+    int cycle = 0;
+    std::size_t unknowns = 0, elements = 0;
+    double wanted = 0, complexity = 0;       ///< 0: not asked for; no metric
+    double unit_before = 0, unit_edges = 0;  ///< shares: of the mesh that it was made of, and its own
+    double worst_quality = 0, mean_quality = 0;
+    double smallest_jacobian = 1;
+    std::optional<double> expected = {};                  ///< error that `curve` expects of it (objective solution)
+    std::optional<CycleError> interpolated = {}, solved;  ///< where the exact solution is known
+    double seconds = 0, solve_seconds = 0;
+};
+/// Of the exact solution's interpolant of the mesh's degree, and of the first scalar field. Errors: usage, no
+/// expression, or not finite somewhere; input, no such field.
+[[nodiscard]] Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, const std::string& exact,
+                                                       const Execution& execution);
+[[nodiscard]] Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const NamedField> fields,
+                                                    const std::string& exact, const Execution& execution);
+
+[[nodiscard]] CycleRow row_of(int cycle, const config::Adaptation& adapt, const Report& report);
+
+/// Why the cycles are at rest: meshes become no nearer to unit in their own solution's metric; empty: they are not.
+[[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);
+
+/// The table for a terminal, whole or line by line, and as JSON, both ways. Errors of reading: input, with its path.
+[[nodiscard]] std::string cycles_head(const config::Adaptation& adapt);
+[[nodiscard]] std::string cycles_line(const CycleRow& row, const config::Adaptation& adapt);
+[[nodiscard]] std::string cycles_json(std::span<const CycleRow> rows);
+[[nodiscard]] Outcome<std::vector<CycleRow>> read_cycles(const std::string& text, const std::string& path);
+
+/// A series for ParaView (.pvd): one file a cycle, the cycle as the time.
+[[nodiscard]] std::string series_of(std::span<const CycleRow> rows, const std::string& view);
+
+}  // namespace camber::run

@@ -1,0 +1,130 @@
+module;
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+module camber.run;
+import camber.core;
+import camber.config;
+import :cycles;
+import :rows;
+
+namespace camber::run {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json(const CycleRow& row) {
+    Json j{{"cycle", row.cycle},
+           {"unknowns", row.unknowns},
+           {"elements", row.elements},
+           {"complexity_wanted", row.wanted},
+           {"complexity", row.complexity},
+           {"unit_edges_before", row.unit_before},
+           {"unit_edges", row.unit_edges},
+           {"min_quality", row.worst_quality},
+           {"mean_quality", row.mean_quality},
+           {"min_scaled_jacobian", row.smallest_jacobian}};
+    if (row.expected) j["expected_error"] = *row.expected;
+    if (row.interpolated) j["interpolation_error"] = {{"l2", row.interpolated->l2}, {"h1", row.interpolated->h1}};
+    if (row.solved) j["solution_error"] = {{"l2", row.solved->l2}, {"h1", row.solved->h1}};
+    j["seconds"] = row.seconds;
+    j["solve_seconds"] = row.solve_seconds;
+    return j;
+}
+
+std::optional<CycleError> error_of(const Json& j, const char* key) {
+    if (!j.contains(key)) return std::nullopt;
+    return CycleError{j.at(key).at("l2").get<double>(), j.at(key).at("h1").get<double>()};
+}
+
+CycleRow row_of(const Json& j) {
+    CycleRow row{.cycle = j.at("cycle").get<int>(),
+                 .unknowns = j.at("unknowns").get<std::size_t>(),
+                 .elements = j.at("elements").get<std::size_t>(),
+                 .wanted = j.at("complexity_wanted").get<double>(),
+                 .complexity = j.at("complexity").get<double>(),
+                 .unit_before = j.at("unit_edges_before").get<double>(),
+                 .unit_edges = j.at("unit_edges").get<double>(),
+                 .worst_quality = j.at("min_quality").get<double>(),
+                 .mean_quality = j.at("mean_quality").get<double>(),
+                 .smallest_jacobian = j.at("min_scaled_jacobian").get<double>(),
+                 .interpolated = error_of(j, "interpolation_error"),
+                 .solved = error_of(j, "solution_error"),
+                 .seconds = j.at("seconds").get<double>(),
+                 .solve_seconds = j.at("solve_seconds").get<double>()};
+    if (j.contains("expected_error")) row.expected = j.at("expected_error").get<double>();
+    return row;
+}
+
+/// A number, or nothing where there is none.
+std::string cell(bool there, std::string text) { return there ? std::move(text) : "-"; }
+std::string percent(double share) { return fmt::format("{:.1f}", 100 * share); }
+std::string error_cells(const std::optional<CycleError>& error) {
+    return fmt::format(" {:>9} {:>9}", cell(error.has_value(), error ? fmt::format("{:.2e}", error->l2) : ""),
+                       cell(error.has_value(), error ? fmt::format("{:.2e}", error->h1) : ""));
+}
+
+}  // namespace
+
+std::string cycles_head(const config::Adaptation& adapt) {
+    std::string text = fmt::format("{:>7} {:>9} {:>9} {:>19} {:>13} {:>12} {:>8}", "cycle", "unknowns", "elements",
+                                   "complexity, wanted", "unit edges, %", "quality", "least J");
+    if (!adapt.exact.empty()) text += fmt::format(" {:>19}", "interpolated L2, H1");
+    if (!adapt.exact.empty() && !adapt.solve.empty()) text += fmt::format(" {:>19}", "solved L2, H1");
+    text += fmt::format(" {:>8}", "seconds");
+    if (!adapt.solve.empty()) text += fmt::format(" {:>8}", "solver's");
+    return text + "\n";
+}
+
+std::string cycles_line(const CycleRow& row, const config::Adaptation& adapt) {
+    const bool made = row.unit_edges > 0;
+    const std::string complexity =
+        cell(row.complexity > 0, row.wanted > 0 ? fmt::format("{:.0f}, {:.0f}", row.complexity, row.wanted)
+                                                : fmt::format("{:.0f}", row.complexity));
+    std::string text = fmt::format(
+        "{:>7} {:>9} {:>9} {:>19} {:>13} {:>12} {:>8.3f}", row.cycle, grouped(row.unknowns), grouped(row.elements),
+        complexity, cell(made, percent(row.unit_before) + " > " + percent(row.unit_edges)),
+        cell(made, fmt::format("{:.3f}, {:.3f}", row.worst_quality, row.mean_quality)), row.smallest_jacobian);
+    if (!adapt.exact.empty()) text += error_cells(row.interpolated);
+    if (!adapt.exact.empty() && !adapt.solve.empty()) text += error_cells(row.solved);
+    text += fmt::format(" {:>8.2f}", row.seconds);
+    if (!adapt.solve.empty()) text += fmt::format(" {:>8.2f}", row.solve_seconds);
+    return text + "\n";
+}
+
+std::string cycles_json(std::span<const CycleRow> rows) {
+    Json all{{"cycles", Json::array()}};
+    for (const CycleRow& row : rows) all["cycles"].push_back(json(row));
+    return all.dump(2) + "\n";
+}
+
+Outcome<std::vector<CycleRow>> read_cycles(const std::string& text, const std::string& path) {
+    try {
+        const Json table = Json::parse(text);
+        std::vector<CycleRow> rows;
+        for (const Json& j : table.at("cycles")) rows.push_back(row_of(j));
+        return rows;
+    } catch (const nlohmann::json::exception&) {
+        return fail(ErrorKind::input, "is no table of cycles", path, {}, "give another folder");
+    }
+}
+
+std::string series_of(std::span<const CycleRow> rows, const std::string& view) {
+    std::string text =
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+        "  <Collection>\n";
+    for (const CycleRow& row : rows)
+        text += fmt::format("    <DataSet timestep=\"{}\" part=\"0\" file=\"{}/{}\"/>\n", row.cycle,
+                            name_of_cycle(row.cycle), view);
+    return text + "  </Collection>\n</VTKFile>\n";
+}
+
+}  // namespace camber::run
