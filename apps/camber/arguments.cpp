@@ -20,8 +20,13 @@ namespace camber::app {
 
 namespace {
 
+void add_histogram(CLI::App* verb, bool& histogram) {
+    verb->add_flag("--histogram", histogram,
+                   "Also print how gains, lengths, curvatures and Jacobians are spread, before and after correction");
+}
+
 void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
-                  bool& histogram, bool& dry_run) {
+                  bool& dry_run) {
     verb->add_option("--set", settings,
                      "Override one option of the config: path=value, e.g. stages/curve/objective=length")
         ->type_name("PATH=VALUE");
@@ -30,8 +35,6 @@ void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optio
     verb->add_flag("--print-config", print_config, "Print the pipeline with every default, and stop");
     verb->add_flag("--dry-run", dry_run,
                    "Read the input and tell what would be done, with memory and time expected; write nothing");
-    verb->add_flag("--histogram", histogram,
-                   "Also print how gains, lengths, curvatures and Jacobians are spread, before and after correction");
 }
 
 void add_metric(CLI::App* verb, MetricChoice& a) {
@@ -90,7 +93,7 @@ void add_pipeline(CLI::App* verb, PipelineArguments& a) {
     verb->add_option("--report", a.report, "Also write the figures as JSON");
     verb->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
     verb->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
-    add_settings(verb, a.settings, a.threads, a.print_config, a.histogram, a.dry_run);
+    add_settings(verb, a.settings, a.threads, a.print_config, a.dry_run);
 }
 
 namespace {
@@ -102,7 +105,8 @@ void add_run(CLI::App& app, Verb& verb) {
                   "Let the config run the command of its adapt/solve: only of configs that you trust");
     run->add_option("--from", verb.run.from, "Of a config with cycles: go on from this one of an earlier run")
         ->check(CLI::NonNegativeNumber);
-    add_settings(run, verb.run.settings, verb.run.threads, verb.run.print_config, verb.run.histogram, verb.run.dry_run);
+    add_settings(run, verb.run.settings, verb.run.threads, verb.run.print_config, verb.run.dry_run);
+    add_histogram(run, verb.run.histogram);
 }
 
 void add_curve(CLI::App& app, Verb& verb) {
@@ -119,6 +123,7 @@ void add_curve(CLI::App& app, Verb& verb) {
     add_bound(curve, a);
     add_solution_along(curve, a.solution);
     add_pipeline(curve, a);
+    add_histogram(curve, a.histogram);
 }
 
 void add_repair(CLI::App& app, Verb& verb) {
@@ -147,6 +152,7 @@ void add_repair(CLI::App& app, Verb& verb) {
     add_bound(repair, a);
     add_solution_along(repair, a.solution);
     add_pipeline(repair, a);
+    add_histogram(repair, a.histogram);
 }
 
 void add_remesh(CLI::App& app, Verb& verb) {
@@ -182,6 +188,7 @@ void add_remesh(CLI::App& app, Verb& verb) {
                        "Also write the metric at the new vertices (" + endings_of_solutions() + ")");
     add_solution_along(remesh, a.solution);
     add_pipeline(remesh, a);
+    add_histogram(remesh, a.histogram);
 }
 
 void add_check(CLI::App& app, Verb& verb) {

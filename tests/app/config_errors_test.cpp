@@ -46,7 +46,7 @@ TEST_CASE("wrong types are refused with what was expected") {
           "metric_operations, "
           "geometry, "
           "features, "
-          "stages, threads, output)");
+          "stages, adapt, threads, output)");
     CHECK(error_with(R"("threads": "two")") ==
           "config.json: /threads: expected a whole number, got the string \"two\"");
     CHECK(error_with(R"("threads": 1.5)") == "config.json: /threads: expected a whole number, got 1.5");

@@ -256,3 +256,49 @@ TEST_CASE("text is wrapped between words; examples are not") {
     CHECK(text_width() >= 60);
     CHECK(text_width() <= 100);
 }
+
+TEST_CASE("A command's words reach it as they are, and what it says is kept") {
+    const Folder folder;
+    const auto done = run_command_line({"sh", "-c", "echo \"$0|$1\"; echo err >&2", "a b", "$HOME;*"}, 0, folder / "said", {});
+    REQUIRE(done);
+    CHECK(done->end == CommandEnd::done);
+    CHECK(text_of(folder / "said") == "a b|$HOME;*\nerr\n");
+}
+
+TEST_CASE("How a command failed is told") {
+    const Folder folder;
+    const auto code = run_command_line({"sh", "-c", "exit 3"}, 0, folder / "said", {});
+    REQUIRE(code);
+    CHECK(code->end == CommandEnd::failed);
+    CHECK(code->how == "exit code 3");
+    const auto signalled = run_command_line({"sh", "-c", "kill -SEGV $$"}, 0, folder / "said", {});
+    REQUIRE(signalled);
+    CHECK(signalled->how == "segmentation fault");
+    const auto missing = run_command_line({"/no/such/solver"}, 0, folder / "said", {});
+    REQUIRE_FALSE(missing);
+    CHECK(missing.error().kind == ErrorKind::usage);
+}
+
+TEST_CASE("Out of time or stopped, a command's whole group ends") {
+    const Folder folder;
+    const std::string wait = "(sleep 60 & echo $! > " + (folder / "pid") + "; wait)";
+    const auto is_gone = [&] {
+        const auto pid = static_cast<pid_t>(std::stol(text_of(folder / "pid")));
+        for (int i = 0; i < 100 && ::kill(pid, 0) == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        return ::kill(pid, 0) != 0;
+    };
+    const auto late = run_command_line({"sh", "-c", wait}, 0.3, folder / "said", {});
+    REQUIRE(late);
+    CHECK(late->end == CommandEnd::out_of_time);
+    CHECK(is_gone());
+    std::stop_source source;
+    std::thread stopper([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        source.request_stop();
+    });
+    const auto stopped = run_command_line({"sh", "-c", wait}, 0, folder / "said", {.stop = source.get_token()});
+    stopper.join();
+    REQUIRE_FALSE(stopped);
+    CHECK(stopped.error().kind == ErrorKind::stopped);
+    CHECK(is_gone());
+}

@@ -173,6 +173,45 @@ TEST_CASE("errors follow a similarity, in 3D") { check_affine<3>(); }
 TEST_CASE("the same bytes for any number of threads, in 2D") { check_threads<2>(); }
 TEST_CASE("the same bytes for any number of threads, in 3D") { check_threads<3>(); }
 
+namespace {
+
+/// The function's values at all nodes, vertices first.
+template <int D, class F>
+Buffer<double> at_nodes(const QuadraticMesh<D>& mesh, F&& f) {
+    Buffer<double> values;
+    values.reserve(mesh.linear.points.size() + mesh.edges.size());
+    for (const Vec<D>& x : mesh.linear.points) values.push_back(f(x));
+    for (const LagrangeNode<D>& node : mesh.mid_nodes) values.push_back(f(node.point));
+    return values;
+}
+
+template <int D>
+void check_functions() {
+    const auto mesh = bent<D>(mesh_of_cells<D>(3, 0.1, 5), 0.08, 5);
+    const ScalarField<D> field = field_of<D>(wave<D>);
+    const auto values = at_nodes(mesh, wave<D>);
+    const auto interpolated = interpolation_error<D>(mesh, field, {}, {});
+    const auto same = function_error<D>(mesh, values, field, {}, {});
+    REQUIRE(interpolated);
+    REQUIRE(same);
+    CHECK(agree(same->l2.value, interpolated->curved.l2.value, 2e-3));
+    CHECK(agree(same->h1.value, interpolated->curved.h1.value, 2e-3));
+    // One that is 3 beside it errs by 3 where the interpolant's own error is small: Pythagoras but for the mean of that.
+    Buffer<double> shifted(values.begin(), values.end());
+    for (double& x : shifted) x += 3;
+    const auto beside = function_error<D>(mesh, shifted, field, {}, {});
+    REQUIRE(beside);
+    const double volume = interpolated->volume.curved;
+    CHECK(std::abs(beside->l2.value - 3 * std::sqrt(volume)) <= interpolated->curved.l2.value);
+    CHECK(agree(beside->h1.value, interpolated->curved.h1.value, 2e-3));
+    CHECK(function_error<D>(mesh, std::span(values).first(3), field, {}, {}).error().kind == ErrorKind::internal);
+}
+
+}  // namespace
+
+TEST_CASE("a function at the nodes has the error of the interpolant where it is that, in 2D") { check_functions<2>(); }
+TEST_CASE("a function at the nodes has the error of the interpolant where it is that, in 3D") { check_functions<3>(); }
+
 TEST_CASE("H1 errors are those of the gradient in closed form, to 1e-4 of themselves") {
     for (const double width : {0.005, 0.02, 1.0}) {
         const auto u = [=](const Vec<2>& x) { return std::tanh((norm(x) - 0.5) / width); };

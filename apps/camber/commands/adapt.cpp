@@ -37,6 +37,19 @@ Outcome<Done> check_given(const AdaptArguments& a) {
     return Done{};
 }
 
+/// What arguments say other than by default.
+void put_given(const config::SolutionMetric& given, config::SolutionMetric& metric) {
+    const config::SolutionMetric by_default;
+    const auto put = [&](auto member) {
+        if (given.*member != by_default.*member) metric.*member = given.*member;
+    };
+    put(&config::SolutionMetric::norm);
+    put(&config::SolutionMetric::error_of);
+    put(&config::SolutionMetric::min_size);
+    put(&config::SolutionMetric::max_size);
+    put(&config::SolutionMetric::max_anisotropy);
+}
+
 /// The stages' nodes are placed by the solution where the metric is made of it, too.
 void place_by_solution(config::Pipeline& pipeline) {
     if (!std::holds_alternative<config::SolutionMetric>(pipeline.metric)) return;
@@ -48,13 +61,7 @@ Outcome<config::Pipeline> adapting(const AdaptArguments& a) {
     if (auto given = check_given(a); !given) return fail(given.error());
     auto pipeline = pipeline_of(a.degree == 1 ? straight_cycles : curved_cycles, a);
     if (!pipeline) return pipeline;
-    if (!a.metric.metric) {
-        config::SolutionMetric made = a.of_solution;
-        if (const auto* set = std::get_if<config::SolutionMetric>(&pipeline->metric);
-            set != nullptr && made.degree == 0)
-            made.degree = set->degree;
-        pipeline->metric = std::move(made);
-    }
+    if (auto* made = std::get_if<config::SolutionMetric>(&pipeline->metric)) put_given(a.of_solution, *made);
     if (auto set = set_metric(a.metric, *pipeline); !set) return fail(set.error());
     if (auto set = set_geometry(a.geometry, *pipeline); !set) return fail(set.error());
     place_by_solution(*pipeline);

@@ -150,6 +150,8 @@ int run_command(const RunArguments& arguments) {
         config::with_inputs_below(*pipeline, std::filesystem::path(arguments.config).parent_path().string());
     auto files = files_of(below, words_of_config);
     files.insert(files.begin(), NamedFile{arguments.config, "the config", Role::input});
+    if (!below.adapt.is_asked() && arguments.from)
+        return report_error({ErrorKind::usage, "the config has no cycles to go on from", "--from", {}, "leave it out"});
     if (!below.adapt.is_asked()) return run_or_plan(below, files, arguments.dry_run, arguments.histogram);
     if (!below.adapt.solve.empty() && !arguments.allow_commands)
         return report_error({ErrorKind::usage,
@@ -157,6 +159,9 @@ int run_command(const RunArguments& arguments) {
                              arguments.config + ": /adapt/solve",
                              {},
                              "--allow-commands lets it"});
+    if (arguments.histogram)
+        return report_error({ErrorKind::usage, "is of a single run, and the config has cycles", "--histogram", {},
+                             "give \"output\": {\"plots\": …}, or leave it out"});
     return run_or_plan_cycles(below, files, {.from = arguments.from}, arguments.dry_run);
 }
 

@@ -1,0 +1,139 @@
+// A pipeline in cycles: what each of them runs, when they end, and that their table is read as it was written.
+#include <doctest/doctest.h>
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+import camber.core;
+import camber.config;
+import camber.io;
+import camber.run;
+
+using namespace camber;
+using run::CycleRow;
+
+namespace {
+
+config::Pipeline adapting(std::string_view adapt, std::string_view more = "") {
+    const std::string text = R"({"input": {"mesh": "wing.meshb"}, "metric": {"solution": {}}, "stages": ["elevate",
+        "remesh", {"curve": {"objective": "solution"}}, "validate", "relax", "commit"],
+        "output": {"mesh": "new.meshb", "solution": "v.sol"}, "adapt": )" +
+                             std::string(adapt) + std::string(more) + "}";
+    auto pipeline = config::read_pipeline(text, "test");
+    REQUIRE_MESSAGE(pipeline, (pipeline ? "" : describe(pipeline.error())));
+    return *pipeline;
+}
+constexpr const char* solving = R"({"cycles": 3, "complexity": [10, 20], "solve": ["flow", "{mesh}", "-o{solution}", "{cycle}"]})";
+
+template <class S>
+bool has_stage(const config::Pipeline& pipeline) {
+    for (const config::Stage& stage : pipeline.stages)
+        if (std::holds_alternative<S>(stage)) return true;
+    return false;
+}
+
+CycleRow row(int cycle, double before, double after) {
+    CycleRow made{.cycle = cycle, .unknowns = 10U, .elements = 5U, .solved = {}};
+    made.unit_before = before;
+    made.unit_edges = after;
+    return made;
+}
+
+}  // namespace
+
+TEST_CASE("The solver's first mesh keeps the topology; without a solver it is the input's") {
+    const auto asked = adapting(solving);
+    const auto into = run::files_of_cycle(asked, "c/cycle-000");
+    const auto first = run::first_pipeline(asked, into);
+    CHECK(has_stage<config::Elevate>(first));
+    CHECK(has_stage<config::Curve>(first));
+    CHECK_FALSE(has_stage<config::Remesh>(first));
+    CHECK(std::holds_alternative<config::NaturalMetric>(first.metric));
+    CHECK(first.output.mesh == "c/cycle-000/mesh.meshb");
+    const auto alone = adapting(R"({"cycles": 3, "exact": "x"})");
+    CHECK(run::first_pipeline(alone, run::files_of_cycle(alone, "c")).stages.empty());
+}
+
+TEST_CASE("Cycles go from mesh to mesh, on the first one's boundary, with the solution before and their complexity") {
+    const auto asked = adapting(solving);
+    const auto files = [&](const char* folder) { return run::files_of_cycle(asked, folder); };
+    for (const int cycle : {1, 2, 3}) {
+        const auto made = run::cycle_pipeline(asked, cycle, files("first"), files("before"), files("into"));
+        CHECK(std::get<config::FilePath>(made.input.source).path == "before/mesh.meshb");
+        CHECK(made.solution.file == "before/solution.sol");
+        CHECK(std::get<config::FilePath>(made.geometry).path == "first/mesh.meshb");
+        CHECK(std::get<config::SolutionMetric>(made.metric).complexity == (cycle == 1 ? 10 : 20));
+        CHECK_FALSE(has_stage<config::Elevate>(made));
+        CHECK(made.output.solution == "into/guess.sol");
+        CHECK_FALSE(made.adapt.is_asked());
+    }
+    const auto alone = adapting(R"({"cycles": 3})", R"(, "solution": {"expression": "x*y"})");
+    const auto begun = run::cycle_pipeline(alone, 1, files("first"), files("before"), files("into"));
+    CHECK(begun.input == alone.input);
+    CHECK(has_stage<config::Elevate>(begun));
+    const auto next = run::cycle_pipeline(alone, 2, files("first"), files("before"), files("into"));
+    CHECK(std::get<config::FilePath>(next.input.source).path == "before/mesh.meshb");
+    CHECK(next.solution.expression == "x*y");
+}
+
+TEST_CASE("The complexity by cycle is that of a metric that is not made of the solution, too") {
+    auto asked = adapting(R"({"cycles": 2, "complexity": [7]})");
+    asked.metric = config::ConstantMetric{.sizes = {0.1}, .tensor = {}};
+    const auto files = run::files_of_cycle(asked, "c");
+    const auto made = run::cycle_pipeline(asked, 2, files, files, files);
+    REQUIRE(made.metric_operations.size() == 1);
+    CHECK(std::get<config::Complexity>(made.metric_operations.front()).target == 7);
+}
+
+TEST_CASE("A command's braces are the cycle's files") {
+    const auto asked = adapting(solving);
+    const auto words = run::solver_command(asked.adapt, 2, run::files_of_cycle(asked, "c/cycle-002"));
+    CHECK(words == std::vector<std::string>{"flow", "c/cycle-002/mesh.meshb", "-oc/cycle-002/solution.sol", "2"});
+}
+
+TEST_CASE("What is of the first mesh alone is refused where there are more") {
+    const auto of_file = adapting(R"({"cycles": 2})", R"(, "solution": {"file": "u.sol"})");
+    CHECK(run::check_cycles(of_file).error().where == "/solution/file");
+    CHECK(run::check_cycles(adapting(R"({"cycles": 1})", R"(, "solution": {"file": "u.sol"})")));
+    auto intersected = adapting(R"({"cycles": 2})");
+    intersected.metric_operations.emplace_back(config::Intersect{config::FilePath{"m.sol"}});
+    CHECK(run::check_cycles(intersected).error().where == "/metric_operations");
+    CHECK(run::check_cycles(adapting(solving)));
+}
+
+TEST_CASE("Cycles end where meshes become no nearer to unit in their own solution's metric") {
+    const config::Adaptation adapt{.cycles = 9, .complexity = {10, 20}};
+    std::vector<CycleRow> rows{row(0, 0, 0), row(1, 0.1, 0.9), row(2, 0.1, 0.9)};
+    const auto reason = [&](double before) {
+        auto all = rows;
+        all.push_back(row(3, before, 0.9));
+        return run::reason_to_end(all, adapt);
+    };
+    CHECK_MESSAGE(reason(0.1).empty(), "what cycle 2 was made of had another complexity");
+    rows.push_back(row(3, 0.5, 0.9));
+    rows.push_back(row(4, 0.8, 0.9));
+    CHECK(run::reason_to_end(rows, adapt).empty());
+    rows.push_back(row(5, 0.81, 0.9));
+    CHECK_FALSE(run::reason_to_end(rows, adapt).empty());
+    CHECK_MESSAGE(run::reason_to_end(rows, {.cycles = 9, .settled = 0}).empty(), "never before their number");
+}
+
+TEST_CASE("The table is read as it was written") {
+    CycleRow full = row(1, 0.25, 0.75);
+    full.interpolated = run::CycleError{1e-3, 1e-2};
+    full.solved = run::CycleError{2e-3, 3e-2};
+    full.expected = 4e-5;
+    full.seconds = 1.5;
+    const std::vector<CycleRow> rows{row(0, 0, 0), full};
+    const auto read = run::read_cycles(run::cycles_json(rows), "cycles.json");
+    REQUIRE(read);
+    CHECK(run::cycles_json(*read) == run::cycles_json(rows));
+    REQUIRE(read->size() == 2);
+    CHECK(read->back().solved->h1 == 3e-2);
+    for (const char* text : {"", "{}", R"({"cycles": 3})", R"({"cycles": [{"cycle": "x"}]})"})
+        CHECK(run::read_cycles(text, "cycles.json").error().where == "cycles.json");
+    CHECK(run::series_of(rows, "view.vtu").find("cycle-001/view.vtu") != std::string::npos);
+}

@@ -1,0 +1,243 @@
+"""`camber adapt`, and the same as a config: cycles with a made-up solver, their folders, and their errors.
+
+    python3 tests/pipelines/test_adapt.py build/bin/camber [unittest arguments]
+"""
+import json
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+from program import CAMBER, ROOT, SANITIZED, Folder, report_of
+
+import gmf  # of the oracle
+
+FIELD = "tanh((sqrt(x^2+y^2)-0.5)/0.05)"
+# Takes the exact solution as the solved one: rows at all points of the mesh's file.
+SOLVER = """
+import sys
+import numpy as np
+sys.path.insert(0, {oracle!r})
+import gmf
+mesh, solution = sys.argv[1:3]
+points = gmf.read(mesh).points
+x, y = points[:, 0], points[:, 1]
+u = np.tanh((np.hypot(x, y) - 0.5) / 0.05)
+with open(solution, "w") as out:
+    out.write(f"MeshVersionFormatted 2\\nDimension {{points.shape[1]}}\\nSolAtVertices\\n{{len(u)}}\\n1 1\\n")
+    out.writelines(f"{{v!r}}\\n" for v in u.tolist())
+    out.write("End\\n")
+print("solved", len(u))
+"""
+
+
+class Adapting(Folder):
+    """A square to adapt, and a solver."""
+
+    def __init__(self, cells=6):
+        super().__init__()
+        (self.path / "solver.py").write_text(SOLVER.format(oracle=str(ROOT / "tests" / "oracle")))
+        assert self.camber("generate", "rectangle", "-o", "r.mesh", "--set", f"cells=[{cells},{cells}]").returncode == 0
+
+    def __enter__(self):
+        return self
+
+    def solver(self, more=""):
+        return f"{sys.executable} solver.py {{mesh}} {{solution}}{more}"
+
+    def adapt(self, *more, mesh="r.mesh", output="n.meshb", complexity="40", **options):
+        return self.camber("adapt", mesh, "-o", output, "--complexity", complexity, *more, **options)
+
+    def rows(self, folder):
+        return json.loads((self.path / folder / "cycles.json").read_text())["cycles"]
+
+    def check(self, mesh, *more):
+        done = self.camber("check", mesh, "--json", *more)
+        return json.loads(done.stdout)
+
+
+class Cycles(unittest.TestCase):
+    def test_a_known_solution_is_adapted_to_in_2d_curved_and_straight(self):
+        with Adapting() as folder:
+            for degree in (1, 2):
+                done = folder.adapt("--field", FIELD, "--degree", degree, "--folder", f"d{degree}", "--cycles", 5)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                rows = folder.rows(f"d{degree}")
+                errors = [row["interpolation_error"]["l2"] for row in rows]
+                self.assertLess(errors[-1], errors[0] / (20 if degree == 2 else 2))
+                checked = folder.check("n.meshb", "--field", FIELD)
+                self.assertEqual(checked["degree"], degree)
+                self.assertEqual(checked["invalid"] if degree == 2 else 0, 0)
+                self.assertIn("cycle", done.stdout)
+            self.assertNotIn(".camber-cycles", " ".join(folder.files()))
+
+    def test_errors_by_cycle_are_those_that_check_tells(self):
+        with Adapting() as folder:
+            self.assertEqual(folder.adapt("--field", FIELD, "--folder", "c", "--cycles", 2).returncode, 0)
+            told = folder.rows("c")[-1]["interpolation_error"]
+            found = folder.check("n.meshb", "--field", FIELD)["interpolation"][0]
+            self.assertAlmostEqual(told["l2"] / found["curved"]["l2"]["value"], 1, delta=3e-3)
+            self.assertAlmostEqual(told["h1"] / found["curved"]["h1"]["value"], 1, delta=3e-3)
+
+    @unittest.skipIf(SANITIZED, "the same paths as in 2D")
+    def test_tetrahedra(self):
+        with Adapting() as folder:
+            folder.camber("generate", "box", "-o", "b.meshb", "--set", "cells=[3,3,3]")
+            done = folder.camber("adapt", "b.meshb", "--field", "tanh((x+y+z-1.5)/0.3)", "--complexity", 30, "-o",
+                                 "n.meshb", "--cycles", 2, "--folder", "c")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            checked = json.loads(folder.camber("check", "n.meshb", "--json").stdout)
+            self.assertEqual(checked["invalid"], 0)
+
+    def test_a_metric_instead_of_a_solution(self):
+        with Adapting() as folder:
+            done = folder.adapt("--metric", "0.2", "--degree", 1, "--cycles", 2)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertTrue((folder.path / "n.meshb").exists())
+
+    def test_a_file_of_the_solution_is_one_cycle_and_goes_along(self):
+        with Adapting() as folder:
+            subprocess.run([sys.executable, "solver.py", "r.mesh", "u.sol"], cwd=folder.name, check=True, capture_output=True)
+            done = folder.adapt("--solution", "u.sol", "--degree", 1, "--output-solution", "v.sol")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertTrue((folder.path / "v.sol").exists())
+            more = folder.adapt("--solution", "u.sol", "--cycles", 2)
+            self.assertEqual(more.returncode, 2)
+            self.assertIn("first mesh alone", more.stderr)
+
+
+class Solvers(unittest.TestCase):
+    def test_the_solver_is_asked_on_every_mesh_and_all_is_kept(self):
+        with Adapting() as folder:
+            done = folder.adapt("--solve", folder.solver(), "--field", FIELD, "--cycles", 2, "--mesh-file", "mesh.mesh",
+                                "--output-solution", "v.sol", "--report", "r.json", complexity="30,50")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            rows = folder.rows("n.cycles")
+            self.assertEqual([row["complexity_wanted"] for row in rows], [0, 30, 50])
+            for k, row in enumerate(rows):
+                here = folder.path / "n.cycles" / f"cycle-{k:03}"
+                self.assertEqual((here / "solver.txt").read_text().split()[0], "solved")
+                self.assertTrue((here / "view.vtu").exists())
+                for key in ("l2", "h1"):  # the made-up solution is the interpolant
+                    self.assertAlmostEqual(row["solution_error"][key] / row["interpolation_error"][key], 1, delta=3e-3)
+            self.assertTrue((folder.path / "n.cycles" / "cycle-002" / "guess.sol").exists())
+            self.assertIn("cycle-002/view.vtu", (folder.path / "n.cycles" / "series.pvd").read_text())
+            self.assertEqual(report_of(folder.path / "r.json")["input"]["degree"], 2)
+            nodes = len(gmf.read(folder.path / "n.cycles" / "cycle-002" / "mesh.mesh").points)
+            self.assertEqual(rows[-1]["unknowns"], nodes)
+            self.assertIn(f"\n{nodes}\n", (folder.path / "v.sol").read_text())
+
+    def test_formats_with_fields_get_the_last_solution(self):
+        with Adapting() as folder:
+            done = folder.adapt("--solve", folder.solver(), "--cycles", 1, "--mesh-file", "m.mesh", output="n.vtu")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("field_1", (folder.path / "n.vtu").read_bytes().decode("latin-1"))
+
+    def test_what_a_solver_does_wrong_is_told_with_its_last_words(self):
+        cases = [("import sys; print('no convergence'); sys.exit(7)", "exit code 7: no convergence"),
+                 ("pass", "was not written by the solver of cycle 0"),
+                 ("import os; os.abort()", "abort"),
+                 ("import time; time.sleep(60)", "took more than 0.5 s"),
+                 ("import sys; open(sys.argv[2], 'w').write('nonsense')", "solution.sol")]
+        with Adapting() as folder:
+            for program, told in cases:
+                (folder.path / "bad.py").write_text(program)
+                done = folder.adapt("--solve", f"{sys.executable} bad.py {{mesh}} {{solution}}", "--seconds", 0.5,
+                                    "--folder", f"c{len(told)}")
+                self.assertEqual(done.returncode, 3, (program, done.stderr))
+                self.assertIn(told, done.stderr)
+                self.assertFalse((folder.path / f"c{len(told)}" / "cycle-000").exists())
+
+    def test_a_command_is_checked_before_anything_is_done(self):
+        with Adapting() as folder:
+            for command, told in (("flow {mesh}", "has no {solution}"), ("flow {solution}", "has no {mesh}"),
+                                  ("/no/such/solver {mesh} {solution}", "cannot be started")):
+                done = folder.adapt("--solve", command)
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertIn(told, done.stderr)
+
+
+class GoingOn(unittest.TestCase):
+    def test_going_on_gives_the_same_bytes_as_going_through(self):
+        with Adapting() as folder:
+            whole = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--mesh-file", "m.mesh", "--settled", 0)
+            self.assertEqual(whole.returncode, 0, whole.stderr)
+            last = (folder.path / "n.meshb").read_bytes()
+            again = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--mesh-file", "m.mesh", "--settled", 0)
+            self.assertEqual(again.returncode, 2)
+            self.assertIn("--from 3", again.stderr)
+            done = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--mesh-file", "m.mesh", "--settled", 0,
+                                "--from", 1)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual((folder.path / "n.meshb").read_bytes(), last)
+            self.assertEqual(len(folder.rows("n.cycles")), 4)
+            none = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--from", 9)
+            self.assertEqual(none.returncode, 2)
+            self.assertIn("cycle 9 is not there", none.stderr)
+
+    def test_an_interrupt_leaves_the_last_whole_cycle(self):
+        with Adapting() as folder:
+            (folder.path / "slow.py").write_text("import os, sys, time\nif sys.argv[3] == '2': time.sleep(60)\n"
+                                                 "os.execv(sys.executable, [sys.executable, 'solver.py', *sys.argv[1:]])\n")
+            command = f"{sys.executable} slow.py {{mesh}} {{solution}} {{cycle}}"
+            running = subprocess.Popen([CAMBER, "adapt", "r.mesh", "-o", "n.meshb", "--complexity", "40", "--mesh-file",
+                                        "m.mesh", "--solve", command], cwd=folder.name, stdout=subprocess.PIPE,
+                                       stderr=subprocess.PIPE, text=True)
+            part = folder.path / "n.cycles" / "cycle-002.part" / "solver.txt"
+            until = time.time() + 120
+            while not part.exists() and time.time() < until:
+                time.sleep(0.02)
+            running.send_signal(signal.SIGINT)
+            _, said = running.communicate(timeout=60)
+            self.assertEqual(running.returncode, 130)
+            self.assertIn("cycles 0 to 1 are whole", said)
+            self.assertEqual(len(folder.rows("n.cycles")), 2)
+            kept = folder.path / "n.cycles" / "cycle-001" / "m.mesh"
+            self.assertEqual(folder.check("n.meshb")["elements"], folder.check(kept)["elements"])
+
+
+class Configs(unittest.TestCase):
+    def config(self, folder):
+        (folder.path / "a.json").write_text(json.dumps({
+            "input": {"generate": {"rectangle": {"cells": [6, 6]}}}, "metric": {"solution": {}},
+            "stages": ["elevate", "remesh", {"curve": {"objective": "solution"}}, "validate", "relax", "commit"],
+            "adapt": {"cycles": 2, "complexity": [30, 40], "folder": "c", "mesh": "m.mesh", "exact": FIELD,
+                      "solve": [sys.executable, "solver.py", "{mesh}", "{solution}"]},
+            "output": {"mesh": "n.meshb"}}))
+
+    def test_a_config_runs_commands_only_where_that_is_allowed(self):
+        with Adapting() as folder:
+            self.config(folder)
+            refused = folder.camber("run", "a.json")
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn("--allow-commands", refused.stderr)
+            done = folder.camber("run", "a.json", "--allow-commands")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(len(folder.rows("c")), 3)
+
+    def test_the_verb_prints_the_config_that_does_the_same(self):
+        with Adapting() as folder:
+            first = folder.adapt("--field", FIELD, "--cycles", 2, "--print-config")
+            (folder.path / "p.json").write_text(first.stdout)
+            self.assertEqual(folder.camber("run", "p.json", "--set", "output/mesh=p.meshb").returncode, 0)
+            self.assertEqual(folder.adapt("--field", FIELD, "--cycles", 2).returncode, 0)
+            self.assertEqual((folder.path / "p.meshb").read_bytes(), (folder.path / "n.meshb").read_bytes())
+
+    def test_a_plan_does_nothing(self):
+        with Adapting() as folder:
+            before = folder.files()
+            done = folder.adapt("--field", FIELD, "--dry-run")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("at most 8 such cycles", done.stdout)
+            self.assertEqual(folder.files(), before)
+
+    def test_nothing_to_adapt_to_is_told(self):
+        with Adapting() as folder:
+            done = folder.adapt()
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("--solution, --metric, --solve or --field", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
