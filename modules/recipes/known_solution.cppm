@@ -1,10 +1,10 @@
 module;
-#include <functional>
 #include <span>
 #include <vector>
 export module camber.recipes:known_solution;
 import camber.core;
 import camber.curving;
+import camber.recovery;
 
 export namespace camber {
 
@@ -13,11 +13,6 @@ struct WeightedField {
     Column<double> values;
     double weight = 1;  ///< of its error beside those of others, each in a unit in which its range is about 1
 };
-
-/// A function of the place: what makes its evaluators, one for each thread, which write its values at points into a
-/// span of the same size.
-template <int D>
-using FunctionOfPlace = std::function<std::function<void(std::span<const Vec<D>>, std::span<double>)>()>;
 
 /// What the objective solution is given: fields, or one function that is known everywhere.
 template <int D>
@@ -29,8 +24,7 @@ struct GivenSolution {
 };
 
 /// What edges' nodes are found by: of fields polynomials within the elements, each by nodes of its own material; a
-/// function at the elements' lattices. Step: recover. Errors: those of `element_values`; a function that has no finite
-/// value at a vertex or in an element (usage); stopped, memory.
+/// function itself. Step: recover. Errors: those of `element_values`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<KnownSolution<D>> known_solution(const QuadraticMesh<D>& mesh, const GivenSolution<D>& given,
                                                        const Around& around);

@@ -46,7 +46,9 @@ class ElementFits {
             const Unit unit = scale(values_);
             Coefficients<D, P> c{};
             if (unit.half > 0 && degree > K) c = fit_.solve(values_, degree);
-            out_[f][e.index()] = at_lattice(c, unit, first, axes);
+            const auto values = values_at_lattice<D, P>(c, first, axes);
+            for (std::size_t q = 0; q < values.size(); ++q)
+                out_[f][e.index()][q] = static_cast<float>(unit.times(values[q] - values[0]));
         }
     }
 
@@ -89,27 +91,6 @@ class ElementFits {
                (!are_enough(fit_.nodes(), degree) || fit_.independence(degree) < enough_independence_within))
             --degree;
         return degree;
-    }
-
-    /// The polynomial at the lattice of the element whose first vertex and axes these are, in whitened coordinates.
-    static LatticeValues<D> at_lattice(const Coefficients<D, P>& c, const Unit& unit, const Vec<D>& first,
-                                       const std::array<Vec<D>, D>& axes) {
-        constexpr auto& lattice = multi_indices<lattice_degree, D>;
-        LatticeValues<D> values{};
-        double at_first = 0;
-        for (std::size_t q = 0; q < lattice.size(); ++q) {
-            Vec<D> y = first;
-            for (std::size_t a = 0; a < D; ++a) y += lattice[q][a + 1] * (1.0 / lattice_degree) * axes[a];
-            std::array<double, monomials_up_to<D>(P)> m{1.0};
-            double sum = c[0];
-            for (std::size_t i = 1; i < m.size(); ++i) {
-                m[i] = m[monomials<D, P>[i].parent] * y[monomials<D, P>[i].axis];
-                sum += c[i] * m[i];
-            }
-            if (q == 0) at_first = sum;
-            values[q] = static_cast<float>(unit.times(sum - at_first));
-        }
-        return values;
     }
 
     const NodalMesh<D>& nodal_;

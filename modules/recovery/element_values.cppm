@@ -1,5 +1,6 @@
 module;
 #include <array>
+#include <functional>
 #include <span>
 #include <vector>
 export module camber.recovery:element_values;
@@ -24,5 +25,19 @@ template <int D>
 [[nodiscard]] Outcome<std::vector<Column<LatticeValues<D>>>> element_values(const QuadraticMesh<D>& mesh,
                                                                             std::span<const Column<double>> fields,
                                                                             const Execution& execution);
+
+/// A function of the place: what makes its evaluators, one for each thread, which write its values at points into a
+/// span of the same size.
+template <int D>
+using FunctionOfPlace = std::function<std::function<void(std::span<const Vec<D>>, std::span<double>)>()>;
+
+/// The same of a function that is known everywhere, in a unit of its own: in straight elements its values at the
+/// lattice, in curved ones the polynomial that is nearest to it at the lattice 1/6 of the curved element, as the
+/// straight one may be where the function is quite another. Errors: usage (a function that has no finite value at a
+/// vertex or in an element); memory; stopped.
+template <int D>
+[[nodiscard]] Outcome<Column<LatticeValues<D>>> element_values(const QuadraticMesh<D>& mesh,
+                                                               const FunctionOfPlace<D>& function,
+                                                               const Execution& execution);
 
 }  // namespace camber

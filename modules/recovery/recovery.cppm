@@ -10,3 +10,4 @@ import :rings;
 import :fit;
 import :polynomial;
 import :checks;
+import :at_lattice;
