@@ -15,6 +15,7 @@ export import :edge_models;
 import :edge_energy;
 import :error_system;
 import :lattice_polynomial;
+import :pack_frame;
 import :polish;
 import :sheet_search;
 import :simplex_rule;

@@ -55,6 +55,23 @@ Sym<D> inverse_of(const Sym<D>& a) {
     return trace > 0 ? (1 / trace) * Sym<D>::identity() : Sym<D>{};
 }
 
+/// Columns of J in the middle of the element.
+template <int D>
+std::array<Vec<D>, D> jacobian_within(const QuadraticMesh<D>& mesh, ElementId e) {
+    std::array<Vec<D>, D> columns;
+    const auto& vertices = mesh.linear.elements.vertices[e];
+    for (int a = 0; a < D; ++a) columns[a] = mesh.linear.points[vertices[a + 1]] - mesh.linear.points[vertices[0]];
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const Vec<D> slope = (4.0 / (D + 1)) * edge_of(mesh, mesh.edges.of_elements[e][k]).offset();
+        for (const int v : local_edges<D>[k])  // ∇λ_0 = −Σ ∇ξ_a
+            for (int a = 0; a < D; ++a) {
+                if (v == 0) columns[a] -= slope;
+                if (v == a + 1) columns[a] += slope;
+            }
+    }
+    return columns;
+}
+
 template <int D>
 Outcome<double> product_of(std::span<const Vec<D>> a, std::span<const Vec<D>> b, const Execution& execution) {
     return reduce_each(
@@ -92,7 +109,7 @@ bool ErrorSystem<D>::is_free(std::size_t edge) const {
 template <int D>
 ElementPacks<D> ErrorSystem<D>::elements_of(std::size_t pack, std::span<const Vec<D>> offsets) const {
     std::array<std::array<Lanes, D>, D> axes{};
-    std::array<std::array<Lanes, D>, edges_per_simplex<D>> of_edges{};
+    std::array<std::array<Lanes, D>, edges_per_simplex<D>> of_frame{}, of_edges{};
     for (int lane = 0; lane < pack_size; ++lane) {
         const std::size_t e = element_of(pack, lane);
         const auto& vertices = mesh_.linear.elements.vertices[e];
@@ -100,13 +117,22 @@ ElementPacks<D> ErrorSystem<D>::elements_of(std::size_t pack, std::span<const Ve
             const Vec<D> axis = mesh_.linear.points[vertices[a + 1]] - mesh_.linear.points[vertices[0]];
             for (int i = 0; i < D; ++i) axes[a][i][lane] = axis[i];
         }
-        for (int k = 0; k < edges_per_simplex<D>; ++k)
-            for (int i = 0; i < D; ++i) of_edges[k][i][lane] = offsets[mesh_.edges.of_elements[e][k].index()][i];
+        for (int k = 0; k < edges_per_simplex<D>; ++k) {
+            const EdgeId edge = mesh_.edges.of_elements[e][k];
+            const Vec<D> in_frame = edge_of(mesh_, edge).offset();
+            for (int i = 0; i < D; ++i) {
+                of_frame[k][i][lane] = in_frame[i];
+                of_edges[k][i][lane] = offsets[edge.index()][i];
+            }
+        }
     }
     ElementPacks<D> out{};
     for (int i = 0; i < D; ++i) {
         for (int a = 0; a < D; ++a) out.axes[a][i] = loaded(axes[a][i]);
-        for (int k = 0; k < edges_per_simplex<D>; ++k) out.offsets[k][i] = loaded(of_edges[k][i]);
+        for (int k = 0; k < edges_per_simplex<D>; ++k) {
+            out.frame_offsets[k][i] = loaded(of_frame[k][i]);
+            out.offsets[k][i] = loaded(of_edges[k][i]);
+        }
     }
     return out;
 }
@@ -140,16 +166,14 @@ void ErrorSystem<D>::begin_pack(std::size_t pack, std::span<const Vec<D>> offset
     }
 }
 
-/// Adds stiffness · error · |J⁻¹(d − home)|² of each edge.
+/// Adds stiffness · error · |J⁻¹(d − home)|² of each edge, J in the middle of the element.
 template <int D>
 void ErrorSystem<D>::stiffen(std::size_t pack, std::span<const Vec<D>> offsets, std::span<const Vec<D>> home,
                              double least) {
     for (int lane = 0; lane < pack_size; ++lane) {
         const std::size_t e = element_of(pack, lane);
-        const auto& vertices = mesh_.linear.elements.vertices[e];
         Sym<D> square;  // J Jᵀ
-        for (int a = 0; a < D; ++a) {
-            const Vec<D> axis = mesh_.linear.points[vertices[a + 1]] - mesh_.linear.points[vertices[0]];
+        for (const Vec<D>& axis : jacobian_within(mesh_, ElementId(e))) {
             for (int i = 0; i < D; ++i)
                 for (int j = 0; j <= i; ++j) square(i, j) += axis[i] * axis[j];
         }

@@ -5,6 +5,7 @@ module;
 module camber.curving;
 import camber.core;
 import :lattice_polynomial;
+import :pack_frame;
 import :simplex_rule;
 import :solution_error;
 import :solution_nodes;
@@ -32,49 +33,6 @@ constexpr auto vertex_functions = [] {
     return at;
 }();
 
-/// Straight elements as maps from the reference simplex.
-template <int D>
-struct Straight {
-    std::array<PackVec<D>, D> axes;     ///< columns of J
-    std::array<PackVec<D>, D> inverse;  ///< rows of J⁻¹
-    Pack volume;                        ///< 0 of those that are flat
-
-    [[gnu::always_inline]] explicit Straight(const std::array<PackVec<D>, D>& columns) : axes(columns) {
-        Pack det;
-        if constexpr (D == 2) {
-            det = axes[0][0] * axes[1][1] - axes[0][1] * axes[1][0];
-            inverse = {PackVec<2>{axes[1][1], -axes[1][0]}, PackVec<2>{-axes[0][1], axes[0][0]}};
-        } else {
-            inverse = {cross(axes[1], axes[2]), cross(axes[2], axes[0]), cross(axes[0], axes[1])};
-            det = axes[0][0] * inverse[0][0] + axes[0][1] * inverse[0][1] + axes[0][2] * inverse[0][2];
-        }
-        const Pack over = select(det == 0, packed(0), 1 / select(det == 0, packed(1), det));
-        for (auto& row : inverse)
-            for (Pack& x : row) x = x * over;
-        volume = abs(det) * (D == 2 ? 1.0 / 2 : 1.0 / 6);
-    }
-    [[gnu::always_inline]] static PackVec<3> cross(const PackVec<3>& a, const PackVec<3>& b) {
-        return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-    }
-    /// J⁻¹ v, and J⁻ᵀ g.
-    [[nodiscard, gnu::always_inline]] PackVec<D> pulled_back(const PackVec<D>& v) const {
-        PackVec<D> out;
-        for (int a = 0; a < D; ++a) {
-            out[a] = inverse[a][0] * v[0];
-            for (int i = 1; i < D; ++i) out[a] += inverse[a][i] * v[i];
-        }
-        return out;
-    }
-    [[nodiscard, gnu::always_inline]] PackVec<D> in_space(const PackVec<D>& g) const {
-        PackVec<D> out;
-        for (int i = 0; i < D; ++i) {
-            out[i] = inverse[0][i] * g[0];
-            for (int a = 1; a < D; ++a) out[i] += inverse[a][i] * g[a];
-        }
-        return out;
-    }
-};
-
 template <int D>
 [[gnu::always_inline]] inline PackPolynomial<D, known_degree> polynomial_of(const LatticePacks<D>& values) {
     const LatticeBasis<D>& basis = lattice_basis<D>();
@@ -87,21 +45,32 @@ template <int D>
     return polynomial;
 }
 
+/// The function at a place of the frame that is displaced by δ, and its gradient in space: J⁻ᵀ ∇.
+template <int D>
+[[gnu::always_inline]] inline PackSlope<D> value_at(const PackPolynomial<D, known_degree>& u, const PackFrame<D>& frame,
+                                                    const PackVec<D>& from, const PackJacobian<D>& there,
+                                                    const PackVec<D>& delta) {
+    const auto place = frame.displaced(from, there, delta);
+    PackSlope<D> at = u.at(place.at);
+    at.gradient = place.jacobian.in_space(at.gradient);
+    return at;
+}
+
 template <int D>
 [[gnu::always_inline]] inline void add_error_packed(const ElementPacks<D>& elements, const LatticePacks<D>& field,
                                                     double weight, ErrorPacks<D>& sum) {
     constexpr int edges = edges_per_simplex<D>;
-    const Straight<D> straight(elements.axes);
+    constexpr double simplex = D == 2 ? 1.0 / 2 : 1.0 / 6;
+    const PackFrame<D> frame(elements.axes, elements.frame_offsets);
     const auto u = polynomial_of<D>(field);
-    std::array<PackVec<D>, edges> offsets{};
+    std::array<PackVec<D>, edges> moves{};
     std::array<PackSlope<D>, edges> of_nodes{};
     for (int e = 0; e < edges; ++e) {
-        offsets[e] = straight.pulled_back(elements.offsets[e]);
-        PackVec<D> node = offsets[e];
+        PackVec<D> middle{};
+        for (int i = 0; i < D; ++i) moves[e][i] = elements.offsets[e][i] - elements.frame_offsets[e][i];
         for (const int v : local_edges<D>[e])
-            if (v > 0) node[v - 1] += 0.5;
-        of_nodes[e] = u.at(node);
-        of_nodes[e].gradient = straight.in_space(of_nodes[e].gradient);
+            if (v > 0) middle[v - 1] += 0.5;
+        of_nodes[e] = value_at<D>(u, frame, middle, frame.jacobian(middle), moves[e]);
     }
     std::array<Pack, D + 1> of_vertices{};
     for (int v = 0; v <= D; ++v) {
@@ -110,16 +79,16 @@ template <int D>
         of_vertices[v] = u.at(vertex).value;
     }
     for (std::size_t q = 0; q < simplex_rule<D>.size(); ++q) {
-        PackVec<D> x;
-        for (int i = 0; i < D; ++i) x[i] = packed(simplex_rule<D>[q].at[i + 1]);
+        PackVec<D> from, delta{};
+        for (int i = 0; i < D; ++i) from[i] = packed(simplex_rule<D>[q].at[i + 1]);
         for (int e = 0; e < edges; ++e)
-            for (int i = 0; i < D; ++i) x[i] += edge_functions<D>[q][e] * offsets[e][i];
-        PackSlope<D> at = u.at(x);
-        at.gradient = straight.in_space(at.gradient);
+            for (int i = 0; i < D; ++i) delta[i] += edge_functions<D>[q][e] * moves[e][i];
+        const PackJacobian<D> there = frame.jacobian(from);
+        const PackSlope<D> at = value_at<D>(u, frame, from, there, delta);
         Pack residual = at.value;
         for (int v = 0; v <= D; ++v) residual -= vertex_functions<D>[q][v] * of_vertices[v];
         for (int e = 0; e < edges; ++e) residual -= edge_functions<D>[q][e] * of_nodes[e].value;
-        const Pack share = (weight * simplex_rule<D>[q].weight) * straight.volume;
+        const Pack share = (weight * simplex_rule<D>[q].weight * simplex) * abs(there.det);
         std::array<Pack, ErrorPacks<D>::unknowns> answer{};
         for (int e = 0; e < edges; ++e)
             for (int i = 0; i < D; ++i)

@@ -11,8 +11,9 @@ import camber.validity;
 /// Nodes of volume edges where a known solution is interpolated best. docs/algorithms/solution-nodes.md.
 export namespace camber {
 
-/// A scalar field within each element by a polynomial of that degree: its values at the regular lattice of the straight
-/// element, in the order of `multi_indices`, whatever is added to all of them. Fields are in one unit.
+/// A scalar field within each element by a polynomial of that degree in the reference coordinates of the element as the
+/// mesh has it, curved or not: its values at the regular lattice, in the order of `multi_indices`, whatever is added to
+/// all of them. Fields are in one unit.
 inline constexpr int known_degree = 5;
 template <int D>
 struct KnownField {
@@ -39,10 +40,9 @@ struct SolutionNodes {
 };
 
 /// From the nodes `base` (one an edge: those of the boundary stay) volume edges' nodes are moved so that the sum over
-/// fields and elements of ∫ (u − u_h)² is least, u_h the interpolant of degree 2 on the curved elements, u what
-/// is known; elements stay above `min_jacobian`. The expected
-/// error never rises. The same bytes for any number of threads. Errors: columns that do not fit (internal),
-/// stopped, memory.
+/// fields and elements of ∫ (u − u_h)² is least, u_h the interpolant of degree 2 on the elements that they curve, u
+/// what is known in the elements of `mesh`; elements stay above `min_jacobian`. The expected error never rises. The
+/// same bytes for any number of threads. Errors: columns that do not fit (internal), stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<SolutionNodes<D>> solution_nodes(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                        std::span<const LagrangeNode<D>> base,

@@ -8,7 +8,6 @@ import camber.core;
 import camber.curving;
 import camber.recovery;
 import :known_solution;
-import :own_unit;
 
 namespace camber {
 

@@ -15,7 +15,6 @@ import camber.recovery;
 import camber.solution_metric;
 import camber.surface;
 import :metric_of_solution;
-import :own_unit;
 
 namespace camber {
 

@@ -120,25 +120,55 @@ Outcome<Curved<D>> by_shape(const CurvedFrom<D>& from, CurvingStart<D>& start, c
     return without_lengths(from.mesh, input.kinds, std::move(done->proposal));
 }
 
+/// Where the search for a solution begins: at the nodes of `shape`, or where a mesh with curves of its own has them if
+/// less error is expected there: in rows of thin elements that follow a solution chords tell nothing of it.
+template <int D>
+struct SolutionStart {
+    Column<LagrangeNode<D>> nodes;
+    double of_shape = 0;  ///< what is expected with the nodes of `shape`
+};
+
+template <int D>
+Outcome<SolutionStart<D>> solution_start(const CurvedFrom<D>& from, const CurveInput<D>& input,
+                                         Column<LagrangeNode<D>> shaped, const KnownSolution<D>& solution,
+                                         const Execution& execution) {
+    const auto expected = [&](const Column<LagrangeNode<D>>& nodes, double begin, double end) {
+        return solution_nodes<D>(from.mesh, input.kinds, nodes.view(), input.shells, solution, {.rounds = 0},
+                                 part_of(execution, begin, end))
+            .map([](const SolutionNodes<D>& found) { return found.before; });
+    };
+    const bool has_own = from.nodes == NodesOf::input;
+    const auto of_shape = expected(shaped, 0, has_own ? 0.5 : 1);
+    if (!of_shape) return fail(of_shape.error());
+    if (!has_own) return SolutionStart<D>{std::move(shaped), *of_shape};
+    const auto of_own = expected(input.base, 0.5, 1);
+    if (!of_own) return fail(of_own.error());
+    return SolutionStart<D>{*of_own < *of_shape ? input.base : std::move(shaped), *of_shape};
+}
+
 /// From there by what is known of the solution.
 template <int D>
 Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start, const KnownSolution<D>& solution,
                                const ProposeOptions& options, ExpectedErrors& expected, const Execution& execution) {
-    auto shaped = by_shape(from, start, options, part_of(execution, 0, 0.4));
+    auto shaped = by_shape(from, start, options, part_of(execution, 0, 0.35));
     if (!shaped) return shaped;
     const CurveInput<D>& input = start.input;
-    const SolutionNodesOptions nodes{.min_jacobian = options.min_jacobian};
-    const auto found = solution_nodes<D>(from.mesh, input.kinds, shaped->proposal.mid_nodes.view(), input.shells,
-                                         solution, nodes, part_of(execution, 0.4, 1));
-    if (!found) return fail(found.error());
-    expected = {found->before, found->after, found->rounds};
     Proposal<D> proposal = std::move(shaped->proposal);
-    Buffer<LagrangeNode<D>> mid_nodes = take(std::move(proposal.mid_nodes));
+    auto begun = solution_start(from, input, proposal.mid_nodes, solution, part_of(execution, 0.35, 0.5));
+    if (!begun) return fail(begun.error());
+    const auto found = solution_nodes<D>(from.mesh, input.kinds, begun->nodes.view(), input.shells, solution,
+                                         {.min_jacobian = options.min_jacobian}, part_of(execution, 0.5, 1));
+    if (!found) return fail(found.error());
+    expected = {begun->of_shape, found->after, found->rounds};
+    Buffer<LagrangeNode<D>> mid_nodes = take(std::move(begun->nodes));
     Buffer<EdgeChange> changes = take(std::move(proposal.changes));
     for (std::size_t e = 0; e < mid_nodes.size(); ++e) {
-        if (found->moves[e] == Vec<D>{}) continue;
+        if (input.kinds[e] != EdgeKind::volume) continue;
+        const auto& [a, b] = from.mesh.edges.vertices[e];
         mid_nodes[e].point += found->moves[e];
-        changes[e] = EdgeChange::optimised;
+        changes[e] = mid_nodes[e].point == midpoint(from.mesh.linear.points[a], from.mesh.linear.points[b])
+                         ? EdgeChange::straight
+                         : EdgeChange::optimised;
     }
     proposal.mid_nodes = std::move(mid_nodes);
     proposal.changes = std::move(changes);

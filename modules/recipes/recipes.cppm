@@ -17,4 +17,3 @@ export import :check_mesh;
 export import :geometry_sizes;
 export import :known_solution;
 export import :metric_of_solution;
-import :own_unit;

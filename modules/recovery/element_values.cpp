@@ -33,20 +33,20 @@ class ElementFits {
         : nodal_(nodal), fields_(fields), out_(out), rings_(nodal) {}
 
     void fit(ElementId e) {
+        const EdgeOffsets<D> offsets = edge_offsets(nodal_.mesh, e);
+        std::array<double, D + 1> centroid;
+        centroid.fill(1.0 / (D + 1));
+        middle_ = place_within(nodal_.mesh.linear, e, offsets, centroid);
         const int degree = place(e);
-        const Mat<D>& whitened_by = fit_.whitened_by();
-        std::array<Vec<D>, D> axes;
-        const auto& points = nodal_.mesh.linear.points;
-        const auto& vertices = nodal_.mesh.linear.elements.vertices[e];
-        const Vec<D> first = whitened_by * (points[vertices[0]] - middle_);
-        for (std::size_t a = 0; a < D; ++a) axes[a] = whitened_by * (points[vertices[a + 1]] - points[vertices[0]]);
+        Lattice<D> places = lattice_of(nodal_.mesh.linear, e, offsets);
+        for (Vec<D>& x : places) x = fit_.whitened_by() * (x - middle_);
         for (std::size_t f = 0; f < fields_.size(); ++f) {
             values_.clear();
             for (const std::uint32_t node : rings_.nodes()) values_.push_back(fields_[f][node]);
             const Unit unit = scale(values_);
             Coefficients<D, P> c{};
             if (unit.half > 0 && degree > K) c = fit_.solve(values_, degree);
-            const auto values = values_at_lattice<D, P>(c, first, axes);
+            const auto values = values_at<D, P>(c, places);
             for (std::size_t q = 0; q < values.size(); ++q)
                 out_[f][e.index()][q] = static_cast<float>(unit.times(values[q] - values[0]));
         }
@@ -56,9 +56,6 @@ class ElementFits {
     /// Gathers nodes until they determine a polynomial of the highest degree, or there are no more; factorises. The
     /// degree that they determine.
     int place(ElementId e) {
-        const LinearMesh<D>& mesh = nodal_.mesh.linear;
-        middle_ = Vec<D>{};
-        for (const VertexId v : mesh.elements.vertices[e]) middle_ += (1.0 / (D + 1)) * mesh.points[v];
         rings_.begin(e);
         const auto grow = [&] { return rings_.count() < most_rings && rings_.grow(); };
         while (grow() && !are_enough(rings_.nodes().size(), P)) {

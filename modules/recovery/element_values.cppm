@@ -9,8 +9,9 @@ import camber.core;
 
 export namespace camber {
 
-/// A polynomial of that degree within an element by its values at the regular lattice α/5 of the straight element, α in
-/// the order of `multi_indices`, less that at the first.
+/// A function within an element by a polynomial of that degree in its reference coordinates, given by its values at the
+/// regular lattice α/5 of the element as the mesh has it, curved or not; α in the order of `multi_indices`, less that
+/// at the first.
 inline constexpr int lattice_degree = 5;
 template <int D>
 using LatticeValues = std::array<float, node_count<lattice_degree, D>>;
@@ -31,10 +32,8 @@ template <int D>
 template <int D>
 using FunctionOfPlace = std::function<std::function<void(std::span<const Vec<D>>, std::span<double>)>()>;
 
-/// The same of a function that is known everywhere, in a unit of its own: in straight elements its values at the
-/// lattice, in curved ones the polynomial that is nearest to it at the lattice 1/6 of the curved element, as the
-/// straight one may be where the function is quite another. Errors: usage (a function that has no finite value at a
-/// vertex or in an element); memory; stopped.
+/// The same of a function that is known everywhere, in a unit of its own: its values at the lattice. Errors: usage (a
+/// function that has no finite value in an element); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LatticeValues<D>>> element_values(const QuadraticMesh<D>& mesh,
                                                                const FunctionOfPlace<D>& function,

@@ -4,6 +4,7 @@ export module camber.recovery;
 export import :material_rows;
 export import :derivatives;
 export import :element_values;
+export import :own_unit;
 import :monomials;
 import :whitening;
 import :rings;

@@ -48,21 +48,37 @@ struct Cubic {
     }
 };
 
-/// Exactly, as these are of degree 3: at the lattices of the straight elements.
+/// λ at the lattice of an element.
+template <int D>
+constexpr auto lattice = [] {
+    std::array<std::array<double, D + 1>, node_count<known_degree, D>> all{};
+    for (std::size_t q = 0; q < all.size(); ++q)
+        for (std::size_t v = 0; v <= D; ++v)
+            all[q][v] = static_cast<double>(multi_indices<known_degree, D>[q][v]) / known_degree;
+    return all;
+}();
+
+/// Where that is in an element as the mesh has it.
+template <int D>
+Vec<D> place_of(const QuadraticMesh<D>& mesh, ElementId e, const std::array<double, D + 1>& at) {
+    Vec<D> x;
+    for (std::size_t v = 0; v <= D; ++v) x += at[v] * mesh.linear.points[mesh.linear.elements.vertices[e][v]];
+    for (int k = 0; k < edges_per_simplex<D>; ++k)
+        x += edge_shape<D>(at, k) * edge_of(mesh, mesh.edges.of_elements[e][k]).offset();
+    return x;
+}
+
+/// On straight elements exactly, as these are of degree 3.
 template <int D>
 KnownSolution<D> known(const QuadraticMesh<D>& mesh, std::span<const Cubic<D>> fields) {
     KnownSolution<D> out;
-    const LinearMesh<D>& linear = mesh.linear;
     for (const Cubic<D>& u : fields) {
-        Buffer<std::array<float, node_count<known_degree, D>>> values(linear.elements.size());
-        for (std::size_t e = 0; e < values.size(); ++e)
-            for (std::size_t q = 0; q < values[e].size(); ++q) {
-                Vec<D> x;
-                for (std::size_t v = 0; v <= D; ++v)
-                    x += (multi_indices<known_degree, D>[q][v] * (1.0 / known_degree)) *
-                         linear.points[linear.elements.vertices[e][v]];
-                values[e][q] = static_cast<float>(u(x) - u(linear.points[linear.elements.vertices[e][0]]));
-            }
+        Buffer<std::array<float, node_count<known_degree, D>>> values(mesh.linear.elements.size());
+        for (std::size_t e = 0; e < values.size(); ++e) {
+            const double first = u(place_of(mesh, ElementId(e), lattice<D>[0]));
+            for (std::size_t q = 0; q < values[e].size(); ++q)
+                values[e][q] = static_cast<float>(u(place_of(mesh, ElementId(e), lattice<D>[q])) - first);
+        }
         out.push_back({.values = std::move(values)});
     }
     return out;
@@ -97,6 +113,77 @@ double interpolated(const Block<D>& b, const Column<LagrangeNode<D>>& nodes, con
         });
     };
     return must(interpolation_error<D>(mesh, field, {}, alone)).curved.l2.value;
+}
+
+/// The block with nodes of its own: on the boundary where they belong, in the volume anywhere near.
+template <int D>
+Block<D> bent_block(std::uint64_t seed) {
+    Dice dice(seed);
+    Block<D> b = shell_block<D>(cells<D>, seed + 1);
+    Buffer<LagrangeNode<D>> nodes(b.boundary_nodes.begin(), b.boundary_nodes.end());
+    for (std::size_t e = 0; e < nodes.size(); ++e) {
+        const auto& [p, q] = b.mesh.edges.vertices[e];
+        if (b.kinds[EdgeId(e)] == EdgeKind::volume)
+            nodes[e].point += 0.015 * norm(b.mesh.linear.points[q] - b.mesh.linear.points[p]) * dice.vector<D>(-1, 1);
+    }
+    b.mesh.mid_nodes = std::move(nodes);
+    return b;
+}
+
+/// Values in elements of polynomials of degree 2 in their own coordinates.
+template <int D>
+KnownSolution<D> quadratic_within(const QuadraticMesh<D>& mesh, Dice& dice) {
+    Buffer<std::array<float, node_count<known_degree, D>>> values(mesh.linear.elements.size());
+    for (auto& of : values) {
+        std::array<double, D + 1> vertices{};
+        std::array<double, edges_per_simplex<D>> edges{};
+        for (double& x : vertices) x = dice.uniform(-1, 1);
+        for (double& x : edges) x = dice.uniform(-1, 1);
+        for (std::size_t q = 0; q < of.size(); ++q) {
+            double u = -vertices[0];
+            for (std::size_t v = 0; v <= D; ++v) u += lattice<D>[q][v] * vertices[v];
+            for (int k = 0; k < edges_per_simplex<D>; ++k) u += edge_shape<D>(lattice<D>[q], k) * edges[k];
+            of[q] = static_cast<float>(u);
+        }
+    }
+    return {{.values = std::move(values)}};
+}
+
+template <int D>
+void laws_of_frames() {
+    property(
+        "what is of degree 2 in the coordinates of curved elements is interpolated there, and nowhere else",
+        [](std::uint64_t seed) {
+            Dice dice(seed + 2);
+            const auto b = bent_block<D>(seed);
+            const auto solution = quadratic_within(b.mesh, dice);
+            const auto error = [&](const Column<LagrangeNode<D>>& nodes) {
+                return must(solution_nodes<D>(b.mesh, b.kinds, nodes, b.shells, solution, {.rounds = 0}, alone)).before;
+            };
+            RC_ASSERT(error(b.mesh.mid_nodes) < 1e-5);
+            RC_ASSERT(error(b.boundary_nodes) > 1e-3);
+        },
+        {.count = 5});
+    property(
+        "the expected error is the interpolant's: about the nodes of the curved elements exactly, nearly with others; "
+        "and "
+        "nodes are found that are as good as those of a search in straight elements",
+        [](std::uint64_t seed) {
+            Dice dice(seed + 2);
+            const auto bent = bent_block<D>(seed);
+            auto straight = bent;
+            straight.mesh = must(elevate(bent.mesh.linear, alone));
+            const std::array fields{Cubic<D>(dice, 0.5)};
+            const Column<LagrangeNode<D>> from = bent.mesh.mid_nodes;
+            const auto made = moved<D>(bent, from, fields);
+            const double reached = interpolated(bent, after(from, made), fields[0]);
+            const double in_straight = interpolated(bent, after(from, moved<D>(straight, from, fields)), fields[0]);
+            RC_ASSERT(std::abs(made.before / interpolated(bent, from, fields[0]) - 1) < 5e-3);
+            RC_ASSERT(made.rounds > 0);
+            RC_ASSERT(std::abs(made.after / reached - 1) < 0.1);
+            RC_ASSERT(reached < 1.15 * in_straight);
+        },
+        {.count = 5});
 }
 
 template <int D>
@@ -159,3 +246,5 @@ void laws() {
 
 TEST_CASE("nodes for a known solution: triangles") { laws<2>(); }
 TEST_CASE("nodes for a known solution: tetrahedra") { laws<3>(); }
+TEST_CASE("nodes for a solution known in curved elements: triangles") { laws_of_frames<2>(); }
+TEST_CASE("nodes for a solution known in curved elements: tetrahedra") { laws_of_frames<3>(); }

@@ -1,7 +1,9 @@
-// Fields within elements: polynomials are found exactly, from one's own material, whatever the frame and the threads.
+// Fields within elements: polynomials are found exactly, from one's own material, whatever the frame and the threads;
+// functions are what they are in elements as they are curved.
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -31,18 +33,31 @@ std::vector<Column<LatticeValues<D>>> values_within(const QuadraticMesh<D>& mesh
     return must(element_values<D>(mesh, fields, Execution{.threads = threads}));
 }
 
+/// Places of an element's lattice as it is curved.
+template <int D>
+std::vector<Vec<D>> lattice_of(const QuadraticMesh<D>& mesh, ElementId e) {
+    std::vector<Vec<D>> places;
+    for (const auto& alpha : multi_indices<lattice_degree, D>) {
+        std::array<double, D + 1> at{};
+        for (std::size_t v = 0; v <= D; ++v) at[v] = static_cast<double>(alpha[v]) / lattice_degree;
+        Vec<D> x;
+        for (std::size_t v = 0; v <= D; ++v) x += at[v] * mesh.linear.points[mesh.linear.elements.vertices[e][v]];
+        for (int k = 0; k < edges_per_simplex<D>; ++k)
+            x += edge_shape<D>(at, k) * edge_of(mesh, mesh.edges.of_elements[e][k]).offset();
+        places.push_back(x);
+    }
+    return places;
+}
+
 /// The largest difference from u over an element's largest value, over all elements.
 template <int D>
-double largest_error(const LinearMesh<D>& mesh, const Column<LatticeValues<D>>& found, const Function<D>& u) {
+double largest_error(const QuadraticMesh<D>& mesh, const Column<LatticeValues<D>>& found, const Function<D>& u) {
     double largest = 0;
     for (std::size_t e = 0; e < found.size(); ++e) {
-        const auto& vertices = mesh.elements.vertices[e];
+        const std::vector<Vec<D>> places = lattice_of(mesh, ElementId(e));
         double error = 0, size = 0;
-        for (std::size_t q = 0; q < found[e].size(); ++q) {
-            Vec<D> x;
-            for (std::size_t v = 0; v <= D; ++v)
-                x += (multi_indices<lattice_degree, D>[q][v] * (1.0 / lattice_degree)) * mesh.points[vertices[v]];
-            const double is = u(x) - u(mesh.points[vertices[0]]);
+        for (std::size_t q = 0; q < places.size(); ++q) {
+            const double is = u(places[q]) - u(places[0]);
             error = std::max(error, std::abs(static_cast<double>(found[e][q]) - is));
             size = std::max(size, std::abs(is));
         }
@@ -63,7 +78,7 @@ void check_exact() {
                      const RandomPolynomial<D> p(degree + 3, dice);
                      const Function<D> u = [&](const Vec<D>& x) { return p(frame.inside(x)); };
                      const auto found = values_within<D>(mesh, {values_of<D>(mesh, degree, u)});
-                     RC_ASSERT(largest_error<D>(mesh.linear, found[0], u) < 1e-5);
+                     RC_ASSERT(largest_error<D>(mesh, found[0], u) < 1e-5);
                  },
                  {.count = 3});
 }
@@ -77,7 +92,7 @@ void check_few() {
                  const RandomPolynomial<2> p(4, dice);
                  const Function<2> u = [&](const Vec<2>& x) { return p(x); };
                  const auto found = values_within<2>(mesh, {values_of<2>(mesh, 2, u)});
-                 RC_ASSERT(largest_error<2>(mesh.linear, found[0], u) < 1e-4);
+                 RC_ASSERT(largest_error<2>(mesh, found[0], u) < 1e-4);
              },
              {.count = 3});
 }
@@ -99,7 +114,28 @@ void check_materials() {
                  const RandomPolynomial<D> p(3, dice);
                  const Function<D> u = [&](const Vec<D>& x) { return p(x) + 5 * std::max(x[0] - middle, 0.0); };
                  const auto found = values_within<D>(mesh, {values_of<D>(mesh, 2, u)});
-                 RC_ASSERT(largest_error<D>(mesh.linear, found[0], u) < 1e-5);
+                 RC_ASSERT(largest_error<D>(mesh, found[0], u) < 1e-5);
+             },
+             {.count = 3});
+}
+
+template <int D>
+void check_functions() {
+    property("functions have their values at the lattices of curved elements, in a unit that is a power of two",
+             [](std::uint64_t seed) {
+                 const auto mesh = bent_mesh<D>(cells_of<D>(3), seed, 0.3, 0.2);
+                 const Function<D> u = [](const Vec<D>& x) { return 1e6 * std::exp(-norm(x)) / (2 + x[0]); };
+                 const FunctionOfPlace<D> function = [&] {
+                     return [&](std::span<const Vec<D>> points, std::span<double> values) {
+                         for (std::size_t i = 0; i < points.size(); ++i) values[i] = u(points[i]);
+                     };
+                 };
+                 const auto found = must(element_values<D>(mesh, function, Execution{}));
+                 const auto places = lattice_of(mesh, ElementId(0));
+                 const double unit = (u(places[1]) - u(places[0])) / static_cast<double>(found[ElementId(0)][1]);
+                 const double power = std::exp2(std::round(std::log2(unit)));
+                 RC_ASSERT(std::abs(unit / power - 1) < 1e-5);
+                 RC_ASSERT(largest_error<D>(mesh, found, [&](const Vec<D>& x) { return u(x) / power; }) < 1e-6);
              },
              {.count = 3});
 }
@@ -122,5 +158,7 @@ TEST_CASE("polynomials within elements, in 3D") { check_exact<3>(); }
 TEST_CASE("polynomials within elements where nodes are few") { check_few(); }
 TEST_CASE("one's own material, in 2D") { check_materials<2>(); }
 TEST_CASE("one's own material, in 3D") { check_materials<3>(); }
+TEST_CASE("functions within elements, in 2D") { check_functions<2>(); }
+TEST_CASE("functions within elements, in 3D") { check_functions<3>(); }
 TEST_CASE("fields within elements: together and threads, in 2D") { check_bytes<2>(); }
 TEST_CASE("fields within elements: together and threads, in 3D") { check_bytes<3>(); }

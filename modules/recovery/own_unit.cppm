@@ -3,10 +3,10 @@ module;
 #include <cmath>
 #include <span>
 #include <utility>
-export module camber.recipes:own_unit;
+export module camber.recovery:own_unit;
 import camber.core;
 
-namespace camber {
+export namespace camber {
 
 /// The exponent of the power of two in which the range of these values is about 1; 0 of a constant, of none, and of
 /// values that are not finite.
