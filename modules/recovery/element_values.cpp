@@ -34,7 +34,7 @@ class ElementFits {
 
     void fit(ElementId e) {
         const EdgeOffsets<D> offsets = edge_offsets(nodal_.mesh, e);
-        std::array<double, D + 1> centroid;
+        std::array<double, D + 1> centroid{};
         centroid.fill(1.0 / (D + 1));
         middle_ = place_within(nodal_.mesh.linear, e, offsets, centroid);
         const int degree = place(e);
