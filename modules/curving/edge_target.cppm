@@ -20,12 +20,14 @@ enum class CurvingAim : std::uint8_t {
 
 /// Of which volume edges lengths are told: they are figures to look at, and cost more than the nodes do.
 enum class MeasuredEdges : std::uint8_t {
+    none,
     some,  ///< of a mesh of more than 131 072 edges, about as many, chosen by a hash of their numbers
     all,
 };
 
 /// Whether the lengths of this edge, of so many, are told.
 [[nodiscard]] constexpr bool is_measured(MeasuredEdges measured, std::size_t edge, std::size_t edges) {
+    if (measured == MeasuredEdges::none) return false;
     constexpr std::size_t enough = std::size_t{1} << 17;
     if (measured == MeasuredEdges::all || edges <= enough) return true;
     // Numbers in a mesh have patterns, the high bits of their products with 2^64/golden ratio have none.

@@ -1,6 +1,7 @@
 module;
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -18,7 +19,7 @@ int lowest(const Barycentrics<D>& xi) {
 }
 
 constexpr int short_walk = 64;
-constexpr int long_walk = 100000;
+constexpr unsigned long_walk = 100000;
 
 /// Walks across the face that x lies farthest behind (in barycentric coordinates) until no face hides x. When that
 /// leads out of the mesh, or round in circles, it is lost.
@@ -52,7 +53,9 @@ Location<D> walk_along(const StraightBack<D>& back, const Vec<D>& from, const Ve
     Location<D> best{.element = start, .xi = {}, .placement = Placement::lost};
     double best_lowest = -std::numeric_limits<double>::infinity();
     ElementId at = start;
-    for (int step = 0; step < long_walk && at.valid(); ++step) {
+    ElementId passed;  // at the last power of two: where straight elements are tangled the way goes in circles (Brent)
+    for (unsigned step = 0; step < long_walk && at.valid() && at != passed; ++step) {
+        if (std::has_single_bit(step)) passed = at;
         const Frame<D> frame(back.mesh, at);
         const Barycentrics<D> xi = frame.barycentrics(x);
         if (xi[lowest<D>(xi)] >= -frame.tolerance()) return {at, xi, Placement::inside};

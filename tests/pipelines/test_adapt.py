@@ -224,6 +224,16 @@ class Configs(unittest.TestCase):
             self.assertEqual(folder.adapt("--field", FIELD, "--cycles", 2).returncode, 0)
             self.assertEqual((folder.path / "p.meshb").read_bytes(), (folder.path / "n.meshb").read_bytes())
 
+    def test_settings_reach_the_stages(self):
+        with Adapting() as folder:
+            done = folder.adapt("--field", FIELD, "--print-config", "--set", "stages/curve/objective=shape", "--set",
+                                "metric/solution/norm=4", "--max-size", 0.3)
+            config = json.loads(done.stdout)
+            self.assertEqual(config["stages"][2]["curve"]["objective"], "shape")
+            self.assertEqual((config["metric"]["solution"]["norm"], config["metric"]["solution"]["max_size"]), (4, 0.3))
+            refused = folder.adapt("--field", FIELD, "--set", "adapt/cycles=3")
+            self.assertEqual(refused.returncode, 2)
+
     def test_a_plan_does_nothing(self):
         with Adapting() as folder:
             before = folder.files()

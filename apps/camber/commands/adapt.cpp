@@ -7,7 +7,6 @@ module;
 module camber.commands;
 import camber.core;
 import camber.config;
-import camber.curving;
 import :cycles;
 import :ending;
 import :formats;
@@ -17,9 +16,12 @@ namespace camber::app {
 
 namespace {
 
-constexpr const char* curved_cycles =
-    R"({"input": {"mesh": "-"}, "metric": {"solution": {}}, "stages": ["elevate", "remesh", "curve", "validate", "relax", "commit"]})";
-constexpr const char* straight_cycles =
+constexpr const char* by_the_solution =
+    R"({"input": {"mesh": "-"}, "metric": {"solution": {}}, "stages": ["elevate", "remesh",
+        {"curve": {"objective": "solution"}}, "validate", "relax", "commit"]})";
+constexpr const char* by_the_metric =
+    R"({"input": {"mesh": "-"}, "stages": ["elevate", "remesh", "curve", "validate", "relax", "commit"]})";
+constexpr const char* straight =
     R"({"input": {"mesh": "-"}, "metric": {"solution": {"degree": 1}}, "stages": ["remesh"]})";
 constexpr int usual_cycles = 8;
 
@@ -50,21 +52,19 @@ void put_given(const config::SolutionMetric& given, config::SolutionMetric& metr
     put(&config::SolutionMetric::max_anisotropy);
 }
 
-/// The stages' nodes are placed by the solution where the metric is made of it, too.
-void place_by_solution(config::Pipeline& pipeline) {
-    if (!std::holds_alternative<config::SolutionMetric>(pipeline.metric)) return;
-    for (config::Stage& stage : pipeline.stages)
-        if (auto* curve = std::get_if<config::Curve>(&stage)) curve->objective = Objective::solution;
+/// The pipeline of a cycle: nodes are placed by the solution where the metric is made of it, too.
+const char* cycle_of(const AdaptArguments& a) {
+    if (a.degree == 1) return straight;
+    return a.metric.metric ? by_the_metric : by_the_solution;
 }
 
 Outcome<config::Pipeline> adapting(const AdaptArguments& a) {
     if (auto given = check_given(a); !given) return fail(given.error());
-    auto pipeline = pipeline_of(a.degree == 1 ? straight_cycles : curved_cycles, a);
+    auto pipeline = pipeline_of(cycle_of(a), a);
     if (!pipeline) return pipeline;
     if (auto* made = std::get_if<config::SolutionMetric>(&pipeline->metric)) put_given(a.of_solution, *made);
     if (auto set = set_metric(a.metric, *pipeline); !set) return fail(set.error());
     if (auto set = set_geometry(a.geometry, *pipeline); !set) return fail(set.error());
-    place_by_solution(*pipeline);
     pipeline->adapt = a.adapt;
     const bool is_of_first_mesh = a.adapt.solve.empty() && !pipeline->solution.file.empty();
     pipeline->adapt.cycles = a.cycles.value_or(is_of_first_mesh ? 1 : usual_cycles);

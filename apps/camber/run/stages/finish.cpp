@@ -2,6 +2,7 @@ module;
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -9,6 +10,7 @@ module camber.run;
 import camber.core;
 import camber.bezier;
 import camber.cavity;
+import camber.config;
 import camber.curving;
 import camber.metric;
 import camber.operation;
@@ -17,6 +19,7 @@ import camber.surface;
 import camber.recipes;
 import camber.validity;
 import :histogram;
+import :order;
 import :parts;
 import :report;
 import :runner;
@@ -46,6 +49,19 @@ std::optional<RemeshedNodesReport> remeshed_nodes(const Changing<D>& changing, c
     return *nodes;
 }
 
+/// Whether a stage after the last pass places inner edges' nodes anew.
+bool places_nodes_anew(const config::Pipeline& pipeline) {
+    bool anew = false;
+    for (const config::Stage& stage : pipeline.stages)
+        std::visit(
+            [&]<class Options>(const Options&) {
+                if (changes_topology<Options>()) anew = false;
+                if (std::is_same_v<Options, config::Curve> || std::is_same_v<Options, config::Reinsert>) anew = true;
+            },
+            stage);
+    return anew;
+}
+
 }  // namespace
 
 template <int D>
@@ -65,7 +81,9 @@ Outcome<Done> finish(Runner<D>& run) {
             auto validation = validate(QuadraticMesh<D>{linear, edges, nodes}, run.state.bound, without_progress(e));
             if (!validation) return fail(validation.error());
             verdicts = verdicts_report(*validation, run.state.bound.is_asked);
-            beside_curve = remeshed_nodes(*changing, {linear, edges, nodes}, mesh->log_metrics, run.state.curving, e);
+            if (!places_nodes_anew(run.config))
+                beside_curve =
+                    remeshed_nodes(*changing, {linear, edges, nodes}, mesh->log_metrics, run.state.curving, e);
         }
         auto in_metric =
             nodes.empty() ? measure_unit_mesh(linear, edges, mesh->log_metrics, metric, rest)

@@ -49,7 +49,7 @@ Outcome<RemeshedNodesReport> nodes_beside_curve(const QuadraticMesh<D>& mesh, co
     const Boundary<D> boundary{std::move(*features), RequiredBoundary::keep, geometry};
     ProposeOptions options;
     static_cast<CurveOptions&>(options) = curving;
-    options.measured = MeasuredEdges::some;
+    options.measured = MeasuredEdges::none;
     const Execution quiet = without_progress(execution);
     const auto proposed =
         propose_curves<D>({mesh, NodesOf::input, boundary}, metric, GivenSolution<D>{}, options, plainly(quiet));
