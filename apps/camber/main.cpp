@@ -24,7 +24,7 @@ constexpr const char* description =
     "Camber: curved (P2) meshes from straight ones, driven by a metric and by the geometry; always valid.\n\n"
     "  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its own metric\n"
     "  camber remesh wing.meshb --metric m.sol -o w.mesh bring a mesh, straight or curved, to a metric\n"
-    "  camber adapt w.mesh --solve 'flow {mesh} {solution}' -o v.mesh   adapt it to a solution, cycle after cycle\n"
+    "  camber adapt w.mesh --field 'tanh(x/0.01)' -o v.mesh   to a solution, cycle after cycle\n"
     "  camber repair broken-p2.meshb -o valid-p2.meshb   repair a curved mesh made elsewhere\n"
     "  camber run configs/spheres.json                   run a pipeline\n"
     "  camber check wing-p2.meshb                        is it a good mesh?\n"

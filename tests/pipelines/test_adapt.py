@@ -9,6 +9,8 @@ import sys
 import time
 import unittest
 
+import numpy as np
+
 from program import CAMBER, ROOT, SANITIZED, Folder, report_of
 
 import gmf  # of the oracle
@@ -158,6 +160,26 @@ class Solvers(unittest.TestCase):
                 self.assertIn(told, done.stderr)
 
 
+class MovingFronts(unittest.TestCase):
+    def test_meshes_coarsen_behind_and_refine_ahead(self):
+        with Adapting() as folder:
+            (folder.path / "moving.py").write_text((folder.path / "solver.py").read_text().replace(
+                "- 0.5)", "- 0.3 - 0.08 * int(sys.argv[3]))"))
+            done = folder.adapt("--solve", f"{sys.executable} moving.py {{mesh}} {{solution}} {{cycle}}", "--settled", 0,
+                                "--cycles", 6, "--mesh-file", "m.mesh", complexity="120")
+            self.assertEqual(done.returncode, 0, done.stderr)
+
+            def near(cycle, radius):
+                """How many nodes there are within 0.03 of the circle."""
+                points = gmf.read(folder.path / "n.cycles" / f"cycle-{cycle:03}" / "m.mesh").points
+                return int((abs(np.hypot(points[:, 0], points[:, 1]) - radius) < 0.03).sum()) / radius
+
+            for cycle in (4, 5, 6):  # made for the front of the cycle before
+                self.assertGreater(near(cycle, 0.3 + 0.08 * (cycle - 1)), 1.3 * near(cycle, 0.3 + 0.08 * (cycle - 3)))
+            sizes = [row["elements"] for row in folder.rows("n.cycles")[2:]]
+            self.assertLess(max(sizes), 1.3 * min(sizes))
+
+
 class GoingOn(unittest.TestCase):
     def test_going_on_gives_the_same_bytes_as_going_through(self):
         with Adapting() as folder:
@@ -241,6 +263,20 @@ class Configs(unittest.TestCase):
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn("at most 8 such cycles", done.stdout)
             self.assertEqual(folder.files(), before)
+
+    def test_a_plan_with_a_solver_does_not_ask_it(self):
+        with Adapting() as folder:
+            before = folder.files()
+            done = folder.adapt("--solve", folder.solver(), "--dry-run")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("after the solver", done.stdout)
+            self.assertEqual(folder.files(), before)
+
+    def test_the_input_is_not_overwritten(self):
+        with Adapting() as folder:
+            done = folder.adapt("--field", FIELD, output="r.mesh")
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("same file", done.stderr)
 
     def test_nothing_to_adapt_to_is_told(self):
         with Adapting() as folder:

@@ -88,7 +88,11 @@ int adapt_command(const AdaptArguments& arguments) {
 
 int run_or_plan_cycles(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
                        const CyclesChoice& choice, bool dry_run) {
-    if (auto distinct = check_named_files(files); !distinct) return report_error(distinct.error());
+    // Every cycle's mesh takes the place of the output: the input would be lost while it is still needed.
+    std::vector<NamedFile> named = files;
+    for (NamedFile& file : named)
+        if (file.role == Role::input_mesh) file.role = Role::input;
+    if (auto distinct = check_named_files(named); !distinct) return report_error(distinct.error());
     if (!dry_run) return run_cycles(pipeline, choice);
     const auto text = plan_cycles(pipeline, choice);
     return text ? end_with(*text + "\n  nothing was done\n") : report_error(text.error());

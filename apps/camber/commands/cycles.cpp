@@ -271,6 +271,9 @@ Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesC
     if (auto possible = run::check_cycles(pipeline); !possible) return fail(possible.error());
     config::Pipeline once = pipeline;
     once.adapt = {};
+    // What the solver will say is not known: the first mesh's plan.
+    if (!pipeline.adapt.solve.empty()) once = run::first_pipeline(pipeline, run::files_of_cycle(pipeline, ""));
+    once.output = pipeline.output;
     auto text = plan(once, fit_of(choice, 1));
     if (!text) return text;
     const std::string kept = kept_folder(pipeline);
