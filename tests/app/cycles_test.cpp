@@ -26,7 +26,8 @@ config::Pipeline adapting(std::string_view adapt, std::string_view more = "") {
     REQUIRE_MESSAGE(pipeline, (pipeline ? "" : describe(pipeline.error())));
     return *pipeline;
 }
-constexpr const char* solving = R"({"cycles": 3, "complexity": [10, 20], "solve": ["flow", "{mesh}", "-o{solution}", "{cycle}"]})";
+constexpr const char* solving =
+    R"({"cycles": 3, "complexity": [10, 20], "solve": ["flow", "{mesh}", "-o{solution}", "{cycle}"]})";
 
 template <class S>
 bool has_stage(const config::Pipeline& pipeline) {

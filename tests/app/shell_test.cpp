@@ -259,7 +259,8 @@ TEST_CASE("text is wrapped between words; examples are not") {
 
 TEST_CASE("A command's words reach it as they are, and what it says is kept") {
     const Folder folder;
-    const auto done = run_command_line({"sh", "-c", "echo \"$0|$1\"; echo err >&2", "a b", "$HOME;*"}, 0, folder / "said", {});
+    const auto done =
+        run_command_line({"sh", "-c", "echo \"$0|$1\"; echo err >&2", "a b", "$HOME;*"}, 0, folder / "said", {});
     REQUIRE(done);
     CHECK(done->end == CommandEnd::done);
     CHECK(text_of(folder / "said") == "a b|$HOME;*\nerr\n");

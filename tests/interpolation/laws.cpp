@@ -196,7 +196,8 @@ void check_functions() {
     REQUIRE(same);
     CHECK(agree(same->l2.value, interpolated->curved.l2.value, 2e-3));
     CHECK(agree(same->h1.value, interpolated->curved.h1.value, 2e-3));
-    // One that is 3 beside it errs by 3 where the interpolant's own error is small: Pythagoras but for the mean of that.
+    // One that is 3 beside it errs by 3 where the interpolant's own error is small: Pythagoras but for the mean of
+    // that.
     Buffer<double> shifted(values.begin(), values.end());
     for (double& x : shifted) x += 3;
     const auto beside = function_error<D>(mesh, shifted, field, {}, {});

@@ -1,5 +1,6 @@
 module;
 #include <string>
+#include <utility>
 #include <vector>
 export module camber.commands:cycle_folders;
 import camber.core;

@@ -160,7 +160,10 @@ int run_command(const RunArguments& arguments) {
                              {},
                              "--allow-commands lets it"});
     if (arguments.histogram)
-        return report_error({ErrorKind::usage, "is of a single run, and the config has cycles", "--histogram", {},
+        return report_error({ErrorKind::usage,
+                             "is of a single run, and the config has cycles",
+                             "--histogram",
+                             {},
                              "give \"output\": {\"plots\": …}, or leave it out"});
     return run_or_plan_cycles(below, files, {.from = arguments.from}, arguments.dry_run);
 }

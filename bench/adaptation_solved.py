@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""Does curvature pay where a solver is in the loop? A layer on a curved wall, exp(-(r - 1)/0.05) between two circles: errors of Poisson's solution.
+
+    bench/adaptation_solved.py build/bin/camber build/bin/poisson [--complexities 200,400,800,1600] [--json FILE]
+
+The ways, all with elements of degree 2 by the metric of third derivatives:
+    chords      straight everywhere, `camber adapt --degree 1`: by the exact field, as a straight mesh's file has no place for nodes on edges;
+                solved on the meshes of the last cycles, with the exact values at the chords, on which a solver would have none
+    walls       solved in every cycle; elements that are straight inside and follow the wall (the stage curve with the objective shape)
+    curved      solved in every cycle; `camber adapt --solve`
+
+A cell has the last cycle's errors in L2 and H1, the smallest and largest L2 of the last three cycles, and the seconds of all, the solver's included.
+Rates and "fewer" are as in adaptation.py.
+"""
+import argparse
+import json
+import os
+import tempfile
+import time
+
+from adaptation import ERRORS, LAST, SPHERES, cell, cycles_of, gains_of, rate, spread
+from program import Program
+
+FIELD = "exp(-(sqrt(x^2+y^2)-1)/0.05)"
+ANNULUS = ("annulus", "--elements", 1000, "--set", "outer_radius=2")
+WAYS = ("chords", "walls", "curved")
+
+
+class Bench:
+    def __init__(self, given):
+        self.camber, self.poisson = Program(os.path.abspath(given.camber)), Program(os.path.abspath(given.poisson))
+        self.cycles = given.cycles
+        self.solve = [self.poisson.path, "{mesh}", "--field", FIELD, "--solution", "{solution}", "--threads", "1"]
+
+    def config(self, complexity):
+        """The loop of `camber adapt --solve` with straight edges inside."""
+        return {"input": {"mesh": "first.meshb"}, "geometry": SPHERES, "metric": {"solution": {}}, "threads": 1,
+                "stages": ["elevate", "remesh", {"curve": {"objective": "shape"}}, "validate", "relax", "commit"],
+                "adapt": {"cycles": self.cycles, "complexity": [complexity], "settled": 0, "exact": FIELD, "solve": self.solve, "folder": "cycles"},
+                "output": {"mesh": "last.meshb"}}
+
+    def adapt(self, way, complexity):
+        """Into cycles/"""
+        if way == "walls":
+            with open("config.json", "w", encoding="utf-8") as file:
+                json.dump(self.config(complexity), file)
+            self.camber("run", "config.json", "--allow-commands")
+            return
+        own = ("--degree", 1, "--set", "metric/solution/degree=2") if way == "chords" else ("--solve", " ".join(self.solve))
+        self.camber("adapt", "first.meshb", "--field", FIELD, *own, "--complexity", complexity, "--cycles", self.cycles, "--settled", 0,
+                    "--geometry", json.dumps(SPHERES), "--threads", 1, "--folder", "cycles", "-o", "last.meshb")
+
+    def told(self, way):
+        """Errors of what is solved, by cycle."""
+        if way == "chords":
+            for cycle in range(1, len(cycles_of("cycles"))):
+                yield json.loads(self.poisson(f"cycles/cycle-{cycle:03}/mesh.meshb", "--field", FIELD, "--json", "--threads", 1))[0]
+            return
+        for row in cycles_of("cycles")[1:]:
+            yield row.get("solution_error", {}) | {"unknowns": row["unknowns"]}
+
+    def run(self, way, complexity):
+        with tempfile.TemporaryDirectory() as folder:
+            os.chdir(folder)
+            self.camber("generate", *ANNULUS, "-o", "first.meshb")
+            begin = time.perf_counter()
+            self.adapt(way, complexity)
+            seconds = time.perf_counter() - begin
+            every = [row for row in self.told(way) if "l2" in row]
+            os.chdir("/")
+        last = every[-LAST:]
+        return ({key: last[-1][key] for key in ("unknowns", *ERRORS)} | spread(last)
+                | {"complexity": complexity, "seconds": seconds, "invalid": 0, "missing": self.cycles - len(every)})
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("camber")
+    parser.add_argument("poisson")
+    parser.add_argument("--complexities", default="200,400,800,1600,3200", help="divided by commas (%(default)s)")
+    parser.add_argument("--cycles", type=int, default=8, help="of each run (%(default)s)")
+    parser.add_argument("--json", help="also write everything into this file")
+    given = parser.parse_args()
+    bench = Bench(given)
+    found = {way: [] for way in WAYS}
+    target = given.json and os.path.abspath(given.json)
+    print(f"| complexity | {' | '.join(WAYS)} |\n" + "|---" * (1 + len(WAYS)) + "|")
+    for complexity in map(float, given.complexities.split(",")):
+        for way in WAYS:
+            found[way].append(bench.run(way, complexity))
+        print(f"| {complexity:g} | {' | '.join(cell(found[way][-1]) for way in WAYS)} |", flush=True)
+    if len(found["curved"]) > 1:
+        print("\n| way | rates in L2, H1 | curved has so many times fewer unknowns: in L2, in H1 |\n|---|---|---|")
+        for way, rows in found.items():
+            gains = gains_of(rows, found["curved"]) if way != "curved" else ""
+            print(f"| {way} | {', '.join(f'{rate(rows, error)[0]:.2f}' for error in ERRORS)} | {gains} |")
+    if target:
+        with open(target, "w", encoding="utf-8") as file:
+            json.dump(found, file, indent=1)
+
+
+if __name__ == "__main__":
+    main()
