@@ -53,8 +53,8 @@ struct Adaptation {
                    "known"),
             option("settled", &S::settled,
                    "cycles end once the share of unit edges that a mesh has in its own solution's metric rises by no "
-                   "more than this from one cycle to the next, both of the last complexity; 0: never before their "
-                   "number")
+                   "more than this from one cycle to the next, both of the last complexity, and is half of that which "
+                   "the mesh made of it has; 0: never before their number")
                 .at_least(0)
                 .at_most(1));
     }
