@@ -54,7 +54,7 @@ class CurvedInput(unittest.TestCase):
         out, report = self.curve("bulged.mesh", geometry={"analytic": analytic})
         radii = np.linalg.norm(out.points[self.surface], axis=1)
         self.assertLess(np.minimum(abs(radii - 1), abs(radii - 5)).max(), 1e-12)
-        self.assertIn("0 edges of the boundary keep the nodes that the mesh was read with", report["notices"])
+        self.assertFalse([n for n in report["notices"] if "keep the nodes that the mesh was read with" in n])
 
     def test_what_is_curved_already_is_not_lost(self):
         _, again = self.curve("first.meshb")
