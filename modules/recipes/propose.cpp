@@ -125,22 +125,21 @@ Outcome<Curved<D>> by_shape(const CurvedFrom<D>& from, CurvingStart<D>& start, c
 template <int D>
 struct SolutionStart {
     Column<LagrangeNode<D>> nodes;
-    double of_shape = 0;  ///< what is expected with the nodes of `shape`
+    std::optional<double> of_shape = {};  ///< what is expected with the nodes of `shape`, where it was asked
 };
 
 template <int D>
 Outcome<SolutionStart<D>> solution_start(const CurvedFrom<D>& from, const CurveInput<D>& input,
                                          Column<LagrangeNode<D>> shaped, const KnownSolution<D>& solution,
                                          const Execution& execution) {
+    if (from.nodes != NodesOf::input) return SolutionStart<D>{std::move(shaped)};
     const auto expected = [&](const Column<LagrangeNode<D>>& nodes, double begin, double end) {
         return solution_nodes<D>(from.mesh, input.kinds, nodes.view(), input.shells, solution, {.rounds = 0},
                                  part_of(execution, begin, end))
             .map([](const SolutionNodes<D>& found) { return found.before; });
     };
-    const bool has_own = from.nodes == NodesOf::input;
-    const auto of_shape = expected(shaped, 0, has_own ? 0.5 : 1);
+    const auto of_shape = expected(shaped, 0, 0.5);
     if (!of_shape) return fail(of_shape.error());
-    if (!has_own) return SolutionStart<D>{std::move(shaped), *of_shape};
     const auto of_own = expected(input.base, 0.5, 1);
     if (!of_own) return fail(of_own.error());
     return SolutionStart<D>{*of_own < *of_shape ? input.base : std::move(shaped), *of_shape};
@@ -159,7 +158,7 @@ Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start
     const auto found = solution_nodes<D>(from.mesh, input.kinds, begun->nodes.view(), input.shells, solution,
                                          {.min_jacobian = options.min_jacobian}, part_of(execution, 0.5, 1));
     if (!found) return fail(found.error());
-    expected = {begun->of_shape, found->after, found->rounds};
+    expected = {begun->of_shape.value_or(found->before), found->after, found->rounds};
     Buffer<LagrangeNode<D>> mid_nodes = take(std::move(begun->nodes));
     Buffer<EdgeChange> changes = take(std::move(proposal.changes));
     for (std::size_t e = 0; e < mid_nodes.size(); ++e) {

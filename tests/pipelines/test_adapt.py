@@ -151,6 +151,20 @@ class Solvers(unittest.TestCase):
                 self.assertIn(told, done.stderr)
                 self.assertFalse((folder.path / f"c{len(told)}" / "cycle-000").exists())
 
+    def test_no_solver_is_asked_on_a_mesh_that_is_not_valid(self):
+        with Adapting() as folder:
+            folder.camber("convert", "r.mesh", "--elevate", "-o", "q.mesh")
+            lines = (folder.path / "q.mesh").read_text().split("\n")
+            first = lines.index("Vertices") + 2
+            last = first + int(lines[first - 1]) - 1  # a node of an edge
+            x, y, reference = lines[last].split()
+            lines[last] = f"{float(x) + 0.3} {float(y) + 0.3} {reference}"
+            (folder.path / "q.mesh").write_text("\n".join(lines))
+            done = folder.adapt("--solve", folder.solver(), "--mesh-file", "m.mesh", mesh="q.mesh")
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn("camber repair", done.stderr)
+            self.assertFalse((folder.path / "n.cycles" / "cycle-000" / "solver.txt").exists())
+
     def test_a_command_is_checked_before_anything_is_done(self):
         with Adapting() as folder:
             for command, told in (("flow {mesh}", "has no {solution}"), ("flow {solution}", "has no {mesh}"),

@@ -80,12 +80,14 @@ class Cycles {
         for (int cycle = static_cast<int>(folders_.rows().size()); cycle <= pipeline_.adapt.cycles; ++cycle) {
             const auto holds = make(cycle);
             if (!holds) return report_error(told(holds.error(), cycle));
-            if (auto done = deliver(); !done) return report_error(told(done.error(), cycle + 1));
+            if (*holds || cycle == 0)
+                if (auto done = deliver(); !done) return report_error(told(done.error(), cycle + 1));
             out_.print(run::cycles_line(folders_.rows().back(), pipeline_.adapt));
             if (auto said = out_.finish(); !said) return report_error(said.error());
             if (!*holds) {
-                tell(fmt::format("cycle {} has elements that are not certified valid: no cycle goes on from there",
-                                 cycle));
+                tell(fmt::format("the mesh of cycle {} has elements that are not certified valid: {}", cycle,
+                                 cycle == 0 ? "mend it first (camber repair)"
+                                            : "no cycle goes on from there, and the outputs are those of the one before"));
                 code = 1;
                 break;
             }
@@ -108,7 +110,7 @@ class Cycles {
         run::CycleRow row = run::row_of(cycle, pipeline_.adapt, made->report);
         for (const run::StageTime& time : made->report.times) row.seconds += time.seconds;
         solved_.reset();
-        if (!pipeline_.adapt.solve.empty())
+        if (!pipeline_.adapt.solve.empty() && made->report.holds_what_was_asked())
             if (auto done = solve(cycle, into, row); !done) return fail(done.error());
         if (auto known = compare(made->mesh, row); !known) return fail(known.error());
         if (auto added = folders_.add(row, std::filesystem::path(into.view).filename().string()); !added)

@@ -119,7 +119,7 @@ config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFil
 
 config::Pipeline fitted_to(const AnyMesh& mesh, config::Pipeline pipeline, int cycle) {
     if (!is_curved(mesh)) return pipeline;
-    if (cycle == 0) pipeline.stages.clear();
+    if (cycle == 0 && !pipeline.stages.empty()) pipeline.stages = {config::Validate{}};
     std::erase_if(pipeline.stages, [](const config::Stage& s) { return std::holds_alternative<config::Elevate>(s); });
     return pipeline;
 }

@@ -29,8 +29,8 @@ struct CycleFiles {
 
 /// What makes the first mesh, which the solver is asked on: the stages that keep the topology; without a solver none.
 [[nodiscard]] config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFiles& into);
-/// Either one as the mesh that it begins with has it: of degree 2 with curves nothing elevates it, and no node of the
-/// first mesh moves.
+/// Either one as the mesh that it begins with has it: of degree 2 with curves nothing elevates it, and the first mesh
+/// is judged as it is.
 [[nodiscard]] config::Pipeline fitted_to(const AnyMesh& mesh, config::Pipeline pipeline, int cycle);
 /// What makes the mesh of a cycle, from 1, out of the one before.
 [[nodiscard]] config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, const CycleFiles& first,
