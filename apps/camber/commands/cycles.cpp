@@ -86,8 +86,9 @@ class Cycles {
             if (auto said = out_.finish(); !said) return report_error(said.error());
             if (!*holds) {
                 tell(fmt::format("the mesh of cycle {} has elements that are not certified valid: {}", cycle,
-                                 cycle == 0 ? "mend it first (camber repair)"
-                                            : "no cycle goes on from there, and the outputs are those of the one before"));
+                                 cycle == 0
+                                     ? "mend it first (camber repair)"
+                                     : "no cycle goes on from there, and the outputs are those of the one before"));
                 code = 1;
                 break;
             }
