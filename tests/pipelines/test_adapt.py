@@ -208,7 +208,11 @@ class GoingOn(unittest.TestCase):
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual((folder.path / "n.meshb").read_bytes(), last)
             self.assertEqual(len(folder.rows("n.cycles")), 4)
-            none = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--from", 9)
+            over = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--from", 3)
+            self.assertEqual(over.returncode, 2)
+            self.assertIn("nothing to do", over.stderr)
+            self.assertEqual(len(folder.rows("n.cycles")), 4)
+            none = folder.adapt("--solve", folder.solver(), "--cycles", 12, "--from", 9)
             self.assertEqual(none.returncode, 2)
             self.assertIn("cycle 9 is not there", none.stderr)
 

@@ -249,6 +249,10 @@ Outcome<CycleFolders> folders_of(const config::Pipeline& pipeline, const CyclesC
     if (kept.empty() && choice.from)
         return fail(ErrorKind::usage, "there are no cycles to go on from: none are kept", "--from", {},
                     "give --folder");
+    if (choice.from && *choice.from >= pipeline.adapt.cycles)
+        return fail(ErrorKind::usage,
+                    fmt::format("after cycle {} of {} there is nothing to do", *choice.from, pipeline.adapt.cycles),
+                    "--from", {}, "ask for more cycles");
     if (kept.empty()) return CycleFolders::passing(pipeline.output.mesh);
     return choice.from ? CycleFolders::going_on(kept, *choice.from) : CycleFolders::anew(kept);
 }
