@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 module camber.adapt:candidates;
@@ -110,14 +111,24 @@ template <int D>
 /// The order of what is not to be done.
 inline constexpr double infinite_order = std::numeric_limits<double>::infinity();
 
-/// Tasks for all edges whose length asks for one: `order_of(length)`, infinite where it does not.
-template <int D, class OrderOf>
-[[nodiscard]] Outcome<std::vector<Task>> edge_tasks(const Adaptation<D>& r, OrderOf&& order_of,
+/// See Refusals.
+template <class Tag, int D>
+void refuse(Adaptation<D>& r, AskingPass pass, std::span<const Task> tasks, std::size_t entities) {
+    std::vector<Id<Tag>> ids;
+    ids.reserve(tasks.size());
+    for (const Task& task : tasks) ids.emplace_back(std::size_t{task.id});
+    r.refusals.template refuse<Tag>(pass, ids, entities);
+}
+
+/// Tasks for all edges whose length asks for one: `order_of(length)`, infinite where it does not; but for those whose
+/// refusal stands.
+template <int D, class OrderOf, class HasStood>
+[[nodiscard]] Outcome<std::vector<Task>> edge_tasks(const Adaptation<D>& r, OrderOf&& order_of, HasStood&& has_stood,
                                                     const Execution& execution) {
     return reduce_each(
         execution, r.mesh.edges.size(), std::vector<Task>{},
         [&](std::vector<Task>& tasks, std::size_t e) {
-            if (r.mesh.is_free(EdgeId(e))) return;
+            if (r.mesh.is_free(EdgeId(e)) || has_stood(EdgeId(e))) return;
             if (const double order = order_of(length_of(r, EdgeId(e))); order < infinite_order)
                 tasks.push_back(task(order, EdgeId(e)));
         },
@@ -131,7 +142,9 @@ template <int D, class OrderOf>
 template <int D, class EdgePass>
 [[nodiscard]] Outcome<Adapted<D>> run_on_edges(Adaptation<D> state, const AdaptationGoal<D>& goal, EdgePass pass,
                                                const Execution& execution) {
-    auto tasks = edge_tasks(state, [&](double length) { return pass.order_of(length); }, without_progress(execution));
+    auto tasks = edge_tasks(
+        state, [&](double length) { return pass.order_of(length); }, [&](EdgeId e) { return pass.has_stood(state, e); },
+        without_progress(execution));
     if (!tasks) return fail(tasks.error());
     auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
     if (!statistics) return fail(statistics.error());
@@ -147,16 +160,19 @@ void add_edge_tasks(const Adaptation<D>& r, const TopologyChanges& changes, Orde
             if (const double order = order_of(length_of(r, e)); order < infinite_order) tasks.push_back(task(order, e));
 }
 
-/// The same for elements by their shape.
+/// The same for elements by their shape, of a pass.
 template <int D, class OrderOf>
-[[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Adaptation<D>& r, const KeptShapes<D>& shapes,
-                                                       OrderOf&& order_of, const Execution& execution) {
+[[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Adaptation<D>& r, AskingPass pass,
+                                                       const KeptShapes<D>& shapes, OrderOf&& order_of,
+                                                       const Execution& execution) {
     return reduce_each(
         execution, r.mesh.elements.size(), std::vector<Task>{},
         [&](std::vector<Task>& tasks, std::size_t e) {
-            if (r.mesh.is_free(ElementId(e))) return;
-            if (const double order = order_of(shapes[ElementId(e)]); order < infinite_order)
-                tasks.push_back(task(order, ElementId(e)));
+            const ElementId id(e);
+            if (r.mesh.is_free(id)) return;
+            const double order = order_of(shapes[id]);
+            if (order < infinite_order && !r.refusals.stands(pass, id, std::span(r.mesh.elements.vertices[id])))
+                tasks.push_back(task(order, id));
         },
         [](std::vector<Task> a, std::vector<Task> b) {
             a.insert(a.end(), b.begin(), b.end());

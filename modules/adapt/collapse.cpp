@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 module camber.adapt;
@@ -61,6 +62,12 @@ class Collapses final : public Pass<D> {
         }
         return best;
     }
+    [[nodiscard]] static bool has_stood(const Adaptation<D>& r, EdgeId e) {
+        return r.refusals.stands(AskingPass::collapse, e, std::span(r.mesh.edges[e]));
+    }
+    void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
+        refuse<EdgeTag>(r, AskingPass::collapse, tasks, r.mesh.edges.size());
+    }
     void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }
@@ -90,6 +97,8 @@ template <int D>
 Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal, const CollapseOptions& options,
                              const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    state.refusals.begin(AskingPass::collapse, {options.shortest, options.longest, options.min_quality,
+                                                options.distance, static_cast<double>(options.bend_around)});
     return run_on_edges<D>(std::move(state), goal, Collapses<D>(goal, options), execution);
 }
 

@@ -28,18 +28,19 @@ class ConeShapes {
     void clear() {
         faces_.clear();
         vertices_.clear();
+        vertex_ids_.clear();
+        edges_.clear();
+        edge_keys_.clear();
     }
     /// The face opposite a local vertex of an element.
     void add(ElementId e, int opposite) {
         Face face;
         const auto outward = face_opposite<D>(opposite);
         for (int i = 0; i < D; ++i) face.corners[i] = index_of(r_.mesh.elements.vertices[e][outward[i]]);
-        if (r_.mesh.is_curved())
-            for (int i = 0; i < D; ++i)
-                for (int j = 0; j < D; ++j)
-                    if (i != j)
-                        face.offsets[i][j] =
-                            offset_of(r_.mesh, r_.mesh.edges_of[e][edge_between<D>[outward[i]][outward[j]]]);
+        for (int k = 0; k < face_edges; ++k) {
+            const auto& [i, j] = local_edges<D - 1>[k];
+            face.edges[k] = index_of_edge(face.corners[i], face.corners[j], e, edge_between<D>[outward[i]][outward[j]]);
+        }
         faces_.push_back(face);
     }
 
@@ -74,7 +75,7 @@ class ConeShapes {
             if (!(face.measure > 0) && least >= 0) return 0;
         }
         double worst = std::numeric_limits<double>::infinity();
-        for (Face& face : faces_) {
+        for (const Face& face : faces_) {
             if (!face.counts) continue;
             worst = std::min(worst, shape(face));
             if (!(worst > least)) return worst;
@@ -88,22 +89,42 @@ class ConeShapes {
 
   private:
     static constexpr double unknown = -1;
+    static constexpr int face_edges = edges_per_simplex<D - 1>;
+    struct Edge {
+        std::array<std::uint32_t, 2> ends{};  ///< of `vertices_`
+        Vec<D> offset;                        ///< of degree 2
+        double squares = unknown;             ///< in the metrics of both ends
+    };
     struct Face {
-        std::array<std::uint32_t, D> corners{};        ///< of `vertices_`, outward
-        std::array<std::array<Vec<D>, D>, D> offsets;  ///< of degree 2: of the edge between two of them
-        double squares = unknown;                      ///< of its edges, in the metrics of both ends
+        std::array<std::uint32_t, D> corners{};         ///< of `vertices_`, outward
+        std::array<std::uint32_t, face_edges> edges{};  ///< of `edges_`
         double measure = 0;
         bool counts = true;
     };
 
     std::uint32_t index_of(VertexId v) {
-        for (std::uint32_t i = 0; i < vertices_.size(); ++i)
-            if (vertices_[i].vertex == v) {
-                ++vertices_[i].faces;
-                return i;
-            }
-        vertices_.push_back({v, 1, r_.mesh.points[v], &r_.vertices.metrics[v]});
-        return static_cast<std::uint32_t>(vertices_.size() - 1);
+        const std::uint32_t at = place_among(vertex_ids_, v);
+        if (at == vertices_.size()) vertices_.push_back({v, 0, r_.mesh.points[v], &r_.vertices.metrics[v]});
+        ++vertices_[at].faces;
+        return at;
+    }
+    /// Of the edge between two of them, which is a local edge of an element.
+    std::uint32_t index_of_edge(std::uint32_t a, std::uint32_t b, ElementId e, int local) {
+        const std::uint32_t at = place_among(edge_keys_, std::min(a, b) << 16U | std::max(a, b));
+        if (at == edges_.size())
+            edges_.push_back(
+                {{a, b}, r_.mesh.is_curved() ? offset_of(r_.mesh, r_.mesh.edges_of[e][local]) : Vec<D>{}, unknown});
+        return at;
+    }
+    /// Of a key among a few, behind which it is put where it is not.
+    template <class Key>
+    [[nodiscard]] static std::uint32_t place_among(std::vector<Key>& keys, Key key) {
+        const auto at = static_cast<std::uint32_t>(std::ranges::find(keys, key) - keys.begin());
+        if (at == keys.size()) keys.push_back(key);
+        return at;
+    }
+    [[nodiscard]] const Vec<D>& offset(const Face& face, int i, int j) const {
+        return edges_[face.edges[edge_between<D - 1>[i][j]]].offset;
     }
     [[nodiscard]] bool holds(const Face& face, VertexId v) const {
         bool found = false;
@@ -122,25 +143,22 @@ class ConeShapes {
             // From the point's place in the order: a column that looks the other way turns the sign.
             for (int j = 0; j < D; ++j)
                 sides.column[j] = i == j ? spokes_.tangent_back(face.corners[i])
-                                         : vertices_[face.corners[j]].place - from + 4.0 * face.offsets[i][j];
+                                         : vertices_[face.corners[j]].place - from + 4.0 * offset(face, i, j);
             const double at_corner = -det(sides);
             if (!(at_corner > 0)) return 0;
             sum += at_corner;
         }
         return sum / (D + 1);
     }
-    [[nodiscard]] double squares_of(Face& face) const {
-        if (face.squares != unknown) return face.squares;
-        face.squares = 0;
-        for (const auto& [a, b] : local_edges<D - 1>) {
-            const Corner& p = vertices_[face.corners[a]];
-            const Corner& q = vertices_[face.corners[b]];
-            face.squares += squares_between(r_, *p.metric, *q.metric, q.place - p.place, face.offsets[a][b]);
-        }
-        return face.squares;
+    [[nodiscard]] double squares_of(Edge& edge) const {
+        if (edge.squares != unknown) return edge.squares;
+        const Corner& p = vertices_[edge.ends[0]];
+        const Corner& q = vertices_[edge.ends[1]];
+        return edge.squares = squares_between(r_, *p.metric, *q.metric, q.place - p.place, edge.offset);
     }
-    [[nodiscard]] double shape(Face& face) {
-        double squares = squares_of(face);
+    [[nodiscard]] double shape(const Face& face) {
+        double squares = 0;
+        for (const std::uint32_t e : face.edges) squares += squares_of(edges_[e]);
         double density = spokes_.density_root();
         for (const std::uint32_t c : face.corners) {
             density *= vertices_[c].metric->measure.density_root;
@@ -155,6 +173,9 @@ class ConeShapes {
     const Adaptation<D>& r_;
     std::vector<Face> faces_;
     std::vector<Corner> vertices_;
+    std::vector<VertexId> vertex_ids_;
+    std::vector<Edge> edges_;
+    std::vector<std::uint32_t> edge_keys_;  ///< lower corner, higher corner
     BentSpokes<D> spokes_;
 };
 

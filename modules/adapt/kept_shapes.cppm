@@ -12,19 +12,22 @@ import camber.operation;
 
 namespace camber {
 
-/// The shape of each element of a mesh that changes.
+/// The shape of each element of a mesh that changes. Taken from the state, measured where it is not known there, and
+/// given back for the next pass.
 template <int D>
 class KeptShapes {
   public:
-    [[nodiscard]] static Outcome<KeptShapes> of(const Adaptation<D>& r, const Execution& execution) {
-        auto shapes = map_each(execution, r.mesh.elements.size(), [&](std::size_t e) {
-            return r.mesh.is_free(ElementId(e)) ? 0.0 : shape_of(r, ElementId(e));
-        });
-        if (!shapes) return fail(shapes.error());
+    [[nodiscard]] static Outcome<KeptShapes> taken_from(Adaptation<D>& r, const Execution& execution) {
         KeptShapes kept;
-        kept.shapes_ = std::move(*shapes);
+        kept.shapes_ = take(std::exchange(r.shapes, {}));
+        kept.shapes_.resize(r.mesh.elements.size(), -1.0);
+        auto measured = each(execution, kept.shapes_.size(), [&](std::size_t e) {
+            if (!r.mesh.is_free(ElementId(e)) && kept.shapes_[e] < 0) kept.shapes_[e] = shape_of(r, ElementId(e));
+        });
+        if (!measured) return fail(measured.error());
         return kept;
     }
+    void give_to(Adaptation<D>& r) && { r.shapes = std::move(shapes_); }
     void follow(const Adaptation<D>& r, const TopologyChanges& changes) {
         shapes_.resize(r.mesh.elements.size());
         for (const ElementId e : changes.elements.created)

@@ -6,6 +6,7 @@ module;
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 module camber.adapt;
@@ -22,15 +23,12 @@ namespace {
 template <int D>
 class Moves final : public Pass<D> {
   public:
-    /// `shapes`: of a mesh of degree 2.
-    Moves(const AdaptationGoal<D>& goal, const SmoothOptions& options, std::vector<std::uint8_t> touched,
-          std::optional<KeptShapes<D>> shapes)
+    Moves(const AdaptationGoal<D>& goal, const SmoothOptions& options, KeptShapes<D> shapes)
         : goal_(goal),
           wanted_(shape_of_quality(options.wanted, D)),
           gain_(shape_of_quality(options.gain, D)),
           poor_(shape_of_quality(0.3, D)),
           worst_(shape_of_quality(0.2, D)),
-          touched_(std::move(touched)),
           shapes_(std::move(shapes)) {}
 
     [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
@@ -44,16 +42,15 @@ class Moves final : public Pass<D> {
         ConeShapes<D> cones(r, goal_);
         for (const ElementId e : request.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
         const double here = cones.worst_at(cone_point(r, v), 0);
-        const double before = shapes_ ? shapes_->worst(request.cavity.elements) : here;
+        const double before = r.mesh.is_curved() ? shapes_.worst(request.cavity.elements) : here;
         if (!(before < wanted_)) return {};
+        const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);  // while the cones are at v
         BestPlace best{{}, {}, gain_ * here};
         const double least = best.shape;
         const auto look = [&](const Vec<D>& target, double share) {
             look_at(r, request.cavity, cones, v, r.mesh.points[v] + share * (target - r.mesh.points[v]), best);
             return best.shape > least;
         };
-        cones.place(cone_point(r, v));
-        const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);
         // The first place that is better will do, but for bad elements: there the best.
         const bool is_poor = before < poor_;
         for (const double share : {1.0, 0.5, 0.25})
@@ -73,18 +70,25 @@ class Moves final : public Pass<D> {
         limits.corrections = 0;
         return candidate;
     }
+    [[nodiscard]] KeptShapes<D> shapes() && { return std::move(shapes_); }
     void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
-        if (shapes_) shapes_->follow(r, changes);
-        for (const ElementId e : changes.elements.created)
-            for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
+        shapes_.follow(r, changes);
     }
-    /// Tasks for all vertices whose elements have changed since the last call; at first those that are given.
-    [[nodiscard]] std::vector<Task> tasks_of_touched(const DynamicMesh<D>& mesh) {
+    void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
+        refuse<VertexTag>(r, AskingPass::smooth, tasks, r.mesh.points.size());
+    }
+    /// Tasks for the vertices of elements that are not good enough, but for those whose refusal stands.
+    [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) const {
+        std::vector<std::uint8_t> is_asked(r.mesh.points.size(), 0);
+        for (std::size_t e = 0; e < r.mesh.elements.size(); ++e)
+            if (!r.mesh.is_free(ElementId(e)) && shapes_[ElementId(e)] < wanted_)
+                for (const VertexId v : r.mesh.elements.vertices[e]) is_asked[v.index()] = 1;
         std::vector<Task> tasks;
-        tasks.reserve(mesh.points.size());
-        for (std::size_t v = 0; v < mesh.points.size(); ++v)
-            if (touched_[v] != 0 && !mesh.is_free(VertexId(v))) tasks.push_back(task(0, VertexId(v)));
-        touched_.assign(mesh.points.size(), 0);
+        for (std::size_t i = 0; i < is_asked.size(); ++i) {
+            const VertexId v(i);
+            if (is_asked[i] != 0 && !r.refusals.stands(AskingPass::smooth, v, std::span(&v, 1)))
+                tasks.push_back(task(0, v));
+        }
         return tasks;
     }
 
@@ -182,18 +186,8 @@ class Moves final : public Pass<D> {
 
     const AdaptationGoal<D>& goal_;
     double wanted_, gain_, poor_, worst_;  ///< of shapes
-    std::vector<std::uint8_t> touched_;    ///< of each vertex: an element of it has changed
-    std::optional<KeptShapes<D>> shapes_;
+    KeptShapes<D> shapes_;
 };
-
-template <int D>
-std::vector<std::uint8_t> vertices_of_bad_elements(const Adaptation<D>& r, const KeptShapes<D>& shapes, double wanted) {
-    std::vector<std::uint8_t> found(r.mesh.points.size(), 0);
-    for (std::size_t e = 0; e < r.mesh.elements.size(); ++e)
-        if (!r.mesh.is_free(ElementId(e)) && shapes[ElementId(e)] < wanted)
-            for (const VertexId v : r.mesh.elements.vertices[e]) found[v.index()] = 1;
-    return found;
-}
 
 }  // namespace
 
@@ -204,18 +198,18 @@ Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal, c
     return guarded([&]() -> Outcome<Adapted<D>> {
         const auto snap = snap_to_geometry(state, goal, without_progress(execution));
         if (!snap) return fail(snap.error());
-        auto shapes = KeptShapes<D>::of(state, without_progress(execution));
+        auto shapes = KeptShapes<D>::taken_from(state, without_progress(execution));
         if (!shapes) return fail(shapes.error());
-        auto touched = vertices_of_bad_elements(state, *shapes, shape_of_quality(options.wanted, D));
-        Moves<D> pass(goal, options, std::move(touched),
-                      state.mesh.is_curved() ? std::optional(std::move(*shapes)) : std::nullopt);
+        state.refusals.begin(AskingPass::smooth, {options.wanted, options.gain});
+        Moves<D> pass(goal, options, std::move(*shapes));
         Adapted<D> out{std::move(state), *snap};
         for (int sweep = 0; sweep < options.sweeps; ++sweep) {
-            auto statistics = run_pass<D>(out.state, goal, pass, pass.tasks_of_touched(out.state.mesh), execution);
+            auto statistics = run_pass<D>(out.state, goal, pass, pass.tasks(out.state), execution);
             if (!statistics) return fail(statistics.error());
             out.statistics += *statistics;
             if (statistics->accepted == 0) break;
         }
+        std::move(pass).shapes().give_to(out.state);
         if (options.nodes == SmoothedNodes::distortion) {
             const auto moves = smooth_nodes(out.state, options, execution);
             if (!moves) return fail(moves.error());

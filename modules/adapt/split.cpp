@@ -41,6 +41,7 @@ class Splits final : public Pass<D> {
         if (candidate && candidate->request.cavity.facets.empty()) candidate.reset();
         return candidate;
     }
+    [[nodiscard]] static bool has_stood(const Adaptation<D>&, EdgeId) { return false; }  // cavities grow far
     void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }

@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 module camber.adapt;
@@ -34,7 +35,8 @@ class Swaps final : public Pass<D> {
           gain_(shape_of_quality(options.gain, D)),
           shapes_(std::move(shapes)) {}
 
-    [[nodiscard]] const KeptShapes<D>& shapes() const { return shapes_; }
+    [[nodiscard]] const KeptShapes<D>& shapes() const& { return shapes_; }
+    [[nodiscard]] KeptShapes<D> shapes() && { return std::move(shapes_); }
     [[nodiscard]] double order_of(double shape) const { return shape < wanted_ ? shape : infinite_order; }
 
     [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
@@ -60,6 +62,9 @@ class Swaps final : public Pass<D> {
         candidate.limits.wall_elements = WallElements::refused;
         candidate.limits.facet_distance = distance_;
         return candidate;
+    }
+    void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
+        refuse<ElementTag>(r, AskingPass::swap, tasks, r.mesh.elements.size());
     }
     void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         shapes_.follow(r, changes);
@@ -149,14 +154,17 @@ template <int D>
 Outcome<Adapted<D>> swap(Adaptation<D> state, const AdaptationGoal<D>& goal, const SwapOptions& options,
                          const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    auto shapes = KeptShapes<D>::of(state, without_progress(execution));
+    state.refusals.begin(AskingPass::swap, {options.wanted, options.gain, options.distance});
+    auto shapes = KeptShapes<D>::taken_from(state, without_progress(execution));
     if (!shapes) return fail(shapes.error());
     Swaps<D> pass(goal, options, std::move(*shapes));
     auto tasks = element_tasks(
-        state, pass.shapes(), [&](double shape) { return pass.order_of(shape); }, without_progress(execution));
+        state, AskingPass::swap, pass.shapes(), [&](double shape) { return pass.order_of(shape); },
+        without_progress(execution));
     if (!tasks) return fail(tasks.error());
     auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
     if (!statistics) return fail(statistics.error());
+    std::move(pass).shapes().give_to(state);
     return Adapted<D>{std::move(state), *statistics};
 }
 

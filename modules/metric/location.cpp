@@ -5,9 +5,11 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <vector>
 module camber.metric;
 import camber.core;
+import :location_start;
 
 namespace camber {
 
@@ -189,7 +191,9 @@ Location<D> clamped(Location<D> location) {
 template <int D>
 Location<D> StraightBack<D>::locate(const Vec<D>& p, ElementId hint) const {
     const StraightBack& back = *this;
-    const Location<D> near = walk(back, p, hint);
+    const ElementId start = element_or_none(mesh, hint);
+    if (const auto there = at_vertex_of(mesh, start, p)) return *there;
+    const Location<D> near = walk(back, p, start);
     if (near.placement == Placement::inside || boundary.empty() || !is_finite(p)) return near;
     const NearestOnBoundary<D> nearest = nearest_on_boundary(back, p);
     // A ball around p that reaches to its nearest boundary point holds no boundary: seen from there nothing hides p.

@@ -8,6 +8,7 @@ module camber.metric;
 import :curved_simplex;
 import :element_frame;
 import :back_mesh;
+import :location_start;
 import :curved_locator;
 import :nodal_back;
 import :quadratic_root;
@@ -106,7 +107,9 @@ template <int D>
 Location<D> CurvedLocator<D>::locate(const Vec<D>& p, ElementId hint) const {
     const CurvedLocator& back = *this;
     if (!is_finite(p)) return walk(back, p, {});
-    const Location<D> near = walk(back, p, hint);
+    const ElementId start = element_or_none(mesh.linear, hint);
+    if (const auto there = at_vertex_of(mesh.linear, start, p)) return *there;
+    const Location<D> near = walk(back, p, start);
     if (near.placement == Placement::inside) return near;
     if (boundary.empty()) {
         const Looked<D> looked = look_at_all(back, p);

@@ -11,6 +11,19 @@ import camber.surface;
 
 namespace camber {
 
+namespace {
+
+template <int D>
+void forget_shapes(Adaptation<D>& state, std::span<const ElementId> of) {
+    if (state.shapes.empty()) return;
+    auto shapes = take(std::move(state.shapes));
+    shapes.resize(state.mesh.elements.size(), -1.0);
+    for (const ElementId e : of) shapes[e.index()] = -1;
+    state.shapes = std::move(shapes);
+}
+
+}  // namespace
+
 template <int D>
 Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D>> judged) {
     return guarded([&]() -> Outcome<CommittedState<D>> {
@@ -31,6 +44,8 @@ Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D
         for (std::size_t i = 0; i < rows.size(); ++i)
             if (are_short[i]) off_geometry.push_back(changes.points[i]);
         state.off_geometry = std::move(off_geometry);
+        state.refusals.follow(state.mesh, std::span(std::as_const(changes.elements.created)));
+        forget_shapes(state, changes.elements.created);
         follow_walls(state.walls, state.mesh, changes.facets);
         return CommittedState<D>{std::move(state), std::move(changes)};
     });
@@ -43,6 +58,8 @@ Adaptation<D> commit(Adaptation<D> state, std::span<const JudgedNode<D>> judged)
     for (const JudgedNode<D>& node : judged) nodes[node.edge().index()] = node.node();
     state.mesh.nodes = std::move(nodes);
     state.mesh.stamp = new_stamp();
+    state.refusals.forget();
+    state.shapes = {};
     return state;
 }
 

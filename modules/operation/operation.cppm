@@ -2,6 +2,7 @@
 /// judged patch; and rounds of many.
 export module camber.operation;
 export import :vertex_data;
+export import :refusals;
 export import :state;
 export import :measures;
 export import :request;

@@ -141,17 +141,25 @@ class Rounds {
         claims_.begin(r_.mesh.elements.size());
         new_walls_.clear();
         std::vector<JudgedPatch<D>> patches;
+        refused_.clear();
         for (std::size_t i = 0; i < planned.size(); ++i) {
             auto& [is_asked, result, patch] = planned[i];
-            if (!is_asked) continue;
+            if (!is_asked) {
+                refused_.push_back(front_[i]);
+                continue;
+            }
             if (result.rejected == RejectionReason::none &&
                 !(claims_.take(r_.mesh, patch.patch()) && new_walls_.take(r_.mesh, patch.patch()))) {
                 result.rejected = RejectionReason::waits;
                 put(front_[i]);
             }
             count(result, patch.is_short_of_geometry());
-            if (result.rejected == RejectionReason::none) patches.push_back(std::move(patch));
+            if (result.rejected == RejectionReason::none)
+                patches.push_back(std::move(patch));
+            else if (result.rejected != RejectionReason::waits)
+                refused_.push_back(front_[i]);
         }
+        pass_.refused(r_, refused_);
         if (patches.empty()) return Done{};
         auto committed = commit<D>(std::move(r_), std::move(patches));
         if (!committed) return fail(committed.error());
@@ -195,7 +203,7 @@ class Rounds {
     Adaptation<D>& r_;
     const AdaptationGoal<D>& goal_;
     Pass<D>& pass_;
-    std::vector<Task> tasks_, front_;
+    std::vector<Task> tasks_, front_, refused_;
     std::vector<std::size_t> by_id_;  ///< of the front: neighbours in memory are planned one after the other
     const Execution& execution_;
     Claims claims_;

@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <tuple>
 #include <vector>
 export module camber.operation:rounds;
@@ -87,6 +88,8 @@ class Pass {
     [[nodiscard]] virtual std::optional<Candidate<D>> shortened(const Adaptation<D>&, const Task&, double) const {
         return {};
     }
+    /// Told of requests that were refused, or for which there was no reason, in the mesh as it is.
+    virtual void refused(Adaptation<D>&, std::span<const Task>) const {}
     virtual void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) = 0;
 
   protected:

@@ -66,14 +66,18 @@ Outcome<Done> ask_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal, c
     const std::size_t n = r.mesh.points.size();
     Buffer<VertexMetric<D>> metrics(n);
     Buffer<LogGradient<D>> gradients(r.mesh.is_curved() ? n : 0);
-    // The field may be on any mesh: each search begins where the one before it ended.
+    // The field may be on this mesh, and so at the vertex, or on any other: then each search begins where the one
+    // before it ended.
     auto asked = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
         ElementId hint;
+        bool is_on_this = true;
         for (std::size_t v = begin; v < end; ++v) {
             const Vec<D>& p = r.mesh.points[v];
+            if (is_on_this && r.mesh.element_of[v].valid()) hint = r.mesh.element_of[v];
             const FieldSample<D> sample = gradients.empty() ? sample_value(goal.field, p, hint)
                                                             : sample_with_recovered_gradient(goal.field, p, hint);
             hint = sample.location.element;
+            is_on_this = is_on_this && std::ranges::max(sample.location.xi) == 1;
             metrics[v] = VertexMetric<D>(sample.log_metric, hint);
             if (!gradients.empty()) gradients[v] = sample.gradient;
         }

@@ -7,6 +7,7 @@ import camber.metric;
 import camber.crossing;
 import camber.cavity;
 import camber.surface;
+import :refusals;
 import :vertex_data;
 
 export namespace camber {
@@ -20,6 +21,8 @@ struct Adaptation {
     /// Vertices of the boundary that are off the geometry, new ones among them that could go a part of their way only.
     /// Ids may have come to name others since.
     Column<VertexId> off_geometry = {};
+    Refusals refusals = {};
+    Column<double> shapes = {};  ///< of elements, shape_of, as far as they are known: others are below 0
 };
 
 /// A search for the nodes of inner edges, by the energy or the length.

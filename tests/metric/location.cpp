@@ -96,6 +96,22 @@ void check_location(const KnownBack<D>& back, const Vec<D>& x, const std::vector
     }
 }
 
+/// From its element a vertex is at itself to the last bit, on the boundary too; a hint of another mesh is none.
+template <int D>
+void check_vertices(const KnownBack<D>& back) {
+    for (std::size_t e = 0; e < back.mesh.elements.size(); ++e)
+        for (int i = 0; i <= D; ++i) {
+            const auto location = locate(back, back.mesh.points[back.mesh.elements.vertices[e][i]], ElementId(e));
+            RC_ASSERT(location.element == ElementId(e));
+            RC_ASSERT(location.xi[i] == 1);
+            RC_ASSERT(location.placement == Placement::inside);
+        }
+    const auto& corners = back.mesh.elements.vertices[0];
+    Vec<D> centre{};
+    for (const VertexId v : corners) centre += back.mesh.points[v] / (D + 1);
+    RC_ASSERT(locate(back, centre, ElementId(back.mesh.elements.size() + 7)).placement == Placement::inside);
+}
+
 template <int D>
 std::vector<ElementId> some_hints(const LinearMesh<D>& mesh, Dice& dice, int n) {
     std::vector<ElementId> hints;
@@ -120,6 +136,7 @@ void random_domains(const char* name, std::function<bool(const Cell<D>&)> keep, 
                  for (int k = 0; k < 15; ++k)
                      check_location(back, shape * dice.vector<D>(-0.5 * cells, 1.5 * cells),
                                     some_hints(back.mesh, dice, 4));
+                 check_vertices(back);
                  for (int k = 0; k < 15; ++k)
                      check_location(back, random_point(back.mesh, dice), some_hints(back.mesh, dice, 4));
              },

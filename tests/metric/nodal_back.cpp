@@ -221,6 +221,12 @@ void outside_laws() {
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
+                 const ElementId own = any_element(back.mesh, dice);
+                 for (const VertexId v : back.mesh.linear.elements.vertices[own]) {
+                     const auto location = locate(back, back.mesh.linear.points[v], own);
+                     RC_ASSERT(location.element == own);
+                     RC_ASSERT(*std::ranges::max_element(location.xi) == 1);
+                 }
                  for (int n = 0; n < 6; ++n) {
                      Vec<D> x = dice.vector<D>(-0.3, 1.3);
                      if (n < 3) x[dice.below(D)] = dice.uniform(0, 1) < 0.5 ? -0.1 : 1.1;
