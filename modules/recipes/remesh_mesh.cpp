@@ -114,6 +114,7 @@ Outcome<Made<D>> remeshed(const Given<D>& given, const MeshGoal<D>& goal, const 
     if (!brought) return fail(brought.error());
     auto end = run_step(around, "finish", [&](const Execution& e) { return finished(brought->state, e); });
     if (!end) return fail(end.error());
+    brought->state = {};
     auto now = run_step(around, "features", [&](const Execution& e) {
         return find_boundary<D>(end->compact.mesh, end->compact.edges, boundary->geometry,
                                 {listed_breaks<D>, boundary->required}, e);

@@ -74,6 +74,7 @@ Outcome<Done> finish(Runner<D>& run) {
     auto made = run.step("finish", [&](const Execution& e) -> Outcome<FinishedMesh<D>> {
         auto mesh = finished(changing->mesh, part_of(e, 0, 0.6));
         if (!mesh) return mesh;
+        changing->mesh = {};  // as large as what was made of it
         const auto& [linear, edges, nodes, maps] = mesh->compact;
         const Execution rest = part_of(e, 0.6, 1);
         const std::string& metric = changing->metric.source;
