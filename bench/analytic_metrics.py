@@ -37,6 +37,16 @@ def polar_1(x, scale=1.0):
     return rows, scale * sizes
 
 
+def slanted(x, scale=1.0):
+    """Thin, 1e-5, across a plane through the middle that no axis lies in: anisotropy 10^4."""
+    normal = np.array([1.0, 2.0, 3.0]) / 14 ** 0.5
+    first = np.cross(normal, [1, 0, 0])
+    first /= np.linalg.norm(first)
+    sizes = np.full((len(x), 3), 0.1)
+    sizes[:, 2] = 1e-5 + 2 * (0.1 - 1e-5) * np.minimum(abs((x - 0.5) @ normal), 0.5)
+    return np.broadcast_to(np.array([first, np.cross(normal, first), normal]), (len(x), 3, 3)), scale * sizes
+
+
 def circle(x, scale=1.0):
     """2D: a layer of 0.0005 around the circle of radius 0.3 about the square's centre, 0.02 along it, 0.1 far away."""
     r, rows = around_axis(x, (0.5, 0.5))

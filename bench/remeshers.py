@@ -8,6 +8,7 @@ The cases:
     steady          a cube that Camber has brought to polar-1 of 0.77 times its sizes, once more in the same metric
     half            the same by half of the sizes, one run
     linear, polar-1 a cube of 6 x 6 x 6 cells, five runs
+    slanted         the same cube, a layer of 1e-5 at a plane that is parallel to no side, three runs
     circle          a square of 10 x 10 cells, ten runs
 
 Between runs the metric is read from its formula at the vertices that the run before left. All programs have the defaults, one thread, and
@@ -37,7 +38,7 @@ CUBE, SQUARE = ("box", "--set", "cells=[6,6,6]"), ("rectangle", "--set", "cells=
 FINE = 0.77
 # field, of what scale, from which mesh, runs
 CASES = {"steady": (metrics.polar_1, FINE, "adapted", 1), "half": (metrics.polar_1, FINE / 2, "adapted", 1),
-         "linear": (metrics.linear, 1, CUBE, 5), "polar-1": (metrics.polar_1, 1, CUBE, 5), "circle": (metrics.circle, 1, SQUARE, 10)}
+         "linear": (metrics.linear, 1, CUBE, 5), "polar-1": (metrics.polar_1, 1, CUBE, 5), "slanted": (metrics.slanted, 1, CUBE, 3), "circle": (metrics.circle, 1, SQUARE, 10)}
 
 
 def camber_words(program, mesh, sizes, out, turn):

@@ -50,12 +50,10 @@ template <int D>
 template <int D>
 [[nodiscard]] SurfaceFoot<D> closest_point(const AnalyticSurface<D>& surface, const Vec<D>& p);
 
-/// How far a vertex may be from its facet's surface, as a share of the facet's longest edge.
-inline constexpr double fit_tolerance = 0.1;
-
 /// Whether the surfaces are those of the mesh. Errors (usage): a reference with two surfaces, or of no facet; a radius
-/// that is no number, negative, or beyond 1e8 times the size of the boundary; a vertex of a facet that is farther from
-/// the facet's surface than the tolerance: the farthest, with its distance. Stopped.
+/// that is no number, negative, or beyond 1e8 times the size of the boundary; more vertices than
+/// few that are farther from their facets' surface than the tolerance (BoundaryFit): the farthest, with its distance.
+/// Stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> check_fit(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry,
                                       const Execution& execution);

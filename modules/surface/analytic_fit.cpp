@@ -109,15 +109,6 @@ std::optional<Error> check_radii(const LinearMesh<D>& mesh, const AnalyticGeomet
     return {};
 }
 
-/// A vertex that is not on the surface of its facet.
-struct Misfit {
-    double distance = 0, allowed = 0;
-    VertexId vertex;
-    Reference reference = 0;
-};
-
-Misfit worse(const Misfit& a, const Misfit& b) { return b.distance > a.distance ? b : a; }
-
 template <int D>
 double longest_edge(const LinearMesh<D>& mesh, FacetId f) {
     double longest = 0;
@@ -148,7 +139,8 @@ Error misfit_error(const AnalyticGeometry<D>& geometry, const Misfit& misfit) {
     const std::string surface = name_of<D>(*surface_of(geometry, misfit.reference));
     return Error{ErrorKind::usage,
                  "is " + text(misfit.distance) + " away from the " + surface + " of " + named(misfit.reference) +
-                     ", where 10 % of the length of the edges there, " + text(misfit.allowed) + ", is the most",
+                     ", where 10 % of the length of the edges there, " + text(misfit.allowed) +
+                     ", is the most, but for few vertices",
                  {},
                  Entity{"vertex", misfit.vertex.index() + 1},
                  "no other is farther; give the " + surface + " that the mesh was made on, in its units"};
@@ -160,13 +152,24 @@ template <int D>
 Outcome<Done> check_fit(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry, const Execution& execution) {
     if (auto error = check_references(mesh, geometry)) return fail(std::move(*error));
     if (auto error = check_radii(mesh, geometry)) return fail(std::move(*error));
-    const auto accumulate = [&](Misfit& worst, std::size_t f) {
-        if (const auto* surface = surface_of(geometry, mesh.facets.references[f]))
-            worst = worse(worst, misfit_of<D>(mesh, *surface, FacetId(f)));
+    using Fits = std::vector<BoundaryFit>;  // of each surface
+    const auto accumulate = [&](Fits& fits, std::size_t f) {
+        const Reference reference = mesh.facets.references[f];
+        if (const auto* surface = surface_of(geometry, reference)) {
+            const auto at = std::ranges::find(geometry.surfaces, reference, [](const auto& s) { return s.first; });
+            fits[at - geometry.surfaces.begin()].add(misfit_of<D>(mesh, *surface, FacetId(f)));
+        }
     };
-    const auto worst = reduce_each(execution, mesh.facets.size(), Misfit{}, accumulate, worse);
-    if (!worst) return fail(worst.error());
-    if (worst->distance > 0) return fail(misfit_error(geometry, *worst));
+    const auto join = [](Fits a, const Fits& b) {
+        for (std::size_t i = 0; i < a.size(); ++i) a[i].add(b[i]);
+        return a;
+    };
+    const auto fits = reduce_each(execution, mesh.facets.size(), Fits(geometry.surfaces.size()), accumulate, join);
+    if (!fits) return fail(fits.error());
+    Misfit worst;
+    for (const BoundaryFit& fit : *fits)
+        if (const auto refused = fit.refused()) worst = worse(worst, *refused);
+    if (worst.distance > 0) return fail(misfit_error(geometry, worst));
     return Done{};
 }
 

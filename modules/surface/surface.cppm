@@ -3,6 +3,7 @@
 /// nothing: they serve the surrogate.
 export module camber.surface;
 export import :features;
+export import :fit;
 export import :cubic;
 export import :cubic_packs;
 export import :plane;

@@ -112,6 +112,21 @@ TEST_CASE("a surface that is not the mesh's is refused, with the farthest vertex
     CHECK(found.error().what.starts_with("is 1 away from the sphere of reference 1, where 10 % of the length"));
 }
 
+TEST_CASE("a vertex that remeshing left short of its surface makes it no other surface") {
+    const auto fits = [&](double share, std::size_t vertices) {
+        auto mesh = sphere(5, 5).mesh();
+        Buffer<Vec<3>> points(mesh.points.begin(), mesh.points.end());
+        const auto& [a, b, c] = mesh.facets.vertices[0];
+        const double edge = distance(points[a.index()], points[b.index()]);
+        for (std::size_t v = 0; v < vertices; ++v) points[v] = (1 - share * edge / 5) * points[v];
+        mesh.points = std::move(points);
+        return check_fit<3>(mesh, {{{1, Sphere<3>{{}, 5}}}}, one_thread).has_value();
+    };
+    CHECK(fits(0.2, 1));  // of some thousand facets
+    CHECK_FALSE(fits(0.8, 1));
+    CHECK_FALSE(fits(0.2, 100));
+}
+
 TEST_CASE("surfaces that no mesh could have are refused") {
     const auto mesh = sphere(2, 5).mesh();
     const auto said = [&](const AnalyticGeometry<3>& geometry) {

@@ -21,7 +21,6 @@ namespace camber::run {
 namespace {
 
 constexpr const char* where = "/geometry/mesh";
-constexpr double allowed = 0.1;  // of the length of the edges
 
 template <int D>
 Outcome<Surrogate<D>> boundary_of(LinearMesh<D> mesh, const FeatureOptions<D>& features_by,
@@ -52,17 +51,6 @@ Outcome<Surrogate<D>> boundary_of(QuadraticMesh<D> mesh, const FeatureOptions<D>
     return std::move(curved->surrogate);
 }
 
-/// A vertex that is farther from the surface of its facet's reference than it may be.
-struct Misfit {
-    double distance = 0, most = 0;
-    VertexId vertex = {};
-};
-/// The farther one; of equally far ones the first, whatever the order in which they are met.
-Misfit worse(const Misfit& a, const Misfit& b) {
-    if (a.distance != b.distance) return a.distance > b.distance ? a : b;
-    return b.distance > 0 && b.vertex < a.vertex ? b : a;
-}
-
 template <int D>
 Outcome<Done> check_references(const Surrogate<D>& surrogate, const LinearMesh<D>& mesh) {
     std::vector<Reference> known(surrogate.references.begin(), surrogate.references.end());
@@ -78,22 +66,29 @@ Outcome<Done> check_references(const Surrogate<D>& surrogate, const LinearMesh<D
 
 template <int D>
 Outcome<Done> check_fit(const Geometry<D>& geometry, const LinearMesh<D>& mesh, const Execution& execution) {
-    const auto accumulate = [&](Misfit& worst, std::size_t f) {
+    const auto accumulate = [&](BoundaryFit& fit, std::size_t f) {
         const auto site = facet_site(mesh, FacetId(f));
-        const double most = allowed * distance(site.corners[0], site.corners[1]);
+        const double most = fit_tolerance * distance(site.corners[0], site.corners[1]);
+        Misfit worst;
         for (std::size_t i = 0; i < D; ++i) {
             const auto foot =
                 geometry->project({.facet = {}, .reference = site.reference, .entity = {}}, site.corners[i]);
-            if (foot.distance > most) worst = worse(worst, {foot.distance, most, mesh.facets.vertices[FacetId(f)][i]});
+            if (foot.distance > most) worst = worse(worst, {foot.distance, most, mesh.facets.vertices[FacetId(f)][i], site.reference});
         }
+        fit.add(worst);
     };
-    const auto worst = reduce_each(execution, mesh.facets.size(), Misfit{}, accumulate, worse);
-    if (!worst) return fail(worst.error());
-    if (!(worst->distance > 0)) return Done{};
+    const auto join = [](BoundaryFit a, const BoundaryFit& b) {
+        a.add(b);
+        return a;
+    };
+    const auto fit = reduce_each(execution, mesh.facets.size(), BoundaryFit{}, accumulate, join);
+    if (!fit) return fail(fit.error());
+    const auto worst = fit->refused();
+    if (!worst) return Done{};
     return fail(ErrorKind::input,
                 fmt::format("is {:.3g} away from the boundary of the geometry's mesh, where 10 % of the length of the "
-                            "edges there, {:.3g}, is the most",
-                            worst->distance, worst->most),
+                            "edges there, {:.3g}, is the most, but for few vertices",
+                            worst->distance, worst->allowed),
                 where, Entity{"vertex", worst->vertex.index() + 1},
                 "no other is farther; give a mesh of the same body, in the same place and units");
 }

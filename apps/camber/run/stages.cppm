@@ -121,7 +121,8 @@ template <int D>
                                                      std::span<const LagrangeNode<D>> curves,
                                                      const Execution& execution);
 /// The boundary of another mesh. Errors (usage): it is of another dimension, or lacks a reference of this one's
-/// boundary; (input): vertices of the boundary are farther from it than a tenth of their edges.
+/// boundary; (input): more than few vertices of the boundary are farther from it than a tenth of their
+/// edges.
 template <int D>
 [[nodiscard]] Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions<D>& features_by,
                                                     const LinearMesh<D>& mesh, const Execution& execution);
