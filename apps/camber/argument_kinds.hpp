@@ -71,4 +71,12 @@ inline void add_flat(CLI::App* verb, camber::config::Flat& flat) {
               "again; or surface, one in space");
 }
 
+inline void add_read(CLI::App* verb, camber::DecodeOptions& options) {
+    verb->add_option("--reference-array", options.reference_array,
+                     "The array of cells that has their references (.vtu, .vtk). Default: reference, or one that other "
+                     "programs have for that (material, region …)");
+    verb->add_option("--zone", options.zone,
+                     "The zone to read, by its number or name (.su2, .cgns). Default: all, joined into one mesh");
+}
+
 }  // namespace camber::app

@@ -296,12 +296,16 @@ void add_convert(CLI::App& app, Verb& verb) {
                      "Mesh: " + camber::listed(camber::endings_written(camber::mesh_formats())) +
                          "; solution: " + camber::listed(camber::endings_written(camber::solution_formats())))
         ->required();
-    convert->add_option("--format", a.format, "The format, by its name, whatever the ending of the output")
-        ->option_text(camber::listed(camber::names_written(camber::mesh_formats()), "|", "|"));
+    convert
+        ->add_option("--format", a.format,
+                     "The format, by its name, whatever the ending of the output: " +
+                         camber::listed(camber::names_written(camber::mesh_formats())))
+        ->option_text("NAME");
     add_words(convert, "--cells", a.cells, "Cells of degree 2 in a .vtu: quadratic (the default) or lagrange");
     convert->add_option("--metric", a.metric,
                         "A solution on the mesh's vertices, whose fields go along (.vtu, .msh, .cgns)");
     convert->add_flag("--elevate", a.elevate, "Degree 1 to 2 first: each edge gets a node at its middle");
+    add_read(convert, a.read);
     convert->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
 }
 
@@ -338,8 +342,11 @@ void add_generate(CLI::App& app, Verb& verb) {
         ->check(CLI::Range(1.0, static_cast<double>(camber::max_entities)));
     add_words(generate, "--structure", a.structure,
               "Of a shell or annulus: " + std::string(camber::option_of(&camber::ShellOptions<3>::structure).sentence));
-    generate->add_option("--format", a.format, "The format, by its name, whatever the ending of the output")
-        ->option_text(camber::listed(camber::names_written(camber::mesh_formats()), "|", "|"));
+    generate
+        ->add_option("--format", a.format,
+                     "The format, by its name, whatever the ending of the output: " +
+                         camber::listed(camber::names_written(camber::mesh_formats())))
+        ->option_text("NAME");
     generate->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
         ->check(CLI::NonNegativeNumber);
     generate->add_flag("--print-config", a.print_config, "Print the pipeline that makes this mesh, and stop");
@@ -359,6 +366,7 @@ void add_plot(CLI::App& app, Verb& verb) {
 void add_others(CLI::App& app, Verb& verb) {
     CLI::App* info = app.add_subcommand("info", "What a mesh or a solution file holds");
     info->add_option("input", verb.info.input, mesh_or_solution())->required();
+    add_read(info, verb.info.read);
     info->add_flag("--json", verb.info.json, "One JSON object instead of a table");
     CLI::App* explain = app.add_subcommand("explain", "What a stage or a source does, and its options");
     explain->add_option("topic", verb.topic, "Such as curve, relax, shell; none: list them");

@@ -5,6 +5,7 @@ module;
 #include <vector>
 export module camber.io:any_mesh;
 import camber.core;
+import :decode_options;
 import :mesh_fields;
 import :notice;
 
@@ -33,6 +34,7 @@ struct DecodedMesh {
     MeshFields fields = {};         ///< of formats that have them beside the mesh
     /// The file's format has three coordinates of every mesh: a flat one in it is a mesh in 2D, and no surface.
     bool always_in_space = false;
+    std::vector<CellCount> unheld = {};  ///< cells that were left out (Unheld::count)
 };
 
 }  // namespace camber

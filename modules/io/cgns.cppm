@@ -7,6 +7,7 @@ module;
 export module camber.io:cgns;
 import camber.core;
 import :any_mesh;
+import :decode_options;
 import :mesh_fields;
 import :notice;
 
@@ -16,16 +17,22 @@ export namespace camber {
 /// and loaded, when the first file is to be read or written.
 [[nodiscard]] bool knows_cgns();
 
-/// A CGNS file (HDF5 or ADF) of one base and one unstructured zone: TETRA_4, TETRA_10, TRI_3, TRI_6, BAR_2, BAR_3, also
+/// A CGNS file (HDF5 or ADF) of one base and unstructured zones, which are joined (at vertices of one place where the
+/// file has connectivities of zones), or of which one is chosen: TETRA_4, TETRA_10, TRI_3, TRI_6, BAR_2, BAR_3, also
 /// in MIXED sections. Facets take the reference of the boundary condition that lists them (a point set of faces,
 /// elements or vertices), all other simplices that of their section; both are groups by their names. The number is
 /// that of the descriptor `reference` below the node, as `encode_cgns` writes it, else 1, 2, 3 … in the file's order.
 /// Scalars of a flow solution at vertices are fields; three (in 2D two) named …X …Y …Z are a vector.
 /// `name` is the file's path, which the library opens itself where it has these bytes; else they are put into a
-/// temporary file. Errors: input, unsupported (structured zones, several zones, other cells, with their counts; the
+/// temporary file. Errors: input, unsupported (structured zones, other cells, with their counts; the
 /// library is not there), memory, stopped.
 [[nodiscard]] Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_view name,
-                                               const Execution& execution);
+                                               const DecodeOptions& options, const Execution& execution);
+/// With the default options.
+[[nodiscard]] inline Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_view name,
+                                                      const Execution& execution) {
+    return decode_cgns(bytes, name, {}, execution);
+}
 
 /// The mesh as a CGNS file: a section for each dimension and reference, of facets with a boundary condition; named by
 /// their groups, else `tetrahedra_N`, `triangles_N`, `edges_N`. Scalars and vectors at nodes are a flow solution. The

@@ -19,7 +19,9 @@ auto absent() {
 
 bool knows_cgns() { return false; }
 
-Outcome<DecodedMesh> decode_cgns(std::span<const std::byte>, std::string_view, const Execution&) { return absent(); }
+Outcome<DecodedMesh> decode_cgns(std::span<const std::byte>, std::string_view, const DecodeOptions&, const Execution&) {
+    return absent();
+}
 
 template <int D>
 Outcome<Chunks> encode_cgns(const LinearMesh<D>&, const MeshFields&, const Execution&) {

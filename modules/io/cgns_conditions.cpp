@@ -41,18 +41,18 @@ struct ConditionReader {
         CGNS_ENUMT(GridLocation_t) location = CGNS_ENUMV(Vertex);
         cgsize_t n = 0, normals = 0;
         int normal_index[3]{}, datasets = 0;
-        if (of.lib.boco_info_(of.file, 1, 1, bc, name.data(), &type, &set, &n, normal_index, &normals, &normal_type,
-                              &datasets) != CG_OK ||
+        if (of.lib.boco_info_(of.file, 1, of.zone, bc, name.data(), &type, &set, &n, normal_index, &normals,
+                              &normal_type, &datasets) != CG_OK ||
             n < 0 || !has_one_index_a_point(bc, n))
             return of.broken("boundary condition " + std::to_string(bc) + " cannot be read");
-        static_cast<void>(of.lib.boco_gridlocation_read_(of.file, 1, 1, bc, &location));
+        static_cast<void>(of.lib.boco_gridlocation_read_(of.file, 1, of.zone, bc, &location));
         if (auto bearable = of.announced(static_cast<std::size_t>(n), "boundary condition " + std::to_string(bc));
             !bearable)
             return fail(bearable.error());
         Condition condition{name.data(), {}, std::vector<cgsize_t>(static_cast<std::size_t>(n))};
-        if (n > 0 && of.lib.boco_read_(of.file, 1, 1, bc, condition.items.data(), nullptr) != CG_OK)
+        if (n > 0 && of.lib.boco_read_(of.file, 1, of.zone, bc, condition.items.data(), nullptr) != CG_OK)
             return of.broken("the points of boundary condition \"" + condition.name + "\" cannot be read");
-        if (of.lib.goto_(of.file, 1, "Zone_t", 1, "ZoneBC_t", 1, "BC_t", bc, "end") == CG_OK)
+        if (of.lib.goto_(of.file, 1, "Zone_t", of.zone, "ZoneBC_t", 1, "BC_t", bc, "end") == CG_OK)
             condition.reference = of.described_reference();
         condition.is_range = set == CGNS_ENUMV(PointRange) || set == CGNS_ENUMV(ElementRange);
         condition.of_elements =
@@ -64,7 +64,7 @@ struct ConditionReader {
     [[nodiscard]] bool has_one_index_a_point(int bc, cgsize_t n) const {
         double node = 0, points = 0;
         int cgio = 0;
-        if (of.lib.boco_id_(of.file, 1, 1, bc, &node) != CG_OK || of.lib.get_cgio_(of.file, &cgio) != CG_OK)
+        if (of.lib.boco_id_(of.file, 1, of.zone, bc, &node) != CG_OK || of.lib.get_cgio_(of.file, &cgio) != CG_OK)
             return false;
         for (const char* const child : {"PointList", "PointRange", "ElementList", "ElementRange"}) {
             if (of.lib.node_id(cgio, node, child, &points) != 0) continue;
@@ -113,11 +113,11 @@ struct ConditionReader {
     void each_between_vertices(const Condition& condition, const auto& enter) {
         std::vector<std::uint8_t> listed(of.mesh.points.size(), 0);
         const auto list = [&](cgsize_t v) {
-            if (v >= 1 && std::cmp_less_equal(v, listed.size())) listed[static_cast<std::size_t>(v - 1)] = 1;
+            if (const VertexId vertex = of.vertex(v); vertex.valid()) listed[vertex.index()] = 1;
         };
         if (condition.is_range && condition.items.size() == 2)
             for (cgsize_t v = std::max<cgsize_t>(1, condition.items[0]);
-                 v <= condition.items[1] && std::cmp_less_equal(v, listed.size()); ++v)
+                 v <= condition.items[1] && std::cmp_less_equal(v, of.zone_points()); ++v)
                 list(v);
         else
             std::for_each(condition.items.begin(), condition.items.end(), list);
@@ -136,7 +136,8 @@ struct ConditionReader {
 
     [[nodiscard]] Outcome<Done> read() {
         int n = 0;
-        if (of.lib.nbocos_(of.file, 1, 1, &n) != CG_OK) return of.broken("the boundary conditions cannot be read");
+        if (of.lib.nbocos_(of.file, 1, of.zone, &n) != CG_OK)
+            return of.broken("the boundary conditions cannot be read");
         std::vector<Condition> conditions;
         std::set<Reference> taken;
         for (int bc = 1; bc <= n; ++bc) {
@@ -147,8 +148,10 @@ struct ConditionReader {
         }
         for (const Section& section : of.sections)
             if (section.reference) taken.insert(*section.reference);
+        take_known(of.cell_dimension - 1, taken);
         for (const Condition& condition : conditions) {
-            const Reference reference = condition.reference ? *condition.reference : next_free(taken);
+            const auto known = of.known_reference(of.cell_dimension - 1, condition.name);
+            const Reference reference = condition.reference ? *condition.reference : known ? *known : next_free(taken);
             if (mark(condition, reference))
                 name_group(of.cell_dimension - 1, reference, condition.name);
             else
@@ -166,14 +169,22 @@ struct ConditionReader {
     void number_sections(int dimension, std::set<Reference> taken) {
         for (const Section& section : of.sections)
             if (section.reference) taken.insert(*section.reference);
+        take_known(dimension, taken);
         for (Section& section : of.sections) {
             const auto mine = [&](const Place& p) { return p.dimension == dimension && !p.listed; };
             if (std::none_of(section.places.begin(), section.places.end(), mine)) continue;
-            const Reference reference = section.reference ? *section.reference : next_free(taken);
+            const std::string name = (dimension == of.cell_dimension ? of.prefix : "") + section.name;
+            const auto known = of.known_reference(dimension, name);
+            const Reference reference = section.reference ? *section.reference : known ? *known : next_free(taken);
             for (const Place& place : section.places)
                 if (mine(place)) reference_at(place) = reference;
-            name_group(dimension, reference, section.name);
+            name_group(dimension, reference, name);
         }
+    }
+    /// Those of earlier zones.
+    void take_known(int dimension, std::set<Reference>& taken) const {
+        for (std::size_t g = 0; g < of.groups_before; ++g)
+            if (of.mesh.groups[g].dimension == dimension) taken.insert(of.mesh.groups[g].reference);
     }
     static Reference next_free(std::set<Reference>& taken) {
         Reference next = 1;

@@ -47,22 +47,24 @@ void add_field(const Reader<D>& of, const std::string& name, const std::map<std:
 
 template <int D>
 Outcome<Done> read_fields(Reader<D>& of) {
+    // A field of several zones would have to be of all of them.
+    if (of.zone_points() != of.mesh.points.size()) return Done{};
     int solutions = 0;
-    if (of.lib.nsols_(of.file, 1, 1, &solutions) != CG_OK) return of.broken("the solutions cannot be read");
+    if (of.lib.nsols_(of.file, 1, of.zone, &solutions) != CG_OK) return of.broken("the solutions cannot be read");
     std::map<std::string, Column<double>> scalars;
     std::vector<std::string> order;
     for (int s = 1; s <= solutions; ++s) {
         Name name{};
         CGNS_ENUMT(GridLocation_t) location{};
         int fields = 0;
-        if (of.lib.sol_info_(of.file, 1, 1, s, name.data(), &location) != CG_OK ||
-            of.lib.nfields_(of.file, 1, 1, s, &fields) != CG_OK)
+        if (of.lib.sol_info_(of.file, 1, of.zone, s, name.data(), &location) != CG_OK ||
+            of.lib.nfields_(of.file, 1, of.zone, s, &fields) != CG_OK)
             return of.broken("solution " + std::to_string(s) + " cannot be read");
         int dimensions = 0;
         cgsize_t sizes[3]{};
         const bool at_vertices = location == CGNS_ENUMV(Vertex) &&
-                                 of.lib.sol_size_(of.file, 1, 1, s, &dimensions, sizes) == CG_OK && dimensions == 1 &&
-                                 static_cast<std::size_t>(sizes[0]) == of.mesh.points.size();
+                                 of.lib.sol_size_(of.file, 1, of.zone, s, &dimensions, sizes) == CG_OK &&
+                                 dimensions == 1 && static_cast<std::size_t>(sizes[0]) == of.mesh.points.size();
         if (!at_vertices && fields > 0) {
             of.notices.push_back({"the " + std::to_string(fields) + " fields of the solution \"" +
                                   std::string(name.data()) + "\" are not at all vertices and were skipped"});
@@ -75,8 +77,8 @@ Outcome<Done> read_fields(Reader<D>& of) {
                 return bearable;
             Buffer<double> values(of.mesh.points.size());
             const cgsize_t first = 1, last = static_cast<cgsize_t>(of.mesh.points.size());
-            if (of.lib.field_info_(of.file, 1, 1, s, f, &type, field.data()) != CG_OK ||
-                of.lib.field_read_(of.file, 1, 1, s, field.data(), CGNS_ENUMV(RealDouble), &first, &last,
+            if (of.lib.field_info_(of.file, 1, of.zone, s, f, &type, field.data()) != CG_OK ||
+                of.lib.field_read_(of.file, 1, of.zone, s, field.data(), CGNS_ENUMV(RealDouble), &first, &last,
                                    values.data()) != CG_OK)
                 return of.broken("field " + std::to_string(f) + " cannot be read");
             if (type != CGNS_ENUMV(RealDouble) && type != CGNS_ENUMV(RealSingle) && type != CGNS_ENUMV(Integer) &&

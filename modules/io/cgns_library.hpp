@@ -30,7 +30,7 @@ namespace camber::cgns {
     X(elements_read) X(poly_elements_read) X(ElementDataSize) X(npe) X(ElementTypeName) X(nbocos) X(boco_info) \
     X(boco_read) X(boco_write) X(boco_gridlocation_read) X(boco_gridlocation_write) X(nsols) X(sol_info) \
     X(sol_write) X(sol_size) X(nfields) X(field_info) X(field_read) X(field_write) X(goto) X(ndescriptors) \
-    X(descriptor_read) X(descriptor_write) X(boco_id) X(get_cgio)
+    X(descriptor_read) X(descriptor_write) X(boco_id) X(get_cgio) X(nconns)
 // clang-format on
 
 struct Library {

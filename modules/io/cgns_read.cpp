@@ -2,6 +2,7 @@ module;
 #include "cgns_library.hpp"
 #include "cgns_temporary.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -15,10 +16,12 @@ module;
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 module camber.io;
 import camber.core;
 import camber.bezier;
 import :cgns_reader;
+import :joining;
 
 namespace camber {
 
@@ -44,21 +47,23 @@ class OpenFile {
 template <int D>
 Outcome<Done> read_points(Reader<D>& of, std::size_t n) {
     int coordinates = 0;
-    if (of.lib.ncoords_(of.file, 1, 1, &coordinates) != CG_OK) return of.broken("the coordinates cannot be read");
+    if (of.lib.ncoords_(of.file, 1, of.zone, &coordinates) != CG_OK) return of.broken("the coordinates cannot be read");
     if (coordinates < D)
         return fail(ErrorKind::input,
                     "the zone has " + std::to_string(coordinates) + " coordinates, not " + std::to_string(D),
                     of.mesh.name);
     if (auto bearable = of.announced(n * (D + 1), "the zone's vertices"); !bearable) return bearable;
-    of.mesh.points.resize(n);
-    of.mesh.point_references.assign(n, 0);
+    of.first_point = of.mesh.points.size();
+    of.mesh.points.resize(of.first_point + n);
+    of.mesh.point_references.resize(of.first_point + n, 0);
     Buffer<double> column(n);
     constexpr std::array names{"CoordinateX", "CoordinateY", "CoordinateZ"};
     const cgsize_t first = 1, last = static_cast<cgsize_t>(n);
     for (int c = 0; c < D && n > 0; ++c) {
-        if (of.lib.coord_read_(of.file, 1, 1, names[c], CGNS_ENUMV(RealDouble), &first, &last, column.data()) != CG_OK)
+        if (of.lib.coord_read_(of.file, 1, of.zone, names[c], CGNS_ENUMV(RealDouble), &first, &last, column.data()) !=
+            CG_OK)
             return of.broken(std::string(names[c]) + " cannot be read");
-        for (std::size_t v = 0; v < n; ++v) of.mesh.points[v][c] = column[v];
+        for (std::size_t v = 0; v < n; ++v) of.mesh.points[of.first_point + v][c] = column[v];
     }
     return Done{};
 }
@@ -74,18 +79,64 @@ void name_origins(listing::Mesh<D>& mesh) {
     name_rows(mesh.edges.curved, simplex_name<1>);
 }
 
+/// A zone, as the base lists it.
+struct Zone {
+    int number = 1;
+    std::string name;
+    std::size_t vertices = 0;
+    bool is_joined = false;  ///< to others, by a connectivity of its own
+};
+
+/// What is read: zones of one base.
+struct Zones {
+    int cell_dimension = 0, physical_dimension = 0;
+    std::vector<Zone> chosen = {};
+};
+
 template <int D>
-Outcome<DecodedMesh> read_mesh(Reader<D> of, std::size_t vertices, const Execution& execution) {
-    auto done = read_points(of, vertices)
-                    .and_then([&](Done) { return read_sections(of); })
-                    .and_then([&](Done) { return read_conditions(of); })
-                    .and_then([&](Done) { return read_fields(of); });
-    if (!done) return fail(std::move(done.error()));
+Outcome<Done> read_zone(Reader<D>& of, const Zone& zone) {
+    of.zone = zone.number;
+    of.sections.clear();
+    of.groups_before = of.mesh.groups.size();
+    return read_points(of, zone.vertices)
+        .and_then([&](Done) { return read_sections(of); })
+        .and_then([&](Done) { return read_conditions(of); })
+        .and_then([&](Done) { return read_fields(of); });
+}
+
+/// Joins the zones' points that are at one place, where the file says that zones meet there.
+template <int D>
+void join(listing::Mesh<D>& mesh, const Zones& zones, std::vector<Notice>& notices) {
+    std::vector<std::size_t> ends;
+    for (const Zone& zone : zones.chosen) ends.push_back((ends.empty() ? 0 : ends.back()) + zone.vertices);
+    std::size_t joined = 0;
+    if (std::any_of(zones.chosen.begin(), zones.chosen.end(), [](const Zone& zone) { return zone.is_joined; }))
+        joined = listing::join_coincident(mesh, ends);
+    notices.push_back({std::to_string(zones.chosen.size()) + " zones were joined into one mesh" +
+                       (joined > 0 ? ", at " + std::to_string(joined) + " vertices" : std::string())});
+}
+
+template <int D>
+Outcome<DecodedMesh> read_mesh(Reader<D> of, const Zones& zones, Unheld unheld, const Execution& execution) {
+    for (const Zone& zone : zones.chosen) {
+        if (zones.chosen.size() > 1) of.prefix = zone.name + " ";
+        if (auto done = read_zone(of, zone); !done) return fail(std::move(done.error()));
+    }
+    if (auto held = of.refused.verdict(of.mesh.name, unheld); !held) return fail(std::move(held.error()));
     if (of.points_listed > 0)
         of.notices.push_back({std::to_string(of.points_listed) + " elements of kind NODE were skipped"});
     name_origins(of.mesh);
     if (auto sound = listing::check(of.mesh, execution); !sound) return fail(std::move(sound.error()));
-    return listing::assembled(std::move(of.mesh), listing::MidNodeKind::on_curve, std::move(of.notices), execution);
+    if (zones.chosen.size() > 1) {
+        if (!of.mesh.fields.empty()) of.notices.push_back({"the fields of the zones were left out"});
+        of.mesh.fields = {};
+        join(of.mesh, zones, of.notices);
+        if (auto sound = listing::check(of.mesh, execution); !sound) return fail(std::move(sound.error()));
+    }
+    auto decoded =
+        listing::assembled(std::move(of.mesh), listing::MidNodeKind::on_curve, std::move(of.notices), execution);
+    if (decoded) decoded->unheld = of.refused.counts();
+    return decoded;
 }
 
 /// A file of these bytes: the one of that name, or a new one in a folder that is made for it.
@@ -108,18 +159,34 @@ int open_to_read(const Library& lib, const std::string& path, int& file) {
     return lib.open_(path.c_str(), CG_MODE_READ, &file);
 }
 
-struct Zone {
-    int cell_dimension = 0, physical_dimension = 0;
-    std::size_t vertices = 0;
-};
-
-/// The one zone of the one base.
-Outcome<Zone> zone_of(const Library& lib, int file, const std::string& name) {
-    int bases = 0, zones = 0;
-    Zone zone;
+/// A zone of the first base. Errors: input, unsupported (structured).
+Outcome<Zone> zone_of(const Library& lib, int file, int number, const std::string& file_name) {
+    Zone zone{number, {}, 0};
     Name text{};
     CGNS_ENUMT(ZoneType_t) type{};
     cgsize_t size[9]{};
+    int connections = 0;
+    const auto broken = [&] {
+        return fail(error_of(lib.get_error_(), ErrorKind::input, "the zone cannot be read", file_name));
+    };
+    if (lib.zone_type_(file, 1, number, &type) != CG_OK || lib.zone_read_(file, 1, number, text.data(), size) != CG_OK)
+        return broken();
+    if (type != CGNS_ENUMV(Unstructured))
+        return fail(ErrorKind::unsupported, "the zone \"" + std::string(text.data()) + "\" is structured", file_name,
+                    {}, "give a mesh of triangles or tetrahedra");
+    if (size[0] < 0 || static_cast<std::uint64_t>(size[0]) > max_entities)
+        return fail(ErrorKind::unsupported, "has more vertices than 32 bits can number", file_name);
+    zone.name = text.data();
+    zone.vertices = static_cast<std::size_t>(size[0]);
+    zone.is_joined = lib.nconns_(file, 1, number, &connections) == CG_OK && connections > 0;
+    return zone;
+}
+
+/// The zones of the one base that are asked for: by name or number; all, where `wanted` is empty.
+Outcome<Zones> zones_of(const Library& lib, int file, const std::string& wanted, const std::string& name) {
+    int bases = 0, count = 0;
+    Zones zones;
+    Name text{};
     const auto broken = [&](std::string_view doing) {
         return fail(error_of(lib.get_error_(), ErrorKind::input, doing, name));
     };
@@ -127,24 +194,29 @@ Outcome<Zone> zone_of(const Library& lib, int file, const std::string& name) {
     if (bases != 1)
         return fail(ErrorKind::unsupported, "has " + std::to_string(bases) + " bases, not one", name, {},
                     "give a file of one base");
-    if (lib.base_read_(file, 1, text.data(), &zone.cell_dimension, &zone.physical_dimension) != CG_OK ||
-        lib.nzones_(file, 1, &zones) != CG_OK)
+    if (lib.base_read_(file, 1, text.data(), &zones.cell_dimension, &zones.physical_dimension) != CG_OK ||
+        lib.nzones_(file, 1, &count) != CG_OK)
         return broken("the base cannot be read");
-    if (zones != 1)
-        return fail(ErrorKind::unsupported, "has " + std::to_string(zones) + " zones, not one", name, {},
-                    "join the zones to one");
-    if (lib.zone_type_(file, 1, 1, &type) != CG_OK) return broken("the zone cannot be read");
-    if (type != CGNS_ENUMV(Unstructured))
-        return fail(ErrorKind::unsupported, "the zone is structured", name, {},
-                    "give a mesh of triangles or tetrahedra");
-    if (lib.zone_read_(file, 1, 1, text.data(), size) != CG_OK) return broken("the zone cannot be read");
-    if (size[0] < 0 || static_cast<std::uint64_t>(size[0]) > 0xfffffff0U)
-        return fail(ErrorKind::unsupported, "has more vertices than 32 bits can number", name);
-    if (zone.physical_dimension != 2 && zone.physical_dimension != 3)
+    if (zones.physical_dimension != 2 && zones.physical_dimension != 3)
         return fail(ErrorKind::unsupported,
-                    "is in " + std::to_string(zone.physical_dimension) + " dimensions, not 2 or 3", name);
-    zone.vertices = static_cast<std::size_t>(size[0]);
-    return zone;
+                    "is in " + std::to_string(zones.physical_dimension) + " dimensions, not 2 or 3", name);
+    std::string names;
+    std::size_t vertices = 0;
+    for (int z = 1; z <= count; ++z) {
+        cgsize_t size[9]{};
+        if (lib.zone_read_(file, 1, z, text.data(), size) != CG_OK) return broken("the zone cannot be read");
+        names += (names.empty() ? "" : ", ") + std::string(text.data());
+        if (!wanted.empty() && wanted != text.data() && wanted != std::to_string(z)) continue;
+        auto zone = zone_of(lib, file, z, name);
+        if (!zone) return fail(std::move(zone.error()));
+        vertices += zone->vertices;
+        zones.chosen.push_back(std::move(*zone));
+    }
+    if (zones.chosen.empty())
+        return fail(ErrorKind::input, wanted.empty() ? "has no zone" : "has no zone \"" + wanted + "\"", name, {},
+                    names.empty() ? "the file is damaged" : "its zones are " + names);
+    if (vertices > max_entities) return fail(ErrorKind::unsupported, "has more vertices than 32 bits can number", name);
+    return zones;
 }
 
 }  // namespace
@@ -153,7 +225,8 @@ Outcome<Zone> zone_of(const Library& lib, int file, const std::string& name) {
 
 bool knows_cgns() { return true; }
 
-Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_view name, const Execution& execution) {
+Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_view name, const DecodeOptions& options,
+                                 const Execution& execution) {
     return guarded([&]() -> Outcome<DecodedMesh> {
         const cgns::Library& lib = cgns::library();
         if (!lib.missing.empty()) return fail(cgns::no_library(lib.missing));
@@ -168,14 +241,14 @@ Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_v
         if (cgns::open_to_read(lib, *path, file) != CG_OK)
             return fail(cgns::error_of(lib.get_error_(), ErrorKind::input, "the file cannot be opened as CGNS", title));
         const cgns::OpenFile open(lib, file);
-        const auto zone = cgns::zone_of(lib, file, title);
-        if (!zone) return fail(zone.error());
+        const auto zones = cgns::zones_of(lib, file, options.zone, title);
+        if (!zones) return fail(zones.error());
         const auto read = [&]<int D>() {
-            cgns::Reader<D> reader{lib, file, zone->cell_dimension, UnpackedBudget(bytes.size())};
+            cgns::Reader<D> reader{lib, file, zones->cell_dimension, UnpackedBudget(bytes.size())};
             reader.mesh.name = title;
-            return cgns::read_mesh(std::move(reader), zone->vertices, execution);
+            return cgns::read_mesh(std::move(reader), *zones, options.unheld, execution);
         };
-        return zone->physical_dimension == 2 ? read.template operator()<2>() : read.template operator()<3>();
+        return zones->physical_dimension == 2 ? read.template operator()<2>() : read.template operator()<3>();
     });
 }
 

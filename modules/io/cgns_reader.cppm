@@ -7,6 +7,7 @@ module;
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 module camber.io:cgns_reader;
 import camber.core;
@@ -15,6 +16,7 @@ import :cgns;
 import :gmf_file;
 import :listing;
 import :notice;
+import :refused;
 import :text;
 import :unpacked;
 
@@ -45,10 +47,28 @@ struct Reader {
     int file = 0;
     int cell_dimension = 0;
     UnpackedBudget budget = UnpackedBudget(0);  ///< what counts announce: nothing is reserved beyond it
+    int zone = 1;                               ///< that is read, as all below but the mesh
+    std::size_t first_point = 0;                ///< of the zone, in the mesh
+    std::size_t groups_before = 0;              ///< of earlier zones
+    std::string prefix = {};                    ///< of names of the elements' groups, where several zones are joined
+    std::vector<Section> sections = {};
     listing::Mesh<D> mesh = {};
     std::vector<Notice> notices = {};
-    std::vector<Section> sections = {};
+    Refused refused = {};
     std::size_t points_listed = 0;  ///< elements that are vertices
+
+    [[nodiscard]] std::size_t zone_points() const { return mesh.points.size() - first_point; }
+    /// The vertex of the mesh; none where the zone has none of that number.
+    [[nodiscard]] VertexId vertex(cgsize_t number) const {
+        if (number < 1 || !std::cmp_less_equal(number, zone_points())) return VertexId();
+        return VertexId(first_point + static_cast<std::size_t>(number - 1));
+    }
+    /// The number of the group of that name, of an earlier zone.
+    [[nodiscard]] std::optional<Reference> known_reference(int dimension, const std::string& name) const {
+        for (std::size_t g = 0; g < groups_before; ++g)
+            if (mesh.groups[g].dimension == dimension && mesh.groups[g].name == name) return mesh.groups[g].reference;
+        return std::nullopt;
+    }
 
     [[nodiscard]] auto broken(std::string_view doing) const {
         return fail(error_of(lib.get_error_(), ErrorKind::input, doing, mesh.name));

@@ -5,7 +5,6 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <span>
 #include <string>
 #include <utility>
@@ -23,7 +22,6 @@ namespace {
 template <int D>
 struct SectionReader {
     Reader<D>& of;
-    std::map<std::string, std::size_t> foreign = {};
 
     template <int K>
     [[nodiscard]] listing::Simplices<K>* simplices() {
@@ -34,12 +32,9 @@ struct SectionReader {
     }
 
     template <int N>
-    static std::array<VertexId, N> nodes_of(const cgsize_t* nodes) {
+    std::array<VertexId, N> nodes_of(const cgsize_t* nodes) const {
         std::array<VertexId, N> simplex;
-        for (int n = 0; n < N; ++n)
-            simplex[n] = nodes[n] > 0 && std::cmp_less_equal(nodes[n], max_entities)
-                             ? VertexId(static_cast<std::size_t>(nodes[n] - 1))
-                             : VertexId();
+        for (int n = 0; n < N; ++n) simplex[n] = of.vertex(nodes[n]);
         return simplex;
     }
 
@@ -84,7 +79,7 @@ struct SectionReader {
         if (type == CGNS_ENUMV(NODE))
             ++of.points_listed;
         else
-            ++foreign[of.lib.ElementTypeName_(type)];
+            of.refused.count(of.lib.ElementTypeName_(type));
     }
 
     [[nodiscard]] Outcome<Done> read_section(int s) {
@@ -92,17 +87,18 @@ struct SectionReader {
         CGNS_ENUMT(ElementType_t) type{};
         cgsize_t first = 0, last = 0, size = 0;
         int boundary = 0, parents = 0;
-        if (of.lib.section_read_(of.file, 1, 1, s, name.data(), &type, &first, &last, &boundary, &parents) != CG_OK ||
-            of.lib.ElementDataSize_(of.file, 1, 1, s, &size) != CG_OK || first < 1 || last < first ||
+        if (of.lib.section_read_(of.file, 1, of.zone, s, name.data(), &type, &first, &last, &boundary, &parents) !=
+                CG_OK ||
+            of.lib.ElementDataSize_(of.file, 1, of.zone, s, &size) != CG_OK || first < 1 || last < first ||
             last == std::numeric_limits<cgsize_t>::max() || size < 0)
             return of.broken("section " + std::to_string(s) + " cannot be read");
         const auto n = static_cast<std::size_t>(last - first) + 1;
         Section section{name.data(), {}, first};
-        if (of.lib.goto_(of.file, 1, "Zone_t", 1, "Elements_t", s, "end") == CG_OK)
+        if (of.lib.goto_(of.file, 1, "Zone_t", of.zone, "Elements_t", s, "end") == CG_OK)
             section.reference = of.described_reference();
         const bool fixed = type != CGNS_ENUMV(MIXED) && type < CGNS_ENUMV(NGON_n);
         if (!fixed && type != CGNS_ENUMV(MIXED)) {
-            foreign[of.lib.ElementTypeName_(type)] += n;
+            of.refused.count(of.lib.ElementTypeName_(type), n);
             return Done{};
         }
         int width = 0;
@@ -117,8 +113,8 @@ struct SectionReader {
             return bearable;
         // Offsets are not asked for: their number in a damaged file is anything.
         std::vector<cgsize_t> numbers(static_cast<std::size_t>(size));
-        const int read = fixed ? of.lib.elements_read_(of.file, 1, 1, s, numbers.data(), nullptr)
-                               : of.lib.poly_elements_read_(of.file, 1, 1, s, numbers.data(), nullptr, nullptr);
+        const int read = fixed ? of.lib.elements_read_(of.file, 1, of.zone, s, numbers.data(), nullptr)
+                               : of.lib.poly_elements_read_(of.file, 1, of.zone, s, numbers.data(), nullptr, nullptr);
         if (read != CG_OK) return of.broken("the elements of section " + std::to_string(s) + " cannot be read");
         section.places.reserve(n);
         if (auto done = fixed ? add_fixed(type, static_cast<std::size_t>(width), numbers, section)
@@ -154,15 +150,6 @@ struct SectionReader {
         return fail(ErrorKind::input, "the mixed section \"" + section.name + "\" is damaged", of.mesh.name,
                     Entity{"element", element}, "try cgnscheck on it");
     }
-
-    [[nodiscard]] Outcome<Done> refuse_foreign() const {
-        if (foreign.empty()) return Done{};
-        std::string text = "holds ";
-        for (const auto& [name, count] : foreign)
-            text += (text.size() > 6 ? ", " : "") + std::to_string(count) + " " + name;
-        return fail(ErrorKind::unsupported, text + ", which Camber cannot hold", of.mesh.name, {},
-                    "give a mesh of edges, triangles and tetrahedra of degree 1 or 2");
-    }
 };
 
 }  // namespace
@@ -171,10 +158,10 @@ template <int D>
 Outcome<Done> read_sections(Reader<D>& of) {
     SectionReader<D> sections{of};
     int n = 0;
-    if (of.lib.nsections_(of.file, 1, 1, &n) != CG_OK) return of.broken("the sections cannot be read");
+    if (of.lib.nsections_(of.file, 1, of.zone, &n) != CG_OK) return of.broken("the sections cannot be read");
     for (int s = 1; s <= n; ++s)
         if (auto done = sections.read_section(s); !done) return done;
-    return sections.refuse_foreign();
+    return Done{};
 }
 
 #define CAMBER_INSTANTIATE(D) template Outcome<Done> read_sections<D>(Reader<D>&);

@@ -13,10 +13,13 @@ namespace camber {
 
 namespace {
 
+using Decoder = decltype(MeshFormat::decode);
+
 /// Loops that nobody has weighed tell nothing.
-template <auto decode>
-Outcome<DecodedMesh> quiet(std::span<const std::byte> bytes, std::string_view name, const Execution& execution) {
-    return decode(bytes, name, without_progress(execution));
+template <Decoder decode>
+Outcome<DecodedMesh> quiet(std::span<const std::byte> bytes, std::string_view name, const DecodeOptions& options,
+                           const Execution& execution) {
+    return decode(bytes, name, options, without_progress(execution));
 }
 
 /// What `encode` makes of the mesh, whichever it holds.
@@ -71,6 +74,43 @@ MeshFormat vtu_row() {
     return format;
 }
 
+template <VtkEncoding encoding>
+MeshFormat vtk_row(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
+    MeshFormat format{
+        {name, what, std::move(endings), [](std::span<const std::byte> bytes) { return is_vtk(bytes, encoding); }}};
+    format.decode = quiet<decode_vtk>;
+    format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
+        return encode_vtk(mesh, fields, encoding, without_progress(execution));
+    }>;
+    format.losses = losses_of<[](const auto& mesh) { return not_in_vtk(mesh); }>;
+    format.holds_fields = true;
+    format.always_in_space = true;
+    return format;
+}
+
+template <StlEncoding encoding>
+MeshFormat stl_row(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
+    MeshFormat format{
+        {name, what, std::move(endings), [](std::span<const std::byte> bytes) { return is_stl(bytes, encoding); }}};
+    format.encode = encoded<[](const auto& mesh, const MeshFields&, EncodeOptions, const Execution& execution) {
+        return encode_stl(mesh, encoding, without_progress(execution));
+    }>;
+    format.losses = losses_of<[](const auto& mesh) { return not_in_stl(mesh, encoding); }>;
+    format.always_in_space = true;
+    return format;
+}
+
+MeshFormat xdmf_row() {
+    MeshFormat format{{"xdmf", "XDMF 3 as text", {".xdmf", ".xmf"}, is_xdmf}};
+    format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
+        return encode_xdmf(mesh, fields, without_progress(execution));
+    }>;
+    format.losses = losses_of<[](const auto& mesh) { return not_in_xdmf(mesh); }>;
+    format.holds_fields = true;
+    format.always_in_space = true;
+    return format;
+}
+
 MeshFormat mfem_row() {
     MeshFormat format{{"mfem", "MFEM mesh v1.0", {".mfem"}, is_mfem}};
     format.decode = quiet<decode_mfem>;
@@ -116,9 +156,14 @@ std::span<const MeshFormat> mesh_formats() {
         msh_row<v2, MshEncoding::binary>("msh2", "Gmsh MSH 2.2 in binary", {}),
         msh_row<v2, MshEncoding::ascii>("msh2-ascii", "Gmsh MSH 2.2 as text", {}),
         vtu_row(),
+        vtk_row<VtkEncoding::binary>("vtk", "legacy VTK in binary", {".vtk"}),
+        vtk_row<VtkEncoding::ascii>("vtk-ascii", "legacy VTK as text", {}),
         mfem_row(),
         su2_row(),
         cgns_row(),
+        stl_row<StlEncoding::binary>("stl", "STL of the boundary in binary", {".stl"}),
+        stl_row<StlEncoding::ascii>("stl-ascii", "STL of the boundary as text", {}),
+        xdmf_row(),
     };
     return formats;
 }
@@ -144,10 +189,11 @@ std::string listed(std::span<const std::string_view> words, std::string_view bef
     return text;
 }
 
-Outcome<DecodedMesh> decode_mesh(std::span<const std::byte> bytes, std::string_view path, const Execution& execution) {
+Outcome<DecodedMesh> decode_mesh(std::span<const std::byte> bytes, std::string_view path, const DecodeOptions& options,
+                                 const Execution& execution) {
     const auto format = format_to_read(mesh_formats(), bytes, path);
     if (!format) return fail(format.error());
-    auto decoded = (*format)->decode(bytes, path, execution);
+    auto decoded = (*format)->decode(bytes, path, options, execution);
     if (decoded) decoded->always_in_space = (*format)->always_in_space;
     return decoded;
 }

@@ -8,6 +8,7 @@ module;
 export module camber.io:formats;
 import camber.core;
 import :any_mesh;
+import :decode_options;
 import :mesh_fields;
 import :solution;
 import :vtu;
@@ -35,7 +36,7 @@ struct FormatName {
 /// A format of meshes. A decoder or an encoder that is not there: it is not read, or not written.
 struct MeshFormat : FormatName {
     Outcome<DecodedMesh> (*decode)(std::span<const std::byte> bytes, std::string_view name,
-                                   const Execution& execution) = nullptr;
+                                   const DecodeOptions& options, const Execution& execution) = nullptr;
     /// The fields are given to any format; those that do not hold them leave them out.
     Outcome<Chunks> (*encode)(const AnyMesh& mesh, const MeshFields& fields, EncodeOptions options,
                               const Execution& execution) = nullptr;
@@ -157,7 +158,12 @@ template <class Format>
 /// A mesh file's content, in whichever format it is. `path`: the file's, for its ending and for messages. Errors: those
 /// of `format_to_read` and of the decoder.
 [[nodiscard]] Outcome<DecodedMesh> decode_mesh(std::span<const std::byte> bytes, std::string_view path,
-                                               const Execution& execution);
+                                               const DecodeOptions& options, const Execution& execution);
+/// With the default options.
+[[nodiscard]] inline Outcome<DecodedMesh> decode_mesh(std::span<const std::byte> bytes, std::string_view path,
+                                                      const Execution& execution) {
+    return decode_mesh(bytes, path, {}, execution);
+}
 [[nodiscard]] Outcome<DecodedSolution> decode_solution(std::span<const std::byte> bytes, std::string_view path,
                                                        const Execution& execution);
 

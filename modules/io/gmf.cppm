@@ -6,6 +6,7 @@ module;
 export module camber.io:gmf;
 import camber.core;
 import :any_mesh;
+import :decode_options;
 import :solution;
 
 export namespace camber {
@@ -25,7 +26,12 @@ export namespace camber {
 /// Errors: input (malformed, truncated, not finite, indices out of range, mid nodes that contradict each other),
 /// unsupported (elements that are no simplices or of higher degree), memory, stopped.
 [[nodiscard]] Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
-                                                   const Execution& execution);
+                                                   const DecodeOptions& options, const Execution& execution);
+/// With the default options.
+[[nodiscard]] inline Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
+                                                          const Execution& execution) {
+    return decode_gmf_mesh(bytes, name, {}, execution);
+}
 
 /// Whether the bytes begin as a GMF file does, as text or binary in either byte order, of a mesh or of a solution.
 [[nodiscard]] bool is_gmf_ascii(std::span<const std::byte> bytes);

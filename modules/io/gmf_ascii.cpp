@@ -30,9 +30,18 @@ bool spells_number(std::string_view word) {
     return start == "nan" || start == "inf" || start == "infinity" || start.starts_with("nan(");
 }
 
+/// Moves to the end of a text in quotes that ends in its line, as Bamg writes them; elsewhere nowhere.
+void pass_quoted(Words& words) {
+    if (*words.at != '"') return;
+    const std::string_view rest(words.at, static_cast<std::size_t>(words.end - words.at));
+    const std::size_t end = rest.find_first_of("\"\n", 1);
+    if (end != std::string_view::npos && rest[end] == '"') words.at += end;
+}
+
 /// Moves to the next keyword: a word that begins with a letter. False at the end.
 bool find_keyword_word(Words& words) {
     for (; words.find(); words.pass()) {
+        pass_quoted(words);
         if (!is_letter(*words.at)) continue;
         Words ahead = words;
         if (!spells_number(ahead.next())) return true;
@@ -114,13 +123,43 @@ Outcome<Done> read_block(File& file, std::string_view name, std::size_t start, s
     return Done{};
 }
 
-/// What follows the keyword that a file begins with; none: it begins with something else.
-std::optional<Words> after_first_keyword(std::span<const std::byte> bytes) {
+/// What a file begins with: the version that it tells, or where it tells none its Dimension.
+struct Begin {
+    Words words;  ///< behind the keyword of the version, or before the one of the dimension
+    bool has_version = true;
+};
+/// None: it begins with something else.
+std::optional<Begin> begin_of(std::span<const std::byte> bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     Words words{text.data(), text.data() + text.size()};
     if (text.starts_with("\xEF\xBB\xBF")) words.at += 3;
-    if (words.next() != "MeshVersionFormatted") return std::nullopt;
-    return words;
+    const Words before = words;
+    const std::string_view first = words.next();
+    if (first == "MeshVersionFormatted") return Begin{words};
+    if (first == "Dimension") return Begin{before, false};
+    return std::nullopt;
+}
+
+/// The version, which says nothing of a text but is to be one. Bamg writes 0.
+Outcome<Done> read_version(File& file, Begin& begun) {
+    const auto at = [&] {
+        return static_cast<std::size_t>(begun.words.at - reinterpret_cast<const char*>(file.bytes.data()));
+    };
+    std::int64_t version = 0;
+    if (begun.has_version && (!read_number(begun.words, version) || version < 0 || version > 4))
+        return fail(ErrorKind::unsupported, "the GMF version is not 1 to 4", place(file, at()));
+    file.version = std::max(1, static_cast<int>(version));
+    if (!begun.has_version)
+        file.notices.push_back({"the file does not begin with MeshVersionFormatted: read as GMF all the same"});
+    return Done{};
+}
+
+/// Nobody can tell whether a file without End is whole; it is not where it ends within a line.
+Outcome<File> without_end(File file) {
+    if (file.bytes.empty() || !is_blank(static_cast<char>(file.bytes.back())))
+        return fail_at(file, file.bytes.size(), "the file ends before the keyword End", "it seems to be cut off");
+    file.notices.push_back({"the file has no End: nobody can tell whether it is whole"});
+    return file;
 }
 
 }  // namespace
@@ -128,16 +167,13 @@ std::optional<Words> after_first_keyword(std::span<const std::byte> bytes) {
 Outcome<File> index_ascii(File file, const Execution& execution) {
     const char* const text = reinterpret_cast<const char*>(file.bytes.data());
     const auto offset = [&](const char* at) { return static_cast<std::size_t>(at - text); };
-    auto begun = after_first_keyword(file.bytes);
+    auto begun = begin_of(file.bytes);
     if (!begun)
         return fail_at(file, 0,
                        "this is no GMF file: it begins neither with MeshVersionFormatted nor as binary files do",
                        "give a .mesh or .meshb file");
-    Words& words = *begun;
-    std::int64_t version = 0;
-    if (!read_number(words, version) || version < 1 || version > 4)
-        return fail(ErrorKind::unsupported, "the GMF version is not 1 to 4", place(file, offset(words.at)));
-    file.version = static_cast<int>(version);
+    if (auto read = read_version(file, *begun); !read) return fail(std::move(read.error()));
+    Words& words = begun->words;
 
     for (bool found = find_keyword_word(words); found;) {
         const std::size_t start = offset(words.at);
@@ -148,13 +184,13 @@ Outcome<File> index_ascii(File file, const Execution& execution) {
         auto read = read_block(file, name, start, begin, offset(words.at), execution);
         if (!read) return fail(std::move(read.error()));
     }
-    return fail_at(file, file.bytes.size(), "the file ends before the keyword End", "it seems to be cut off");
+    return without_end(std::move(file));
 }
 
 }  // namespace camber::gmf
 
 namespace camber {
 
-bool is_gmf_ascii(std::span<const std::byte> bytes) { return gmf::after_first_keyword(bytes).has_value(); }
+bool is_gmf_ascii(std::span<const std::byte> bytes) { return gmf::begin_of(bytes).has_value(); }
 
 }  // namespace camber

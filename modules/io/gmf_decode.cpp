@@ -1,6 +1,7 @@
 module;
 #include <cstddef>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -12,12 +13,11 @@ namespace camber {
 namespace {
 
 template <int D>
-Outcome<DecodedMesh> decode(const gmf::File& file, const Execution& execution) {
+Outcome<DecodedMesh> decode(const gmf::File& file, std::vector<Notice> notices, const Execution& execution) {
     const bool curved = file.find(gmf::curved_keyword<D>) != nullptr;
     const double of_rows = curved ? 0.3 : 1;
-    auto raw = gmf::read_raw<D>(file, part_of(execution, 0, of_rows));
+    auto raw = gmf::read_raw<D>(file, notices, part_of(execution, 0, of_rows));
     if (!raw) return fail(std::move(raw.error()));
-    std::vector<Notice> notices = gmf::notices_of(file);
     if (file.find(gmf::Keyword::sol_at_vertices))
         notices.push_back({"the block of keyword SolAtVertices was skipped: a solution is read on its own"});
     using enum listing::MidNodeKind;
@@ -25,17 +25,38 @@ Outcome<DecodedMesh> decode(const gmf::File& file, const Execution& execution) {
                               part_of(execution, of_rows, 1));
 }
 
+Refused foreign_elements(const gmf::File& file) {
+    Refused refused;
+    for (const gmf::Block& block : file.blocks)
+        if (block.info->content == gmf::Content::foreign_elements)
+            refused.count(std::string(block.info->name), block.count);
+    return refused;
+}
+
+/// Of the first of them.
+std::string place_of_foreign(const gmf::File& file) {
+    for (const gmf::Block& block : file.blocks)
+        if (block.info->content == gmf::Content::foreign_elements) return gmf::place(file, block.start);
+    return file.name;
+}
+
 }  // namespace
 
 Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
-                                     const Execution& execution) {
+                                     const DecodeOptions& options, const Execution& execution) {
     return guarded([&]() -> Outcome<DecodedMesh> {
         // A text is gone through twice.
         const double of_index = is_gmf_ascii(bytes) ? 0.3 : 0;
         auto file = gmf::open_file(bytes, name, part_of(execution, 0, of_index));
         if (!file) return fail(std::move(file.error()));
+        const Refused refused = foreign_elements(*file);
+        if (auto held = refused.verdict(place_of_foreign(*file), options.unheld); !held)
+            return fail(std::move(held.error()));
         const Execution rest = part_of(execution, of_index, 1);
-        return *file->dimension == 2 ? decode<2>(*file, rest) : decode<3>(*file, rest);
+        auto decoded = *file->dimension == 2 ? decode<2>(*file, gmf::notices_of(*file), rest)
+                                             : decode<3>(*file, gmf::notices_of(*file), rest);
+        if (decoded) decoded->unheld = refused.counts();
+        return decoded;
     });
 }
 

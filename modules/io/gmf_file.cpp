@@ -19,12 +19,6 @@ namespace {
 Outcome<File> checked(File file) {
     for (std::size_t i = 0; i < file.blocks.size(); ++i) {
         const Block& block = file.blocks[i];
-        if (block.info->content == Content::foreign_elements)
-            return fail(ErrorKind::unsupported,
-                        "holds " + std::to_string(block.count) + " " + std::string(block.info->name) +
-                            ", which Camber cannot hold",
-                        place(file, block.start), {},
-                        "give a mesh of edges, triangles and tetrahedra of degree 1 or 2");
         for (std::size_t j = 0; j < i; ++j)
             if (file.blocks[j].info == block.info)
                 return fail_at(file, block.start, "a second block " + std::string(block.info->name),
@@ -115,8 +109,7 @@ void skip_block(File& file, std::string_view word) {
 }
 
 std::vector<Notice> notices_of(const File& file) {
-    std::vector<Notice> notices;
-    notices.reserve(file.skipped.size());
+    std::vector<Notice> notices = file.notices;
     for (const Skipped& skipped : file.skipped)
         notices.push_back({skipped.blocks == 1 ? "the block of keyword " + skipped.name + " was skipped"
                                                : std::to_string(skipped.blocks) + " blocks of keyword " + skipped.name +

@@ -13,6 +13,7 @@ import :any_mesh;
 import :gmf;
 import :gmf_keywords;
 import :gmf_row;
+import :notice;
 
 namespace camber::gmf {
 
@@ -52,6 +53,7 @@ struct File {
     std::int64_t bezier_basis = 0;
     std::vector<Block> blocks = {};
     std::vector<Skipped> skipped = {};
+    std::vector<Notice> notices = {};  ///< of what is unusual, but does no harm
 
     [[nodiscard]] const Block* find(Keyword keyword) const;
 };

@@ -1,10 +1,13 @@
 module;
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <utility>
+#include <vector>
 module camber.io;
 import camber.core;
 
@@ -13,22 +16,23 @@ namespace camber::gmf {
 namespace {
 
 template <int D>
-Outcome<Done> read_directions(const File& file, Keyword keyword, const Execution& execution,
-                              Column<Vec<D>>& directions) {
+Outcome<Done> read_directions(const File& file, Keyword keyword, const Execution& execution, Column<Vec<D>>& directions,
+                              std::atomic<bool>& wrong) {
     const Block* const block = file.find(keyword);
     if (!block) return Done{};
     if (auto fits = check_size(file, *block, 0, D); !fits) return fits;
     Buffer<Vec<D>> buffer(block->count);
     auto read = read_rows<VectorRow<D>>(file, *block, execution, [&](std::size_t i, const VectorRow<D>& row) {
         buffer[i] = Vec<D>{row.real};
-        return Fault{is_finite(buffer[i]) ? FaultKind::none : FaultKind::not_finite};
+        if (!is_finite(buffer[i])) wrong = true;
+        return Fault{};
     });
     if (read) directions = std::move(buffer);
     return read;
 }
 
 Outcome<Done> read_pairs(const File& file, Keyword keyword, std::size_t vertices, std::size_t directions,
-                         const Execution& execution, Column<DirectionRow>& pairs) {
+                         const Execution& execution, Column<DirectionRow>& pairs, std::atomic<bool>& wrong) {
     const Block* const block = file.find(keyword);
     if (!block) return Done{};
     if (auto fits = check_size(file, *block, 2, 0); !fits) return fits;
@@ -36,7 +40,7 @@ Outcome<Done> read_pairs(const File& file, Keyword keyword, std::size_t vertices
     auto read = read_rows<PairRow>(file, *block, execution, [&](std::size_t i, const PairRow& row) -> Fault {
         const std::array limits{vertices, directions};
         for (int c = 0; c < 2; ++c)
-            if (from_file(row.integer[c]) >= limits[c]) return {FaultKind::index, row.integer[c], limits[c]};
+            if (from_file(row.integer[c]) >= limits[c]) wrong = true;
         buffer[i] = {VertexId(from_file(row.integer[0])), static_cast<std::uint32_t>(from_file(row.integer[1]))};
         return {};
     });
@@ -44,13 +48,23 @@ Outcome<Done> read_pairs(const File& file, Keyword keyword, std::size_t vertices
     return read;
 }
 
-/// Directions and who has them: two blocks.
+/// Directions and who has them: two blocks. Mmg writes indices of normals in place of those of tangents: one index
+/// without its direction spoils all.
 template <int D>
 Outcome<Done> read_at_vertices(const File& file, Keyword directions, Keyword pairs, std::size_t vertices,
-                               const Execution& execution, DirectionsAtVertices<D>& given) {
-    return read_directions<D>(file, directions, execution, given.table).and_then([&](Done) {
-        return read_pairs(file, pairs, vertices, given.table.size(), execution, given.at);
-    });
+                               const Execution& execution, DirectionsAtVertices<D>& given,
+                               std::vector<Notice>& notices) {
+    std::atomic<bool> wrong = false;
+    return read_directions<D>(file, directions, execution, given.table, wrong)
+        .and_then(
+            [&](Done) { return read_pairs(file, pairs, vertices, given.table.size(), execution, given.at, wrong); })
+        .map([&](Done done) {
+            if (!wrong) return done;
+            notices.push_back({std::to_string(given.at.size()) + " rows of " + std::string(name_of(pairs)) +
+                               " were left out: not all of them have a vertex and a direction of the file"});
+            given = {};
+            return done;
+        });
 }
 
 /// Vertices on entities of dimension G: vertex, entity, and but for points the G parameters and the distance.
@@ -81,23 +95,25 @@ Outcome<Done> read_associations(const File& file, std::size_t vertices, const Ex
 }  // namespace
 
 template <int D>
-Outcome<GivenGeometry<D>> read_geometry(const File& file, std::size_t vertices, const Execution& execution) {
+Outcome<GivenGeometry<D>> read_geometry(const File& file, std::size_t vertices, std::vector<Notice>& notices,
+                                        const Execution& execution) {
     GivenGeometry<D> given;
-    auto read =
-        read_at_vertices<D>(file, Keyword::normals, Keyword::normal_at_vertices, vertices, execution, given.normals)
-            .and_then([&](Done) {
-                return read_at_vertices<D>(file, Keyword::tangents, Keyword::tangent_at_vertices, vertices, execution,
-                                           given.tangents);
-            })
-            .and_then([&](Done) { return read_associations<0>(file, vertices, execution, given.on_points); })
-            .and_then([&](Done) { return read_associations<1>(file, vertices, execution, given.on_curves); })
-            .and_then([&](Done) { return read_associations<2>(file, vertices, execution, given.on_surfaces); });
+    auto read = read_at_vertices<D>(file, Keyword::normals, Keyword::normal_at_vertices, vertices, execution,
+                                    given.normals, notices)
+                    .and_then([&](Done) {
+                        return read_at_vertices<D>(file, Keyword::tangents, Keyword::tangent_at_vertices, vertices,
+                                                   execution, given.tangents, notices);
+                    })
+                    .and_then([&](Done) { return read_associations<0>(file, vertices, execution, given.on_points); })
+                    .and_then([&](Done) { return read_associations<1>(file, vertices, execution, given.on_curves); })
+                    .and_then([&](Done) { return read_associations<2>(file, vertices, execution, given.on_surfaces); });
     if (!read) return fail(std::move(read.error()));
     return given;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<GivenGeometry<D>> read_geometry<D>(const File&, std::size_t, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                           \
+    template Outcome<GivenGeometry<D>> read_geometry<D>(const File&, std::size_t, std::vector<Notice>&, \
+                                                        const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

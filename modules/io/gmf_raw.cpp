@@ -9,6 +9,7 @@ module;
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 module camber.io;
 import camber.core;
 import camber.bezier;
@@ -63,19 +64,27 @@ Outcome<Done> read_simplices(const File& file, const Block& block, std::size_t v
     });
 }
 
-/// Items whose index in the file must be below `limit`.
+/// Items whose index in the file must be below `limit`. An index 0 says that there is nothing: such are left out.
 template <class Item>
 Outcome<Done> read_indices(const File& file, Keyword keyword, std::size_t limit, const Execution& execution,
-                           Buffer<Item>& items) {
+                           Buffer<Item>& items, std::vector<Notice>& notices) {
     const Block* const block = file.find(keyword);
     if (!block) return Done{};
     if (auto fits = check_size(file, *block, 1, 0); !fits) return fits;
-    items.resize(block->count);
-    return read_rows<IndexRow>(file, *block, execution, [&](std::size_t i, const IndexRow& row) -> Fault {
-        if (from_file(row.integer[0]) >= limit) return {FaultKind::index, row.integer[0], limit};
-        items[i] = static_cast<Item>(from_file(row.integer[0]));
+    Buffer<std::uint32_t> indices(block->count);
+    auto read = read_rows<IndexRow>(file, *block, execution, [&](std::size_t i, const IndexRow& row) -> Fault {
+        if (row.integer[0] != 0 && from_file(row.integer[0]) >= limit) return {FaultKind::index, row.integer[0], limit};
+        indices[i] = static_cast<std::uint32_t>(row.integer[0]);
         return {};
     });
+    if (!read) return read;
+    items.reserve(indices.size());
+    for (const std::uint32_t index : indices)
+        if (index != 0) items.push_back(static_cast<Item>(from_file(index)));
+    if (const std::size_t none = indices.size() - items.size(); none > 0)
+        notices.push_back({std::to_string(none) + " rows of " + std::string(block->info->name) +
+                           " have the index 0, which is nothing: left out"});
+    return read;
 }
 
 template <int K, int D>
@@ -98,7 +107,7 @@ Outcome<Done> read_curved(const File& file, const Block& block, const Execution&
 
 template <int K, int D>
 Outcome<Done> read_kind(const File& file, const Execution& execution, const listing::Mesh<D>& raw,
-                        listing::Simplices<K>& kind) {
+                        listing::Simplices<K>& kind, std::vector<Notice>& notices) {
     const Execution quiet = without_progress(execution);
     const Block* straight = file.find(straight_keyword<K>);
     const Block* curved = file.find(curved_keyword<K>);
@@ -115,7 +124,7 @@ Outcome<Done> read_kind(const File& file, const Execution& execution, const list
         if (auto read = read_simplices(file, *straight, raw.points.size(), curved ? quiet : execution, kind.straight);
             !read)
             return read;
-    return read_indices(file, required_keyword<K>, kind.indexed(), quiet, kind.required);
+    return read_indices(file, required_keyword<K>, kind.indexed(), quiet, kind.required, notices);
 }
 
 Outcome<Done> refuse_tetrahedra(const File& file) {
@@ -139,7 +148,7 @@ double share_of(const File& file, std::initializer_list<Keyword> keywords) {
 }  // namespace
 
 template <int D>
-Outcome<listing::Mesh<D>> read_raw(const File& file, const Execution& execution) {
+Outcome<listing::Mesh<D>> read_raw(const File& file, std::vector<Notice>& notices, const Execution& execution) {
     listing::Mesh<D> raw;
     raw.name = file.name;
     const double points = share_of(file, {Keyword::vertices});
@@ -148,26 +157,31 @@ Outcome<listing::Mesh<D>> read_raw(const File& file, const Execution& execution)
     const Execution quiet = without_progress(execution);
     auto read =
         read_points(file, part_of(execution, 0, points), raw)
-            .and_then(
-                [&](Done) { return read_kind<D, D>(file, part_of(execution, points, elements), raw, raw.elements); })
-            .and_then(
-                [&](Done) { return read_kind<D - 1, D>(file, part_of(execution, elements, facets), raw, raw.facets); })
+            .and_then([&](Done) {
+                return read_kind<D, D>(file, part_of(execution, points, elements), raw, raw.elements, notices);
+            })
+            .and_then([&](Done) {
+                return read_kind<D - 1, D>(file, part_of(execution, elements, facets), raw, raw.facets, notices);
+            })
             .and_then([&](Done) -> Outcome<Done> {
                 if constexpr (D == 2)
                     return refuse_tetrahedra(file);
                 else
-                    return read_kind<1, D>(file, quiet, raw, raw.edges);
+                    return read_kind<1, D>(file, quiet, raw, raw.edges, notices);
             })
             .and_then([&](Done) {
                 const std::size_t edges = D == 2 ? raw.facets.indexed() : raw.edges.indexed();
-                return read_indices(file, Keyword::ridges, edges, quiet, raw.ridges);
-            })
-            .and_then([&](Done) { return read_indices(file, Keyword::corners, raw.points.size(), quiet, raw.corners); })
-            .and_then([&](Done) {
-                return read_indices(file, Keyword::required_vertices, raw.points.size(), quiet, raw.required_vertices);
+                return read_indices(file, Keyword::ridges, edges, quiet, raw.ridges, notices);
             })
             .and_then([&](Done) {
-                return read_geometry<D>(file, raw.points.size(), quiet).map([&](GivenGeometry<D> geometry) {
+                return read_indices(file, Keyword::corners, raw.points.size(), quiet, raw.corners, notices);
+            })
+            .and_then([&](Done) {
+                return read_indices(file, Keyword::required_vertices, raw.points.size(), quiet, raw.required_vertices,
+                                    notices);
+            })
+            .and_then([&](Done) {
+                return read_geometry<D>(file, raw.points.size(), notices, quiet).map([&](GivenGeometry<D> geometry) {
                     raw.geometry = std::move(geometry);
                     return Done{};
                 });
@@ -176,7 +190,8 @@ Outcome<listing::Mesh<D>> read_raw(const File& file, const Execution& execution)
     return raw;
 }
 
-#define CAMBER_INSTANTIATE(D) template Outcome<listing::Mesh<D>> read_raw<D>(const File&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<listing::Mesh<D>> read_raw<D>(const File&, std::vector<Notice>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -6,7 +6,8 @@ import camber.core;
 
 namespace camber::mfem {
 
-inline constexpr std::string_view first_line = "MFEM mesh v1.0";
+/// What files begin with: without and with names of attributes.
+inline constexpr std::string_view first_line = "MFEM mesh v1.0", first_line_of_names = "MFEM mesh v1.3";
 
 /// MFEM's number of the geometry of a K-simplex.
 template <int K>

@@ -38,6 +38,7 @@ struct Source {
     std::string name;
     std::string_view text;
     Words words;
+    bool has_end = false;  ///< a line behind all that there is: since version 1.2
 
     [[nodiscard]] std::string place(const char* at) const { return line_place(name, text, at); }
     [[nodiscard]] auto fail_here(std::string what, std::string remedy = damaged) const {
@@ -134,6 +135,43 @@ Outcome<Done> read_rows(Source& source, const std::string& title, const std::str
                 simplex[n] = VertexId(static_cast<std::size_t>(vertices[n]));
         rows.nodes.push_back(simplex);
         rows.references.push_back(static_cast<Reference>(attribute));
+    }
+    return Done{};
+}
+
+// ---------------------------------------------------------------- names
+
+/// A name, which may be in quotes.
+Outcome<std::string> read_name(Source& source) {
+    Words& words = source.words;
+    if (!words.find()) return source.fail_here("the name of a set is missing");
+    if (*words.at != '"') return std::string(words.next());
+    const std::string_view rest(words.at + 1, static_cast<std::size_t>(words.end - words.at) - 1);
+    const std::size_t end = rest.find_first_of("\"\n");
+    if (end == std::string_view::npos || rest[end] != '"')
+        return source.fail_here("the name of a set does not end in its line");
+    words.at += end + 2;
+    return std::string(rest.substr(0, end));
+}
+
+/// Named sets of attributes, where there is a section of that title: groups of so many dimensions.
+Outcome<Done> read_sets(Source& source, std::string_view title, int dimension, Buffer<Group>& groups) {
+    Words ahead = source.words;
+    if (ahead.next() != title) return Done{};
+    source.words = ahead;
+    const auto count = source.count("sets of attributes", 2);
+    if (!count) return fail(count.error());
+    for (std::size_t i = 0; i < *count; ++i) {
+        const auto name = read_name(source);
+        if (!name) return fail(name.error());
+        const auto size = source.count("attributes of a set", 1);
+        if (!size) return fail(size.error());
+        for (std::size_t k = 0; k < *size; ++k) {
+            const auto attribute = source.number("attributes");
+            if (!attribute) return fail(attribute.error());
+            if (!std::in_range<Reference>(*attribute)) return source.fail_here("an attribute does not fit 32 bits");
+            groups.push_back({dimension, static_cast<Reference>(*attribute), *name});
+        }
     }
     return Done{};
 }
@@ -286,10 +324,28 @@ listing::Simplices<K>& simplices_of(listing::Mesh<D>& mesh) {
         return mesh.edges;
 }
 
-/// A mesh of dimension K in D dimensions. `listed` has the rows of degree 1.
+/// What the sections before the vertices have, of degree 1.
+template <int K>
+struct Topology {
+    listing::Simplices<K> elements;
+    listing::Simplices<K - 1> boundary;
+    Buffer<Group> groups;
+    Refused refused;
+};
+
+/// The line behind all, where the version has one. Parallel meshes have another there, and more behind it.
+Outcome<Done> read_end(Source& source, std::vector<Notice>& notices) {
+    if (source.has_end && !source.words.next().ends_with("mesh_end"))
+        return source.fail_here("\"mfem_mesh_end\" is missing here");
+    if (source.words.find()) notices.push_back({"what follows the vertices was left out"});
+    return Done{};
+}
+
+/// A mesh of dimension K in D dimensions.
 template <int K, int D>
-Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, listing::Simplices<K> elements,
-                               listing::Simplices<K - 1> boundary, const Execution& execution) {
+Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topology<K> topology,
+                               const Execution& execution) {
+    auto& [elements, boundary, groups, refused] = topology;
     listing::Mesh<D> mesh;
     mesh.name = source.name;
     EdgeNumbers numbers;
@@ -309,6 +365,7 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, listing
     mesh.point_references = Buffer<Reference>(mesh.points.size(), 0);
     simplices_of<K>(mesh) = std::move(elements);
     simplices_of<K - 1>(mesh) = std::move(boundary);
+    mesh.groups = std::move(groups);
     if (auto checked = listing::check(mesh, execution); !checked) return fail(std::move(checked.error()));
     if (quadratic) {
         auto curved = curve<K>(simplices_of<K>(mesh), numbers, vertices.count).and_then([&](Done) {
@@ -317,21 +374,47 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, listing
         if (!curved) return fail(std::move(curved.error()));
     }
     std::vector<Notice> notices;
-    if (source.words.find()) notices.push_back({"what follows the vertices was left out"});
+    if (auto ended = read_end(source, notices); !ended) return fail(std::move(ended.error()));
     return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
 }
 
 template <int K>
-Outcome<DecodedMesh> read_of_dimension(Source& source, const Execution& execution) {
-    listing::Simplices<K> elements;
-    listing::Simplices<K - 1> boundary;
-    Refused refused;
-    const std::string begin = source.place(source.words.at);
-    auto read = read_rows<K>(source, "elements", "element", elements.straight, refused).and_then([&](Done) {
-        return read_rows<K - 1>(source, "boundary", "boundary element", boundary.straight, refused);
-    });
+Outcome<Topology<K>> read_topology(Source& source) {
+    Topology<K> made;
+    auto read =
+        read_rows<K>(source, "elements", "element", made.elements.straight, made.refused)
+            .and_then([&](Done) { return read_sets(source, "attribute_sets", K, made.groups); })
+            .and_then([&](Done) {
+                return read_rows<K - 1>(source, "boundary", "boundary element", made.boundary.straight, made.refused);
+            })
+            .and_then([&](Done) { return read_sets(source, "bdr_attribute_sets", K - 1, made.groups); });
     if (!read) return fail(std::move(read.error()));
-    if (auto held = refused.verdict(begin); !held) return fail(std::move(held.error()));
+    return made;
+}
+
+/// How many there are of what, where not all of it is held: the nodes of curved ones cannot be told apart then.
+template <int K>
+DecodedMesh counted(const Topology<K>& topology) {
+    DecodedMesh decoded{LinearMesh<3>{}, {}};
+    Refused all = topology.refused;
+    const auto add = [&](const auto& simplices, int dimension) {
+        if (simplices.straight.size() > 0)
+            all.count(geometries[static_cast<std::size_t>(dimension == 3 ? 4 : dimension)].plural,
+                      simplices.straight.size());
+    };
+    add(topology.elements, K);
+    add(topology.boundary, K - 1);
+    decoded.unheld = all.counts();
+    return decoded;
+}
+
+template <int K>
+Outcome<DecodedMesh> read_of_dimension(Source& source, Unheld unheld, const Execution& execution) {
+    const std::string begin = source.place(source.words.at);
+    auto topology = read_topology<K>(source);
+    if (!topology) return fail(std::move(topology.error()));
+    if (auto held = topology->refused.verdict(begin, unheld); !held) return fail(std::move(held.error()));
+    if (topology->refused.any()) return counted(*topology);
     const auto vertices = read_vertices_head(source);
     if (!vertices) return fail(vertices.error());
     const int components = vertices->field.components;
@@ -339,26 +422,27 @@ Outcome<DecodedMesh> read_of_dimension(Source& source, const Execution& executio
         return source.fail_here("vertices have " + std::to_string(components) + " coordinates in a mesh of dimension " +
                                 std::to_string(K));
     if constexpr (K == 2)
-        if (components == 2)
-            return read_mesh<2, 2>(source, *vertices, std::move(elements), std::move(boundary), execution);
-    return read_mesh<K, 3>(source, *vertices, std::move(elements), std::move(boundary), execution);
+        if (components == 2) return read_mesh<2, 2>(source, *vertices, std::move(*topology), execution);
+    return read_mesh<K, 3>(source, *vertices, std::move(*topology), execution);
 }
 
-Outcome<DecodedMesh> read(Source source, const Execution& execution) {
+Outcome<DecodedMesh> read(Source source, Unheld unheld, const Execution& execution) {
     if (source.text.empty()) return source.fail_here("the file is empty", "write it anew");
     const std::string_view line = first_line_of(source.text);
-    if (line != first_line) {
+    const bool has_end = line == first_line_of_names || line == "MFEM mesh v1.2";
+    if (line != first_line && !has_end) {
         if (!line.starts_with("MFEM "))
             return source.fail_here("does not begin with \"MFEM mesh v1.0\"", "give an MFEM mesh");
-        return source.refuse_here("is of another version or kind than \"MFEM mesh v1.0\"",
+        return source.refuse_here("is of another version or kind than \"MFEM mesh v1.0\", 1.2 and 1.3",
                                   "write the conforming mesh by Mesh::Print");
     }
+    source.has_end = has_end;
     source.words.at += line.size();
     if (auto begun = source.expect("dimension"); !begun) return fail(begun.error());
     const auto dimension = source.number("dimensions");
     if (!dimension) return fail(dimension.error());
-    if (*dimension == 2) return read_of_dimension<2>(source, execution);
-    if (*dimension == 3) return read_of_dimension<3>(source, execution);
+    if (*dimension == 2) return read_of_dimension<2>(source, unheld, execution);
+    if (*dimension == 3) return read_of_dimension<3>(source, unheld, execution);
     return source.refuse_here("is of dimension " + std::to_string(*dimension),
                               "Camber takes meshes of triangles and tetrahedra");
 }
@@ -367,10 +451,12 @@ Outcome<DecodedMesh> read(Source source, const Execution& execution) {
 
 }  // namespace mfem
 
-Outcome<DecodedMesh> decode_mfem(std::span<const std::byte> bytes, std::string_view name, const Execution& execution) {
+Outcome<DecodedMesh> decode_mfem(std::span<const std::byte> bytes, std::string_view name, const DecodeOptions& options,
+                                 const Execution& execution) {
     return guarded([&] {
         const std::string_view text = mfem::text_of(bytes);
-        return mfem::read({std::string(name), text, {text.data(), text.data() + text.size()}}, execution);
+        return mfem::read({std::string(name), text, {text.data(), text.data() + text.size()}}, options.unheld,
+                          execution);
     });
 }
 

@@ -5,7 +5,9 @@ module;
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 module camber.io;
@@ -55,16 +57,44 @@ std::vector<Renamed> renamed(const Column<Reference>& references) {
 class Attributes {
   public:
     explicit Attributes(const Column<Reference>& references) : renamed_(renamed(references)) {}
-    [[nodiscard]] Reference of(Reference reference) const {
+    /// Of a reference that is there.
+    [[nodiscard]] Reference of(Reference reference) const { return *find(reference); }
+    /// None: no simplex has it, and MFEM cannot either.
+    [[nodiscard]] std::optional<Reference> find(Reference reference) const {
         if (reference > 0) return reference;
-        return std::lower_bound(renamed_.begin(), renamed_.end(), reference,
-                                [](const Renamed& r, Reference wanted) { return r.from > wanted; })
-            ->to;
+        const auto found = std::lower_bound(renamed_.begin(), renamed_.end(), reference,
+                                            [](const Renamed& r, Reference wanted) { return r.from > wanted; });
+        if (found == renamed_.end() || found->from != reference) return std::nullopt;
+        return found->to;
     }
 
   private:
     std::vector<Renamed> renamed_;
 };
+
+/// A name and the attributes that have it.
+struct AttributeSet {
+    std::string name;
+    std::vector<Reference> attributes;
+};
+
+/// Whether MFEM reads this name again as it is.
+bool is_writable(std::string_view name) {
+    return !name.empty() && name.find_first_of("\"\n\r") == std::string_view::npos;
+}
+
+/// By groups of a dimension, names in the order in which they come.
+std::vector<AttributeSet> sets_of(const Column<Group>& groups, int dimension, const Attributes& attributes) {
+    std::vector<AttributeSet> sets;
+    for (const Group& group : groups) {
+        const auto attribute = group.dimension == dimension ? attributes.find(group.reference) : std::nullopt;
+        if (!attribute || !is_writable(group.name)) continue;
+        auto set = std::find_if(sets.begin(), sets.end(), [&](const AttributeSet& s) { return s.name == group.name; });
+        if (set == sets.end()) set = sets.insert(sets.end(), {group.name, {}});
+        set->attributes.push_back(*attribute);
+    }
+    return sets;
+}
 
 void note_renamed(const Column<Reference>& references, const std::string& what, std::vector<Notice>& notices) {
     const std::vector<Renamed> changes = renamed(references);
@@ -94,15 +124,29 @@ Buffer<std::uint32_t> edges_in_order(const Grid<Mesh>& grid, const Simplices<K>&
     return order;
 }
 
-/// What is said of the boundary: simplices of it that are left out, references that become others.
+/// Names that go into no set of attributes.
 template <int K>
-void note_boundary(const Simplices<K>& elements, const Simplices<K - 1>& listed, std::vector<Notice>& notices) {
+void note_names(const Column<Group>& groups, const Simplices<K>& elements, const Simplices<K - 1>& boundary,
+                std::vector<Notice>& notices) {
+    std::size_t kept = 0;
+    for (const AttributeSet& set : sets_of(groups, K, Attributes(elements.references))) kept += set.attributes.size();
+    for (const AttributeSet& set : sets_of(groups, K - 1, Attributes(boundary.references)))
+        kept += set.attributes.size();
+    if (const std::size_t lost = groups.size() - kept; lost > 0)
+        notices.push_back({"MFEM has no place for " + std::to_string(lost) + " names of references"});
+}
+
+/// What is said of the boundary: simplices of it that are left out, references that become others; and of names.
+template <int K>
+void note_boundary(const Simplices<K>& elements, const Simplices<K - 1>& listed, const Column<Group>& groups,
+                   std::vector<Notice>& notices) {
     if (listed.references.size() != listed.size()) return;  // refused when it is written
     const auto boundary = faces_of(elements, listed, {.threads = 1});
     if (!boundary) return;
     if (const std::size_t lost = listed.size() - boundary->size(); lost > 0)
         notices.push_back({"MFEM has no place for " + std::to_string(lost) + " facets that are no element's face"});
     note_renamed(boundary->references, "boundary", notices);
+    note_names(groups, elements, *boundary, notices);
 }
 
 /// Makes one file.
@@ -130,11 +174,28 @@ class Writer {
     Outcome<Chunks> write(const Simplices<K>& elements, const Simplices<K - 1>& listed) && {
         const auto boundary = faces_of(elements, listed, execution_);
         if (!boundary) return fail(boundary.error());
-        text_.put(std::string(first_line) + "\n\ndimension\n" + std::to_string(K) + "\n");
-        return simplices("elements", elements)
-            .and_then([&](Done) { return simplices("boundary", *boundary); })
-            .and_then([&](Done) { return points(elements); })
-            .map([&](Done) { return std::move(text_).finish(); });
+        const auto of_elements = sets_of(linear_.groups, K, Attributes(elements.references)),
+                   of_boundary = sets_of(linear_.groups, K - 1, Attributes(boundary->references));
+        const bool named = !of_elements.empty() || !of_boundary.empty();
+        text_.put(std::string(named ? first_line_of_names : first_line) + "\n\ndimension\n" + std::to_string(K) + "\n");
+        auto written = simplices("elements", elements);
+        if (named) put_sets("attribute_sets", of_elements);
+        if (written) written = simplices("boundary", *boundary);
+        if (named) put_sets("bdr_attribute_sets", of_boundary);
+        if (written) written = points(elements);
+        if (!written) return fail(std::move(written.error()));
+        if (named) text_.put("\nmfem_mesh_end\n");
+        return std::move(text_).finish();
+    }
+
+    void put_sets(const std::string& title, const std::vector<AttributeSet>& sets) {
+        std::string text = "\n" + title + "\n" + std::to_string(sets.size()) + "\n";
+        for (const AttributeSet& set : sets) {
+            text += "\"" + set.name + "\" " + std::to_string(set.attributes.size());
+            for (const Reference attribute : set.attributes) text += " " + std::to_string(attribute);
+            text += "\n";
+        }
+        text_.put(text);
     }
 
     template <int K>
@@ -195,14 +256,14 @@ Outcome<Chunks> encode_mfem(const QuadraticMesh<D>& mesh, const Execution& execu
 template <int D>
 std::vector<Notice> not_in_mfem(const LinearMesh<D>& mesh) {
     const bool surface = mfem::is_surface(mesh);
-    auto notices = not_held(mesh, {.feature_edges = surface, .point_references = false}, "MFEM");
+    auto notices = not_held(mesh, {.groups = true, .feature_edges = surface, .point_references = false}, "MFEM");
     mfem::note_renamed(surface ? mesh.facets.references : mesh.elements.references, "elements", notices);
     if constexpr (D == 3)
         if (surface) {
-            mfem::note_boundary(mesh.facets, mesh.edges, notices);
+            mfem::note_boundary(mesh.facets, mesh.edges, mesh.groups, notices);
             return notices;
         }
-    mfem::note_boundary(mesh.elements, mesh.facets, notices);
+    mfem::note_boundary(mesh.elements, mesh.facets, mesh.groups, notices);
     return notices;
 }
 

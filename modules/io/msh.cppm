@@ -7,6 +7,7 @@ module;
 export module camber.io:msh;
 import camber.core;
 import :any_mesh;
+import :decode_options;
 import :mesh_fields;
 import :notice;
 
@@ -25,8 +26,8 @@ struct MshOptions {
     MshEncoding encoding = MshEncoding::binary;
 };
 
-/// A Gmsh mesh (.msh, versions 2.0 to 2.2 and 4.1, text or binary in either byte order): always one in space, a 2D mesh
-/// has triangles with z = 0. Vertices and simplices stand in the order of their tags.
+/// A Gmsh mesh (.msh, versions 1, 2.0 to 2.2, 4.0 and 4.1, text or binary in either byte order): always one in space, a
+/// 2D mesh has triangles with z = 0. Vertices and simplices stand in the order of their tags.
 /// - The reference of a simplex is its first physical tag, without its sign; its entity is Gmsh's. In a file without
 ///   any physical group the references are the entities. Names of groups are kept.
 /// - A node's entity and its parameters there become an association, but for nodes in volumes. Mid nodes lose theirs.
@@ -38,7 +39,12 @@ struct MshOptions {
 /// `name: byte N`. Errors: input (malformed, cut off, not finite, nodes that are not there), unsupported (other
 /// versions, elements that are no simplices or of higher degree), memory, stopped.
 [[nodiscard]] Outcome<DecodedMesh> decode_msh(std::span<const std::byte> bytes, std::string_view name,
-                                              const Execution& execution);
+                                              const DecodeOptions& options, const Execution& execution);
+/// With the default options.
+[[nodiscard]] inline Outcome<DecodedMesh> decode_msh(std::span<const std::byte> bytes, std::string_view name,
+                                                     const Execution& execution) {
+    return decode_msh(bytes, name, {}, execution);
+}
 
 /// Whether the bytes begin as an MSH file of this kind. Those of versions that are not read are taken for the nearest.
 [[nodiscard]] bool is_msh(std::span<const std::byte> bytes, MshOptions kind);

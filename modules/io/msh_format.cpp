@@ -28,7 +28,10 @@ std::optional<FormatLine> find_format(std::span<const std::byte> bytes) {
         source.go_to(source.at() + end + end_of_comments.size());
     }
     const std::string_view first = source.line();
-    if (first == "$NOD") return FormatLine{.version = "1"};
+    if (first == "$NOD") {
+        const auto line_begin = static_cast<std::size_t>(first.data() - reinterpret_cast<const char*>(bytes.data()));
+        return FormatLine{.version = "1", .data_size = sizeof(double), .end = line_begin};
+    }
     if (!first.starts_with("$MeshFormat")) return std::nullopt;
     const std::string_view text = source.line();
     Words words{text.data(), text.data() + text.size()};
@@ -42,12 +45,24 @@ std::optional<FormatLine> find_format(std::span<const std::byte> bytes) {
     return line;
 }
 
-std::optional<int> generation(const FormatLine& format) {
-    if (format.version == "4.1") return 4;
+std::optional<Generation> generation(const FormatLine& format) {
+    if (format.version == "4.1") return Generation::v41;
+    if (format.version == "4" || format.version == "4.0") return Generation::v40;
+    if (format.version == "1") return Generation::v1;
     for (const std::string_view version : {"2", "2.0", "2.1", "2.2"})
-        if (format.version == version) return 2;
+        if (format.version == version) return Generation::v2;
     return std::nullopt;
 }
+
+namespace {
+
+/// The last line of a section; those of version 1 shout.
+std::string last_line(std::string_view name) {
+    const bool shouts = name == "NOD" || name == "ELM";
+    return (shouts ? "$END" : "$End") + std::string(name);
+}
+
+}  // namespace
 
 Outcome<std::string> next_section(Source& source) {
     source.skip_blanks();
@@ -62,7 +77,7 @@ Outcome<std::string> next_section(Source& source) {
 
 Outcome<Done> end_section(Source& source, std::string_view name) {
     source.skip_blanks();
-    const std::string end = "$End" + std::string(name);
+    const std::string end = last_line(name);
     if (source.left() == 0) return source.error("the file ends before " + end, "it seems to be cut off");
     if (!source.rest().starts_with(end)) return source.error("here should be " + end, "the file is damaged");
     source.line();
@@ -70,7 +85,7 @@ Outcome<Done> end_section(Source& source, std::string_view name) {
 }
 
 Outcome<Done> skip_section(Source& source, std::string_view name) {
-    const std::string end = "$End" + std::string(name);
+    const std::string end = last_line(name);
     const std::size_t found = source.rest().find(end);
     if (found == std::string_view::npos) return source.error("the section has no " + end, "it seems to be cut off");
     source.go_to(source.at() + found);
@@ -83,7 +98,9 @@ Outcome<Done> skip_section(Source& source, std::string_view name) {
 bool is_msh(std::span<const std::byte> bytes, MshOptions kind) {
     const auto line = msh::find_format(bytes);
     if (!line || line->binary != (kind.encoding == MshEncoding::binary)) return false;
-    return (msh::generation(*line) == 2) == (kind.version == MshVersion::v2);
+    const auto generation = msh::generation(*line);
+    const bool is_old = generation == msh::Generation::v1 || generation == msh::Generation::v2;
+    return is_old == (kind.version == MshVersion::v2);
 }
 
 }  // namespace camber

@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,6 +11,9 @@ import :msh;
 import :msh_source;
 
 namespace camber::msh {
+
+/// The versions that have the same sections.
+enum class Generation : std::uint8_t { v1, v2, v40, v41 };
 
 /// The first line of $MeshFormat.
 struct FormatLine {
@@ -22,8 +26,8 @@ struct FormatLine {
 /// None: this is no MSH file. What comes before it must be comments.
 [[nodiscard]] std::optional<FormatLine> find_format(std::span<const std::byte> bytes);
 
-/// 2 or 4 for those that are read.
-[[nodiscard]] std::optional<int> generation(const FormatLine& format);
+/// What sections a version has; none: it is not read.
+[[nodiscard]] std::optional<Generation> generation(const FormatLine& format);
 
 /// The section's first line in front of which the source is, without the $; goes behind it. Empty at the end. Errors:
 /// input (something else).

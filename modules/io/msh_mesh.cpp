@@ -19,7 +19,7 @@ namespace {
 
 /// What the mesh does not hold, by its number.
 struct Counts {
-    std::size_t in_several_groups = 0, between_partitions = 0, physicals = 0;
+    std::size_t in_several_groups = 0, between_partitions = 0, physicals = 0, degenerate_lines = 0;
 };
 
 /// Where something on an entity belongs: that of a partition to its parent.
@@ -104,6 +104,18 @@ std::optional<Buffer<std::uint32_t>> kept_rows(const File& file, const Elements<
     return kept;
 }
 
+/// Lines from a node to itself, as they are written of curves without a length.
+template <int N>
+void drop_degenerate(const Elements<1, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
+    for (std::size_t i = 0; i < elements.tags.size(); ++i) {
+        const auto& nodes = elements.nodes[i];
+        if (!nodes[0].valid() || nodes[0] != nodes[1]) continue;
+        if (dropped.empty()) dropped.resize(elements.tags.size(), std::uint8_t{0});
+        if (dropped[i] == 0) ++counts.degenerate_lines;
+        dropped[i] = 1;
+    }
+}
+
 template <class T>
 void gather(Buffer<T>& column, const Buffer<std::uint32_t>& rows) {
     Buffer<T> gathered(rows.size());
@@ -115,6 +127,7 @@ template <int K, int N>
 void settle(const File& file, Elements<K, N>& elements, Counts& counts) {
     Buffer<std::uint8_t> dropped;
     if (!file.by_row) spread(file, elements, dropped, counts);
+    if constexpr (K == 1) drop_degenerate(elements, dropped, counts);
     if (const auto rows = kept_rows(file, elements, dropped, counts)) {
         gather(elements.tags, *rows);
         gather(elements.nodes, *rows);
@@ -241,6 +254,12 @@ std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_
     if (counts.in_several_groups > 0)
         notices.push_back({std::to_string(counts.in_several_groups) +
                            " elements are in several physical groups: the first of each was taken"});
+    if (counts.degenerate_lines > 0)
+        notices.push_back({std::to_string(counts.degenerate_lines) +
+                           " lines from a node to itself were left out: they have no length"});
+    if (file.left_over > 0)
+        notices.push_back(
+            {"what stands behind the last section was not read (" + std::to_string(file.left_over) + " bytes)"});
     if (file.partitioned > 0) {
         std::string between;
         if (counts.between_partitions > 0)
@@ -251,6 +270,25 @@ std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_
         notices.push_back(
             {"the section $" + name + " was skipped" + (count > 1 ? " (" + std::to_string(count) + " of them)" : "")});
     return notices;
+}
+
+/// Groups of no known dimension have that of the elements in them, the highest of several; those without are none.
+void find_dimensions(const File& file, Buffer<Group>& groups) {
+    const auto look_in = [&]<int K, int N>(const Elements<K, N>& elements) {
+        for (Group& group : groups)
+            if (group.dimension == unknown_dimension && std::find(elements.physicals.begin(), elements.physicals.end(),
+                                                                  group.reference) != elements.physicals.end())
+                group.dimension = K;
+    };
+    const auto& [points, lines_1, lines_2, triangles_1, triangles_2, tetrahedra_1, tetrahedra_2] = file.elements;
+    look_in(tetrahedra_1);
+    look_in(tetrahedra_2);
+    look_in(triangles_1);
+    look_in(triangles_2);
+    look_in(lines_1);
+    look_in(lines_2);
+    look_in(points);
+    std::erase_if(groups, [](const Group& group) { return group.dimension == unknown_dimension; });
 }
 
 /// Names of physical tags, where references are tags of entities: they would stick to whatever has that number.
@@ -269,6 +307,8 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
     const std::size_t simplices = lines_1.tags.size() + lines_2.tags.size() + triangles_1.tags.size() +
                                   triangles_2.tags.size() + tetrahedra_1.tags.size() + tetrahedra_2.tags.size();
     const bool has_groups = counts.physicals > 0 || simplices == 0;
+    Buffer<Group> groups(file.groups.begin(), file.groups.end());
+    find_dimensions(file, groups);
     Buffer<std::uint64_t> cell_tags;
     if (!file.fields.empty())
         for (const auto* tags : {&tetrahedra_2.tags, &tetrahedra_1.tags, &triangles_2.tags, &triangles_1.tags,
@@ -291,7 +331,7 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
     if (auto added = add_points(file, mesh, places); !added) return fail(std::move(added.error()));
     if (!std::get<0>(file.elements).tags.empty()) give_to_mid_nodes(mesh, mesh.point_references);
     std::move(places).put_into(mesh.geometry);
-    mesh.groups = Buffer<Group>(file.groups.begin(), file.groups.end());
+    mesh.groups = std::move(groups);
     std::vector<Notice> notices = notices_of(file, counts, has_groups);
     if (!has_groups) drop_names(mesh.groups, notices);
     mesh.fields = fields_of(file, cell_tags, notices);

@@ -14,8 +14,10 @@ module camber.io:msh_raw;
 import camber.core;
 import :any_mesh;
 import :mesh_fields;
+import :msh_format;
 import :msh_source;
 import :notice;
+import :refused;
 import :tag_index;
 
 /// What an MSH file lists, before it is one mesh: version 4 and version 2 are both read into this.
@@ -78,6 +80,9 @@ struct Field {
     Buffer<double> values;
 };
 
+/// Of a group whose name tells none: that of the elements which are in it.
+inline constexpr int unknown_dimension = -1;
+
 struct File {
     Nodes nodes;
     std::tuple<Elements<0, 1>, Elements<1, 2>, Elements<1, 3>, Elements<2, 3>, Elements<2, 6>, Elements<3, 4>,
@@ -93,7 +98,8 @@ struct File {
     std::map<std::int32_t, std::uint64_t> refused;                   ///< elements by their type
     std::size_t partitioned = 0;  ///< elements (2) or entities (4) that know partitions
     std::size_t steps_left_out = 0;
-    bool by_row = false;  ///< physicals and entities are there, by row
+    std::size_t left_over = 0;  ///< bytes behind the last section
+    bool by_row = false;        ///< physicals and entities are there, by row
 };
 
 /// f(elements) with those of a type that Camber holds.
@@ -110,8 +116,6 @@ auto with_elements(File& file, std::int32_t type, F&& f) {
         default: return f(std::get<6>(all));
     }
 }
-
-inline constexpr const char* simplices_remedy = "give a mesh of edges, triangles and tetrahedra of degree 1 or 2";
 
 [[nodiscard]] inline auto unknown_type(const Source& source, std::int64_t type) {
     return fail(ErrorKind::unsupported, "holds elements of type " + std::to_string(type) + ", which is not known",
@@ -139,14 +143,15 @@ inline constexpr const char* simplices_remedy = "give a mesh of edges, triangles
 /// The bodies of sections, from after their first line to before their last.
 [[nodiscard]] Outcome<Done> read_nodes_2(Source& source, bool parametric, Nodes& nodes, const Execution& execution);
 [[nodiscard]] Outcome<Done> read_elements_2(Source& source, File& file, const Execution& execution);
-[[nodiscard]] Outcome<Done> read_entities_4(Source& source, bool of_partitions, File& file);
-[[nodiscard]] Outcome<Done> read_nodes_4(Source& source, Nodes& nodes, const Execution& execution);
-[[nodiscard]] Outcome<Done> read_elements_4(Source& source, File& file, const Execution& execution);
+[[nodiscard]] Outcome<Done> read_elements_1(Source& source, File& file);
+[[nodiscard]] Outcome<Done> read_entities_4(Source& source, bool of_partitions, Generation version, File& file);
+[[nodiscard]] Outcome<Done> read_nodes_4(Source& source, Generation version, Nodes& nodes, const Execution& execution);
+[[nodiscard]] Outcome<Done> read_elements_4(Source& source, Generation version, File& file, const Execution& execution);
 [[nodiscard]] Outcome<Done> read_names(Source& source, File& file);
 [[nodiscard]] Outcome<Done> read_data(Source& source, bool of_nodes, File& file, const Execution& execution);
 
-/// All sections. Errors: as decode_msh.
-[[nodiscard]] Outcome<File> read_file(Source& source, int version, const Execution& execution);
+/// All sections. Errors: as decode_msh, but for elements that no mesh holds, which are counted.
+[[nodiscard]] Outcome<File> read_file(Source& source, Generation version, const Execution& execution);
 
 /// The file's fields that have a value for each node, or for each of the cells (elements, facets, edges, of each those
 /// of degree 2 first). Those that are left out are told of.

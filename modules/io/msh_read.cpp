@@ -32,12 +32,12 @@ Outcome<Done> read_byte_order(Source& source) {
 }
 
 /// Goes behind $MeshFormat; the generation of the format.
-Outcome<int> begin(Source& source, std::span<const std::byte> bytes) {
+Outcome<Generation> begin(Source& source, std::span<const std::byte> bytes) {
     const auto line = find_format(bytes);
     if (!line) return source.error("this is no MSH file: it does not begin with $MeshFormat", "give a .msh file");
     const auto version = generation(*line);
     if (!version)
-        return fail(ErrorKind::unsupported, "MSH version " + line->version + " is not 2.2 or 4.1", source.place(), {},
+        return fail(ErrorKind::unsupported, "MSH version " + line->version + " is not 1, 2 or 4", source.place(), {},
                     remedy);
     source.go_to(line->end);
     source.binary = line->binary;
@@ -45,52 +45,63 @@ Outcome<int> begin(Source& source, std::span<const std::byte> bytes) {
         return fail(ErrorKind::unsupported,
                     "numbers of " + std::to_string(line->data_size) + " bytes are not what MSH files have (8)",
                     source.place(), {}, remedy);
+    if (*version == Generation::v1) return *version;
     if (source.binary)
         if (auto read = read_byte_order(source); !read) return fail(std::move(read.error()));
     if (auto ended = end_section(source, "MeshFormat"); !ended) return fail(std::move(ended.error()));
     return *version;
 }
 
-Outcome<Done> read_nodes(Source& source, int version, bool parametric, Nodes& nodes, const Execution& execution) {
+Outcome<Done> read_nodes(Source& source, Generation version, bool parametric, Nodes& nodes,
+                         const Execution& execution) {
     if (nodes.listed) return source.error("the nodes are listed twice");
     nodes.listed = true;
-    auto read =
-        version == 4 ? read_nodes_4(source, nodes, execution) : read_nodes_2(source, parametric, nodes, execution);
+    auto read = version == Generation::v40 || version == Generation::v41
+                    ? read_nodes_4(source, version, nodes, execution)
+                    : read_nodes_2(source, parametric, nodes, execution);
     return read.and_then([&](Done) { return order_nodes(source, nodes); });
 }
 
-Outcome<Done> read_elements(Source& source, int version, File& file, const Execution& execution) {
+Outcome<Done> read_elements(Source& source, Generation version, File& file, const Execution& execution) {
     if (file.elements_listed) return source.error("the elements are listed twice");
     if (!file.nodes.listed) return source.error("the elements come before the nodes", remedy);
     file.elements_listed = true;
-    return version == 4 ? read_elements_4(source, file, execution) : read_elements_2(source, file, execution);
+    switch (version) {
+        case Generation::v1: return read_elements_1(source, file);
+        case Generation::v2: return read_elements_2(source, file, execution);
+        case Generation::v40:
+        case Generation::v41: break;
+    }
+    return read_elements_4(source, version, file, execution);
 }
 
 /// One section, but for its last line; false: it is not one that is read.
-Outcome<bool> read_section(Source& source, int version, std::string_view name, File& file, const Execution& execution) {
+Outcome<bool> read_section(Source& source, Generation version, std::string_view name, File& file,
+                           const Execution& execution) {
     const auto yes = [](Done) { return true; };
     if (name == "PhysicalNames") return read_names(source, file).map(yes);
     if (name == "NodeData" || name == "ElementData")
         return read_data(source, name == "NodeData", file, execution).map(yes);
-    if (name == "Elements") return read_elements(source, version, file, execution).map(yes);
-    if (name == "Nodes" || (name == "ParametricNodes" && version == 2))
-        return read_nodes(source, version, name != "Nodes", file.nodes, execution).map(yes);
-    if (version == 4 && (name == "Entities" || name == "PartitionedEntities"))
-        return read_entities_4(source, name == "PartitionedEntities", file).map(yes);
+    if (name == "Elements" || name == "ELM") return read_elements(source, version, file, execution).map(yes);
+    if (name == "Nodes" || name == "NOD" || (name == "ParametricNodes" && version == Generation::v2))
+        return read_nodes(source, version, name == "ParametricNodes", file.nodes, execution).map(yes);
+    if (version == Generation::v40 && name == "PartitionedEntities")
+        return fail(ErrorKind::unsupported, "is partitioned, which is read of version 4.1, but not of 4.0",
+                    source.place(), {}, remedy);
+    if ((version == Generation::v40 || version == Generation::v41) &&
+        (name == "Entities" || name == "PartitionedEntities"))
+        return read_entities_4(source, name == "PartitionedEntities", version, file).map(yes);
     return false;
 }
 
-/// That all elements are such as Camber holds. Errors: unsupported.
-Outcome<Done> check_types(const Source& source, const File& file) {
-    if (file.refused.empty()) return Done{};
-    std::string list;
+/// The elements that no mesh holds.
+Refused refused_of(const File& file) {
+    Refused refused;
     for (const auto& [type, count] : file.refused) {
         const ElementType* const known = find_type(type);
-        if (!list.empty()) list += ", ";
-        list += std::to_string(count) + " " + (known ? name_of(*known) : "elements of type " + std::to_string(type));
+        refused.count(known ? name_of(*known) : "elements of type " + std::to_string(type), count);
     }
-    return fail(ErrorKind::unsupported, "holds " + list + ", which Camber cannot hold", source.name(), {},
-                simplices_remedy);
+    return refused;
 }
 
 }  // namespace
@@ -127,9 +138,14 @@ Outcome<Done> order_nodes(const Source& source, Nodes& nodes) {
     return Done{};
 }
 
-Outcome<File> read_file(Source& source, int version, const Execution& execution) {
+Outcome<File> read_file(Source& source, Generation version, const Execution& execution) {
     File file;
     for (;;) {
+        source.skip_blanks();
+        if (file.nodes.listed && file.elements_listed && !source.rest().starts_with('$')) {
+            file.left_over = source.left();
+            break;
+        }
         const auto name = next_section(source);
         if (!name) return fail(name.error());
         if (name->empty()) break;
@@ -142,20 +158,24 @@ Outcome<File> read_file(Source& source, int version, const Execution& execution)
     if (!file.nodes.listed || !file.elements_listed)
         return source.error(std::string("the file has no ") + (file.nodes.listed ? "$Elements" : "$Nodes"),
                             "it seems to be cut off");
-    if (auto held = check_types(source, file); !held) return fail(std::move(held.error()));
     return file;
 }
 
 }  // namespace msh
 
-Outcome<DecodedMesh> decode_msh(std::span<const std::byte> bytes, std::string_view name, const Execution& execution) {
+Outcome<DecodedMesh> decode_msh(std::span<const std::byte> bytes, std::string_view name, const DecodeOptions& options,
+                                const Execution& execution) {
     return guarded([&]() -> Outcome<DecodedMesh> {
         msh::Source source(bytes, name);
         const auto version = msh::begin(source, bytes);
         if (!version) return fail(version.error());
         auto file = msh::read_file(source, *version, execution);
         if (!file) return fail(std::move(file.error()));
-        return msh::mesh_of(std::move(*file), std::string(name), execution);
+        const Refused refused = msh::refused_of(*file);
+        if (auto held = refused.verdict(std::string(name), options.unheld); !held) return fail(std::move(held.error()));
+        auto decoded = msh::mesh_of(std::move(*file), std::string(name), execution);
+        if (decoded) decoded->unheld = refused.counts();
+        return decoded;
     });
 }
 

@@ -104,6 +104,19 @@ Outcome<Done> read_rows(Source& source, const Head& head, File& file, const Exec
     });
 }
 
+/// Enters an element whose line is read: its tag, the others, the nodes.
+void enter_line(const ElementType& type, std::size_t tags, const TextRow& row, File& file) {
+    if (tags > 2 && row.integers[3] > 0) ++file.partitioned;
+    if (!is_held(type)) {
+        ++file.refused[type.number];
+        return;
+    }
+    with_elements(file, type.number, [&](auto& elements) {
+        grow(elements, 1);
+        enter(row, tags, file.nodes, elements.tags.size() - 1, elements);
+    });
+}
+
 /// A line of text: its tag, its type, how many tags it has, these, the nodes.
 Outcome<Done> read_line(Source& source, File& file, TextRow& row) {
     Head head;
@@ -119,15 +132,23 @@ Outcome<Done> read_line(Source& source, File& file, TextRow& row) {
     for (std::size_t i = 1; i < row.integers.size(); ++i)
         if (!(i <= tags ? source.integer(row.integers[i]) : source.text_number(row.integers[i])))
             return cut_off(source, "$Elements");
-    if (tags > 2 && row.integers[3] > 0) ++file.partitioned;
-    if (!is_held(*type)) {
-        ++file.refused[type->number];
-        return Done{};
-    }
-    with_elements(file, type->number, [&](auto& elements) {
-        grow(elements, 1);
-        enter(row, tags, file.nodes, elements.tags.size() - 1, elements);
-    });
+    enter_line(*type, tags, row, file);
+    return Done{};
+}
+
+/// A line of version 1: its tag, its type, the group, the entity, how many nodes it has, these.
+Outcome<Done> read_old_line(Source& source, File& file, TextRow& row) {
+    std::int64_t tag = 0, kind = 0, nodes = 0;
+    if (!source.text_number(tag) || !source.text_number(kind)) return cut_off(source, "$ELM");
+    const ElementType* const type = find_type(kind);
+    if (!type) return unknown_type(source, kind);
+    constexpr std::size_t tags = 2;
+    row.integers.assign(1 + tags + type->nodes, tag);
+    bool sound = source.integer(row.integers[1]) && source.integer(row.integers[2]) && source.text_number(nodes) &&
+                 std::cmp_equal(nodes, type->nodes);
+    for (std::size_t i = 1 + tags; sound && i < row.integers.size(); ++i) sound = source.text_number(row.integers[i]);
+    if (!sound) return cut_off(source, "$ELM");
+    enter_line(*type, tags, row, file);
     return Done{};
 }
 
@@ -172,6 +193,16 @@ Outcome<Done> read_elements_2(Source& source, File& file, const Execution& execu
         }
         n -= static_cast<std::size_t>(head.elements);
     }
+    return Done{};
+}
+
+Outcome<Done> read_elements_1(Source& source, File& file) {
+    std::size_t n = 0;
+    if (!read_count(source, n)) return cut_off(source, "$ELM");
+    file.by_row = true;
+    TextRow row;
+    for (; n > 0; --n)
+        if (auto read = read_old_line(source, file, row); !read) return read;
     return Done{};
 }
 

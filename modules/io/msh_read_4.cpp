@@ -9,7 +9,8 @@ module;
 module camber.io;
 import camber.core;
 
-/// The sections of version 4.1.
+/// The sections of versions 4.0 and 4.1. In 4.0 tags have 4 bytes, those of nodes stand beside their coordinates, those
+/// of entities before their dimensions, and points have a box.
 namespace camber::msh {
 
 namespace {
@@ -34,7 +35,7 @@ bool read_reals(Source& source, int n) {
     return true;
 }
 
-bool read_entity(Source& source, int dimension, bool of_partition, File& file) {
+bool read_entity(Source& source, int dimension, bool of_partition, Generation version, File& file) {
     const auto ignore = [](std::int64_t) {};
     EntityInfo info{.of_partition = of_partition};
     std::int64_t tag = 0, parent_dimension = 0, parent_tag = 0;
@@ -45,7 +46,7 @@ bool read_entity(Source& source, int dimension, bool of_partition, File& file) {
         if (parent_dimension < 0 || parent_dimension > 3) return false;
         info.parent = {static_cast<int>(parent_dimension), static_cast<Reference>(parent_tag)};
     }
-    if (!read_reals(source, dimension == 0 ? 3 : 6)) return false;
+    if (!read_reals(source, dimension == 0 && version == Generation::v41 ? 3 : 6)) return false;
     const auto physical = [&](std::int64_t value) {
         if (info.physicals++ == 0) info.physical = magnitude(value);
     };
@@ -60,24 +61,28 @@ struct BlockHead {
     std::int64_t kind = 0;  ///< parametric or not; the type
     std::uint64_t count = 0;
 };
-bool read_head(Source& source, BlockHead& head) {
+bool read_head(Source& source, Generation version, BlockHead& head) {
     std::int64_t dimension = 0, tag = 0;
-    if (!source.integer(dimension) || !source.integer(tag) || !source.integer(head.kind) || !source.count(head.count))
+    const bool tag_first = version == Generation::v40;
+    if (!source.integer(tag_first ? tag : dimension) || !source.integer(tag_first ? dimension : tag) ||
+        !source.integer(head.kind) || !source.count(head.count))
         return false;
     head.entity = {static_cast<int>(dimension), static_cast<Reference>(tag)};
     return dimension >= 0 && dimension <= 3;
 }
 
 /// The number of blocks; what else stands there is told by the blocks.
-bool read_blocks(Source& source, std::uint64_t& blocks) {
+bool read_blocks(Source& source, Generation version, std::uint64_t& blocks) {
     std::uint64_t ignored = 0;
-    return source.count(blocks) && source.count(ignored) && source.count(ignored) && source.count(ignored);
+    if (!source.count(blocks) || !source.count(ignored)) return false;
+    return version == Generation::v40 || (source.count(ignored) && source.count(ignored));
 }
 
-Outcome<Done> read_node_block(Source& source, const BlockHead& head, Nodes& nodes, const Execution& execution) {
+Outcome<Done> read_node_block(Source& source, Generation version, const BlockHead& head, Nodes& nodes,
+                              const Execution& execution) {
     const auto parameters = static_cast<std::size_t>(head.kind != 0 ? head.entity.dimension : 0);
-    const RowShape tag{1, 8, 0}, place{0, 8, 3 + parameters};
-    if (!source.has_room(head.count, {1, 8, 3 + parameters}))
+    const RowShape tag{1, 8, 0}, place{0, 8, 3 + parameters}, both{1, 4, 3 + parameters};
+    if (!source.has_room(head.count, both))
         return source.error("$Nodes: a block announces " + std::to_string(head.count) + " nodes, more than follow",
                             "the file is cut off or damaged");
     const std::size_t before = nodes.tags.size(), n = head.count;
@@ -87,32 +92,38 @@ Outcome<Done> read_node_block(Source& source, const BlockHead& head, Nodes& node
     nodes.points.resize(before + n);
     const std::size_t first = nodes.parameters.size(), begin = source.at();
     nodes.parameters.resize(first + n * parameters);
-    return source
-        .rows(n, tag, execution,
-              [&](std::size_t i, const auto& row) {
-                  nodes.tags[before + i] = static_cast<std::uint64_t>(row.integer(0));
-              })
-        .and_then([&](Done) {
-            return check_positive(source, begin, tag, std::span<const std::uint64_t>(nodes.tags).subspan(before));
-        })
-        .and_then([&](Done) {
-            return source.rows(n, place, execution, [&](std::size_t i, const auto& row) {
-                for (int c = 0; c < 3; ++c) nodes.points[before + i][c] = row.real(static_cast<std::size_t>(c));
-                for (std::size_t c = 0; c < parameters; ++c)
-                    nodes.parameters[first + i * parameters + c] = row.real(3 + c);
-            });
-        });
+    const auto enter_tag = [&](std::size_t i, const auto& row) {
+        nodes.tags[before + i] = static_cast<std::uint64_t>(row.integer(0));
+    };
+    const auto enter_place = [&](std::size_t i, const auto& row) {
+        for (int c = 0; c < 3; ++c) nodes.points[before + i][c] = row.real(static_cast<std::size_t>(c));
+        for (std::size_t c = 0; c < parameters; ++c) nodes.parameters[first + i * parameters + c] = row.real(3 + c);
+    };
+    const auto check = [&](RowShape shape) {
+        return check_positive(source, begin, shape, std::span<const std::uint64_t>(nodes.tags).subspan(before));
+    };
+    if (version == Generation::v40)
+        return source
+            .rows(n, both, execution,
+                  [&](std::size_t i, const auto& row) {
+                      enter_tag(i, row);
+                      enter_place(i, row);
+                  })
+            .and_then([&](Done) { return check(both); });
+    return source.rows(n, tag, execution, enter_tag).and_then([&](Done) { return check(tag); }).and_then([&](Done) {
+        return source.rows(n, place, execution, enter_place);
+    });
 }
 
 template <int K, int N>
-Outcome<Done> read_rows(Source& source, std::size_t n, const Nodes& nodes, Elements<K, N>& elements,
+Outcome<Done> read_rows(Source& source, std::size_t n, RowShape shape, const Nodes& nodes, Elements<K, N>& elements,
                         const Execution& execution) {
     const std::size_t before = elements.tags.size();
     if (before + n > max_entities)
         return source.error("$Elements has more of one kind than 32 bits can number", "give a smaller mesh");
     elements.tags.resize(before + n);
     elements.nodes.resize(before + n);
-    return source.rows(n, {N + 1, 8, 0}, execution, [&](std::size_t i, const auto& row) {
+    return source.rows(n, shape, execution, [&](std::size_t i, const auto& row) {
         elements.tags[before + i] = static_cast<std::uint64_t>(row.integer(0));
         for (int k = 0; k < N; ++k) {
             const auto tag = static_cast<std::uint64_t>(row.integer(1 + static_cast<std::size_t>(place_in_row<N>(k))));
@@ -121,28 +132,31 @@ Outcome<Done> read_rows(Source& source, std::size_t n, const Nodes& nodes, Eleme
     });
 }
 
-Outcome<Done> read_element_block(Source& source, const BlockHead& head, File& file, const Execution& execution) {
+Outcome<Done> read_element_block(Source& source, Generation version, const BlockHead& head, File& file,
+                                 const Execution& execution) {
     const ElementType* const type = find_type(head.kind);
     if (!type) return unknown_type(source, head.kind);
-    if (!source.has_room(head.count, {type->nodes + 1, 8, 0}))
+    const std::size_t tag_bytes = version == Generation::v40 ? 4 : 8;
+    const RowShape shape{type->nodes + 1, tag_bytes, 0};
+    if (!source.has_room(head.count, shape))
         return source.error(
             "$Elements: a block announces " + std::to_string(head.count) + " elements, more than follow",
             "the file is cut off or damaged");
     const std::size_t n = head.count;
     if (!is_held(*type)) {
         file.refused[type->number] += n;
-        return source.rows(n, {type->nodes + 1, 8, 0}, execution, [](std::size_t, const auto&) {});
+        return source.rows(n, shape, execution, [](std::size_t, const auto&) {});
     }
     return with_elements(file, type->number, [&](auto& elements) {
         const std::size_t before = elements.tags.size();
         file.blocks.push_back({type->number, head.entity, before, before + n});
-        return read_rows(source, n, file.nodes, elements, execution);
+        return read_rows(source, n, shape, file.nodes, elements, execution);
     });
 }
 
 }  // namespace
 
-Outcome<Done> read_entities_4(Source& source, bool of_partitions, File& file) {
+Outcome<Done> read_entities_4(Source& source, bool of_partitions, Generation version, File& file) {
     const char* const section = of_partitions ? "$PartitionedEntities" : "$Entities";
     std::uint64_t partitions = 0, ghosts = 0;
     if (of_partitions) {
@@ -155,30 +169,30 @@ Outcome<Done> read_entities_4(Source& source, bool of_partitions, File& file) {
         if (!source.count(count)) return cut_off(source, section);
     for (int dimension = 0; dimension < 4; ++dimension)
         for (std::uint64_t n = counts[static_cast<std::size_t>(dimension)]; n > 0; --n) {
-            if (!read_entity(source, dimension, of_partitions, file)) return cut_off(source, section);
+            if (!read_entity(source, dimension, of_partitions, version, file)) return cut_off(source, section);
             if (of_partitions) ++file.partitioned;
         }
     return Done{};
 }
 
-Outcome<Done> read_nodes_4(Source& source, Nodes& nodes, const Execution& execution) {
+Outcome<Done> read_nodes_4(Source& source, Generation version, Nodes& nodes, const Execution& execution) {
     std::uint64_t blocks = 0;
-    if (!read_blocks(source, blocks)) return cut_off(source, "$Nodes");
+    if (!read_blocks(source, version, blocks)) return cut_off(source, "$Nodes");
     for (; blocks > 0; --blocks) {
         BlockHead head;
-        if (!read_head(source, head)) return cut_off(source, "$Nodes");
-        if (auto read = read_node_block(source, head, nodes, execution); !read) return read;
+        if (!read_head(source, version, head)) return cut_off(source, "$Nodes");
+        if (auto read = read_node_block(source, version, head, nodes, execution); !read) return read;
     }
     return Done{};
 }
 
-Outcome<Done> read_elements_4(Source& source, File& file, const Execution& execution) {
+Outcome<Done> read_elements_4(Source& source, Generation version, File& file, const Execution& execution) {
     std::uint64_t blocks = 0;
-    if (!read_blocks(source, blocks)) return cut_off(source, "$Elements");
+    if (!read_blocks(source, version, blocks)) return cut_off(source, "$Elements");
     for (; blocks > 0; --blocks) {
         BlockHead head;
-        if (!read_head(source, head)) return cut_off(source, "$Elements");
-        if (auto read = read_element_block(source, head, file, execution); !read) return read;
+        if (!read_head(source, version, head)) return cut_off(source, "$Elements");
+        if (auto read = read_element_block(source, version, head, file, execution); !read) return read;
     }
     return Done{};
 }

@@ -71,9 +71,15 @@ Outcome<Done> read_names(Source& source, File& file) {
     std::set<std::pair<int, Reference>> known;
     if (!source.text_number(n) || n < 0) return cut_off(source, "$PhysicalNames");
     for (; n > 0; --n) {
-        if (!source.text_number(dimension) || !source.text_number(tag)) return cut_off(source, "$PhysicalNames");
+        if (!source.text_number(tag)) return cut_off(source, "$PhysicalNames");
+        dimension = tag;
+        source.skip_blanks();
+        if (source.rest().starts_with('"'))
+            dimension = unknown_dimension;  // of versions before 2.1
+        else if (!source.text_number(tag))
+            return cut_off(source, "$PhysicalNames");
         Group group{static_cast<int>(dimension), magnitude(tag), unquoted(source.line())};
-        if (dimension >= 0 && dimension <= 3 && known.insert({group.dimension, group.reference}).second)
+        if (dimension >= unknown_dimension && dimension <= 3 && known.insert({group.dimension, group.reference}).second)
             file.groups.push_back(std::move(group));
     }
     return Done{};

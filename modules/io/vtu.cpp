@@ -140,21 +140,16 @@ class Writer {
         return "<" + tag + " Scalars=\"reference\">\n" + xml + "</" + tag + ">\n";
     }
 
-    /// Names that are taken by what is no field.
-    static std::string name_of(const MeshField& field) {
-        const bool taken = field.name == "reference" || field.name == "dimension" || field.name == "entity";
-        return taken ? field.name + "_field" : field.name;
-    }
-
     template <class T>
     Outcome<std::string> array_of(const MeshField& field, const Column<T>& values) {
         const Components components = components_of(field.kind, D);
         const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, D));
         const std::size_t wide = components.sources.size();
-        return arrays_.add<T>({name_of(field), components.names}, rows(field.centring) * wide, [&](std::size_t i) {
-            const int source = components.sources[i % wide];
-            return source < 0 ? T{} : values[i / wide * width + static_cast<std::size_t>(source)];
-        });
+        return arrays_.add<T>({array_name(field.name), components.names}, rows(field.centring) * wide,
+                              [&](std::size_t i) {
+                                  const int source = components.sources[i % wide];
+                                  return source < 0 ? T{} : values[i / wide * width + static_cast<std::size_t>(source)];
+                              });
     }
 
     Outcome<std::string> points() {

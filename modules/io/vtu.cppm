@@ -8,6 +8,7 @@ module;
 export module camber.io:vtu;
 import camber.core;
 import :any_mesh;
+import :decode_options;
 import :mesh_fields;
 
 export namespace camber {
@@ -59,7 +60,12 @@ template <int D>
 /// truncated, not finite, indices out of range), unsupported (several pieces, another compressor, cells that are no
 /// simplices or of higher degree), memory, stopped.
 [[nodiscard]] Outcome<DecodedMesh> decode_vtu(std::span<const std::byte> bytes, std::string_view name,
-                                              const Execution& execution);
+                                              const DecodeOptions& options, const Execution& execution);
+/// With the default options.
+[[nodiscard]] inline Outcome<DecodedMesh> decode_vtu(std::span<const std::byte> bytes, std::string_view name,
+                                                     const Execution& execution) {
+    return decode_vtu(bytes, name, {}, execution);
+}
 
 /// Whether the bytes begin as a VTU file does: XML, and soon a VTKFile of type UnstructuredGrid.
 [[nodiscard]] bool is_vtu(std::span<const std::byte> bytes);

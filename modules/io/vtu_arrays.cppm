@@ -69,6 +69,12 @@ struct Components {
 };
 [[nodiscard]] Components components_of(FieldKind kind, int dimension);
 
+/// A field's name, or another where it is that of what is no field.
+[[nodiscard]] inline std::string array_name(const std::string& field) {
+    const bool taken = field == "reference" || field == "dimension" || field == "entity";
+    return taken ? field + "_field" : field;
+}
+
 /// A text for an XML attribute.
 [[nodiscard]] std::string escaped(std::string_view text);
 

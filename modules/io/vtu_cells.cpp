@@ -92,6 +92,20 @@ Outcome<Buffer<T>> whole(const Numbers& numbers, T otherwise, const Execution& e
         numbers);
 }
 
+/// Each piece counts its points, and the entries of its connectivity, from 0.
+void join_pieces(const File& file, Buffer<std::uint64_t>& ends, Buffer<std::uint32_t>& connectivity) {
+    std::uint64_t cell = 0, entry = 0, point = 0;
+    for (const PieceSize& piece : file.pieces) {
+        const std::uint64_t before = entry;
+        for (std::uint64_t c = 0; c < piece.cells && cell < ends.size(); ++c, ++cell) ends[cell] += before;
+        if (piece.cells > 0) entry = ends[cell - 1];
+        for (std::uint64_t e = before; e < entry && e < connectivity.size(); ++e)
+            connectivity[e] =
+                connectivity[e] < piece.points ? static_cast<std::uint32_t>(connectivity[e] + point) : VertexId().value;
+        point += piece.points;
+    }
+}
+
 template <class T>
 Outcome<Buffer<T>> read_whole(const File& file, std::string_view name, std::uint64_t rows, T otherwise,
                               const Execution& execution) {
@@ -102,6 +116,17 @@ Outcome<Buffer<T>> read_whole(const File& file, std::string_view name, std::uint
             return whole(*numbers, otherwise, execution);
         }
     return damaged(file, 0, "Cells have no array " + std::string(name));
+}
+
+/// What VTK marks of cells that belong to another piece; nothing where it marks none.
+Outcome<Buffer<std::uint8_t>> read_ghosts(const File& file, const Execution& execution) {
+    for (const DataArray& array : file.cell_data) {
+        if (array.name != ghost_array || array.components != 1 || !is_number(array)) continue;
+        const auto numbers = read_array(file, array, file.cells, execution);
+        if (!numbers) return fail(numbers.error());
+        return whole<std::uint8_t>(*numbers, 0, execution);
+    }
+    return Buffer<std::uint8_t>{};
 }
 
 /// Where each cell begins, from where each ends. They must not go back, and end where the connectivity does.
@@ -124,9 +149,15 @@ Outcome<Buffer<std::uint64_t>> starts_of(const File& file, const Buffer<std::uin
 /// Sorts cells into kinds.
 class Sorter {
   public:
-    explicit Sorter(const File& file, std::size_t at) : file_(file), at_(at) {}
+    Sorter(const File& file, std::size_t at, Buffer<std::uint8_t> ghosts)
+        : file_(file), at_(at), ghosts_(std::move(ghosts)) {}
 
     Outcome<Done> add(std::size_t cell, std::uint64_t type, std::size_t nodes) {
+        constexpr std::uint8_t duplicate = 1, hidden = 32;
+        if (cell < ghosts_.size() && (ghosts_[cell] & (duplicate | hidden)) != 0) {
+            ++left_out_ghosts_;
+            return Done{};
+        }
         if (type == vertex_cell || type == vertices_cell) {
             ++vertices_;
             return Done{};
@@ -150,8 +181,11 @@ class Sorter {
         return Done{};
     }
 
-    Outcome<Done> finish(Cells& cells, std::vector<Notice>& notices) && {
-        if (auto held = refused_.verdict(place(file_, at_)); !held) return held;
+    Outcome<Done> finish(Cells& cells, Unheld unheld, std::vector<Notice>& notices) && {
+        if (auto held = refused_.verdict(place(file_, at_), unheld); !held) return held;
+        cells.unheld = refused_.counts();
+        if (left_out_ghosts_ > 0)
+            notices.push_back({std::to_string(left_out_ghosts_) + " ghost cells (vtkGhostType) were left out"});
         if (vertices_ > 0) notices.push_back({std::to_string(vertices_) + " cells that are vertices were left out"});
         Buffer<std::uint32_t> order;
         for (std::size_t kind = 0; kind < Cells::kinds; ++kind) {
@@ -166,7 +200,8 @@ class Sorter {
     const File& file_;
     std::size_t at_;
     Refused refused_;
-    std::size_t vertices_ = 0;
+    Buffer<std::uint8_t> ghosts_;
+    std::size_t vertices_ = 0, left_out_ghosts_ = 0;
     std::array<Buffer<std::uint32_t>, Cells::kinds> of_kind_;
 };
 
@@ -191,13 +226,13 @@ Outcome<Done> fill(const File& file, const Cells& cells, std::size_t kind, listi
 
 }  // namespace
 
-Outcome<Cells> read_cells(const File& file, std::vector<Notice>& notices, const Execution& execution) {
+Outcome<Cells> read_cells(const File& file, Unheld unheld, std::vector<Notice>& notices, const Execution& execution) {
     Cells cells;
     if (!file.cell_arrays.empty()) cells.at = file.cell_arrays.front().at;
     if (file.cells == 0) return cells;
     const auto types = read_whole<std::uint64_t>(file, "types", file.cells, 0, execution);
     if (!types) return fail(types.error());
-    const auto offsets = read_whole(file, "offsets", file.cells, std::numeric_limits<std::uint64_t>::max(), execution);
+    auto offsets = read_whole(file, "offsets", file.cells, std::numeric_limits<std::uint64_t>::max(), execution);
     if (!offsets) return fail(offsets.error());
     if (types->size() != file.cells || offsets->size() != file.cells)
         return damaged(file, cells.at,
@@ -205,18 +240,23 @@ Outcome<Cells> read_cells(const File& file, std::vector<Notice>& notices, const 
                            " types and " + std::to_string(offsets->size()) + " offsets");
     if (file.cells > max_entities)
         return fail(ErrorKind::unsupported, "has more cells than 32 bits can number", place(file, cells.at));
-    auto connectivity = read_whole(file, "connectivity", offsets->back(), VertexId().value, execution);
+    const bool joined = file.pieces.size() > 1;
+    const std::uint64_t room = joined ? std::numeric_limits<std::uint64_t>::max() : offsets->back();
+    auto connectivity = read_whole(file, "connectivity", room, VertexId().value, execution);
     if (!connectivity) return fail(connectivity.error());
+    if (joined) join_pieces(file, *offsets, *connectivity);
     auto starts = starts_of(file, *offsets, connectivity->size(), cells.at);
     if (!starts) return fail(std::move(starts.error()));
     cells.starts = std::move(*starts);
     cells.connectivity = std::move(*connectivity);
-    Sorter sorter(file, cells.at);
+    auto ghosts = read_ghosts(file, execution);
+    if (!ghosts) return fail(std::move(ghosts.error()));
+    Sorter sorter(file, cells.at, std::move(*ghosts));
     for (std::size_t c = 0; c < types->size(); ++c) {
         auto added = sorter.add(c, (*types)[c], cells.starts[c + 1] - cells.starts[c]);
         if (!added) return fail(std::move(added.error()));
     }
-    return std::move(sorter).finish(cells, notices).map([&](Done) { return std::move(cells); });
+    return std::move(sorter).finish(cells, unheld, notices).map([&](Done) { return std::move(cells); });
 }
 
 Outcome<Done> place_cells(const File& file, const Cells& cells, listing::Mesh<3>& mesh, const Execution& execution) {

@@ -16,15 +16,29 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
+import :joining;
 
 namespace camber::vtu {
 
 namespace {
 
 constexpr std::size_t row_grain = 4096;
-/// Where references of cells are looked for, in this order.
-constexpr std::array<std::string_view, 5> names_of_references{"reference", "medit:ref", "gmsh:physical",
-                                                              "CellEntityIds", "MaterialID"};
+/// Where references of cells are looked for, in this order: names without capitals and signs.
+constexpr std::array<std::string_view, 26> names_of_references{
+    "reference", "meditref",   "gmshphysical", "cellentityids",  "materialid",     "materialids", "material",
+    "matid",     "attribute",  "attributes",   "region",         "regionid",       "regionids",   "regions",
+    "subdomain", "subdomains", "domain",       "physical",       "physicalid",     "physicalids", "celltags",
+    "facettags", "celltag",    "blockid",      "elementblockid", "gmshgeometrical"};
+
+/// As names of arrays are compared with these.
+std::string plain_name(std::string_view name) {
+    std::string plain;
+    for (const char c : name) {
+        if (c >= 'A' && c <= 'Z') plain += static_cast<char>(c - 'A' + 'a');
+        if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9')) plain += c;
+    }
+    return plain;
+}
 
 auto damaged(const File& file, std::size_t at, std::string what) {
     return fail(ErrorKind::input, std::move(what), place(file, at), {}, "the file is damaged, or joined of two");
@@ -133,9 +147,8 @@ struct LeftOut {
     std::size_t count = 0;
     std::string names = {};
 
-    void add(std::string name) {
-        for (char& c : name)  // noise must not reach a terminal as it is
-            if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+    void add(const std::string& given) {
+        const std::string name = printable(given);
         constexpr std::size_t most = 5;
         if (count < most) names += (count == 0 ? "" : ", ") + name.substr(0, 80);
         if (count++ == most) names += " …";
@@ -162,7 +175,8 @@ std::vector<const DataArray*> last_of_names(std::span<const DataArray> arrays, L
 /// Makes the mesh of one file, part by part.
 class MeshReader {
   public:
-    MeshReader(const File& file, const Execution& execution) : file_(file), execution_(execution) {
+    MeshReader(const File& file, const DecodeOptions& options, const Execution& execution)
+        : file_(file), options_(options), execution_(execution) {
         mesh_.name = file.name;
     }
 
@@ -170,7 +184,7 @@ class MeshReader {
         auto points = read_points(file_, execution_);
         if (!points) return fail(std::move(points.error()));
         mesh_.points = std::move(*points);
-        auto cells = read_cells(file_, notices_, execution_);
+        auto cells = read_cells(file_, options_.unheld, notices_, execution_);
         if (!cells) return fail(std::move(cells.error()));
         cells_ = std::move(*cells);
         for (auto part : {&MeshReader::nodes, &MeshReader::point_data, &MeshReader::cell_data}) {
@@ -179,12 +193,26 @@ class MeshReader {
         }
         mesh_.fields = MeshFields(std::move(fields_));
         auto sound = listing::check(mesh_, execution_);
+        if (sound && file_.pieces.size() > 1) sound = join_pieces();
         if (!sound) return fail(std::move(sound.error()));
         tell();
-        return listing::assembled(std::move(mesh_), listing::MidNodeKind::on_curve, std::move(notices_), execution_);
+        auto decoded =
+            listing::assembled(std::move(mesh_), listing::MidNodeKind::on_curve, std::move(notices_), execution_);
+        if (decoded) decoded->unheld = std::move(cells_.unheld);
+        return decoded;
     }
 
   private:
+    /// Pieces have points of their own where they meet.
+    Outcome<Done> join_pieces() {
+        std::vector<std::size_t> ends;
+        for (const PieceSize& piece : file_.pieces) ends.push_back((ends.empty() ? 0 : ends.back()) + piece.points);
+        const std::size_t joined = listing::join_coincident(mesh_, ends);
+        notices_.push_back({std::to_string(ends.size()) + " pieces were joined into one mesh, at " +
+                            std::to_string(joined) + " points"});
+        return listing::check(mesh_, execution_);
+    }
+
     Outcome<Done> nodes() { return place_cells(file_, cells_, mesh_, execution_); }
 
     Outcome<Done> point_data() {
@@ -209,7 +237,7 @@ class MeshReader {
         if (!references) return fail(std::move(references.error()));
         Buffer<Reference> entities;
         for (const DataArray* const array : arrays) {
-            if (name_of_references_ && array->name == *name_of_references_) continue;
+            if (array == array_of_references_ || array->name == ghost_array) continue;
             auto done = array->name == "entity"      ? entities_of_cells(*array, entities)
                         : array->name == "dimension" ? dimensions(*array)
                         : array->name == "reference" ? Outcome<Done>(Done{})
@@ -238,16 +266,38 @@ class MeshReader {
 
     /// By the file's cells; zeros where no array is one of references.
     Outcome<Buffer<Reference>> references_of_cells(std::span<const DataArray* const> arrays) {
+        if (!options_.reference_array.empty()) return asked_references(arrays);
         for (const std::string_view name : names_of_references)
             for (const DataArray* const array : arrays) {
-                if (array->name != name) continue;
+                if (plain_name(array->name) != name) continue;
                 auto references = whole_scalars(*array, file_.cells);
                 if (!references) return fail(std::move(references.error()));
                 if (!*references) continue;
-                name_of_references_ = name;
+                array_of_references_ = array;
+                constexpr std::size_t of_programs_that_mean_it = 5;
+                if (std::ranges::find(names_of_references, name) - names_of_references.begin() >=
+                    static_cast<std::ptrdiff_t>(of_programs_that_mean_it))
+                    notices_.push_back({"the references of the cells are the array " + printable(array->name)});
                 return std::move(**references);
             }
         return Buffer<Reference>(file_.cells, 0);
+    }
+
+    /// Those of the array that the caller names. Errors: input (there is none of whole numbers of 32 bits).
+    Outcome<Buffer<Reference>> asked_references(std::span<const DataArray* const> arrays) {
+        std::string names;
+        for (const DataArray* const array : arrays) {
+            names += (names.empty() ? "" : ", ") + printable(array->name);
+            if (array->name != options_.reference_array) continue;
+            auto references = whole_scalars(*array, file_.cells);
+            if (!references) return fail(std::move(references.error()));
+            if (!*references) break;
+            array_of_references_ = array;
+            return std::move(**references);
+        }
+        return fail(ErrorKind::input,
+                    "no array of cells \"" + options_.reference_array + "\" has a whole number of 32 bits for each",
+                    file_.name, {}, names.empty() ? "it has no arrays of cells" : "its arrays of cells are " + names);
     }
 
     Outcome<Done> entities_of_cells(const DataArray& array, Buffer<Reference>& entities) {
@@ -323,12 +373,13 @@ class MeshReader {
     }
 
     const File& file_;
+    const DecodeOptions& options_;
     const Execution& execution_;
     listing::Mesh<3> mesh_;
     Cells cells_;
     std::vector<MeshField> fields_;
     std::vector<Notice> notices_;
-    std::optional<std::string_view> name_of_references_;
+    const DataArray* array_of_references_ = nullptr;
     LeftOut repeated_{"a later one has their name"}, no_numbers_{"they are of no type of numbers"},
         nameless_{"they have no name"}, other_components_{"they have neither 1, 3, 6 nor 9 components"},
         taken_names_{"their values are not what Camber has under these names"};
@@ -336,16 +387,21 @@ class MeshReader {
 
 }  // namespace
 
+Outcome<DecodedMesh> mesh_of(const File& file, const DecodeOptions& options, const Execution& execution) {
+    return MeshReader(file, options, execution).read();
+}
+
 }  // namespace camber::vtu
 
 namespace camber {
 
-Outcome<DecodedMesh> decode_vtu(std::span<const std::byte> bytes, std::string_view name, const Execution& execution) {
+Outcome<DecodedMesh> decode_vtu(std::span<const std::byte> bytes, std::string_view name, const DecodeOptions& options,
+                                const Execution& execution) {
     return guarded([&]() -> Outcome<DecodedMesh> {
         const auto file = vtu::open_file(bytes, name);
         if (!file) return fail(file.error());
         if (auto sound = vtu::check_sizes(*file); !sound) return fail(std::move(sound.error()));
-        return vtu::MeshReader(*file, execution).read();
+        return vtu::mesh_of(*file, options, execution);
     });
 }
 

@@ -80,6 +80,14 @@ std::optional<std::uint64_t> number(const pugi::xml_node& node, const char* name
     return value;
 }
 
+std::optional<Compressor> compressor_of(std::string_view name) {
+    if (name.empty()) return Compressor::none;
+    if (name == "vtkZLibDataCompressor") return Compressor::zlib;
+    if (name == "vtkLZ4DataCompressor") return Compressor::lz4;
+    if (name == "vtkLZMADataCompressor") return Compressor::lzma;
+    return std::nullopt;
+}
+
 /// Byte order, headers, compressor.
 Outcome<Done> read_head(File& file, const pugi::xml_node& root) {
     const auto word = [&](const char* name, const char* otherwise) {
@@ -94,12 +102,13 @@ Outcome<Done> read_head(File& file, const pugi::xml_node& root) {
         return fail_at(file, at(root), "byte_order is neither LittleEndian nor BigEndian");
     if (header != "UInt32" && header != "UInt64")
         return fail_at(file, at(root), "header_type is neither UInt32 nor UInt64");
-    if (!compressor.empty() && compressor != "vtkZLibDataCompressor")
-        return refuse_at(file, at(root), "its data are compressed by another compressor than vtkZLibDataCompressor",
-                         "write it with that one or with none: ParaView asks for the Compressor Type");
+    const auto known = compressor_of(compressor);
+    if (!known)
+        return refuse_at(file, at(root), "its data are compressed by none of VTK's compressors (ZLib, LZ4, LZMA)",
+                         "write it with one of those or with none: ParaView asks for the Compressor Type");
     file.swapped = (order == "LittleEndian") != (std::endian::native == std::endian::little);
     file.word = header == "UInt32" ? 4 : 8;
-    file.compressed = !compressor.empty();
+    file.compressor = *known;
     const std::string encoding = root.child("AppendedData").attribute("encoding").as_string("base64");
     if (encoding != "raw" && encoding != "base64")
         return fail_at(file, at(root.child("AppendedData")), "the encoding of AppendedData is neither raw nor base64");
@@ -123,29 +132,67 @@ std::vector<DataArray> arrays_in(const pugi::xml_node& section) {
     return arrays;
 }
 
-Outcome<Done> read_piece(File& file, const pugi::xml_node& root) {
-    const pugi::xml_node grid = root.child("UnstructuredGrid");
-    const auto pieces = grid.children("Piece");
-    const auto several = std::distance(pieces.begin(), pieces.end());
-    const pugi::xml_node piece = grid.child("Piece");
-    if (several == 0) return fail_at(file, at(root), "has no Piece", "the file is damaged");
-    if (several > 1)
-        return refuse_at(file, at(piece), "is in " + std::to_string(several) + " pieces",
-                         "write it in one: in ParaView after the filter Merge Blocks");
+/// Arrays of the first piece with those of the others that have the same name; such as a piece lacks are left out.
+void join_arrays(std::vector<DataArray>& arrays, std::vector<DataArray> more) {
+    std::erase_if(arrays, [&](DataArray& array) {
+        const auto same = std::find_if(more.begin(), more.end(), [&](const DataArray& a) {
+            return a.name == array.name && a.type == array.type && a.components == array.components;
+        });
+        if (same == more.end()) return true;
+        array.of_other_pieces.push_back(std::move(*same));
+        same->name = std::string(1, '\0');  // each is taken once
+        return false;
+    });
+}
+
+Outcome<Done> read_piece(File& file, const pugi::xml_node& piece) {
     const auto points = number(piece, "NumberOfPoints"), cells = number(piece, "NumberOfCells");
     if (!points || !cells)
         return fail_at(file, at(piece), "the Piece does not say its NumberOfPoints and NumberOfCells");
-    file.points = *points;
-    file.cells = *cells;
-    file.point_data = arrays_in(piece.child("PointData"));
-    file.cell_data = arrays_in(piece.child("CellData"));
-    file.point_arrays = arrays_in(piece.child("Points"));
-    file.cell_arrays = arrays_in(piece.child("Cells"));
-    file.arrays_of_the_whole = arrays_in(grid.child("FieldData")).size() + arrays_in(piece.child("FieldData")).size();
+    file.arrays_of_the_whole += arrays_in(piece.child("FieldData")).size();
+    const bool first = file.pieces.empty();
+    const std::uint64_t room = std::numeric_limits<std::uint64_t>::max();
+    if (*points > room - file.points || *cells > room - file.cells)
+        return fail_at(file, at(piece), "the pieces have more points and cells than can be counted");
+    file.points += *points;
+    file.cells += *cells;
+    file.pieces.push_back({*points, *cells});
+    for (const auto& [section, name] :
+         {std::pair{&file.point_data, "PointData"}, std::pair{&file.cell_data, "CellData"},
+          std::pair{&file.point_arrays, "Points"}, std::pair{&file.cell_arrays, "Cells"}}) {
+        auto arrays = arrays_in(piece.child(name));
+        if (first)
+            *section = std::move(arrays);
+        else
+            join_arrays(*section, std::move(arrays));
+    }
+    return Done{};
+}
+
+/// Pieces behind one another; those without anything are passed by, if they are not all.
+Outcome<Done> read_pieces(File& file, const pugi::xml_node& root) {
+    const pugi::xml_node grid = root.child("UnstructuredGrid");
+    file.arrays_of_the_whole = arrays_in(grid.child("FieldData")).size();
+    const auto pieces = grid.children("Piece");
+    if (pieces.begin() == pieces.end()) return fail_at(file, at(root), "has no Piece", "the file is damaged");
+    const auto is_empty = [](const pugi::xml_node& piece) {
+        return number(piece, "NumberOfPoints") == 0 && number(piece, "NumberOfCells") == 0;
+    };
+    const bool all_empty = std::all_of(pieces.begin(), pieces.end(), is_empty);
+    for (const pugi::xml_node& piece : pieces)
+        if (all_empty || !is_empty(piece))
+            if (auto read = read_piece(file, piece); !read) return read;
     return Done{};
 }
 
 }  // namespace
+
+std::string printable(std::string_view name) {
+    std::string text(name.substr(0, 80));
+    for (char& c : text)
+        if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+    return text;
+}
 
 std::string place(const File& file, std::size_t at) {
     const auto text = file.bytes.first(std::min(at, file.bytes.size()));
@@ -161,7 +208,7 @@ Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name)
     const pugi::xml_node root = (*document)->child("VTKFile");
     if (!root) return fail_at(file, 0, "has no VTKFile element", "give a .vtu file");
     file.document = *document;
-    return read_head(file, root).and_then([&](Done) { return read_piece(file, root); }).map([&](Done) {
+    return read_head(file, root).and_then([&](Done) { return read_pieces(file, root); }).map([&](Done) {
         return std::move(file);
     });
 }

@@ -1,6 +1,4 @@
 module;
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -15,6 +13,7 @@ module;
 #include <system_error>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 module camber.io;
 import camber.core;
@@ -119,13 +118,27 @@ std::optional<std::uint64_t> next_word(const File& file, Bytes& bytes) {
 
 // ---------------------------------------------------------------- compressed data
 
+constexpr std::string_view name_of(Compressor compressor) {
+    switch (compressor) {
+        case Compressor::lz4: return "LZ4";
+        case Compressor::lzma: return "LZMA";
+        default: return "zlib";
+    }
+}
+
 struct Block {
     std::size_t begin = 0, packed = 0;  ///< among the compressed bytes
     std::size_t to = 0, size = 0;       ///< among the others
 };
 
-/// Deflate makes nothing larger than this many times.
-constexpr std::uint64_t max_expansion = 1032;
+/// A compressor makes nothing larger than this many times.
+constexpr std::uint64_t max_expansion(Compressor compressor) {
+    switch (compressor) {
+        case Compressor::lz4: return 255;
+        case Compressor::lzma: return 16384;
+        default: return 1032;
+    }
+}
 
 /// What a header says of its blocks; none: it is cut off, or more than the bytes behind it can hold.
 std::optional<std::vector<Block>> read_blocks(const File& file, Bytes& bytes) {
@@ -140,7 +153,7 @@ std::optional<std::vector<Block>> read_blocks(const File& file, Bytes& bytes) {
     for (Block& block : blocks) {
         const auto size = next_word(file, bytes);
         const std::uint64_t unpacked = &block == &blocks.back() && *last != 0 ? *last : *full;
-        if (!size || *size > bytes.most() || unpacked / max_expansion > *size) return std::nullopt;
+        if (!size || *size > bytes.most() || unpacked / max_expansion(file.compressor) > *size) return std::nullopt;
         block = {packed, *size, to, unpacked};
         packed += *size;
         to += unpacked;
@@ -168,15 +181,15 @@ Outcome<Buffer<std::byte>> unpacked(const File& file, const DataArray& array, By
         execution, blocks->size(),
         [&](std::size_t b) {
             const Block& block = (*blocks)[b];
-            auto size = static_cast<uLongf>(block.size);
-            const int status = uncompress(reinterpret_cast<Bytef*>(out.data() + block.to), &size,
-                                          reinterpret_cast<const Bytef*>(packed->data() + block.begin),
-                                          static_cast<uLong>(block.packed));
-            if (status != Z_OK || size != block.size) first.note(b);
+            const std::span<const std::byte> from(*packed);
+            const std::span<std::byte> to(out);
+            if (!uncompress_block(file.compressor, from.subspan(block.begin, block.packed),
+                                  to.subspan(block.to, block.size)))
+                first.note(b);
         },
         1);
     if (!done) return fail(std::move(done.error()));
-    if (first.any()) return damaged(file, array, "zlib cannot uncompress it");
+    if (first.any()) return damaged(file, array, std::string(name_of(file.compressor)) + " cannot uncompress it");
     return out;
 }
 
@@ -189,7 +202,8 @@ Outcome<Buffer<std::byte>> plain(const File& file, const DataArray& array, Bytes
 
 Outcome<Buffer<std::byte>> binary(const File& file, const DataArray& array, Bytes bytes, std::uint64_t most,
                                   const Execution& execution) {
-    return file.compressed ? unpacked(file, array, bytes, most, execution) : plain(file, array, bytes);
+    return file.compressor != Compressor::none ? unpacked(file, array, bytes, most, execution)
+                                               : plain(file, array, bytes);
 }
 
 /// Where the data of an array begin that is not text; none: nowhere.
@@ -206,7 +220,7 @@ struct Sizes {
 };
 /// None: its header is damaged.
 std::optional<Sizes> sizes_of(const File& file, Bytes bytes) {
-    if (!file.compressed) {
+    if (file.compressor == Compressor::none) {
         const auto size = next_word(file, bytes);
         return size && *size <= bytes.most() ? std::optional(Sizes{file.word + *size}) : std::nullopt;
     }
@@ -299,38 +313,70 @@ const NumberType* type_of(const DataArray& array) {
 
 }  // namespace
 
+namespace {
+
+/// What arrays may still take.
+struct Budget {
+    std::uint64_t left;
+    UnpackedBudget unpacked;
+};
+
+Outcome<Done> check_size(const File& file, const DataArray& array, Budget& budget) {
+    const NumberType* const type = type_of(array);
+    const auto bytes = type != nullptr ? bytes_of(file, array) : std::nullopt;
+    if (!bytes || bytes->most() == 0) return Done{};
+    const auto size = sizes_of(file, *bytes);
+    if (!size) return damaged(file, array, "its header is wrong, or its data end too soon");
+    if (size->stored > budget.left) return damaged(file, array, "it and those before it have more bytes than the file");
+    budget.left -= size->stored;
+    // Small numbers are held as wide ones.
+    if (budget.unpacked.take(size->unpacked / type->bytes)) return Done{};
+    return fail(ErrorKind::input,
+                "the array " + array.name + ": it and those before it would be uncompressed to more than " +
+                    std::to_string(UnpackedBudget::most(file.bytes.size()) >> 20U) +
+                    " MiB, which is no mesh in a file of " + std::to_string(file.bytes.size()) + " bytes",
+                place(file, array.at), {}, "the file is damaged; if it is whole, write it uncompressed");
+}
+
+/// Numbers of one type behind one another.
+void append(Numbers& all, const Numbers& more) {
+    std::visit(
+        [&]<class T>(Buffer<T>& numbers) {
+            const auto& added = std::get<Buffer<T>>(more);
+            numbers.insert(numbers.end(), added.begin(), added.end());
+        },
+        all);
+}
+
+}  // namespace
+
 Outcome<Done> check_sizes(const File& file) {
-    std::uint64_t left = file.bytes.size();
-    UnpackedBudget budget(file.bytes.size());
+    Budget budget{file.bytes.size(), UnpackedBudget(file.bytes.size())};
     for (const auto* const section : {&file.point_data, &file.cell_data, &file.point_arrays, &file.cell_arrays})
         for (const DataArray& array : *section) {
-            const NumberType* const type = type_of(array);
-            const auto bytes = type != nullptr ? bytes_of(file, array) : std::nullopt;
-            if (!bytes || bytes->most() == 0) continue;
-            const auto size = sizes_of(file, *bytes);
-            if (!size) return damaged(file, array, "its header is wrong, or its data end too soon");
-            if (size->stored > left)
-                return damaged(file, array, "it and those before it have more bytes than the file");
-            left -= size->stored;
-            // Small numbers are held as wide ones.
-            if (!budget.take(size->unpacked / type->bytes))
-                return fail(ErrorKind::input,
-                            "the array " + array.name + ": it and those before it would be uncompressed to more than " +
-                                std::to_string(UnpackedBudget::most(file.bytes.size()) >> 20U) +
-                                " MiB, which is no mesh in a file of " + std::to_string(file.bytes.size()) + " bytes",
-                            place(file, array.at), {}, "the file is damaged; if it is whole, write it uncompressed");
+            if (auto sound = check_size(file, array, budget); !sound) return sound;
+            for (const DataArray& other : array.of_other_pieces)
+                if (auto sound = check_size(file, other, budget); !sound) return sound;
         }
     return Done{};
 }
 
-bool is_number(const DataArray& array) { return type_of(array) != nullptr; }
+bool is_number(const DataArray& array) { return array.numbers || type_of(array) != nullptr; }
 
 Outcome<Numbers> read_array(const File& file, const DataArray& array, std::uint64_t rows, const Execution& execution) {
+    if (array.numbers) return *array.numbers;
     const NumberType* const type = type_of(array);
     if (type == nullptr)
         return fail(ErrorKind::unsupported, "the array " + array.name + " is of no type of numbers",
                     place(file, array.at));
-    return type->read(file, array, rows, execution);
+    auto numbers = type->read(file, array, rows, execution);
+    for (const DataArray& other : array.of_other_pieces) {
+        if (!numbers) break;
+        const auto more = type->read(file, other, rows, execution);
+        if (!more) return more;
+        append(*numbers, *more);
+    }
+    return numbers;
 }
 
 }  // namespace camber::vtu

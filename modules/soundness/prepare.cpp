@@ -195,15 +195,77 @@ EdgeSet<D> mended(EdgeSet<D> edges, const Examination<D>& x, const Plan<D>& work
     return edges;
 }
 
+/// New numbers of the facets that are faces of elements.
+template <int D>
+Buffer<std::uint32_t> without_strays(const Examination<D>& x) {
+    Buffer<std::uint32_t> numbers(x.sides.size());
+    std::uint32_t next = 0;
+    for (std::size_t f = 0; f < numbers.size(); ++f) numbers[f] = x.sides[f][0] == nobody ? dropped : next++;
+    return numbers;
+}
+
+/// Of indices those whose item stays, by its new number.
+Column<std::uint32_t> kept_indices(const Column<std::uint32_t>& old, const Buffer<std::uint32_t>& numbers) {
+    Buffer<std::uint32_t> out;
+    for (const std::uint32_t i : old)
+        if (numbers[i] != dropped) out.push_back(numbers[i]);
+    return out;
+}
+
+template <int D>
+LinearMesh<D> without_strays(LinearMesh<D> mesh, const Examination<D>& x) {
+    const Buffer<std::uint32_t> numbers = without_strays(x);
+    mesh.facets.vertices = kept(mesh.facets.vertices, numbers);
+    mesh.facets.references = kept(mesh.facets.references, numbers);
+    mesh.facets.entities = kept(mesh.facets.entities, numbers);
+    mesh.facets.required = kept_indices(mesh.facets.required, numbers);
+    if constexpr (D == 2) mesh.ridges = kept_indices(mesh.ridges, numbers);
+    return mesh;
+}
+
+/// Edges that strays alone had are gone with them.
+template <int D>
+Outcome<QuadraticMesh<D>> without_strays(QuadraticMesh<D> mesh, const Examination<D>& x, const Execution& execution) {
+    LinearMesh<D> linear = without_strays(std::move(mesh.linear), x);
+    auto edges = unique_edges(linear, execution);
+    if (!edges) return fail(std::move(edges.error()));
+    auto nodes = map_each(
+        execution, edges->size(),
+        [&](std::size_t e) {
+            const auto& [a, b] = edges->vertices[e];
+            return mesh.mid_nodes[find_edge(mesh.edges, a, b)];
+        },
+        4096);
+    if (!nodes) return fail(std::move(nodes.error()));
+    return QuadraticMesh<D>{std::move(linear), std::move(*edges), std::move(*nodes)};
+}
+
+/// The examination of the mesh, out of which strays were taken if it has any.
+template <class Mesh>
+auto examined(Mesh& mesh, std::vector<std::string>& notices, const Execution& execution)
+    -> decltype(examine_all(mesh, execution)) {
+    auto x = examine_all(mesh, execution);
+    if (!x || x->soundness[Defect::stray_facet].count == 0) return x;
+    notices.push_back(sentence(x->soundness, Defect::stray_facet) + ": dropped");
+    if constexpr (requires { mesh.mid_nodes; }) {
+        auto made = without_strays(std::move(mesh), *x, without_progress(execution));
+        if (!made) return fail(std::move(made.error()));
+        mesh = std::move(*made);
+    } else {
+        mesh = without_strays(std::move(mesh), *x);
+    }
+    return examine_all(mesh, without_progress(execution));
+}
+
 }  // namespace
 
 template <int D>
 Outcome<Prepared<LinearMesh<D>>> prepare(LinearMesh<D> mesh, const Execution& execution) {
     return guarded([&]() -> Outcome<Prepared<LinearMesh<D>>> {
-        const auto x = examine_all(mesh, execution);
+        Prepared<LinearMesh<D>> prepared;
+        const auto x = examined(mesh, prepared.notices, execution);
         if (!x) return fail(x.error());
         if (auto error = refusal(x->soundness)) return fail(std::move(*error));
-        Prepared<LinearMesh<D>> prepared;
         const Plan<D> work = plan(mesh, *x, prepared.notices);
         prepared.mesh = mended(std::move(mesh), *x, work);
         return prepared;
@@ -213,10 +275,10 @@ Outcome<Prepared<LinearMesh<D>>> prepare(LinearMesh<D> mesh, const Execution& ex
 template <int D>
 Outcome<Prepared<QuadraticMesh<D>>> prepare(QuadraticMesh<D> mesh, const Execution& execution) {
     return guarded([&]() -> Outcome<Prepared<QuadraticMesh<D>>> {
-        const auto x = examine_all(mesh, execution);
+        Prepared<QuadraticMesh<D>> prepared;
+        const auto x = examined(mesh, prepared.notices, execution);
         if (!x) return fail(x.error());
         if (auto error = refusal(x->soundness)) return fail(std::move(*error));
-        Prepared<QuadraticMesh<D>> prepared;
         const Plan<D> work = plan(mesh.linear, *x, prepared.notices);
         prepared.mesh.linear = mended(std::move(mesh.linear), *x, work);
         prepared.mesh.edges = mended(std::move(mesh.edges), *x, work);

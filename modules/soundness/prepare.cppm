@@ -17,6 +17,7 @@ struct Prepared {
 
 /// Mends what can be mended without a doubt, and refuses what is no mesh:
 /// - elements and facets that repeat earlier ones are dropped;
+/// - facets that are a face of no element are dropped, in a mesh that has elements;
 /// - reversed elements are turned by swapping their first two vertices. Tangled ones are numbered as their neighbours
 ///   are, so that their volume is negative and every check sees it; no order of their vertices would make them right;
 /// - faces of the boundary, and between elements of different references, that are not listed become facets with fresh

@@ -256,11 +256,11 @@ TEST_CASE("what MFEM has no place for") {
     auto mesh = held(generated::mesh<3>(seed, 4));
     mesh.edges.vertices = Buffer<SimplexVertices<1>>{{VertexId(0), VertexId(1)}};
     mesh.edges.references = Buffer<Reference>{0};
-    mesh.groups = Buffer<Group>{{3, 1, "iron"}};
+    mesh.groups = Buffer<Group>{{1, 1, "iron"}, {2, 1, "two \"signs\""}};
     const auto losses = not_in_mfem(mesh);
     REQUIRE(losses.size() == 2);
-    CHECK(losses[0].what == "MFEM has no place for 1 names of references");
-    CHECK(losses[1].what == "MFEM has no place for 1 edges");
+    CHECK(losses[0].what == "MFEM has no place for 1 edges");
+    CHECK(losses[1].what == "MFEM has no place for 2 names of references");
     const auto back = read(written(mesh));
     REQUIRE(back.has_value());
     CHECK(std::get<LinearMesh<3>>(back->mesh).elements == mesh.elements);
@@ -295,12 +295,12 @@ TEST_CASE("what is no mesh of MFEM that Camber can hold") {
         const auto decoded = read(text);
         return decoded ? ErrorKind::internal : decoded.error().kind;
     };
-    for (const std::string first : {"MFEM mesh v1.1", "MFEM mesh v1.2", "MFEM mesh v1.3", "MFEM NC mesh v1.0",
-                                    "MFEM NURBS mesh v1.0", "MFEM INLINE mesh v1.0"}) {
+    for (const std::string first :
+         {"MFEM mesh v1.1", "MFEM NC mesh v1.0", "MFEM NURBS mesh v1.0", "MFEM INLINE mesh v1.0"}) {
         const std::string text = replaced(square, "MFEM mesh v1.0", first);
         CHECK(message(text) ==
-              "in.mfem: line 1: is of another version or kind than \"MFEM mesh v1.0\" (write the conforming mesh by "
-              "Mesh::Print)");
+              "in.mfem: line 1: is of another version or kind than \"MFEM mesh v1.0\", 1.2 and 1.3 (write the "
+              "conforming mesh by Mesh::Print)");
         CHECK(kind(text) == ErrorKind::unsupported);
         CHECK(is_mfem(generated::bytes_of(text)));
     }
@@ -321,6 +321,39 @@ TEST_CASE("what is no mesh of MFEM that Camber can hold") {
     CHECK(message(replaced(square, "-.1 .5\n", "nan .5\n")).find("a coordinate is infinite or not a number") < 60);
     CHECK(message(replaced(square, "VDim: 2", "VDim: 4")).find("VDim is not 2 or 3") < 30);
     CHECK(message("").find("the file is empty") < 30);
+}
+
+TEST_CASE("names of attributes, as version 1.3 has them") {
+    const std::string named = replaced(replaced(replaced(square, "MFEM mesh v1.0", "MFEM mesh v1.3"), "boundary\n",
+                                                "attribute_sets\n2\n\"Left side\" 1 1\nboth 2 1 2\n\nboundary\n"),
+                                       "vertices\n", "bdr_attribute_sets\n1\n\"Wall\" 2 7 9\n\nvertices\n");
+    CHECK(message(named).find("\"mfem_mesh_end\" is missing here") < 40);
+    const auto decoded = read(named + "\nmfem_mesh_end\n");
+    REQUIRE_MESSAGE(decoded.has_value(), message(named + "\nmfem_mesh_end\n"));
+    CHECK(std::get<QuadraticMesh<2>>(decoded->mesh).linear.groups ==
+          Column<Group>(
+              Buffer<Group>{{2, 1, "Left side"}, {2, 1, "both"}, {2, 2, "both"}, {1, 7, "Wall"}, {1, 9, "Wall"}}));
+    CHECK(decoded->notices.empty());
+    const auto older = read(replaced(square, "v1.0", "v1.2") + "\nmfem_mesh_end\n");
+    REQUIRE(older.has_value());
+    CHECK(older->mesh == read(square)->mesh);
+    CHECK(message(replaced(named, "\"Wall\" 2", "\"Wall 2")).find("the name of a set does not end in its line") < 40);
+    CHECK(message(replaced(named, "\"Wall\" 2", "\"Wall\" 9000000")).find("more than follow") < 90);
+}
+
+TEST_CASE("named meshes of MFEM come back") {
+    testing::property("references with names", [](std::uint64_t seed) {
+        auto mesh = held(generated::mesh<3>(seed, 1 + seed % 5));
+        RC_PRE(mesh.elements.size() > 0);
+        Buffer<Group> groups{{3, mesh.elements.references[0], "a solid"}, {3, 4, "a solid"}, {2, 5, "%wall"}};
+        mesh.groups = std::move(groups);
+        RC_PRE(not_in_mfem(mesh).empty());
+        const std::string text = written(mesh);
+        RC_ASSERT(text.starts_with("MFEM mesh v1.3\n"));
+        const auto back = read(text);
+        if (!back) RC_FAIL(describe(back.error()));
+        RC_ASSERT(std::get<LinearMesh<3>>(back->mesh) == mesh);
+    });
 }
 
 TEST_CASE("every prefix of an MFEM file is an error") {

@@ -134,10 +134,14 @@ TEST_CASE("what cannot be held is refused with its counts") {
     const std::string text = replaced(replaced(square, "5 0 1 2 0", "9 0 1 2 3 0"), "3 2 3\n", "5 0 1 2\n");
     CHECK(message(text) ==
           "in.su2: holds 1 quadrilaterals, 1 triangles, which Camber cannot hold (give a mesh of edges, triangles and "
-          "tetrahedra of degree 1 or 2)");
+          "tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and tells what splits them)");
     CHECK(read(text).error().kind == ErrorKind::unsupported);
-    CHECK(message("NZONE= 2\n" + square).find("holds several zones") < 30);
-    CHECK(read("NZONE= 2\n" + square).error().kind == ErrorKind::unsupported);
+    const auto counted = decode_su2(generated::bytes_of(text), "in.su2", {.unheld = Unheld::count}, {});
+    REQUIRE(counted.has_value());
+    CHECK(counted->unheld == std::vector<CellCount>{{"quadrilaterals", 1}, {"triangles", 1}});
+    CHECK(std::get<LinearMesh<2>>(counted->mesh).elements.size() == 1);
+    CHECK(message("NZONE= 2\n" + square) ==
+          "in.su2: line 22: NZONE announces 2 zones, but 1 follow (the file is cut off or damaged)");
     CHECK(message("NZONE= 1\n" + square) == "no error");
     CHECK(message(replaced(square, "NDIME= 2", "NDIME= 4")) ==
           "in.su2: NDIME is 4, not 2 or 3 (the file is cut off or damaged)");
@@ -166,10 +170,60 @@ TEST_CASE("every prefix of an SU2 file is an error, or told to have no markers")
             CHECK(decoded->notices[0].what == "the file has no NMARK, and so no markers of the boundary");
             continue;
         }
+        if (decoded) {  // the last row of a block, which may be all of it
+            REQUIRE(!decoded->notices.empty());
+            CHECK(decoded->notices[0].what == "the last line has no end: nobody can tell whether it is whole");
+            continue;
+        }
         REQUIRE(!decoded.has_value());
         REQUIRE(!decoded.error().what.empty());
         REQUIRE(decoded.error().where.starts_with("in.su2"));
     }
+}
+
+TEST_CASE("rows of points with more than their coordinates") {
+    const auto plain = read(square);
+    REQUIRE(plain.has_value());
+    for (const std::string rows :
+         {"0 0 0 0\n1 0 1 1\n1 1 2 2\n0 1 3 3\n", "0 0\n1 0\n1 1\n0 1\n", "0 0 0. 0\n1 0 0. 1\n1 1 0. 2\n0 1 0. 3\n"}) {
+        const auto decoded = read(replaced(square, "0 0 0\n1 0 1\n1 1 2\n0 1 3\n", rows));
+        REQUIRE(decoded.has_value());
+        CHECK(decoded->mesh == plain->mesh);
+        CHECK(decoded->notices.empty());
+    }
+    const auto raised = read(replaced(square, "0 0 0\n1 0 1\n", "0 0 0.5 0\n1 0 -2 1\n"));
+    REQUIRE(raised.has_value());
+    CHECK(raised->mesh == plain->mesh);
+    REQUIRE(raised->notices.size() == 1);
+    CHECK(raised->notices[0].what == "2 third coordinates were left out: NDIME is 2");
+    CHECK(message(replaced(square, "0 0 0\n", "0 0 0 0 0 0\n")).starts_with("in.su2: line 8: vertex 1: its row is"));
+}
+
+TEST_CASE("zones are joined, or one of them is read") {
+    const std::string second =
+        "IZONE= 2\nNDIME= 2\nNELEM= 1\n5 0 1 2\nNPOIN= 3\n5 5\n6 5\n5 6\nNMARK= 1\n"
+        "MARKER_TAG= upper\nMARKER_ELEMS= 1\n3 0 1\n";
+    const std::string text = "NZONE= 2\nIZONE= 1\n" + square + second;
+    const auto joined = read(text);
+    REQUIRE_MESSAGE(joined.has_value(), message(text));
+    const auto& mesh = std::get<LinearMesh<2>>(joined->mesh);
+    CHECK(mesh.points.size() == 7);
+    CHECK(mesh.elements.vertices[2] == SimplexVertices<2>{VertexId(4), VertexId(5), VertexId(6)});
+    CHECK(mesh.elements.references == Column<Reference>(Buffer<Reference>{1, 1, 2}));
+    CHECK(mesh.facets.references == Column<Reference>(Buffer<Reference>{1, 2, 2, 2}));
+    CHECK(mesh.groups.size() == 2);
+    REQUIRE(joined->notices.size() == 1);
+    CHECK(joined->notices[0].what.starts_with("2 zones were joined into one mesh"));
+    const auto zone = [&](const std::string& number) {
+        return decode_su2(generated::bytes_of(text), "in.su2", {.zone = number}, {});
+    };
+    REQUIRE(zone("1").has_value());
+    CHECK(zone("1")->mesh == read(square)->mesh);
+    CHECK(std::get<LinearMesh<2>>(zone("2")->mesh).elements.size() == 1);
+    CHECK(describe(zone("3").error()) == "in.su2: has no zone \"3\" (its zones are 1, 2)");
+    CHECK(message(replaced(text, "5 0 1 2\nNPOIN= 3", "5 0 1 3\nNPOIN= 3"))
+              .find("triangle 3: a node is not one of those that the file lists") < 40);
+    CHECK(message(replaced(text, "NPOIN= 3\n5 5\n6 5\n5 6\n", "")).find("zone 2 has not all of NDIME") < 40);
 }
 
 TEST_CASE("absurd counts in an SU2 file, and noise") {

@@ -179,9 +179,10 @@ TEST_CASE("arrays that point to one place are no more together than the file") {
 }
 
 TEST_CASE("cells that cannot be held are refused by name and count") {
-    CHECK(message(plain("9 9 5 12", "0 1 2 3 0 1 2 4 0 1 2 0 1 2 3 4 0 1 2", "4 8 11 19")) ==
-          "in.vtu: line 8: holds 2 quadrilaterals, 1 hexahedra, which Camber cannot hold (give a mesh of edges, "
-          "triangles and tetrahedra of degree 1 or 2)");
+    CHECK(
+        message(plain("9 9 5 12", "0 1 2 3 0 1 2 4 0 1 2 0 1 2 3 4 0 1 2", "4 8 11 19")) ==
+        "in.vtu: line 8: holds 2 quadrilaterals, 1 hexahedra, which Camber cannot hold (give a mesh of edges, "
+        "triangles and tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and tells what splits them)");
     CHECK(message(plain("69", "0 1 2 3 4 0 1 2 3 4", "10")).find("1 Lagrange cells of degree 3 and higher") < 40);
     CHECK(message(plain("200", "0", "1")).find("1 cells of VTK's type 200") < 40);
     CHECK(message(plain("5", "0 1 2 3", "4")) ==
@@ -191,14 +192,12 @@ TEST_CASE("cells that cannot be held are refused by name and count") {
         const auto decoded = read(text);
         return decoded ? ErrorKind::internal : decoded.error().kind;
     };
-    CHECK(kind(replaced(piece, "</Piece>", "</Piece><Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"/>")) ==
-          ErrorKind::unsupported);
     CHECK(kind(replaced(piece, "type=\"UnstructuredGrid\"", "type=\"PUnstructuredGrid\"")) == ErrorKind::unsupported);
     CHECK(kind(replaced(piece, "type=\"UnstructuredGrid\"",
-                        "type=\"UnstructuredGrid\" compressor=\"vtkLZ4DataCompressor\"")) == ErrorKind::unsupported);
+                        "type=\"UnstructuredGrid\" compressor=\"vtkOtherDataCompressor\"")) == ErrorKind::unsupported);
     CHECK(message(replaced(piece, "type=\"UnstructuredGrid\"",
-                           "type=\"UnstructuredGrid\" compressor=\"vtkLZ4DataCompressor\""))
-              .ends_with("(write it with that one or with none: ParaView asks for the Compressor Type)"));
+                           "type=\"UnstructuredGrid\" compressor=\"vtkOtherDataCompressor\""))
+              .ends_with("(write it with one of those or with none: ParaView asks for the Compressor Type)"));
 }
 
 TEST_CASE("indices and offsets") {

@@ -118,7 +118,7 @@ class Places(unittest.TestCase):
 
 
 LIBRARIES = {"tl::expected": "tl-expected", "TBB::tbb": "TBB", "range-v3::range-v3": "range-v3", "Boost::headers": "Boost",
-             "ZLIB::ZLIB": "zlib", "pugixml::pugixml": "pugixml", "muparser::muparser": "muparser", "Eigen3::Eigen": "Eigen",
+             "ZLIB::ZLIB": "zlib", "LibLZMA::LibLZMA": "liblzma", "lz4": "lz4", "pugixml::pugixml": "pugixml", "muparser::muparser": "muparser", "Eigen3::Eigen": "Eigen",
              "fmt::fmt-header-only": "fmt"}
 
 

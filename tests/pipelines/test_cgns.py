@@ -22,7 +22,7 @@ import gmf
 WRITE, UNSTRUCTURED, REAL_DOUBLE, POINT_LIST, POINT_RANGE = 1, 3, 4, 2, 4
 BAR_2, TRI_3, QUAD_4, TETRA_4, MIXED = 3, 5, 7, 10, 20
 VERTEX, FACE_CENTER = 2, 4
-USER_DEFINED = 1
+USER_DEFINED, ABUTTING_1_TO_1 = 1, 4
 TYPES = Path("/usr/include/cgnstypes.h")
 IS_HERE = ctypes.util.find_library("cgns") is not None and TYPES.exists()
 # The library is built for one width of its numbers.
@@ -43,10 +43,16 @@ class File:
         self.call("open", str(path).encode(), WRITE, ctypes.byref(self.number))
         one = ctypes.c_int()
         self.call("base_write", self.number, b"Base", dimension, 3, ctypes.byref(one))
-        self.call("zone_write", self.number, 1, b"Zone", self.sizes(len(points), cells, 0), UNSTRUCTURED, ctypes.byref(one))
+        self.begin_zone(b"Zone", points, cells)
+
+    def begin_zone(self, name, points, cells):
+        """What follows is of this one."""
+        zone, one = ctypes.c_int(), ctypes.c_int()
+        self.call("zone_write", self.number, 1, name, self.sizes(len(points), cells, 0), UNSTRUCTURED, ctypes.byref(zone))
+        self.zone = zone.value
         for c, axis in enumerate(b"XYZ"):
             column = np.ascontiguousarray(points[:, c], dtype=np.float64)
-            self.call("coord_write", self.number, 1, 1, REAL_DOUBLE, b"Coordinate" + bytes([axis]),
+            self.call("coord_write", self.number, 1, self.zone, REAL_DOUBLE, b"Coordinate" + bytes([axis]),
                       column.ctypes.data_as(ctypes.c_void_p), ctypes.byref(one))
 
     def call(self, name, *arguments):
@@ -59,7 +65,7 @@ class File:
 
     def section(self, name, kind, first, last, numbers):
         s = ctypes.c_int()
-        self.call("section_write", self.number, 1, 1, name, kind, SIZE(first), SIZE(last), 0,
+        self.call("section_write", self.number, 1, self.zone, name, kind, SIZE(first), SIZE(last), 0,
                   self.sizes(*numbers), ctypes.byref(s))
 
     def mixed_section(self, name, first, cells):
@@ -68,14 +74,20 @@ class File:
         for kind, nodes in cells:
             numbers += [kind, *nodes]
             offsets.append(len(numbers))
-        self.call("poly_section_write", self.number, 1, 1, name, MIXED, SIZE(first),
+        self.call("poly_section_write", self.number, 1, self.zone, name, MIXED, SIZE(first),
                   SIZE(first + len(cells) - 1), 0, self.sizes(*numbers), self.sizes(*offsets), ctypes.byref(s))
 
     def condition(self, name, kind, location, numbers):
         bc = ctypes.c_int()
-        self.call("boco_write", self.number, 1, 1, name, USER_DEFINED, kind, SIZE(len(numbers)),
+        self.call("boco_write", self.number, 1, self.zone, name, USER_DEFINED, kind, SIZE(len(numbers)),
                   self.sizes(*numbers), ctypes.byref(bc))
-        self.call("boco_gridlocation_write", self.number, 1, 1, bc, location)
+        self.call("boco_gridlocation_write", self.number, 1, self.zone, bc, location)
+
+    def connection(self, name, vertices, donor):
+        """Vertices of this zone that are those of another, one to one."""
+        one = ctypes.c_int()
+        self.call("conn_write_short", self.number, 1, self.zone, name, VERTEX, ABUTTING_1_TO_1, POINT_LIST,
+                  SIZE(len(vertices)), self.sizes(*vertices), donor, ctypes.byref(one))
 
     def close(self):
         self.call("close", self.number)
@@ -229,14 +241,49 @@ class Cgns(unittest.TestCase):
         self.assertIn("cannot be", done.stderr)
         self.assertNotIn("a.cgns", self.folder.files())
 
+    def zones(self, name, connected):
+        """The two tetrahedra, each in a zone of its own, with the faces of the box as walls."""
+        file = File(self.path(name), POINTS[:4], 1)
+        file.section(b"solid", TETRA_4, 1, 1, [1, 2, 3, 4])
+        file.section(b"faces", TRI_3, 2, 4, [n for cell in TRIANGLES[:3] for n in cell])
+        file.condition(b"wall", POINT_RANGE, FACE_CENTER, [2, 4])
+        if connected:
+            file.connection(b"to the right", [2, 3, 4], b"Right")
+        file.begin_zone(b"Right", POINTS[1:], 1)
+        file.section(b"solid", TETRA_4, 1, 1, [1, 4, 2, 3])
+        file.section(b"faces", TRI_3, 2, 4, [n - 1 for cell in TRIANGLES[3:] for n in cell])
+        file.condition(b"wall", POINT_RANGE, FACE_CENTER, [2, 4])
+        file.close()
+
+    def test_zones_are_joined_or_chosen(self):
+        self.zones("apart.cgns", False)
+        self.zones("joined.cgns", True)
+        apart, joined = self.info("apart.cgns"), self.info("joined.cgns")
+        self.assertEqual((apart["vertices"], joined["vertices"]), (8, 5))
+        for info in (apart, joined):
+            self.assertEqual(info["tetrahedra_by_reference"], {"1": 1, "2": 1})
+            self.assertEqual(info["triangles_by_reference"], {"1": 6})
+            self.assertEqual({(g["dimension"], g["reference"]): g["name"] for g in info["groups"]},
+                             {(2, 1): "wall", (3, 1): "Right solid", (3, 2): "Zone solid"})
+        self.assertIn("2 zones were joined into one mesh, at 3 vertices", joined["notices"])
+        self.run_camber("curve", "joined.cgns", "-o", "curved.meshb")
+        for zone in ("Right", "1"):  # by name, as the library lists them
+            done = self.run_camber("info", "joined.cgns", "--zone", zone, "--json")
+            self.assertEqual(json.loads(done.stdout)["vertices"], 4)
+            self.run_camber("convert", "joined.cgns", "-o", "right.meshb", "--zone", zone)
+        done = self.folder.camber("info", "joined.cgns", "--zone", "Left")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn('joined.cgns: has no zone "Left" (its zones are Right, Zone)', done.stderr)
+
     def test_what_cannot_be_held_is_refused_with_counts(self):
         file = File(self.path("quads.cgns"), POINTS, 2)
         file.section(b"fluid", TETRA_4, 1, 2, [n for cell in TETRAHEDRA for n in cell])
         file.section(b"quads", QUAD_4, 3, 5, [1, 2, 3, 4] * 3)
         file.close()
-        done = self.folder.camber("info", "quads.cgns")
+        done = self.folder.camber("check", "quads.cgns")
         self.assertEqual(done.returncode, 3)
         self.assertIn("quads.cgns: holds 3 QUAD_4, which Camber cannot hold", done.stderr)
+        self.assertEqual(self.info("quads.cgns")["not_held"], {"QUAD_4": 3})
         file = File(self.path("far.cgns"), POINTS, 1)
         file.section(b"fluid", TETRA_4, 1, 1, [1, 2, 3, 99])
         file.close()

@@ -150,7 +150,7 @@ class CommandLine(unittest.TestCase):
             done = self.camber(*arguments)
             self.assertEqual(done.returncode, 2, arguments)
             self.assertNotEqual(done.stderr, "")
-        self.fails(2, "no format known for this ending (use .mesh, .meshb", "curve", "two.mesh", "-o", "out.vtk")
+        self.fails(2, "no format known for this ending (use .mesh, .meshb", "curve", "two.mesh", "-o", "out.ply")
 
     def test_bad_files(self):
         self.fails(3, "absent.mesh", "check", "absent.mesh")

@@ -233,9 +233,9 @@ class Formats(unittest.TestCase):
         self.run_camber("convert", "a.mesh", "-o", "a.vtu")
         self.path("few.sol").write_text("MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n1\n1 1\n1\nEnd\n")
         for code, message, arguments in (
-                (2, "no format known for this ending (use .mesh, .meshb", ("a.mesh", "-o", "a.vtk")),
+                (2, "no format known for this ending (use .mesh, .meshb", ("a.mesh", "-o", "a.ply")),
                 (2, "--cells is for .vtu", ("a.mesh", "-o", "b.meshb", "--cells", "lagrange")),
-                (2, "use gmf-ascii, gmf-binary", ("a.mesh", "-o", "b.meshb", "--format", "stl")),
+                (2, "use gmf-ascii, gmf-binary", ("a.mesh", "-o", "b.meshb", "--format", "ply")),
                 (2, "use gmf-ascii or gmf-binary", ("few.sol", "-o", "b.sol", "--format", "vtu")),
                 (2, "--metric is for", ("a.mesh", "-o", "b.vtu", "--format", "gmf-ascii", "--metric", "few.sol")),
                 (2, "use .sol or .solb", ("few.sol", "-o", "few.vtu")),
@@ -290,7 +290,7 @@ class Formats(unittest.TestCase):
         self.assertEqual(self.folder.files(), before)
         self.assertFalse(self.path("new").exists())
         self.assertEqual(self.folder.camber("curve", "absent.mesh", "-o", "c.mesh", "--dry-run").returncode, 3)
-        self.assertEqual(self.folder.camber("curve", "b.meshb", "-o", "c.vtk", "--dry-run").returncode, 2)
+        self.assertEqual(self.folder.camber("curve", "b.meshb", "-o", "c.ply", "--dry-run").returncode, 2)
 
     def test_bytes_do_not_depend_on_threads(self):
         files = []

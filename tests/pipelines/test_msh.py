@@ -145,18 +145,32 @@ class Msh(unittest.TestCase):
         for version in ("msh22", "msh41"):
             for kind in ([], ["-bin"]):
                 self.gmsh("-2", "q.geo", "-format", version, *kind, "-o", "q.msh")
-                done = self.folder.camber("info", "q.msh")
+                done = self.folder.camber("check", "q.msh")
                 self.assertEqual(done.returncode, 3)
                 self.assertIn("q.msh: holds 6 quadrangles, which Camber cannot hold", done.stderr)
+                self.assertIn('{"quadrangles":6}', self.camber("info", "q.msh").stdout)
+
+    @needs("gmsh")
+    def test_cells_of_degree_3_become_those_of_degree_2_as_info_says(self):
+        self.path("box.geo").write_text(BOX)
+        self.gmsh("-3", "box.geo", "-order", "3", "-o", "p3.msh")
+        split = json.loads(self.camber("info", "p3.msh", "--json").stdout)["split"]
+        self.path("order.geo").write_text(split.split("lines ")[1].replace("FILE", "p2") + "\n")
+        self.gmsh("order.geo", "-")
+        self.assertEqual(json.loads(self.camber("info", "p2.msh", "--json").stdout)["degree"], 2)
 
     @needs("gmsh")
     def test_other_versions(self):
         self.box(1)
-        for version in ("msh1", "msh3", "msh40"):
+        counts = lambda name: {k: v for k, v in json.loads(self.camber("info", name, "--json").stdout).items()  # noqa: E731
+                               if k in ("vertices", "tetrahedra_by_reference", "triangles_by_reference")}
+        for version in ("msh1", "msh40"):
             self.gmsh("box.msh", "-save", "-format", version, "-o", "old.msh")
-            done = self.folder.camber("info", "old.msh")
-            self.assertEqual(done.returncode, 3)
-            self.assertIn("is not 2.2 or 4.1 (gmsh FILE -save -format msh41 -o NEW.msh)", done.stderr)
+            self.assertEqual(counts("old.msh"), counts("box.msh"))
+        self.gmsh("box.msh", "-save", "-format", "msh3", "-o", "old.msh")
+        done = self.folder.camber("info", "old.msh")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("is not 1, 2 or 4 (gmsh FILE -save -format msh41 -o NEW.msh)", done.stderr)
 
     @needs("gmsh")
     def test_a_run_from_gmsh_to_gmsh(self):

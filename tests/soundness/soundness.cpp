@@ -331,7 +331,9 @@ void test_chaos() {
                 for (const Defect d : {Defect::repeated_element, Defect::repeated_facet, Defect::reversed_element,
                                        Defect::missing_facet, Defect::no_facets, Defect::missing_interface})
                     RC_ASSERT(after[d].count == 0U);
-                RC_ASSERT(after[Defect::tangled_element].count == found[Defect::tangled_element].count);
+                RC_ASSERT(after[Defect::stray_facet].count == 0U);
+                // Which elements of a piece whose volumes cancel are the wrong ones, nobody can tell.
+                if (stray == 0) RC_ASSERT(after[Defect::tangled_element].count == found[Defect::tangled_element].count);
             }
         },
         {.count = 400});

@@ -106,6 +106,7 @@ struct ConvertArguments {
     std::optional<VtuCells> cells;  ///< of a .vtu; none: the default
     std::string metric;             ///< a solution file whose fields go into the .vtu; empty: none
     bool elevate = false;           ///< degree 1 to 2
+    DecodeOptions read = {};        ///< how the input is read
     int threads = 0;
 };
 [[nodiscard]] int convert_command(const ConvertArguments& arguments);
@@ -168,6 +169,7 @@ struct TransferArguments {
 
 struct InfoArguments {
     std::string input;
+    DecodeOptions read = {};
     bool json = false;
 };
 [[nodiscard]] int info_command(const InfoArguments& arguments);

@@ -53,8 +53,9 @@ std::size_t fields_with_z(const MeshFields& fields) {
 
 /// A file's mesh, a flat one of a format that has three coordinates always in 2D; what that leaves out is among the
 /// notices.
-Outcome<DecodedMesh> read_in_own_dimension(const std::string& path, const Execution& execution) {
-    auto decoded = read_mesh(path, config::Flat::surface, execution);
+Outcome<DecodedMesh> read_in_own_dimension(const std::string& path, const DecodeOptions& options,
+                                           const Execution& execution) {
+    auto decoded = read_mesh(path, config::Flat::surface, options, execution);
     if (!decoded || !decoded->always_in_space) return decoded;
     const MeshFields in_space = decoded->fields;
     decoded = with_flat_in_2d(std::move(*decoded), execution);
@@ -66,8 +67,9 @@ Outcome<DecodedMesh> read_in_own_dimension(const std::string& path, const Execut
 }
 
 /// The fields of a mesh's file as a solution at its vertices.
-Outcome<DecodedSolution> solution_of_mesh(const std::string& path, const Execution& execution) {
-    auto decoded = read_in_own_dimension(path, execution);
+Outcome<DecodedSolution> solution_of_mesh(const std::string& path, const DecodeOptions& options,
+                                          const Execution& execution) {
+    auto decoded = read_in_own_dimension(path, options, execution);
     if (!decoded) return fail(std::move(decoded.error()));
     const run::PlanSize size = run::plan_size(decoded->mesh);
     auto solution = solution_of(decoded->fields, size.dimension, size.vertices, execution);
@@ -97,7 +99,8 @@ Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execu
     if (!format) return fail(format.error());
     if (a.elevate || !a.metric.empty() || a.cells)
         return fail(ErrorKind::usage, "--elevate, --metric and --cells are for meshes");
-    auto decoded = is_solution_file(a.input) ? read_solution(a.input, execution) : solution_of_mesh(a.input, execution);
+    auto decoded =
+        is_solution_file(a.input) ? read_solution(a.input, execution) : solution_of_mesh(a.input, a.read, execution);
     if (!decoded) return fail(std::move(decoded.error()));
     say(decoded->notices);
     if (auto made = make_folder_of(a.output); !made) return made;
@@ -143,8 +146,8 @@ void say_lost_fields(const MeshFields& fields, const MeshFormat& format) {
 
 /// The mesh of the arguments' input as the output's format wants it, elevated if asked for, with the metric's fields.
 Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat& format, const Execution& execution) {
-    auto decoded = format.always_in_space ? read_mesh(a.input, config::Flat::surface, execution)
-                                          : read_in_own_dimension(a.input, execution);
+    auto decoded = format.always_in_space ? read_mesh(a.input, config::Flat::surface, a.read, execution)
+                                          : read_in_own_dimension(a.input, a.read, execution);
     if (!decoded) return decoded;
     if (decoded->lift && decoded->lift->z != 0)
         decoded->notices.push_back(

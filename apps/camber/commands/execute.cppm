@@ -15,7 +15,13 @@ Error of_file(Error error, const std::string& path);
 
 /// A file's mesh, by its content; a flat one as a plane mesh in 2D with its lift, and a notice of that, or as a
 /// surface.
-Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const Execution& execution);
+Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const DecodeOptions& options,
+                               const Execution& execution);
+/// With the default options.
+[[nodiscard]] inline Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat,
+                                                    const Execution& execution) {
+    return read_mesh(path, flat, {}, execution);
+}
 
 /// A solution file for a mesh that was read: of a flat one's in space, what it says of directions in the plane.
 Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::string& path,

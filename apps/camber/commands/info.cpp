@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <cstddef>
 #include <map>
 #include <string>
@@ -104,10 +105,41 @@ Json described(const MeshFields& fields) {
     return all;
 }
 
-Outcome<Json> mesh_info(const std::string& path) {
-    auto decoded = read_mesh(path, config::Flat::plane, Execution{});
+/// How cells that no mesh here holds become such as it does, where some are of a higher degree, or no simplices.
+std::string what_splits(const std::vector<CellCount>& unheld, const std::string& path) {
+    const auto is_of_degree = [](const CellCount& cells) {
+        for (const std::string_view simplices : {"riangles", "etrahedra", "dges", "ines", "egments"})
+            if (cells.kind.find(simplices) != std::string::npos &&
+                cells.kind.find_first_of("3456") != std::string::npos)
+                return true;
+        return cells.kind.starts_with("Lagrange cells");
+    };
+    const bool any_degree = std::any_of(unheld.begin(), unheld.end(), is_of_degree),
+               any_shape = !std::all_of(unheld.begin(), unheld.end(), is_of_degree);
+    std::string text;
+    if (any_shape)
+        text =
+            "into triangles and tetrahedra: in ParaView the filter Tetrahedralize, then Save Data as .vtu (ParaView "
+            "does not read it? meshio convert " +
+            path + " FILE.vtu)";
+    if (any_degree)
+        text += std::string(any_shape ? "; " : "") + "to degree 2: gmsh, with a file of the lines Merge \"" + path +
+                "\"; SetOrder 2; Save \"FILE.msh\";";
+    return text;
+}
+
+Outcome<Json> mesh_info(const std::string& path, DecodeOptions options) {
+    options.unheld = Unheld::count;
+    auto decoded = read_mesh(path, config::Flat::plane, options, Execution{});
     if (!decoded) return fail(std::move(decoded.error()));
     Json j = std::visit([](const auto& mesh) { return described(mesh); }, decoded->mesh);
+    if (!decoded->unheld.empty()) {
+        Json counts = Json::object();
+        for (const CellCount& cells : decoded->unheld) counts[cells.kind] = cells.count;
+        j["empty"] = false;
+        j["not_held"] = std::move(counts);
+        j["split"] = what_splits(decoded->unheld, path);
+    }
     if (!decoded->fields.empty()) j["fields"] = described(decoded->fields);
     if (decoded->lift) {
         j["written_in_dimension"] = 3;
@@ -128,7 +160,8 @@ Outcome<Json> solution_info(const std::string& path) {
 }  // namespace
 
 int info_command(const InfoArguments& arguments) {
-    const auto found = is_solution_file(arguments.input) ? solution_info(arguments.input) : mesh_info(arguments.input);
+    const auto found =
+        is_solution_file(arguments.input) ? solution_info(arguments.input) : mesh_info(arguments.input, arguments.read);
     if (!found) return report_error(found.error());
     const Json& j = *found;
     if (arguments.json) return end_with(j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");

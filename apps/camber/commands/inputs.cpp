@@ -144,12 +144,13 @@ Error of_file(Error error, const std::string& path) {
     return error;
 }
 
-Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const Execution& execution) {
+Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const DecodeOptions& options,
+                               const Execution& execution) {
     constexpr double of_reading = 0.4;  // of the time; 0.5 of a straight mesh, 0.3 of a curved one
     auto bytes = read_file(path, part_of(execution, 0, of_reading));
     if (!bytes) return fail(bytes.error());
-    auto decoded = decode_mesh(*bytes, path, part_of(execution, of_reading, 1));
-    if (!decoded || flat == config::Flat::surface) return decoded;
+    auto decoded = decode_mesh(*bytes, path, options, part_of(execution, of_reading, 1));
+    if (!decoded || flat == config::Flat::surface || !decoded->unheld.empty()) return decoded;
     decoded = with_flat_in_2d(std::move(*decoded), without_progress(execution));
     if (decoded && decoded->lift)
         decoded->notices.push_back(

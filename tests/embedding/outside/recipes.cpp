@@ -36,7 +36,7 @@ int main(int, char** arguments) {
     std::ifstream file(in, std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     const auto bytes = std::as_bytes(std::span(text));
-    const auto decoded = (*format_to_read(mesh_formats(), bytes, in))->decode(bytes, in, all);
+    const auto decoded = decode_mesh(bytes, in, all);
     const auto mesh = made(verb, decoded.value().mesh, plainly(all));
     if (!mesh) {
         std::fprintf(stderr, "%s\n", describe(mesh.error()).c_str());

@@ -1,0 +1,93 @@
+// GMF files as Mmg, Bamg and Metris write them: what does no harm is read, what would is left out and told of.
+#include <doctest/doctest.h>
+
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "generated.hpp"
+
+import camber.core;
+import camber.io;
+
+using namespace camber;
+
+namespace {
+
+Outcome<DecodedMesh> read(const std::string& text) {
+    return decode_gmf_mesh(generated::bytes_of(text), "in.mesh", {.threads = 1});
+}
+DecodedMesh decoded(const std::string& text) {
+    auto made = read(text);
+    INFO((made ? std::string() : describe(made.error())));
+    REQUIRE(made.has_value());
+    return std::move(*made);
+}
+
+const std::string body =
+    "Dimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\nTetrahedra\n1\n1 2 3 4 1\nNormals\n2\n0 0 -1\n"
+    "0 0 -1\nNormalAtVertices\n2\n1 1\n2 2\n";
+const std::string head = "MeshVersionFormatted 2\n";
+
+}  // namespace
+
+TEST_CASE("tangents and normals with indices of nothing are left out as a whole") {
+    const DecodedMesh mesh = decoded(head + body + "Tangents\n1\n1 0 0\nTangentAtVertices\n2\n1 1\n2 2\nEnd\n");
+    const auto& geometry = std::get<LinearMesh<3>>(mesh.mesh).geometry;
+    CHECK(geometry.normals.at.size() == 2);
+    CHECK(geometry.tangents == DirectionsAtVertices<3>{});
+    REQUIRE(mesh.notices.size() == 1);
+    CHECK(mesh.notices[0].what ==
+          "2 rows of TangentAtVertices were left out: not all of them have a vertex and a direction of the file");
+    // No table at all, a vertex that is not there, a direction that is none.
+    for (const std::string rows : {"TangentAtVertices\n1\n1 1\n", "Tangents\n1\n1 0 0\nTangentAtVertices\n1\n5 1\n",
+                                   "Tangents\n2\n1 0 0\nnan 0 0\nTangentAtVertices\n1\n1 1\n"})
+        CHECK(std::get<LinearMesh<3>>(decoded(head + body + rows + "End\n").mesh).geometry.tangents ==
+              DirectionsAtVertices<3>{});
+    const DecodedMesh right = decoded(head + body + "Tangents\n1\n1 0 0\nTangentAtVertices\n1\n1 1\nEnd\n");
+    CHECK(std::get<LinearMesh<3>>(right.mesh).geometry.tangents.at.size() == 1);
+    CHECK(right.notices.empty());
+}
+
+TEST_CASE("the index 0 of corners and required entities is nothing") {
+    const DecodedMesh mesh = decoded(head + body + "Corners\n3\n0\n2\n0\nRequiredVertices\n1\n0\nEnd\n");
+    CHECK(std::get<LinearMesh<3>>(mesh.mesh).corners == Column<VertexId>(Buffer<VertexId>{VertexId(1)}));
+    REQUIRE(mesh.notices.size() == 2);
+    CHECK(mesh.notices[0].what == "2 rows of Corners have the index 0, which is nothing: left out");
+    CHECK(describe(read(head + body + "Corners\n1\n5\nEnd\n").error()).find("the index 5 is not between 1 and 4") < 60);
+    CHECK(!read(head + body + "Corners\n1\n-1\nEnd\n"));
+}
+
+TEST_CASE("files without a version, with version 0, without End") {
+    const auto mesh = decoded(head + body + "End\n").mesh;
+    const DecodedMesh of_bamg = decoded("MeshVersionFormatted 0\n" + body + "End\n");
+    CHECK(of_bamg.mesh == mesh);
+    CHECK(of_bamg.notices.empty());
+    const DecodedMesh without = decoded(body + "End\n");
+    CHECK(without.mesh == mesh);
+    REQUIRE(without.notices.size() == 1);
+    CHECK(without.notices[0].what == "the file does not begin with MeshVersionFormatted: read as GMF all the same");
+    CHECK(is_gmf_ascii(generated::bytes_of(body)));
+    const DecodedMesh endless = decoded(head + body);
+    CHECK(endless.mesh == mesh);
+    REQUIRE(endless.notices.size() == 1);
+    CHECK(endless.notices[0].what == "the file has no End: nobody can tell whether it is whole");
+    CHECK(!read(head + body.substr(0, body.size() - 1)));
+    CHECK(!read(head + body.substr(0, body.size() - 4)));
+    CHECK(!read("MeshVersionFormatted 5\n" + body + "End\n"));
+}
+
+TEST_CASE("texts in quotes are no keywords") {
+    const DecodedMesh mesh = decoded(head + "Identifier\n\"G=a.mesh; Date: 21/04/02 Vertices 1s\"\n" + body + "End\n");
+    REQUIRE(mesh.notices.size() == 1);
+    CHECK(mesh.notices[0].what == "the block of keyword Identifier was skipped");
+    CHECK(std::get<LinearMesh<3>>(mesh.mesh).points.size() == 4);
+}
+
+TEST_CASE("cells that no mesh holds are counted where that is asked") {
+    const std::string text = head + body + "Hexahedra 12 1 2 3\nPrisms 1 1\nEnd\n";
+    const auto counted = decode_gmf_mesh(generated::bytes_of(text), "in.mesh", {.unheld = Unheld::count}, {});
+    REQUIRE(counted.has_value());
+    CHECK(counted->unheld == std::vector<CellCount>{{"Hexahedra", 12}, {"Prisms", 1}});
+    CHECK(std::get<LinearMesh<3>>(counted->mesh).elements.size() == 1);
+}
