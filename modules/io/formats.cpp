@@ -189,15 +189,6 @@ std::string listed(std::span<const std::string_view> words, std::string_view bef
     return text;
 }
 
-Outcome<DecodedMesh> decode_mesh(std::span<const std::byte> bytes, std::string_view path, const DecodeOptions& options,
-                                 const Execution& execution) {
-    const auto format = format_to_read(mesh_formats(), bytes, path);
-    if (!format) return fail(format.error());
-    auto decoded = (*format)->decode(bytes, path, options, execution);
-    if (decoded) decoded->always_in_space = (*format)->always_in_space;
-    return decoded;
-}
-
 Outcome<DecodedSolution> decode_solution(std::span<const std::byte> bytes, std::string_view path,
                                          const Execution& execution) {
     const auto format = format_to_read(solution_formats(), bytes, path);

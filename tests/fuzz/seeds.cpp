@@ -45,6 +45,9 @@ template <class Mesh>
 void add_mesh_of_others(std::vector<Seed>& seeds, const std::string& name, const Mesh& mesh) {
     seeds.push_back({"mesh", name + ".vtu", text_of(*encode_vtu(mesh, {}, {}, {.threads = 1}))});
     seeds.push_back({"mesh", name + ".mfem", text_of(*encode_mfem(mesh, {.threads = 1}))});
+    for (const VtkEncoding encoding : {VtkEncoding::ascii, VtkEncoding::binary})
+        seeds.push_back({"mesh", name + (encoding == VtkEncoding::ascii ? "-ascii.vtk" : "-binary.vtk"),
+                         text_of(*encode_vtk(mesh, {}, encoding, {.threads = 1}))});
 }
 
 /// Files in forms that Camber does not write.
@@ -74,6 +77,25 @@ void add_meshes_of_others(std::vector<Seed>& seeds) {
     seeds.push_back({"mesh", "3d.su2",
                      "NDIME= 3\nNELEM= 1\n10 0 1 2 3\nNPOIN= 4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\nNMARK= 1\n"
                      "MARKER_TAG= far\nMARKER_ELEMS= 1\n5 0 2 1\n"});
+    seeds.push_back({"mesh", "zones.su2",
+                     "NZONE= 2\nIZONE= 1\nNDIME= 2\nNELEM= 1\n5 0 1 2\nNPOIN= 3 3\n0 0 0 0\n1 0 1 1\n0 1 2 2\n"
+                     "IZONE= 2\nNDIME= 2\nNELEM= 1\n5 0 1 2\nNPOIN= 3\n5 0 0. 0\n6 0 0. 1\n5 1 1. 2"});
+    seeds.push_back({"mesh", "names.mfem",
+                     "MFEM mesh v1.3\ndimension\n2\nelements\n1\n1 2 0 1 2\nattribute_sets\n1\n\"a b\" 1 1\n"
+                     "boundary\n1\n1 1 0 1\nbdr_attribute_sets\n1\nwall 2 1 2\nvertices\n3\n2\n0 0 1 0 0 1\n"
+                     "mfem_mesh_end\n"});
+    seeds.push_back({"mesh", "1.msh",
+                     "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n2\n1 1 6 3 2 1 1\n"
+                     "2 4 4 1 4 1 2 3 4\n$ENDELM\na remark\n"});
+    seeds.push_back({"mesh", "4.0.msh",
+                     "$MeshFormat\n4.0 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n1 0 0 0 1 1 1 1 4 0\n$EndEntities\n"
+                     "$Nodes\n1 4\n1 3 0 4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n1 1\n"
+                     "1 3 4 1\n1 1 2 3 4\n$EndElements\n"});
+    seeds.push_back({"mesh", "5.1.vtk",
+                     "# vtk DataFile Version 5.1\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n"
+                     "0 0 0 1 0 0 0 1 0 0 0 1\nMETADATA\nINFORMATION 0\n\nCELLS 2 4\nOFFSETS vtktypeint64\n0 4\n"
+                     "CONNECTIVITY vtktypeint64\n0 1 2 3\nCELL_TYPES 1\n10\nCELL_DATA 1\nSCALARS material int 1\n"
+                     "LOOKUP_TABLE default\n3\nPOINT_DATA 4\nVECTORS u float\n1 2 3 4 5 6 7 8 9 10 11 12\n"});
     seeds.push_back({"mesh", "by-nodes.mfem",
                      "MFEM mesh v1.0\n# H1\ndimension\n2\nelements\n1\n1 2 0 1 2\nboundary\n1\n1 1 0 1\nvertices\n3\n"
                      "nodes\nFiniteElementSpace\nFiniteElementCollection: Quadratic\nVDim: 2\nOrdering: 0\n"

@@ -187,6 +187,20 @@ TEST_CASE("a file is read by its content, and by its ending where that says noth
     CHECK(describe(only_written.error()).starts_with("in.mesh: VTU (ParaView) is written, but not read (give a "));
 }
 
+TEST_CASE("files of programs that share an ending with another's are told by name") {
+    const auto message = [](std::string_view bytes) {
+        const auto decoded = decode_mesh(generated::bytes_of(bytes), "in.msh", {});
+        return decoded ? "no error" : describe(decoded.error());
+    };
+    CHECK(message("3 1 3\n0 0 1\n1 0 1\n0 1 2\n1 2 3 0\n1 2 1\n2 3 1\n3 1 2\n") ==
+          "in.msh: is a mesh of FreeFEM, which is not read (in FreeFEM: savemesh(Th, \"FILE.mesh\"))");
+    CHECK(message("(0 \"made by hand\")\n(2 3)\n").starts_with("in.msh: is a mesh of Fluent, which is not read (meshio"));
+    CHECK(message("/COM,ANSYS RELEASE 19\n/PREP7\n").starts_with("in.msh: is a mesh of ANSYS (a .cdb archive), which"));
+    CHECK(message("MESH dimension 3 ElemType Tetrahedra Nnode 4\n").starts_with("in.msh: is a mesh of GiD, which"));
+    CHECK(message("\n3 1\n") ==
+          "in.msh: line 1: this is no MSH file: it does not begin with $MeshFormat (give a .msh file)");
+}
+
 TEST_CASE("a file is written by its ending, or by a name that is given") {
     const auto written = [](std::string_view path, std::string_view name) {
         const auto format = format_to_write(mesh_formats(), path, name);

@@ -1,0 +1,48 @@
+"""Files that meshio writes, for sample_of_files.py."""
+try:
+    import meshio
+except ImportError:
+    meshio = None
+
+SIMPLICES = {"triangle": 2, "triangle6": 2, "tetra": 3, "tetra10": 3}
+# Ending, what is told to the writer, and whether it knows cells of degree 2.
+WAYS = [("vtu", {"binary": False}, True), ("vtu", {"compression": None}, True), ("vtu", {"compression": "zlib"}, True),
+        ("vtu", {"compression": "lzma"}, True), ("vtk", {"file_format": "vtk42", "binary": False}, True),
+        ("vtk", {"file_format": "vtk42"}, True), ("vtk", {"file_format": "vtk51", "binary": False}, True),
+        ("vtk", {"file_format": "vtk51"}, True), ("msh", {"file_format": "gmsh22", "binary": False}, True),
+        ("msh", {"file_format": "gmsh22"}, True), ("msh", {"file_format": "gmsh", "binary": False}, True),
+        ("msh", {"file_format": "gmsh"}, True), ("mesh", {"file_format": "medit"}, False), ("meshb", {"file_format": "medit"}, False),
+        ("su2", {"file_format": "su2"}, False)]
+
+
+def counts(path):
+    """Simplices of the highest dimension; none where there are other cells, or nobody reads it."""
+    if meshio is None:
+        return None
+    numbers = {}
+    for cells in meshio.read(path).cells:
+        if cells.type in ("vertex", "line", "line3"):
+            continue
+        if cells.type not in SIMPLICES:
+            return None
+        numbers[SIMPLICES[cells.type]] = numbers.get(SIMPLICES[cells.type], 0) + len(cells.data)
+    return numbers[max(numbers)] if numbers else None
+
+
+def files(folder, references):
+    if meshio is None:
+        return
+    for reference in references:
+        mesh = meshio.read(reference)
+        wanted = counts(reference)
+        quadratic = any(cells.type in ("triangle6", "tetra10") for cells in mesh.cells)
+        for number, (ending, options, knows_quadratic) in enumerate(WAYS):
+            if quadratic and not knows_quadratic:
+                continue
+            path = folder / f"meshio-{reference.stem}-{number}.{ending}"
+            try:
+                meshio.read(reference).write(path, **options)
+            except Exception as error:  # what meshio cannot write is no file of the sample
+                print(f"meshio does not write {path.name}: {error}")
+                continue
+            yield "meshio " + ending, path, wanted

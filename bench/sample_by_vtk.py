@@ -1,0 +1,94 @@
+"""Files that VTK writes, for sample_of_files.py."""
+try:
+    import vtk
+except ImportError:
+    vtk = None
+
+ARRAYS = ("reference", "Material", "RegionId", "attribute")
+
+
+def grid(n, array, quadratic=False):
+    """A box of n³ cells cut into tetrahedra, with its bottom; whole numbers of cells, scalars and vectors of points."""
+    source = vtk.vtkUniformGrid()
+    source.SetDimensions(n + 1, n + 1, n + 1)
+    cut = vtk.vtkDataSetTriangleFilter()
+    cut.SetInputData(source)
+    cut.Update()
+    made = vtk.vtkUnstructuredGrid()
+    made.SetPoints(cut.GetOutput().GetPoints())
+    corners = [cut.GetOutput().GetCell(c).GetPointIds() for c in range(cut.GetOutput().GetNumberOfCells())]
+    cells = [[ids.GetId(k) for k in range(4)] for ids in (cut.GetOutput().GetCell(c).GetPointIds() for c in range(len(corners)))]
+    if quadratic:
+        mid, points = {}, made.GetPoints()
+
+        def node(a, b):
+            key = (min(a, b), max(a, b))
+            if key not in mid:
+                p, q = points.GetPoint(a), points.GetPoint(b)
+                mid[key] = points.InsertNextPoint([(x + y) / 2 for x, y in zip(p, q)])
+            return mid[key]
+        cells = [[*c, *(node(c[a], c[b]) for a, b in ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)))] for c in cells]
+    for cell in cells:
+        made.InsertNextCell(24 if quadratic else 10, len(cell), cell)
+    whole, real, flow = vtk.vtkIntArray(), vtk.vtkDoubleArray(), vtk.vtkFloatArray()
+    whole.SetName(array)
+    real.SetName("T")
+    flow.SetName("U")
+    flow.SetNumberOfComponents(3)
+    for c in range(len(cells)):
+        whole.InsertNextValue(1 + c % 3)
+    for p in range(made.GetNumberOfPoints()):
+        real.InsertNextValue(0.1 * p)
+        flow.InsertNextTuple3(p, 1, 0)
+    made.GetCellData().AddArray(whole)
+    made.GetPointData().AddArray(real)
+    made.GetPointData().AddArray(flow)
+    return made, len(cells)
+
+
+def pieces(folder):
+    """As a parallel run leaves them: pieces of one file."""
+    for number in (2, 3):
+        made, cells = grid(2, "RegionId")
+        writer = vtk.vtkXMLUnstructuredGridWriter()
+        writer.SetInputData(made)
+        writer.SetNumberOfPieces(number)
+        path = folder / f"vtk-pieces-{number}.vtu"
+        writer.SetFileName(str(path))
+        writer.Write()
+        yield "VTK .vtu", path, cells
+
+
+def files(folder):
+    if vtk is None:
+        return
+    number = 0
+    for compress in ("None", "ZLib", "LZ4", "LZMA"):
+        for mode in ("Ascii", "Binary", "Appended"):
+            for big in (False, True):
+                made, cells = grid(2, ARRAYS[number % len(ARRAYS)], number % 2 == 1)
+                writer = vtk.vtkXMLUnstructuredGridWriter()
+                writer.SetInputData(made)
+                getattr(writer, "SetCompressorTypeTo" + compress)()
+                getattr(writer, "SetDataModeTo" + mode)()
+                writer.SetByteOrderToBigEndian() if big else writer.SetByteOrderToLittleEndian()
+                writer.SetHeaderTypeToUInt64() if number % 3 == 0 else writer.SetHeaderTypeToUInt32()
+                writer.SetEncodeAppendedData(number % 2 == 0)
+                path = folder / f"vtk-{compress}-{mode}-{'big' if big else 'little'}.vtu"
+                writer.SetFileName(str(path))
+                writer.Write()
+                yield "VTK .vtu", path, cells
+                number += 1
+    for version in (42, 51):
+        for quadratic in (False, True):
+            for array in ARRAYS:
+                made, cells = grid(2, array, quadratic)
+                writer = vtk.vtkUnstructuredGridWriter()
+                writer.SetInputData(made)
+                writer.SetFileVersion(version)
+                writer.SetFileTypeToBinary() if array in ARRAYS[:2] else writer.SetFileTypeToASCII()
+                path = folder / f"vtk-{version}-{quadratic}-{array}.vtk"
+                writer.SetFileName(str(path))
+                writer.Write()
+                yield "VTK .vtk", path, cells
+    yield from pieces(folder)
