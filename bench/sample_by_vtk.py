@@ -47,13 +47,16 @@ def grid(n, array, quadratic=False):
 
 
 def pieces(folder):
-    """As a parallel run leaves them: pieces of one file."""
-    for number in (2, 3):
-        made, cells = grid(2, "RegionId")
+    """As a parallel run leaves them: pieces of one file, without and with cells of their neighbours."""
+    for number, ghosts in ((2, 0), (3, 0), (3, 1)):
+        made, cells = grid(3, "RegionId")
+        cut = vtk.vtkExtractUnstructuredGridPiece()
+        cut.SetInputData(made)
         writer = vtk.vtkXMLUnstructuredGridWriter()
-        writer.SetInputData(made)
+        writer.SetInputConnection(cut.GetOutputPort())
         writer.SetNumberOfPieces(number)
-        path = folder / f"vtk-pieces-{number}.vtu"
+        writer.SetGhostLevel(ghosts)
+        path = folder / f"vtk-pieces-{number}-{ghosts}.vtu"
         writer.SetFileName(str(path))
         writer.Write()
         yield "VTK .vtu", path, cells

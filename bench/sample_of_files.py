@@ -117,7 +117,7 @@ def table(camber, files, scratch):
         found, why = verdict(camber, path, counts, scratch)
         by_kind[kind][found] += 1
         if why:
-            reasons[why.replace(str(path), "FILE").splitlines()[-1][:150]].append(path.name)
+            reasons[why.replace(str(path), "FILE").splitlines()[-1].split(" (")[0][:120]].append(path.name)
     print(f"\n{camber}: {len(files)} files\n")
     print(f"| {'written by':<22} | files | " + " | ".join(CLASSES) + " |\n|---|" + "---|" * (len(CLASSES) + 1))
     rows = [*sorted(by_kind.items()), ("all", sum(by_kind.values(), collections.Counter()))]
