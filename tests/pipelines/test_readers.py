@@ -139,6 +139,72 @@ class Readers(unittest.TestCase):
         self.assertEqual(tried, 4 * 2 * 2 * 2)
 
     @needs("vtkmodules")
+    def test_legacy_vtk_and_the_other_compressors(self):
+        from vtkmodules.vtkIOLegacy import vtkUnstructuredGridWriter
+        from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+        mesh = self.made(3, 2)
+        grid = self.vtk_grid(mesh, 2)
+        for version, kind in itertools.product((42, 51), ("ASCII", "Binary")):
+            writer = vtkUnstructuredGridWriter()
+            writer.SetFileVersion(version)
+            getattr(writer, "SetFileTypeTo" + kind)()
+            writer.SetFileName(str(self.path("old.vtk")))
+            writer.SetInputData(grid)
+            self.assertEqual(writer.Write(), 1)
+            with self.subTest(version=version, kind=kind):
+                self.same(mesh, "old.vtk", 1e-9 if kind == "ASCII" else 0)
+        for compress in ("LZ4", "LZMA"):
+            writer = vtkXMLUnstructuredGridWriter()
+            getattr(writer, "SetCompressorTypeTo" + compress)()
+            writer.SetBlockSize(4096)
+            writer.SetFileName(str(self.path("vtk.vtu")))
+            writer.SetInputData(grid)
+            self.assertEqual(writer.Write(), 1)
+            with self.subTest(compress=compress):
+                self.same(mesh, "vtk.vtu", 0)
+
+    @needs("vtkmodules")
+    def test_vtk_reads_ours(self):
+        from vtkmodules.vtkFiltersCore import vtkMassProperties
+        from vtkmodules.vtkIOGeometry import vtkSTLReader
+        from vtkmodules.vtkIOLegacy import vtkUnstructuredGridReader
+        for degree in (1, 2):
+            mesh = self.made(3, degree)
+            cells = sum(len(c.nodes) for c in mesh.cells.values())
+            for name in ("vtk", "vtk-ascii"):
+                self.run_camber("convert", "made.meshb", "-o", "ours.vtk", "--format", name)
+                reader = vtkUnstructuredGridReader()
+                reader.SetFileName(str(self.path("ours.vtk")))
+                reader.Update()
+                read = reader.GetOutput()
+                self.assertEqual((read.GetNumberOfPoints(), read.GetNumberOfCells()), (len(mesh.points), cells))
+                self.assertEqual(read.GetCellType(0), VTK_TYPES[degree][3])
+            for name in ("stl", "stl-ascii"):
+                self.run_camber("convert", "made.meshb", "-o", "ours.stl", "--format", name)
+                reader = vtkSTLReader()
+                reader.SetFileName(str(self.path("ours.stl")))
+                masses = vtkMassProperties()
+                masses.SetInputConnection(reader.GetOutputPort())
+                masses.Update()
+                shell = 4 / 3 * np.pi * (5 ** 3 - 1)
+                self.assertLess(abs(masses.GetVolume() / shell - 1), 0.3 if degree == 1 else 0.1)
+
+    @needs("meshio")
+    @needs("h5py")
+    def test_meshio_reads_ours(self):
+        import meshio
+        for dimension, degree in itertools.product(SHAPES, (1, 2)):
+            mesh = self.made(dimension, degree)
+            cells = self.by_dimension(mesh)
+            for name, kinds in (("ours.vtk", cells), ("ours.xdmf", cells if degree == 1 else [dimension])):
+                self.run_camber("convert", "made.meshb", "-o", name)
+                read = meshio.read(self.path(name))
+                with self.subTest(dimension=dimension, degree=degree, name=name):
+                    self.assertEqual({c.type: len(c.data) for c in read.cells},
+                                     {MESHIO_NAMES[degree][k]: len(cells[k].nodes) for k in kinds})
+                    self.assertEqual(len(read.points), len(mesh.points))
+
+    @needs("vtkmodules")
     def test_vtk_cells_of_all_kinds(self):
         from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
         for dimension in SHAPES:
