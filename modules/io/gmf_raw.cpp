@@ -55,7 +55,7 @@ Outcome<Done> read_simplices(const File& file, const Block& block, std::size_t v
         for (int n = 0; n < N; ++n) {
             if (from_file(row.integer[n]) >= vertices) return {FaultKind::index, row.integer[n], vertices};
             rows.nodes[i][n] = VertexId(from_file(row.integer[n]));
-            for (int m = 0; m < n; ++m)
+            for (int m = 0; m < n && N > 2; ++m)  // of edges see `drop_degenerate_edges`
                 if (row.integer[m] == row.integer[n]) return {FaultKind::repeated, row.integer[n]};
         }
         if (!is_reference(row.integer[N])) return {FaultKind::too_large, row.integer[N]};
@@ -127,6 +127,37 @@ Outcome<Done> read_kind(const File& file, const Execution& execution, const list
     return read_indices(file, required_keyword<K>, kind.indexed(), quiet, kind.required, notices);
 }
 
+/// New numbers of straight edges without those from a vertex to itself, which have no length.
+template <int D>
+void drop_degenerate_edges(listing::Mesh<D>& raw, std::vector<Notice>& notices) {
+    listing::Simplices<1>& edges = [&]() -> listing::Simplices<1>& {
+        if constexpr (D == 2)
+            return raw.facets;
+        else
+            return raw.edges;
+    }();
+    auto& rows = edges.straight;
+    constexpr std::uint32_t gone = VertexId().value;
+    Buffer<std::uint32_t> numbers(rows.size());
+    std::uint32_t kept = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        numbers[i] = rows.nodes[i][0] == rows.nodes[i][1] ? gone : kept;
+        if (numbers[i] == gone) continue;
+        rows.nodes[kept] = rows.nodes[i];
+        rows.references[kept++] = rows.references[i];
+    }
+    if (kept == rows.size()) return;
+    notices.push_back(
+        {std::to_string(rows.size() - kept) + " edges from a vertex to itself were left out: they have no length"});
+    rows.nodes.resize(kept);
+    rows.references.resize(kept);
+    if (edges.curved.size() > 0) return;  // indices count those
+    for (Buffer<std::uint32_t>* const indices : {&edges.required, &raw.ridges}) {
+        for (std::uint32_t& index : *indices) index = numbers[index];
+        std::erase(*indices, gone);
+    }
+}
+
 Outcome<Done> refuse_tetrahedra(const File& file) {
     for (const Keyword keyword : {Keyword::tetrahedra, Keyword::tetrahedra_p2})
         if (const Block* const block = file.find(keyword); block && block->count > 0)
@@ -187,6 +218,7 @@ Outcome<listing::Mesh<D>> read_raw(const File& file, std::vector<Notice>& notice
                 });
             });
     if (!read) return fail(std::move(read.error()));
+    drop_degenerate_edges(raw, notices);
     return raw;
 }
 

@@ -288,6 +288,25 @@ EdgeNumbers number_edges(const listing::Rows<K + 1>& elements) {
     return numbers;
 }
 
+/// Leaves out simplices of the boundary with an edge of no element, for which there are no nodes. How many they are.
+template <int K>
+std::size_t drop_strays(listing::Rows<K + 1>& rows, const EdgeNumbers& numbers) {
+    std::size_t kept = 0;
+    const std::size_t before = rows.size();
+    for (std::size_t i = 0; i < before; ++i) {
+        const auto& simplex = rows.nodes[i];
+        const bool known = std::all_of(local_edges<K>.begin(), local_edges<K>.end(), [&](const auto& ends) {
+            return numbers.find(simplex[ends[0]], simplex[ends[1]]).has_value();
+        });
+        if (!known) continue;
+        rows.nodes[kept] = simplex;
+        rows.references[kept++] = rows.references[i];
+    }
+    rows.nodes.resize(kept);
+    rows.references.resize(kept);
+    return before - kept;
+}
+
 /// The simplices of degree 1 with the nodes of their edges.
 template <int K>
 Outcome<Done> curve(listing::Simplices<K>& simplices, const EdgeNumbers& numbers, std::size_t vertices) {
@@ -367,13 +386,16 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topolog
     simplices_of<K - 1>(mesh) = std::move(boundary);
     mesh.groups = std::move(groups);
     if (auto checked = listing::check(mesh, execution); !checked) return fail(std::move(checked.error()));
+    std::vector<Notice> notices;
     if (quadratic) {
+        if (const std::size_t strays = drop_strays<K - 1>(simplices_of<K - 1>(mesh).straight, numbers); strays > 0)
+            notices.push_back({std::to_string(strays) +
+                               " boundary elements with an edge of no element were left out: MFEM has no nodes of it"});
         auto curved = curve<K>(simplices_of<K>(mesh), numbers, vertices.count).and_then([&](Done) {
             return curve<K - 1>(simplices_of<K - 1>(mesh), numbers, vertices.count);
         });
         if (!curved) return fail(std::move(curved.error()));
     }
-    std::vector<Notice> notices;
     if (auto ended = read_end(source, notices); !ended) return fail(std::move(ended.error()));
     return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
 }

@@ -293,6 +293,8 @@ bool is_stl(std::span<const std::byte> bytes, StlEncoding encoding) {
     if (encoding == StlEncoding::ascii && !solid) return false;
     const std::size_t head = stl::header_bytes + 4;
     if (bytes.size() < head) return encoding == StlEncoding::ascii;
+    // A header of 80 letters, that is none of those that other formats begin with.
+    if (text[0] < ' ' || std::string_view("$#<@").find(text[0]) != std::string_view::npos) return false;
     std::uint64_t count = 0;
     for (unsigned i = 0; i < 4; ++i) count |= static_cast<std::uint64_t>(bytes[stl::header_bytes + i]) << (8U * i);
     const bool is_binary = bytes.size() == head + stl::row_bytes * count;

@@ -194,7 +194,8 @@ TEST_CASE("files of programs that share an ending with another's are told by nam
     };
     CHECK(message("3 1 3\n0 0 1\n1 0 1\n0 1 2\n1 2 3 0\n1 2 1\n2 3 1\n3 1 2\n") ==
           "in.msh: is a mesh of FreeFEM, which is not read (in FreeFEM: savemesh(Th, \"FILE.mesh\"))");
-    CHECK(message("(0 \"made by hand\")\n(2 3)\n").starts_with("in.msh: is a mesh of Fluent, which is not read (meshio"));
+    CHECK(
+        message("(0 \"made by hand\")\n(2 3)\n").starts_with("in.msh: is a mesh of Fluent, which is not read (meshio"));
     CHECK(message("/COM,ANSYS RELEASE 19\n/PREP7\n").starts_with("in.msh: is a mesh of ANSYS (a .cdb archive), which"));
     CHECK(message("MESH dimension 3 ElemType Tetrahedra Nnode 4\n").starts_with("in.msh: is a mesh of GiD, which"));
     CHECK(message("\n3 1\n") ==

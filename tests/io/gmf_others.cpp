@@ -1,6 +1,7 @@
 // GMF files as Mmg, Bamg and Metris write them: what does no harm is read, what would is left out and told of.
 #include <doctest/doctest.h>
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <variant>
@@ -82,6 +83,17 @@ TEST_CASE("texts in quotes are no keywords") {
     REQUIRE(mesh.notices.size() == 1);
     CHECK(mesh.notices[0].what == "the block of keyword Identifier was skipped");
     CHECK(std::get<LinearMesh<3>>(mesh.mesh).points.size() == 4);
+}
+
+TEST_CASE("edges from a vertex to itself are left out, with what is said of them") {
+    const DecodedMesh mesh = decoded(
+        head + body + "Edges\n4\n1 1 5\n1 2 6\n3 3 7\n2 3 8\nRidges\n3\n1\n2\n4\nRequiredEdges\n2\n3\n4\nEnd\n");
+    const auto& read = std::get<LinearMesh<3>>(mesh.mesh);
+    CHECK(read.edges.references == Column<Reference>(Buffer<Reference>{6, 8}));
+    CHECK(read.ridges == Column<std::uint32_t>(Buffer<std::uint32_t>{0, 1}));
+    CHECK(read.edges.required == Column<std::uint32_t>(Buffer<std::uint32_t>{1}));
+    REQUIRE(mesh.notices.size() == 1);
+    CHECK(mesh.notices[0].what == "2 edges from a vertex to itself were left out: they have no length");
 }
 
 TEST_CASE("cells that no mesh holds are counted where that is asked") {
