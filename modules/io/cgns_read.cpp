@@ -108,6 +108,7 @@ Outcome<Done> read_zone(Reader<D>& of, const Zone& zone) {
 template <int D>
 void join(listing::Mesh<D>& mesh, const Zones& zones, std::vector<Notice>& notices) {
     std::vector<std::size_t> ends;
+    ends.reserve(zones.chosen.size());
     for (const Zone& zone : zones.chosen) ends.push_back((ends.empty() ? 0 : ends.back()) + zone.vertices);
     std::size_t joined = 0;
     if (std::any_of(zones.chosen.begin(), zones.chosen.end(), [](const Zone& zone) { return zone.is_joined; }))

@@ -39,7 +39,7 @@ Buffer<std::uint32_t> partners(const Mesh<D>& mesh, std::span<const std::size_t>
     const auto part_of = [&](std::size_t p) { return std::upper_bound(ends.begin(), ends.end(), p) - ends.begin(); };
     Buffer<std::uint32_t> partner(mesh.points.size());
     for (std::size_t p = 0; p < partner.size(); ++p) {
-        std::array<double, D> place;
+        std::array<double, D> place{};
         for (int c = 0; c < D; ++c) place[static_cast<std::size_t>(c)] = mesh.points[p][c] + 0.0;  // −0 is 0
         const auto own = static_cast<std::uint32_t>(p);
         const auto [found, is_new] = first.try_emplace(place, own);

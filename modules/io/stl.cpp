@@ -36,7 +36,7 @@ constexpr std::size_t header_bytes = 80, row_bytes = 50;
 /// The nodes of a triangle of the mesh: three, of degree 2 also those of its edges 01 12 20.
 template <std::size_t Nodes>
 struct Face {
-    std::array<std::size_t, Nodes> nodes;
+    std::array<std::size_t, Nodes> nodes{};
     Reference reference = 0;
 };
 

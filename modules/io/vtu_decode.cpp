@@ -206,6 +206,7 @@ class MeshReader {
     /// Pieces have points of their own where they meet.
     Outcome<Done> join_pieces() {
         std::vector<std::size_t> ends;
+        ends.reserve(file_.pieces.size());
         for (const PieceSize& piece : file_.pieces) ends.push_back((ends.empty() ? 0 : ends.back()) + piece.points);
         const std::size_t joined = listing::join_coincident(mesh_, ends);
         notices_.push_back({std::to_string(ends.size()) + " pieces were joined into one mesh, at " +

@@ -113,7 +113,7 @@ class Generate(unittest.TestCase):
                 (2, "box: --structure is for shell and annulus", ("box", "-o", "o.mesh", "--structure", "prisms")),
                 (2, "elements are nearest to 5 (", ("shell", "-o", "o.mesh", *LAYERS, "--elements", "5")),
                 (2, "--elements", ("box", "-o", "o.mesh", "--elements", "0")),
-                (2, "no format known for this ending", ("box", "-o", "o.stl")),
+                (2, "no format known for this ending", ("box", "-o", "o.ply")),
                 (2, "too many", ("shell", "-o", "o.mesh", "--structure", "prisms", "--set", "inner_size=1e-9")),
                 (2, "high above low", ("box", "-o", "o.mesh", "--set", "high=[-1, 1, 1]")),
                 (3, "absent.json", ("absent.json", "-o", "o.mesh")),
