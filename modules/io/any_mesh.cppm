@@ -1,6 +1,8 @@
 module;
+#include <array>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 #include <variant>
 #include <vector>
 export module camber.io:any_mesh;
@@ -23,6 +25,12 @@ struct Lift {
     friend bool operator==(const Lift&, const Lift&) = default;
 };
 
+/// The numbers that a file gives by itself (tags of Gmsh's), where these are not 1, 2, 3 …; else empty.
+struct FileTags {
+    Column<std::uint64_t> vertices;
+    std::array<Column<std::uint64_t>, 4> simplices = {};  ///< of edges, triangles and tetrahedra, by their dimension
+};
+
 /// What a mesh file holds, and what is to be said about it.
 struct DecodedMesh {
     AnyMesh mesh;
@@ -35,6 +43,8 @@ struct DecodedMesh {
     /// The file's format has three coordinates of every mesh: a flat one in it is a mesh in 2D, and no surface.
     bool always_in_space = false;
     std::vector<CellCount> unheld = {};  ///< cells that were left out (Unheld::count)
+    FileTags tags = {};
+    std::string_view format = {};  ///< the name of the file's row of `mesh_formats()`
 };
 
 }  // namespace camber

@@ -82,7 +82,10 @@ Outcome<DecodedMesh> decode_mesh(std::span<const std::byte> bytes, std::string_v
     const auto format = format_to_read(mesh_formats(), bytes, path);
     if (!format) return fail(format.error());
     auto decoded = (*format)->decode(bytes, path, options, execution);
-    if (decoded) decoded->always_in_space = (*format)->always_in_space;
+    if (decoded) {
+        decoded->always_in_space = (*format)->always_in_space;
+        decoded->format = (*format)->name;
+    }
     return decoded;
 }
 

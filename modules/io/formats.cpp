@@ -47,8 +47,12 @@ MeshFormat gmf_row(FormatName name) {
 
 template <MshVersion version, MshEncoding encoding>
 MeshFormat msh_row(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
-    MeshFormat format{{name, what, std::move(endings),
-                       [](std::span<const std::byte> bytes) { return is_msh(bytes, {version, encoding}); }}};
+    constexpr std::string_view ending = ".msh";
+    MeshFormat format{{.name = name,
+                       .what = what,
+                       .endings = std::move(endings),
+                       .shared_ending = ending,
+                       .sniff = [](std::span<const std::byte> bytes) { return is_msh(bytes, {version, encoding}); }}};
     format.decode = quiet<decode_msh>;
     format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
         return encode_msh(mesh, fields, {version, encoding}, without_progress(execution));
@@ -60,7 +64,7 @@ MeshFormat msh_row(std::string_view name, std::string_view what, std::vector<std
 }
 
 MeshFormat vtu_row() {
-    MeshFormat format{{"vtu", "VTU (ParaView)", {".vtu"}, is_vtu}};
+    MeshFormat format{{"vtu", "VTU (ParaView)", {".vtu"}, {}, is_vtu}};
     format.decode = quiet<decode_vtu>;
     format.encode =
         encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions options, const Execution& execution) {
@@ -77,7 +81,7 @@ MeshFormat vtu_row() {
 template <VtkEncoding encoding>
 MeshFormat vtk_row(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
     MeshFormat format{
-        {name, what, std::move(endings), [](std::span<const std::byte> bytes) { return is_vtk(bytes, encoding); }}};
+        {name, what, std::move(endings), ".vtk", [](std::span<const std::byte> bytes) { return is_vtk(bytes, encoding); }}};
     format.decode = quiet<decode_vtk>;
     format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
         return encode_vtk(mesh, fields, encoding, without_progress(execution));
@@ -91,7 +95,7 @@ MeshFormat vtk_row(std::string_view name, std::string_view what, std::vector<std
 template <StlEncoding encoding>
 MeshFormat stl_row(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
     MeshFormat format{
-        {name, what, std::move(endings), [](std::span<const std::byte> bytes) { return is_stl(bytes, encoding); }}};
+        {name, what, std::move(endings), {}, [](std::span<const std::byte> bytes) { return is_stl(bytes, encoding); }}};
     format.encode = encoded<[](const auto& mesh, const MeshFields&, EncodeOptions, const Execution& execution) {
         return encode_stl(mesh, encoding, without_progress(execution));
     }>;
@@ -101,7 +105,7 @@ MeshFormat stl_row(std::string_view name, std::string_view what, std::vector<std
 }
 
 MeshFormat xdmf_row() {
-    MeshFormat format{{"xdmf", "XDMF 3 as text", {".xdmf", ".xmf"}, is_xdmf}};
+    MeshFormat format{{"xdmf", "XDMF 3 as text", {".xdmf", ".xmf"}, {}, is_xdmf}};
     format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
         return encode_xdmf(mesh, fields, without_progress(execution));
     }>;
@@ -112,7 +116,7 @@ MeshFormat xdmf_row() {
 }
 
 MeshFormat mfem_row() {
-    MeshFormat format{{"mfem", "MFEM mesh v1.0", {".mfem"}, is_mfem}};
+    MeshFormat format{{"mfem", "MFEM mesh v1.0", {".mfem"}, {}, is_mfem}};
     format.decode = quiet<decode_mfem>;
     format.encode = encoded<[](const auto& mesh, const MeshFields&, EncodeOptions, const Execution& execution) {
         return encode_mfem(mesh, without_progress(execution));
@@ -122,13 +126,13 @@ MeshFormat mfem_row() {
 }
 
 MeshFormat su2_row() {
-    MeshFormat format{{"su2", "SU2 mesh", {".su2"}, is_su2}};
+    MeshFormat format{{"su2", "SU2 mesh", {".su2"}, {}, is_su2}};
     format.decode = quiet<decode_su2>;
     return format;
 }
 
 MeshFormat cgns_row() {
-    MeshFormat format{{"cgns", "CGNS", {".cgns"}, is_cgns}};
+    MeshFormat format{{"cgns", "CGNS", {".cgns"}, {}, is_cgns}};
     format.decode = quiet<decode_cgns>;
     format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
         return encode_cgns(mesh, fields, without_progress(execution));
@@ -149,8 +153,8 @@ Outcome<Chunks> encode_gmf_fields(const Solution& solution, const Execution& exe
 std::span<const MeshFormat> mesh_formats() {
     using enum MshVersion;
     static const std::vector<MeshFormat> formats{
-        gmf_row<GmfEncoding::ascii>({"gmf-ascii", "GMF as text", {".mesh"}, is_gmf_ascii}),
-        gmf_row<GmfEncoding::binary>({"gmf-binary", "GMF in binary", {".meshb"}, is_gmf_binary}),
+        gmf_row<GmfEncoding::ascii>({"gmf-ascii", "GMF as text", {".mesh"}, {}, is_gmf_ascii}),
+        gmf_row<GmfEncoding::binary>({"gmf-binary", "GMF in binary", {".meshb"}, {}, is_gmf_binary}),
         msh_row<v4, MshEncoding::binary>("msh", "Gmsh MSH 4.1 in binary", {".msh"}),
         msh_row<v4, MshEncoding::ascii>("msh-ascii", "Gmsh MSH 4.1 as text", {}),
         msh_row<v2, MshEncoding::binary>("msh2", "Gmsh MSH 2.2 in binary", {}),
@@ -170,10 +174,10 @@ std::span<const MeshFormat> mesh_formats() {
 
 std::span<const SolutionFormat> solution_formats() {
     static const std::vector<SolutionFormat> formats{
-        {{"gmf-ascii", "GMF as text", {".sol"}, is_gmf_ascii},
+        {{"gmf-ascii", "GMF as text", {".sol"}, {}, is_gmf_ascii},
          decode_gmf_solution,
          encode_gmf_fields<GmfEncoding::ascii>},
-        {{"gmf-binary", "GMF in binary", {".solb"}, is_gmf_binary},
+        {{"gmf-binary", "GMF in binary", {".solb"}, {}, is_gmf_binary},
          decode_gmf_solution,
          encode_gmf_fields<GmfEncoding::binary>},
     };
@@ -187,6 +191,13 @@ std::string listed(std::span<const std::string_view> words, std::string_view bef
         text += words[i];
     }
     return text;
+}
+
+Outcome<const MeshFormat*> format_to_write_again(std::span<const MeshFormat> formats, std::string_view path,
+                                                 std::string_view name, std::string_view source) {
+    const MeshFormat* const own = name.empty() ? format_with_name(formats, source) : nullptr;
+    const bool goes_by_it = own && own->encode && !own->shared_ending.empty() && path.ends_with(own->shared_ending);
+    return goes_by_it ? own : format_to_write(formats, path, name);
 }
 
 Outcome<DecodedSolution> decode_solution(std::span<const std::byte> bytes, std::string_view path,

@@ -29,6 +29,8 @@ struct FormatName {
     std::string_view what;  ///< a few words for lists
     /// Of its files, with the dot; no other row's. None: it is written only by its name, and read only by its content.
     std::vector<std::string_view> endings;
+    /// The ending of another row that its files go by too: what is read from one is written so again. Empty: none.
+    std::string_view shared_ending = {};
     /// Whether a file begins as those of this format do, and no other row's. It looks at the first words only.
     bool (*sniff)(std::span<const std::byte> bytes);
 };
@@ -154,6 +156,13 @@ template <class Format>
     return fail(ErrorKind::usage, "is no format that is written", std::string(name), {},
                 "use " + listed(names_written(formats)));
 }
+
+/// The row in which the mesh of a file of the row `source` (a name; empty: of none) is written: the one of that name,
+/// or the row of the ending, but the source's own where its files go by that ending too: text stays text, and a version
+/// that version. Errors: usage.
+[[nodiscard]] Outcome<const MeshFormat*> format_to_write_again(std::span<const MeshFormat> formats,
+                                                               std::string_view path, std::string_view name,
+                                                               std::string_view source);
 
 /// A mesh file's content, in whichever format it is. `path`: the file's, for its ending and for messages. Errors: those
 /// of `format_to_read` and of the decoder.

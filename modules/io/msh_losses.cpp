@@ -39,9 +39,11 @@ void tell_numbers(int dimension, const Classes& classes, std::vector<Notice>& no
         if (one.entity != 0 && one.entity != one.tag) entities += one.count;
     }
     const std::string of(plural_of(dimension));
-    if (!classes.physical_of.empty())
+    std::map<Reference, Reference> changed = classes.physical_of;
+    std::erase_if(changed, [](const auto& change) { return change.first == change.second; });
+    if (!changed.empty())
         notices.push_back({"physical tags must be positive: of " + std::to_string(references) + " " + of +
-                           " the reference " + listed_changes(classes.physical_of)});
+                           " the reference " + listed_changes(changed)});
     if (entities > 0)
         notices.push_back({std::to_string(entities) + " " + of +
                            " get another entity: one has one reference in the file, and a positive number"});

@@ -3,11 +3,15 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
+#include <variant>
 #include <vector>
 module camber.io;
 import camber.core;
@@ -20,6 +24,7 @@ namespace {
 /// What the mesh does not hold, by its number.
 struct Counts {
     std::size_t in_several_groups = 0, between_partitions = 0, physicals = 0, degenerate_lines = 0;
+    std::map<EntityKey, std::size_t> left_out_of;  ///< by dimension and physical tag: groups that were not the first
 };
 
 /// Where something on an entity belongs: that of a partition to its parent.
@@ -27,17 +32,19 @@ struct Owner {
     EntityKey entity;
     Reference physical = 0;
     std::size_t physicals = 0;
+    std::vector<Reference> others = {};
     bool lies_between_partitions = false;
 };
 Owner owner_of(const File& file, EntityKey key) {
     const auto found = file.entities.find(key);
     if (found == file.entities.end()) return {key};
     const EntityInfo& info = found->second;
-    if (!info.of_partition) return {key, info.physical, info.physicals};
-    Owner owner{info.parent, info.physical, info.physicals, info.parent.dimension != key.dimension};
+    if (!info.of_partition) return {key, info.physical, info.physicals, info.others};
+    Owner owner{info.parent, info.physical, info.physicals, info.others, info.parent.dimension != key.dimension};
     if (const auto parent = file.entities.find(info.parent); parent != file.entities.end() && info.physicals == 0) {
         owner.physical = parent->second.physical;
         owner.physicals = parent->second.physicals;
+        owner.others = parent->second.others;
     }
     return owner;
 }
@@ -63,6 +70,7 @@ void spread(const File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dr
             counts.between_partitions += block.end - block.begin;
         } else if (owner.physicals > 1) {
             counts.in_several_groups += block.end - block.begin;
+            for (const Reference other : owner.others) counts.left_out_of[{K, other}] += block.end - block.begin;
         }
     }
 }
@@ -97,6 +105,7 @@ std::optional<Buffer<std::uint32_t>> kept_rows(const File& file, const Elements<
         if (!dropped.empty() && dropped[row] != 0) continue;
         if (file.by_row && !kept.empty() && is_again(elements, kept.back(), row)) {
             ++counts.in_several_groups;
+            ++counts.left_out_of[{K, elements.physicals[row]}];
             continue;
         }
         kept.push_back(row);
@@ -248,12 +257,29 @@ void give_to_mid_nodes(const listing::Mesh<3>& mesh, Buffer<Reference>& referenc
     static_cast<void>(listing::for_each_dimension(mesh, give));
 }
 
+std::string listed_left_out(const File& file, const Counts& counts) {
+    constexpr std::string_view plurals[]{"points", "edges", "triangles", "tetrahedra"};
+    constexpr std::size_t shown = 8;
+    std::string text;
+    std::size_t n = 0;
+    for (const auto& [group, count] : counts.left_out_of) {
+        if (n++ == shown) return text + " and " + std::to_string(counts.left_out_of.size() - shown) + " more groups";
+        const auto named = std::ranges::find_if(
+            file.groups, [&](const Group& g) { return g.dimension == group.dimension && g.reference == group.tag; });
+        text += (n > 1 ? ", " : "") + std::to_string(count) + " " +
+                std::string(plurals[static_cast<std::size_t>(group.dimension)]) + " left out of group " +
+                std::to_string(group.tag) + (named == file.groups.end() ? "" : " \"" + named->name + "\"");
+    }
+    return text;
+}
+
 std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_groups) {
     std::vector<Notice> notices;
     if (!has_groups) notices.push_back({"no simplex is in a physical group: references are the tags of entities"});
     if (counts.in_several_groups > 0)
         notices.push_back({std::to_string(counts.in_several_groups) +
-                           " elements are in several physical groups: the first of each was taken"});
+                           " elements are in several physical groups: the first of each was taken; " +
+                           listed_left_out(file, counts)});
     if (counts.degenerate_lines > 0)
         notices.push_back({std::to_string(counts.degenerate_lines) +
                            " lines from a node to itself were left out: they have no length"});
@@ -298,6 +324,35 @@ void drop_names(Buffer<Group>& groups, std::vector<Notice>& notices) {
         notices.push_back({std::to_string(dropped) + " names of physical groups were left out: no simplex is in them"});
 }
 
+/// The tags of rows one after the other; empty where they count from 1.
+Column<std::uint64_t> told_tags(std::initializer_list<const Buffer<std::uint64_t>*> parts) {
+    Buffer<std::uint64_t> tags;
+    bool counts = true;
+    for (const auto* part : parts)
+        for (const std::uint64_t tag : *part) {
+            tags.push_back(tag);
+            counts = counts && tag == tags.size();
+        }
+    return counts ? Column<std::uint64_t>() : Column<std::uint64_t>(std::move(tags));
+}
+
+/// The tags of a mesh's vertices among those of all nodes of the file.
+Column<std::uint64_t> tags_of_vertices(const DecodedMesh& decoded, const Buffer<std::uint64_t>& nodes) {
+    const std::size_t vertices = std::visit(
+        [](const auto& mesh) {
+            if constexpr (requires { mesh.linear; })
+                return mesh.linear.points.size();
+            else
+                return mesh.points.size();
+        },
+        decoded.mesh);
+    if (vertices == nodes.size()) return told_tags({&nodes});
+    const Column<std::uint32_t>& numbers = decoded.node_numbers;  // of degree 2: they are the tags
+    if (numbers.size() < vertices) return {};
+    const Buffer<std::uint64_t> of(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(vertices));
+    return told_tags({&of});
+}
+
 }  // namespace
 
 Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution& execution) {
@@ -314,6 +369,11 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
         for (const auto* tags : {&tetrahedra_2.tags, &tetrahedra_1.tags, &triangles_2.tags, &triangles_1.tags,
                                  &lines_2.tags, &lines_1.tags})
             cell_tags.insert(cell_tags.end(), tags->begin(), tags->end());
+
+    // Simplices of degree 2 come first, as `assembled` puts them.
+    std::array<Column<std::uint64_t>, 4> tags_of_simplices{
+        Column<std::uint64_t>(), told_tags({&lines_2.tags, &lines_1.tags}),
+        told_tags({&triangles_2.tags, &triangles_1.tags}), told_tags({&tetrahedra_2.tags, &tetrahedra_1.tags})};
 
     listing::Mesh<3> mesh;
     mesh.name = name;
@@ -335,7 +395,11 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
     std::vector<Notice> notices = notices_of(file, counts, has_groups);
     if (!has_groups) drop_names(mesh.groups, notices);
     mesh.fields = fields_of(file, cell_tags, notices);
-    return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
+    auto decoded = listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
+    if (!decoded) return decoded;
+    decoded->tags.simplices = std::move(tags_of_simplices);
+    decoded->tags.vertices = tags_of_vertices(*decoded, file.nodes.tags);
+    return decoded;
 }
 
 }  // namespace camber::msh

@@ -51,8 +51,8 @@ void find_classes(std::span<const Reference> references, std::span<const Referen
     }
 }
 
-/// Positive references keep their number; the others get free ones, 0 first.
-void number_references(std::span<const Reference> named, Classes& classes) {
+/// Positive references keep their number; the others get free ones, 0 first, or none.
+void number_references(std::span<const Reference> named, Unnumbered unnumbered, Classes& classes) {
     std::set<Reference> used;
     std::set<Reference, std::greater<>> others;
     const auto enter = [&](Reference reference) {
@@ -64,6 +64,8 @@ void number_references(std::span<const Reference> named, Classes& classes) {
     for (const Class& one : classes.list) enter(one.reference);
     for (const Reference reference : named) enter(reference);
     Free free(used);
+    const bool is_named = std::ranges::find(named, 0) != named.end();
+    if (unnumbered == Unnumbered::in_no_group && !is_named && others.erase(0) > 0) classes.physical_of[0] = 0;
     for (const Reference reference : others) classes.physical_of[reference] = free.take();
     for (Class& one : classes.list) one.physical = classes.physical(one.reference);
 }
@@ -80,7 +82,7 @@ void number_entities(std::span<const Reference> places, Classes& classes) {
     std::sort(order.begin(), order.end(), [&](const Class* a, const Class* b) { return rank(a) < rank(b); });
     std::map<Reference, Reference> physical_on;  // of entities with simplices
     const auto takes = [&](Class& one, Reference tag) {
-        const bool is_free = physical_on.try_emplace(tag, one.physical).first->second == one.physical;
+        const bool is_free = tag > 0 && physical_on.try_emplace(tag, one.physical).first->second == one.physical;
         if (is_free) one.tag = tag;
         return is_free;
     };
@@ -116,10 +118,10 @@ Classes points_of(const LinearMesh<D>& mesh, std::span<const Reference> named, s
 }  // namespace
 
 Classes classes_of(std::span<const Reference> references, std::span<const Reference> entities,
-                   std::span<const Reference> named, std::span<const Reference> places) {
+                   std::span<const Reference> named, std::span<const Reference> places, Unnumbered unnumbered) {
     Classes classes;
     find_classes(references, entities, classes);
-    number_references(named, classes);
+    number_references(named, unnumbered, classes);
     number_entities(places, classes);
     return classes;
 }
@@ -157,7 +159,11 @@ Numbers numbers_of(const LinearMesh<D>& mesh) {
     numbers.of_dimension[0] = points_of(mesh, named[0], on[0], numbers);
     with_each_dimension(mesh, [&](auto dimension, const auto& simplices) {
         constexpr auto k = static_cast<std::size_t>(dimension());
-        numbers.of_dimension[k] = classes_of(simplices.references.view(), simplices.entities.view(), named[k], on[k]);
+        // Solvers want a group of all that they integrate over: in a mesh of tetrahedra curves are none of that.
+        const bool is_beside_volumes = k < D - 1 && mesh.elements.size() > 0;
+        const auto unnumbered = is_beside_volumes ? Unnumbered::in_no_group : Unnumbered::grouped;
+        numbers.of_dimension[k] =
+            classes_of(simplices.references.view(), simplices.entities.view(), named[k], on[k], unnumbered);
     });
     for (std::size_t k = D + 1; k < 4; ++k) numbers.of_dimension[k] = classes_of({}, {}, named[k], on[k]);
     return numbers;

@@ -16,7 +16,7 @@ namespace camber::msh {
 struct Class {
     Reference entity = 0, reference = 0;  ///< the mesh's
     std::size_t count = 0;
-    Reference tag = 0, physical = 0;  ///< the file's: both positive
+    Reference tag = 0, physical = 0;  ///< the file's: positive; physical 0: in no group
 };
 
 /// The simplices of one dimension.
@@ -33,10 +33,17 @@ struct Classes {
     [[nodiscard]] Reference tag(Reference entity) const { return entity > 0 ? entity : tag_of.at(entity); }
 };
 
+/// What becomes of simplices with reference 0.
+enum class Unnumbered : std::uint8_t {
+    grouped,     ///< they get a free number, as all that are not positive do
+    in_no_group  ///< they stay out of groups, if no name speaks of 0
+};
+
 /// Columns of simplices: entities as many as references, or none. `named`: references of groups; `places`: entities
 /// that vertices lie on.
 [[nodiscard]] Classes classes_of(std::span<const Reference> references, std::span<const Reference> entities,
-                                 std::span<const Reference> named, std::span<const Reference> places);
+                                 std::span<const Reference> named, std::span<const Reference> places,
+                                 Unnumbered unnumbered = Unnumbered::grouped);
 
 /// A vertex on an entity of the geometry, as the file can say it once for each.
 struct Place {

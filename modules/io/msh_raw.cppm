@@ -34,6 +34,7 @@ struct EntityKey {
 struct EntityInfo {
     Reference physical = 0;  ///< the first, without its sign; 0: none
     std::size_t physicals = 0;
+    std::vector<Reference> others = {};  ///< those after the first, likewise
     bool of_partition = false;
     EntityKey parent = {};  ///< of a partition's entity
 };

@@ -48,7 +48,10 @@ bool read_entity(Source& source, int dimension, bool of_partition, Generation ve
     }
     if (!read_reals(source, dimension == 0 && version == Generation::v41 ? 3 : 6)) return false;
     const auto physical = [&](std::int64_t value) {
-        if (info.physicals++ == 0) info.physical = magnitude(value);
+        if (info.physicals++ == 0)
+            info.physical = magnitude(value);
+        else
+            info.others.push_back(magnitude(value));
     };
     if (!read_list(source, physical) || (dimension > 0 && !read_list(source, ignore))) return false;
     file.entities.insert_or_assign(EntityKey{dimension, static_cast<Reference>(tag)}, info);

@@ -234,7 +234,11 @@ TEST_CASE("4.1: nodes by tag, physical tags without sign, entities, parameters, 
     CHECK(m.geometry.on_curves == Column<Association<1>>(Buffer<Association<1>>{{two, 6, {{0.25}}}}));
     CHECK(m.geometry.on_surfaces == Column<Association<2>>(Buffer<Association<2>>{{zero, 8, {{0.5, 0.75}}}}));
     CHECK(m.groups == Column<Group>(Buffer<Group>{{1, 3, "a name"}, {2, 2, "face"}}));
-    CHECK(tells(mesh, "1 elements are in several physical groups: the first of each was taken"));
+    CHECK(mesh.tags.vertices == Column<std::uint64_t>(Buffer<std::uint64_t>{3, 7, 40}));
+    CHECK(mesh.tags.simplices[1] == Column<std::uint64_t>(Buffer<std::uint64_t>{4, 5}));
+    CHECK(mesh.tags.simplices[2].empty());  // the triangle's tag is its number
+    CHECK(tells(mesh,
+                "1 elements are in several physical groups: the first of each was taken; 1 edges left out of group 4"));
     CHECK(tells(mesh, "the section $Periodic was skipped"));
     CHECK(mesh.notices.size() == 2);
 }
@@ -254,7 +258,9 @@ TEST_CASE("2.2: tags from 1 to 2^63, simplices that are listed once for each of 
     CHECK(m.edges.entities == Column<Reference>(Buffer<Reference>{2}));
     CHECK(m.point_references == Column<Reference>(Buffer<Reference>{6, 0, 0}));
     CHECK(m.geometry.on_points == Column<Association<0>>(Buffer<Association<0>>{{VertexId(0), 3}}));
-    CHECK(tells(mesh, "1 elements are in several physical groups: the first of each was taken"));
+    CHECK(tells(
+        mesh,
+        "1 elements are in several physical groups: the first of each was taken; 1 triangles left out of group 5"));
     CHECK(tells(mesh, "the mesh is partitioned: the partitions were joined"));
 }
 
@@ -395,6 +401,29 @@ TEST_CASE("references and entities that Gmsh's files cannot have get others, and
         CHECK(m.facets.references == Column<Reference>(Buffer<Reference>{2, 1}));
         CHECK(m.facets.entities == Column<Reference>(Buffer<Reference>{1, 4}));
         CHECK(m.groups == Column<Group>(Buffer<Group>{{2, 2, "zero"}}));
+    }
+}
+
+TEST_CASE("curves beside tetrahedra that have no reference stay without a group") {
+    LinearMesh<3> mesh;
+    mesh.points = Buffer<Vec<3>>{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}};
+    mesh.point_references = Buffer<Reference>{0, 0, 0, 0};
+    mesh.elements.vertices = Buffer<SimplexVertices<3>>{{VertexId(0), VertexId(1), VertexId(2), VertexId(3)}};
+    mesh.elements.references = Buffer<Reference>{7};
+    mesh.edges.vertices = Buffer<SimplexVertices<1>>{{VertexId(0), VertexId(1)}, {VertexId(1), VertexId(2)}};
+    mesh.edges.references = Buffer<Reference>{0, 3};
+    CHECK(not_in_msh(mesh, MshVersion::v4).empty());
+    LinearMesh<3> named = mesh;
+    named.groups = Buffer<Group>{{1, 0, "seam"}};
+    CHECK(not_in_msh(named, MshVersion::v4).size() == 1);
+    for (const MshOptions kind : kinds) {
+        const auto edges_of = [&](const LinearMesh<3>& m) {
+            const auto back = decode_msh(generated::joined(*encode_msh(m, {}, kind, {})), "file", {});
+            REQUIRE(back.has_value());
+            return std::get<LinearMesh<3>>(back->mesh).edges.references;
+        };
+        CHECK(edges_of(mesh) == Column<Reference>(Buffer<Reference>{0, 3}));
+        CHECK(edges_of(named) == Column<Reference>(Buffer<Reference>{1, 3}));  // a name is of a group
     }
 }
 
