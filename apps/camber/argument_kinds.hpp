@@ -1,11 +1,16 @@
 #pragma once
 // Kinds of arguments: of described options, of words, of files.
+#include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <map>
 #include <string>
+#include <type_traits>
+#include <vector>
 #include <CLI/CLI.hpp>
 
 import camber.core;
+import camber.commands;
 import camber.config;
 import camber.io;
 
@@ -21,18 +26,70 @@ inline std::string mesh_or_solution() {
     return "A mesh of degree 1 or 2 (" + endings_of_input() + ") or a solution (" + endings_of_solutions() + ")";
 }
 
-/// Numbers within the limits of an option. Closed ones are told as CLI11 tells them.
+/// What is wrong with an option's value, and a remedy, as one text of the parser's error: `error_of` parts them again.
+inline std::string with_remedy(const std::string& what, const std::string& remedy) { return what + "\n" + remedy; }
+
+/// Numbers within limits; whole ones where T is.
 template <class T>
 CLI::Validator within(const camber::Limits& limits) {
-    if (!limits.low_open && !limits.high_open)
-        return CLI::Range(static_cast<T>(limits.low), static_cast<T>(limits.high));
+    const auto check = [limits](const std::string& text) -> std::string {
+        double x = 0;
+        if (!CLI::detail::lexical_cast(text, x)) {
+            std::string with_point = text;
+            std::ranges::replace(with_point, ',', '.');
+            const bool has_comma = with_point != text && CLI::detail::lexical_cast(with_point, x);
+            return with_remedy("\"" + text + "\" is no number", has_comma ? "write it with a point: " + with_point
+                                                                          : "give one in digits, such as 0.5 or 1e-3");
+        }
+        if (std::is_integral_v<T> && x != std::floor(x)) return "must be a whole number, got " + text;
+        return limits.hold(x) ? std::string() : camber::out_of_limits(limits, text);
+    };
+    return CLI::Validator(check, limits.interval());
+}
+
+template <class T>
+CLI::Validator at_least(double low) {
+    return within<T>({.low = low});
+}
+template <class T>
+CLI::Validator above(double low) {
+    return within<T>({.low = low, .low_open = true});
+}
+template <class T>
+CLI::Validator between(double low, double high) {
+    return within<T>({.low = low, .high = high});
+}
+
+/// One of some words; else the word that may have been meant.
+inline CLI::Validator one_of(const std::vector<std::string>& names) {
     return CLI::Validator(
-        [limits](const std::string& text) {
-            double x = 0;
-            const bool holds = CLI::detail::lexical_cast(text, x) && limits.hold(x);
-            return holds ? std::string() : camber::out_of_limits(limits, text);
+        [names](const std::string& text) -> std::string {
+            if (std::ranges::find(names, text) != names.end()) return {};
+            return with_remedy("\"" + text + "\" is none of its words", suggestion(text, names));
         },
-        limits.interval());
+        "");
+}
+
+inline std::vector<std::string> mesh_format_names() {
+    const auto names = camber::names_written(camber::mesh_formats());
+    return {names.begin(), names.end()};
+}
+/// Of formats that hold fields at nodes.
+inline std::vector<std::string> field_format_names() {
+    const auto of_solutions = camber::names_written(camber::solution_formats());
+    std::vector<std::string> names(of_solutions.begin(), of_solutions.end());
+    for (const camber::MeshFormat& format : camber::mesh_formats())
+        if (format.encode && format.holds_fields) names.emplace_back(format.name);
+    return names;
+}
+
+inline void add_format(CLI::App* verb, std::string& format, const std::vector<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) text += (text.empty() ? "" : "|") + name;
+    verb->add_option("--format", format,
+                     "The output's format by its name, whatever its ending; - as the output, standard output, needs it")
+        ->check(one_of(names))
+        ->option_text(text);
 }
 
 /// An option's sentence as a help text has it.
@@ -57,12 +114,18 @@ template <class T>
 void add_words(CLI::App* verb, const std::string& name, T& value, const std::string& sentence) {
     using E = typename CLI::detail::wrapped_type<T, T>::type;
     std::map<std::string, E> values;
+    std::vector<std::string> names;
     std::string text;
     for (const auto& w : words(E{})) {
         values.emplace(w.word, w.value);
+        names.emplace_back(w.word);
         text += (text.empty() ? "" : "|") + std::string(w.word);
     }
-    verb->add_option(name, value, sentence)->transform(CLI::CheckedTransformer(values))->option_text(text);
+    // What is added last is asked first.
+    verb->add_option(name, value, sentence)
+        ->transform(CLI::Transformer(values))
+        ->transform(one_of(names))
+        ->option_text(text);
 }
 
 inline void add_flat(CLI::App* verb, camber::config::Flat& flat) {

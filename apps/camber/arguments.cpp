@@ -2,12 +2,14 @@
 #include "arguments.hpp"
 #include "argument_kinds.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
 #include <CLI/CLI.hpp>
 
 import camber.core;
+import camber.app_shell;
 import camber.cad;
 import camber.commands;
 import camber.config;
@@ -31,7 +33,7 @@ void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optio
                      "Override one option of the config: path=value, e.g. stages/curve/objective=length")
         ->type_name("PATH=VALUE");
     verb->add_option("--threads", threads, "Threads to use; 0: all. The result does not depend on it")
-        ->check(CLI::NonNegativeNumber);
+        ->check(at_least<double>(0));
     verb->add_flag("--print-config", print_config, "Print the pipeline with every default, and stop");
     verb->add_flag("--dry-run", dry_run,
                    "Read the input and tell what would be done, with memory and time expected; write nothing");
@@ -48,14 +50,14 @@ void add_metric(CLI::App* verb, MetricChoice& a) {
             "--geometry-error", a.geometry_error,
             "Largest distance of chords from the boundary's own surface; intersected with the metric. Default: "
             "any")
-        ->check(CLI::PositiveNumber);
+        ->check(above<double>(0));
     verb->add_option("--gradation", a.gradation,
                      "Largest ratio of the metric's sizes at adjacent edges. Default: as the metric is")
         ->check(within<double>(camber::option_of(&camber::config::Gradation::ratio).limits));
     verb->add_option("--complexity", a.complexity,
                      "Scale the metric, once it is graded, to this complexity: about 12 times as many tetrahedra, 2.6 "
                      "times as many triangles. Default: as the metric is")
-        ->check(CLI::PositiveNumber);
+        ->check(above<double>(0));
 }
 
 }  // namespace
@@ -74,10 +76,10 @@ void add_geometry(CLI::App* verb, GeometryArguments& a) {
               "as the model's file has them");
     verb->add_option("--cad-seconds", a.cad_seconds,
                      "How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file")
-        ->check(CLI::NonNegativeNumber);
+        ->check(at_least<double>(0));
     verb->add_option("--cad-memory", a.cad_memory,
                      "How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file")
-        ->check(CLI::NonNegativeNumber);
+        ->check(at_least<double>(0));
 }
 
 void add_bound(CLI::App* verb, PipelineArguments& a) {
@@ -89,6 +91,7 @@ void add_bound(CLI::App* verb, PipelineArguments& a) {
 }
 
 void add_pipeline(CLI::App* verb, PipelineArguments& a) {
+    add_format(verb, a.format, mesh_format_names());
     add_flat(verb, a.flat);
     verb->add_option("--report", a.report, "Also write the figures as JSON");
     verb->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
@@ -104,7 +107,7 @@ void add_run(CLI::App& app, Verb& verb) {
     run->add_flag("--allow-commands", verb.run.allow_commands,
                   "Let the config run the command of its adapt/solve: only of configs that you trust");
     run->add_option("--from", verb.run.from, "Of a config with cycles: go on from this one of an earlier run")
-        ->check(CLI::NonNegativeNumber);
+        ->check(at_least<int>(0));
     add_settings(run, verb.run.settings, verb.run.threads, verb.run.print_config, verb.run.dry_run);
     add_histogram(run, verb.run.histogram);
 }
@@ -147,7 +150,7 @@ void add_repair(CLI::App& app, Verb& verb) {
     repair
         ->add_option("--boundary-tolerance", a.boundary_tolerance,
                      "How far the node of a boundary edge may move, in model units; 0 (the default): not at all")
-        ->check(CLI::NonNegativeNumber);
+        ->check(at_least<double>(0));
     add_geometry(repair, a.geometry);
     add_bound(repair, a);
     add_solution_along(repair, a.solution);
@@ -231,7 +234,7 @@ void add_check(CLI::App& app, Verb& verb) {
         "--metric", a.metric,
         "A metric file: lengths of edges and qualities of elements in it are told, and how many edges are "
         "of unit length; of degree 2 straight and along the curves, with a bound of the quality at every point");
-    check->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
+    check->add_option("--threads", a.threads, "Threads to use; 0: all")->check(at_least<double>(0));
     check->add_flag("--histogram,!--no-histogram", a.histogram,
                     "How the scaled Jacobians (of a straight mesh: the quality) are spread; shown by default");
     check->add_flag("--json", a.json, "One JSON object instead of the report");
@@ -274,7 +277,7 @@ void add_inspection(CLI::App& app, Verb& verb) {
     add_described<double>(geometry, a.options, camber::option_of(&Options::ridge_angle));
     add_described<int>(geometry, a.options, camber::option_of(&Options::worst));
     add_flat(geometry, a.flat);
-    geometry->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
+    geometry->add_option("--threads", a.threads, "Threads to use; 0: all")->check(at_least<double>(0));
     geometry->add_flag("--json", a.json, "One JSON object instead of the report");
 }
 
@@ -296,17 +299,13 @@ void add_convert(CLI::App& app, Verb& verb) {
                      "Mesh: " + camber::listed(camber::endings_written(camber::mesh_formats())) +
                          "; solution: " + camber::listed(camber::endings_written(camber::solution_formats())))
         ->required();
-    convert
-        ->add_option("--format", a.format,
-                     "The format, by its name, whatever the ending of the output: " +
-                         camber::listed(camber::names_written(camber::mesh_formats())))
-        ->option_text("NAME");
+    add_format(convert, a.format, mesh_format_names());
     add_words(convert, "--cells", a.cells, "Cells of degree 2 in a .vtu: quadratic (the default) or lagrange");
     convert->add_option("--metric", a.metric,
                         "A solution on the mesh's vertices, whose fields go along (.vtu, .vtk, .msh, .cgns, .xdmf)");
     convert->add_flag("--elevate", a.elevate, "Degree 1 to 2 first: each edge gets a node at its middle");
     add_read(convert, a.read);
-    convert->add_option("--threads", a.threads, "Threads to use; 0: all")->check(CLI::NonNegativeNumber);
+    convert->add_option("--threads", a.threads, "Threads to use; 0: all")->check(at_least<double>(0));
 }
 
 void add_generate(CLI::App& app, Verb& verb) {
@@ -339,16 +338,12 @@ void add_generate(CLI::App& app, Verb& verb) {
         ->add_option("--elements", a.elements,
                      "About so many tetrahedra or triangles (within 20 per cent, but for very few): sizes or cells are "
                      "scaled, layers stay as they are")
-        ->check(CLI::Range(1.0, static_cast<double>(camber::max_entities)));
+        ->check(between<double>(1, static_cast<double>(camber::max_entities)));
     add_words(generate, "--structure", a.structure,
               "Of a shell or annulus: " + std::string(camber::option_of(&camber::ShellOptions<3>::structure).sentence));
-    generate
-        ->add_option("--format", a.format,
-                     "The format, by its name, whatever the ending of the output: " +
-                         camber::listed(camber::names_written(camber::mesh_formats())))
-        ->option_text("NAME");
+    add_format(generate, a.format, mesh_format_names());
     generate->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
-        ->check(CLI::NonNegativeNumber);
+        ->check(at_least<double>(0));
     generate->add_flag("--print-config", a.print_config, "Print the pipeline that makes this mesh, and stop");
 }
 
@@ -374,6 +369,15 @@ void add_others(CLI::App& app, Verb& verb) {
 }
 
 }  // namespace
+
+void add_quiet(CLI::App& app) {
+    const std::vector<std::string> give_data{"info", "explain", "schema"};
+    for (CLI::App* verb : app.get_subcommands({}))
+        if (std::ranges::find(give_data, verb->get_name()) == give_data.end())
+            verb->add_flag_callback(
+                "--quiet", [] { set_voice(Voice::quiet); },
+                "Say nothing but errors and what is missed: no table, no notes, no progress");
+}
 
 void add_verbs(CLI::App& app, Verb& verb) {
     add_run(app, verb);

@@ -39,6 +39,9 @@ void add_adapt(CLI::App& app, Verb& verb);
 void add_metric_of_solution(CLI::App& app, Verb& verb);
 void add_transfer(CLI::App& app, Verb& verb);
 
+/// --quiet of the verbs that say something beside the data that they are asked for.
+void add_quiet(CLI::App& app);
+
 /// The verbs and what they take.
 void add_verbs(CLI::App& app, Verb& verb);
 

@@ -52,7 +52,7 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
             "Complexity of the metric, with commas by cycle, the last for all after it: about 12 times as many "
             "tetrahedra, 2.6 times as many triangles. Default: as many elements as the mesh has")
         ->delimiter(',')
-        ->check(CLI::PositiveNumber);
+        ->check(above<double>(0));
     add_described<double>(verb, a.of_solution, camber::option_of(&S::norm));
     add_words(verb, "--error-of", a.of_solution.error_of, help_of(camber::option_of(&S::error_of)));
     add_described<double>(verb, a.of_solution, camber::option_of(&S::min_size));
@@ -61,7 +61,7 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
     add_sizes(verb, a.metric.sizes);
     verb->add_option("--geometry-error", a.metric.geometry_error,
                      "Largest distance of chords from the boundary's own surface. Default: any")
-        ->check(CLI::PositiveNumber);
+        ->check(above<double>(0));
     verb->add_option("--gradation", a.metric.gradation,
                      "Largest ratio of the metric's sizes at adjacent edges. Default: not limited")
         ->check(within<double>(camber::option_of(&camber::config::Gradation::ratio).limits));
@@ -71,18 +71,18 @@ void add_cycles(CLI::App* verb, AdaptArguments& a) {
     using S = Adaptation;
     verb->add_option("--cycles", a.cycles,
                      "So many cycles at most; they end where the mesh is at rest. Default: 8, of a solution's file 1")
-        ->check(CLI::Range(1, 1000));
+        ->check(between<int>(1, 1000));
     verb->add_option("--degree", a.degree, "Of the meshes that are made: 1, straight, or 2, curved")
-        ->check(CLI::Range(1, 2))
+        ->check(between<int>(1, 2))
         ->capture_default_str();
     add_described<double>(verb, a.adapt, camber::option_of(&S::settled));
     verb->add_option("--seconds", a.adapt.seconds, "How long the solver may take each time. Default: any time")
-        ->check(CLI::NonNegativeNumber);
+        ->check(at_least<double>(0));
     verb->add_option("--folder", a.adapt.folder,
                      "Where the cycles are kept, each in a folder of its own, with series.pvd for ParaView and "
                      "cycles.json. Default: with --solve OUTPUT's name with .cycles; else nothing is kept");
     verb->add_option("--from", a.from, "Go on from this cycle of an earlier run; those after it are made anew")
-        ->check(CLI::NonNegativeNumber);
+        ->check(at_least<double>(0));
     verb->add_option("--mesh-file", a.adapt.mesh,
                      "The name of a cycle's mesh, whose ending is the format that the solver reads (" +
                          endings_of_output() + ")")

@@ -92,15 +92,16 @@ void add_metric_of_solution(CLI::App& app, Verb& verb) {
         ->add_option("-o,--output", a.output,
                      "Where the metric goes (" + endings_of_solutions() + ", or .vtu with the mesh)")
         ->required();
+    add_format(metric, a.format, field_format_names());
     add_options_of_metric(metric, a.metric);
     metric
         ->add_option("--gradation", a.metric.gradation,
                      "Largest ratio of the sizes of adjacent edges. Default: not limited")
-        ->check(CLI::Range(1.0001, 1000.0));
+        ->check(between<double>(1.0001, 1000));
     metric
         ->add_option("--geometry-error", a.metric.geometry.chord_error,
                      "Largest distance of chords from the boundary's own surface; 0: any")
-        ->check(CLI::NonNegativeNumber);
+        ->check(at_least<double>(0));
     add_sizes(metric, a.sizes);
     metric
         ->add_option_function<std::vector<std::string>>(
@@ -112,7 +113,7 @@ void add_metric_of_solution(CLI::App& app, Verb& verb) {
         ->allow_extra_args(false);
     add_flat(metric, a.flat);
     metric->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
-        ->check(CLI::NonNegativeNumber);
+        ->check(at_least<double>(0));
 }
 
 void add_transfer(CLI::App& app, Verb& verb) {
@@ -133,12 +134,13 @@ void add_transfer(CLI::App& app, Verb& verb) {
         ->add_option("-o,--output", a.output,
                      "Where it goes (" + endings_of_solutions() + ", or .vtu with the new mesh)")
         ->required();
+    add_format(transfer, a.format, field_format_names());
     add_words(transfer, "--method", a.options.method, "interpolate (the default), or conserve");
     add_words(transfer, "--bounds", a.options.bounds,
               "conserve only: none (the default), or local: no value beyond the old ones around");
     add_flat(transfer, a.flat);
     transfer->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
-        ->check(CLI::NonNegativeNumber);
+        ->check(at_least<double>(0));
 }
 
 }  // namespace camber::app

@@ -7,6 +7,7 @@
 #include <new>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 #include <CLI/CLI.hpp>
 
@@ -72,26 +73,63 @@ std::vector<std::string> options_of(const CLI::App& app) {
     return names;
 }
 
+/// The parser's error in its parts: the option, what is wrong, what to do.
+camber::Error error_of(const CLI::ParseError& error, const std::string& help) {
+    std::string what = error.what(), where, remedy = "see " + help;
+    if (const auto colon = what.find(": "); what.starts_with('-') && colon != std::string::npos) {
+        where = what.substr(0, colon);
+        what.erase(0, colon + 2);
+    }
+    if (const auto line = what.find('\n'); line != std::string::npos) {
+        remedy = what.substr(line + 1);
+        what.erase(line);
+    }
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ArgumentMismatch)) what = "a value is missing";
+    constexpr std::string_view not_converted = "Could not convert: ";
+    if (what.starts_with(not_converted)) {
+        const auto equals = what.find(" = ");
+        where = what.substr(not_converted.size(), equals - not_converted.size());
+        what = "\"" + what.substr(equals + 3) + "\" is no whole number";
+    }
+    if (const auto excludes = what.find(" excludes "); excludes != std::string::npos) {
+        where = what.substr(0, excludes);
+        what = "does not go with " + what.substr(excludes + 10);
+        remedy = "give one of them";
+    }
+    if (const auto required = what.find(" is required"); required != std::string::npos) {
+        where = what.substr(0, required) == "--output" ? "-o, --output" : what.substr(0, required);
+        what = "is missing";
+    }
+    return {camber::ErrorKind::usage, what, where, {}, remedy};
+}
+
 /// The line for arguments that are not understood: a word that is misspelt explains also what is missing elsewhere.
 int report_usage(const CLI::App& app, const CLI::ParseError& error) {
     const CLI::App& verb = app.get_subcommands().empty() ? app : *app.get_subcommands().front();
-    camber::Error told{camber::ErrorKind::usage,
-                       error.what(),
-                       {},
-                       {},
-                       "see " + (&verb == &app ? "" : app.get_name() + " ") + verb.get_name() + " --help"};
+    const bool has_verb = &verb != &app;
+    const std::string help = (has_verb ? app.get_name() + " " : "") + verb.get_name() + " --help";
     const std::vector<std::string> words = app.remaining(true);
     const auto kind = static_cast<CLI::ExitCodes>(error.get_exit_code());
     const bool about_words = kind == CLI::ExitCodes::RequiredError || kind == CLI::ExitCodes::ExtrasError;
-    if (!about_words || words.empty()) return report_error(told);
+    if (about_words && !has_verb && words.empty())
+        return report_error({camber::ErrorKind::usage, "what is to be done?", {}, {}, suggestion("", verbs_of(app))});
+    if (!about_words || words.empty()) return report_error(error_of(error, help));
     const auto option =
         std::find_if(words.begin(), words.end(), [](const auto& word) { return word.starts_with("--"); });
-    if (&verb == &app && !words.front().starts_with('-'))
-        told = {told.kind, "is no command", words.front(), {}, suggestion(words.front(), verbs_of(app))};
-    else if (option != words.end())
-        told = {
-            told.kind, "is no option", *option, {}, suggestion(option->substr(0, option->find('=')), options_of(verb))};
-    return report_error(told);
+    if (!has_verb && !words.front().starts_with('-'))
+        return report_error(
+            {camber::ErrorKind::usage, "is no command", words.front(), {}, suggestion(words.front(), verbs_of(app))});
+    if (option != words.end())
+        return report_error({camber::ErrorKind::usage,
+                             "is no option",
+                             *option,
+                             {},
+                             suggestion(option->substr(0, option->find('=')), options_of(verb))});
+    return report_error({camber::ErrorKind::usage,
+                         "is one argument too many",
+                         words.front(),
+                         {},
+                         "quote what has spaces; see " + help});
 }
 
 }  // namespace
@@ -106,6 +144,7 @@ int main(int argc, char** argv) {
         app.require_subcommand(1);
         Verb verb;
         add_verbs(app, verb);
+        add_quiet(app);
         app.footer(exit_codes);  // not the verbs', which take theirs when they are made
         try {
             app.parse(argc, argv);

@@ -5,6 +5,7 @@ module;
 #include <cstdint>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -122,29 +123,32 @@ std::string required_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposa
     return {};
 }
 
+/// A reason, and the vertex where it is.
+struct Reason {
+    std::string what;
+    VertexId at = {};
+};
+
 template <int D>
-std::string reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Validation<D>& validation,
-                      const Folds<D>& folds, std::size_t e) {
-    if (is_flat(mesh, e)) return "its vertices alone make it flat or inverted";
+Reason reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Validation<D>& validation,
+                 const Folds<D>& folds, std::size_t e) {
+    if (is_flat(mesh, e)) return {"its vertices alone make it flat or inverted"};
     for (int i = 0; i <= D; ++i) {
         if (!is_given(mesh, proposal, e, i)) continue;
         const double given = at_vertex(mesh, proposal, e, i);
         if (!(given > validation.bound))
-            return fmt::format("the boundary alone makes its scaled Jacobian {:.3g} at vertex {}", given,
-                               mesh.linear.elements.vertices[e][i].index() + 1);
+            return {fmt::format("the boundary alone makes its scaled Jacobian {:.3g}", given),
+                    mesh.linear.elements.vertices[e][i]};
     }
     if (const Fold* fold = fold_of<D>(mesh, folds, e))
-        return fmt::format("its boundary triangle is folded: scaled Jacobian {:.3g} at vertex {}", fold->jacobian,
-                           fold->vertex.index() + 1);
+        return {fmt::format("its boundary triangle is folded: scaled Jacobian {:.3g}", fold->jacobian), fold->vertex};
     int free = 0;
     for (const EdgeId edge : mesh.edges.of_elements[e]) free += proposal.kinds[edge] == EdgeKind::volume;
-    if (free == 0) return "all its nodes are on the boundary";
-    if (validation.verdicts[e] == Verdict::undecided) return "too close to the bound to be decided";
-    return fmt::format("no place was found for its {} in the volume",
-                       free == 1 ? "node" : std::to_string(free) + " nodes");
+    if (free == 0) return {"all its nodes are on the boundary"};
+    if (validation.verdicts[e] == Verdict::undecided) return {"too close to the bound to be decided"};
+    return {fmt::format("no place was found for its {} in the volume",
+                        free == 1 ? "node" : std::to_string(free) + " nodes")};
 }
-
-constexpr const char* spent = "; the work that may be spent is spent (option effort)";
 
 template <int D>
 bool is_given_up(const Repaired<D>& repaired, std::size_t e) {
@@ -152,6 +156,11 @@ bool is_given_up(const Repaired<D>& repaired, std::size_t e) {
 }
 
 }  // namespace
+
+std::string sentence_of(const RemainingElement& element, std::string_view vertex) {
+    return element.reason + (element.at.valid() ? fmt::format(" at vertex {}", vertex) : std::string()) +
+           (element.is_given_up ? "; the work that may be spent is spent (option effort)" : "");
+}
 
 template <int D>
 std::vector<RemainingElement> remaining(const Repaired<D>& repaired) {
@@ -166,10 +175,9 @@ std::vector<RemainingElement> remaining(const Repaired<D>& repaired) {
     all.reserve(validation.invalid + validation.undecided);
     for (std::size_t e = 0; e < validation.verdicts.size(); ++e) {
         if (validation.verdicts[e] == Verdict::valid) continue;
-        std::string reason = required_of<D>(mesh, proposal, required, e);
-        if (reason.empty()) reason = reason_of<D>(mesh, proposal, validation, folds, e);
-        if (is_given_up(repaired, e)) reason += spent;
-        all.push_back({ElementId(e), std::move(reason)});
+        Reason reason{required_of<D>(mesh, proposal, required, e)};
+        if (reason.what.empty()) reason = reason_of<D>(mesh, proposal, validation, folds, e);
+        all.push_back({ElementId(e), std::move(reason.what), reason.at, is_given_up(repaired, e)});
     }
     return all;
 }
@@ -186,8 +194,7 @@ std::vector<RemainingElement> remaining_but_for_shape(const Repaired<D>& repaire
         std::string reason = required_of<D>(mesh, repaired.judged.proposal(), required, e);
         if (reason.empty() && !is_given_up(repaired, e)) continue;
         if (reason.empty()) reason = "not repaired";
-        if (is_given_up(repaired, e)) reason += spent;
-        all.push_back({ElementId(e), std::move(reason)});
+        all.push_back({ElementId(e), std::move(reason), {}, is_given_up(repaired, e)});
     }
     return all;
 }

@@ -1,6 +1,7 @@
 module;
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 export module camber.repair:remaining;
 import camber.core;
@@ -13,7 +14,12 @@ export namespace camber {
 struct RemainingElement {
     ElementId element;
     std::string reason;
+    VertexId at = {};          ///< where the reason is; not valid: nowhere in particular
+    bool is_given_up = false;  ///< the work that may be spent was spent
 };
+
+/// "the boundary alone makes its scaled Jacobian -1.24 at vertex 64": `vertex` is what that vertex is called.
+[[nodiscard]] std::string sentence_of(const RemainingElement& element, std::string_view vertex);
 
 /// The elements that are not certified valid, in the mesh's order, and why, as far as that can be told: a straight
 /// element without volume; a determinant at a vertex that boundary nodes alone decide (there the columns are

@@ -32,7 +32,8 @@ TEST_CASE("unknown keys are refused with their path and the nearest known key") 
     CHECK(error_with(R"("stages": [{"relaxx": {}}])") ==
           "config.json: /stages/0/relaxx: unknown key (did you mean \"relax\"?)");
     CHECK(error_with(R"("output": {"qqqqqqqqq": 1})") ==
-          "config.json: /output/qqqqqqqqq: unknown key (known: mesh, report, vtu, vtu_cells, metric, solution, plots, "
+          "config.json: /output/qqqqqqqqq: unknown key (known: mesh, format, report, vtu, vtu_cells, metric, solution, "
+          "plots, "
           "distances)");
     CHECK(error_with(R"("metric": "naturl")") ==
           "config.json: /metric: unknown word \"naturl\" (did you mean \"natural\"?)");
@@ -42,7 +43,7 @@ TEST_CASE("unknown keys are refused with their path and the nearest known key") 
 
 TEST_CASE("wrong types are refused with what was expected") {
     CHECK(error_of("[]") ==
-          "config.json: /: expected an object, got an array (known: input, solution, metric, metric_mesh, "
+          "config.json: expected an object, got an array (known: input, solution, metric, metric_mesh, "
           "metric_operations, "
           "geometry, "
           "features, "
@@ -91,7 +92,7 @@ TEST_CASE("values out of range are refused with the range") {
 }
 
 TEST_CASE("what is missing or contradicts itself is refused") {
-    CHECK(error_of("{}") == "config.json: /: \"input\" is missing");
+    CHECK(error_of("{}") == "config.json: \"input\" is missing");
     CHECK(error_with(R"("geometry": {"analytic": [{"references": [1]}]})") ==
           "config.json: /geometry/analytic/0: \"plane\" or \"sphere\" or \"cylinder\" or \"torus\" is missing");
     CHECK(error_with(R"("geometry": {"analytic": [{"references": [1], "sphere": {"centre": [0, 0], "radius": 1},

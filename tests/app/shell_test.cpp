@@ -77,11 +77,12 @@ TEST_CASE("a bad path is one line with the system's reason") {
     const std::string missing = folder / "missing";
     CHECK(text_of(missing) == missing + ": cannot be read: No such file or directory (check the path)");
     CHECK(text_of(folder.path.string()) == folder.path.string() + ": cannot be read: Is a directory (name a file)");
-    const std::string nowhere = folder / "no/such/place";
+    const std::string no_folder = folder / "no/such", nowhere = no_folder + "/place";
     const auto failed = write(nowhere, {"x"});
     REQUIRE_FALSE(failed.has_value());
     CHECK(failed.error().kind == ErrorKind::write);
-    CHECK(describe(failed.error()) == nowhere + ": cannot be written: No such file or directory (check the path)");
+    CHECK(describe(failed.error()) ==
+          nowhere + ": its folder " + no_folder + " does not exist (make it: mkdir -p " + no_folder + ")");
     CHECK_FALSE(write(folder.path.string(), {"x"}).has_value());
     CHECK_FALSE(check_writable(nowhere).has_value());
     CHECK(check_writable(folder / "new").has_value());
@@ -222,6 +223,24 @@ TEST_CASE("progress tells part and time left") {
     CHECK(progress_line("curve", {0.5, 10, 26900}).ends_with("]  50 %  27 k elements/s  10 s left"));
     CHECK(line(0, -1).ends_with("]   0 %"));
     CHECK(line(0.99, 0).ends_with("]  99 %"));
+}
+
+TEST_CASE("steps in rounds tell one share, which rises and never becomes all") {
+    RoundsShare share;
+    double before = 0;
+    for (const std::size_t steps : {5, 4, 7, 5, 5, 1, 5}) {
+        for (std::size_t k = 0; k < steps; ++k) {
+            share.begin("step " + std::to_string(k));
+            for (const double part : {0.0, 0.5, 0.2, 1.0}) {
+                const double now = share.tick(part);
+                CHECK(now >= before);
+                CHECK(now < 1);
+                before = now;
+            }
+        }
+    }
+    CHECK(share.round() == 7);
+    CHECK(before > 0.98);
 }
 
 TEST_CASE("the share of a stage at a steady pace tells when it ends") {

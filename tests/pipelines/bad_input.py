@@ -286,7 +286,7 @@ CASES = [
          CURVE + ("--cad", "m.step", "--geometry", "straight")),
 
     # ------------------------------------------------ output
-    Case("Output", "below a file instead of a folder", "refused", 3, "the folder cannot be made", plain(block),
+    Case("Output", "below a file instead of a folder", "refused", 3, "its folder in.mesh/deep lies below a file", plain(block),
          ("curve", "in.mesh", "-o", "in.mesh/deep/out.mesh")),
     Case("Output", "a folder", "refused", 3, "Is a directory", lambda: plain(block)() | {"out.mesh": None}),
     Case("Output", "not permitted", "refused", 3, "Permission denied", lambda: plain(block)() | {"closed": None},

@@ -14,7 +14,11 @@ sys.path.insert(0, str(ROOT / "tests" / "oracle"))
 
 
 class Folder(tempfile.TemporaryDirectory):
-    """A working directory that goes when the test ends."""
+    """A working directory that goes when the test ends. The configs write into out/."""
+
+    def __init__(self):
+        super().__init__()
+        (self.path / "out").mkdir()
 
     @property
     def path(self):

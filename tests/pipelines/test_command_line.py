@@ -160,7 +160,7 @@ class CommandLine(unittest.TestCase):
         self.fails(3, "cut.mesh", "curve", "cut.mesh", "-o", "out.mesh")
         self.write("hexes.mesh", CUBE.replace("End", "Hexahedra 1\n1 2 3 4 5 1 2 3 0\nEnd"))
         self.fails(3, "exahedra", "check", "hexes.mesh")
-        self.fails(3, "two.mesh/nowhere: the folder cannot be made", "curve", "two.mesh", "-o", "two.mesh/nowhere/deep.mesh")
+        self.fails(3, "two.mesh/nowhere/deep.mesh: its folder two.mesh/nowhere lies below a file", "curve", "two.mesh", "-o", "two.mesh/nowhere/deep.mesh")
 
     def test_bad_metrics(self):
         header = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices {}\n1 3\n{}\nEnd\n"
@@ -370,6 +370,63 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(self.shell(f'"$@" {redirection}', "curve", "two.mesh", "-o", "o.mesh").returncode, 0)
             self.assertEqual(self.shell(f'"$@" {redirection}', "curve", "absent.mesh", "-o", "o.mesh").returncode, 3)
 
+    def test_a_stream_is_read_and_written_as_a_file_is(self):
+        self.shell('"$@"', "curve", "two.mesh", "-o", "whole.mesh")
+        done = self.shell('"$@" <two.mesh >piped.mesh', "curve", "-", "-o", "-", "--format", "gmf-ascii")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("wrote standard output", done.stderr)
+        self.assertEqual((self.folder.path / "piped.mesh").read_text(), (self.folder.path / "whole.mesh").read_text())
+        done = self.shell('"$@" <two.mesh', "convert", "-", "-o", "-", "--format", "msh2-ascii", "--quiet")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertTrue(done.stdout.startswith("$MeshFormat\n2.2 0 8"))
+        self.write("u.sol", SIZES)
+        done = self.shell('"$@"', "transfer", "two.mesh", "two.mesh", "--solution", "u.sol", "-o", "-", "--format",
+                          "gmf-ascii")
+        self.assertTrue(done.stdout.startswith("MeshVersionFormatted"), done.stderr)
+        report = self.shell('"$@"', "curve", "two.mesh", "-o", "o.mesh", "--report", "-")
+        self.assertEqual(json.loads(report.stdout)["mesh"]["vertices"], 5)
+        self.fails(2, "standard output: has no ending that tells a format", "convert", "two.mesh", "-o", "-")
+        self.fails(2, "standard input: --solution and the input are both read from it", "metric", "-", "--solution", "-",
+                   "-o", "m.sol")
+        self.fails(2, "-o -: cycles read and write their files again", "adapt", "two.mesh", "-o", "-", "--metric", "0.3")
+
+    def test_a_format_is_asked_for_by_name_in_every_verb_that_writes_a_mesh(self):
+        self.write("u.sol", SIZES)
+        for verb in (("curve", "two.mesh"), ("remesh", "two.mesh"), ("adapt", "two.mesh", "--metric", "1"),
+                     ("convert", "two.mesh"), ("generate", "box")):
+            done = self.camber(*verb, "-o", "o.dat", "--format", "msh-ascii", "--quiet")
+            self.assertEqual((done.returncode, done.stderr, done.stdout), (0, "", ""), verb)
+            self.assertTrue((self.folder.path / "o.dat").read_text().startswith("$MeshFormat\n4.1 0 8"), verb)
+        done = self.camber("transfer", "two.mesh", "two.mesh", "--solution", "u.sol", "-o", "v.dat", "--format", "vtu")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue((self.folder.path / "v.dat").read_bytes().startswith(b"<?xml"))
+        self.fails(2, 'did you mean "msh-ascii"?', "curve", "two.mesh", "-o", "p.msh", "--format", "msh-asci")
+
+    def test_a_folder_that_is_not_there_is_refused_before_any_work(self):
+        for arguments in (("curve", "two.mesh", "-o", "new/o.mesh"), ("convert", "two.mesh", "-o", "new/o.mesh"),
+                          ("generate", "box", "-o", "new/o.mesh"), ("curve", "two.mesh", "-o", "o.mesh", "--report", "new/r"),
+                          ("metric", "two.mesh", "--solution", "absent.sol", "-o", "new/o.sol"),
+                          ("geometry", "two.mesh", "-o", "new/o.vtu")):
+            self.fails(3, "its folder new does not exist (make it: mkdir -p new)", *arguments)
+        self.fails(3, "its folder new does not exist", "curve", "two.mesh", "-o", "o.mesh", "--plots", "new/plots")
+
+    def test_quiet_says_what_is_missed_alone(self):
+        done = self.camber("curve", "two.mesh", "-o", "o.mesh", "--quiet")
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+        self.assertEqual(self.camber("check", "o.mesh", "--quiet").stdout, "")
+        self.write("inverted.mesh", CUBE.replace("1 1 1 0", "0.2 0.2 0.2 0"))
+        done = self.camber("curve", "inverted.mesh", "-o", "out.mesh", "--geometry", "straight", "--quiet")
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn("invalid: 2", done.stderr)
+        self.assertEqual(self.camber("check", "inverted.mesh", "--quiet").returncode, 1)
+
+    def test_check_answers_first(self):
+        self.assertTrue(self.camber("check", "two.mesh").stdout.startswith(
+            "yes: all 2 elements are certified valid, and the mesh is sound\ntwo.mesh\n"))
+        self.write("inverted.mesh", CUBE.replace("1 1 1 0", "0.2 0.2 0.2 0"))
+        self.assertTrue(self.camber("check", "inverted.mesh").stdout.startswith(
+            "NO: 1 of 2 elements is inverted or flat: mend the straight mesh"))
+
     def test_a_path_with_a_nul_is_refused(self):
         for place, config in (("/output/report", {"output": {"mesh": "o.mesh", "report": "x\0y.json"}}),
                               ("/output/plots", {"output": {"mesh": "o.mesh", "plots": "x\0y"}}),
@@ -390,11 +447,11 @@ class CommandLine(unittest.TestCase):
         self.fails(2, 'camber: --jsn: is no option (did you mean "--json"?)', "check", "two.mesh", "--jsn")
         self.fails(2, 'camber: --ouput=o.mesh: is no option (did you mean "--output"?)', "curve", "two.mesh", "--ouput=o.mesh")
         self.fails(2, 'did you mean "--boundary-tolerance"?', "repair", "two.mesh", "-o", "o.mesh", "--boundary", "0.1")
-        self.fails(2, "camber: --output is required (see camber curve --help)", "curve", "two.mesh")
+        self.fails(2, "camber: -o, --output: is missing (see camber curve --help)", "curve", "two.mesh")
 
     def test_a_metric_that_begins_as_json_is_json(self):
         curve = ("curve", "two.mesh", "-o", "o.mesh", "--metric")
-        self.fails(2, "--metric: /: expected an object, got an array", *curve, "[1,2]")
+        self.fails(2, "--metric: expected an object, got an array", *curve, "[1,2]")
         self.fails(2, "--metric: line 1, column 5: syntax error", *curve, "[1,2")
         self.fails(2, "--metric: line 1, column 2: syntax error", *curve, "{1,2}")
         self.write("[1,2].sol", SIZES)

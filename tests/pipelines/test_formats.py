@@ -173,8 +173,8 @@ class Formats(unittest.TestCase):
             for shape in SHAPES:
                 self.curved(shape, {"mesh": "a.meshb"}, stages=stages)
                 self.run_camber("convert", "a.meshb", "-o", "b.mesh")
-                self.run_camber("convert", "b.mesh", "-o", "folder/c.meshb")
-                self.assertEqual(self.path("a.meshb").read_bytes(), self.path("folder/c.meshb").read_bytes())
+                self.run_camber("convert", "b.mesh", "-o", "out/c.meshb")
+                self.assertEqual(self.path("a.meshb").read_bytes(), self.path("out/c.meshb").read_bytes())
                 self.run_camber("convert", "a.meshb", "-o", "d.vtu")
                 self.run_camber("convert", "d.vtu", "-o", "e.vtu")
                 self.assertEqual(self.path("d.vtu").read_bytes(), self.path("e.vtu").read_bytes())
@@ -235,7 +235,7 @@ class Formats(unittest.TestCase):
         for code, message, arguments in (
                 (2, "no format known for this ending (use .mesh, .meshb", ("a.mesh", "-o", "a.ply")),
                 (2, "--cells is for .vtu", ("a.mesh", "-o", "b.meshb", "--cells", "lagrange")),
-                (2, "use gmf-ascii, gmf-binary", ("a.mesh", "-o", "b.meshb", "--format", "ply")),
+                (2, "known: gmf-ascii, gmf-binary", ("a.mesh", "-o", "b.meshb", "--format", "ply")),
                 (2, "use gmf-ascii or gmf-binary", ("few.sol", "-o", "b.sol", "--format", "vtu")),
                 (2, "--metric is for", ("a.mesh", "-o", "b.vtu", "--format", "gmf-ascii", "--metric", "few.sol")),
                 (2, "use .sol or .solb", ("few.sol", "-o", "few.vtu")),
@@ -285,7 +285,7 @@ class Formats(unittest.TestCase):
         before = self.folder.files()
         done = self.run_camber("curve", "b.meshb", "-o", "new/c.vtu", "--report", "r.json", "--dry-run", "--set",
                                "stages/relax/theta=0.5")
-        for words in ("tetrahedra", "relax theta=0.5", "peak memory", "new/c.vtu: writable, in a new folder"):
+        for words in ("tetrahedra", "relax theta=0.5", "peak memory", "new/c.vtu: its folder new does not exist"):
             self.assertIn(words, done.stdout)
         self.assertEqual(self.folder.files(), before)
         self.assertFalse(self.path("new").exists())

@@ -117,7 +117,7 @@ class Generate(unittest.TestCase):
                 (2, "too many", ("shell", "-o", "o.mesh", "--structure", "prisms", "--set", "inner_size=1e-9")),
                 (2, "high above low", ("box", "-o", "o.mesh", "--set", "high=[-1, 1, 1]")),
                 (3, "absent.json", ("absent.json", "-o", "o.mesh")),
-                (3, "cannot", ("box", "-o", "/dev/null/o.mesh"))):
+                (3, "its folder /dev/null is a file", ("box", "-o", "/dev/null/o.mesh"))):
             with self.subTest(" ".join(arguments)):
                 self.fails(code, message, *arguments)
         (self.folder.path / "reads.json").write_text('{"input": {"mesh": "a.mesh"}}')

@@ -127,13 +127,54 @@ class Msh(unittest.TestCase):
                         self.assertEqual(read.cells(), wanted.cells())
 
     @needs("gmsh")
+    def test_what_is_made_of_an_msh_is_of_its_version_and_text_where_it_is(self):
+        self.box(1)
+        for name, begins in (("msh", b"4.1 1"), ("msh-ascii", b"4.1 0"), ("msh2", b"2.2 1"), ("msh2-ascii", b"2.2 0")):
+            self.camber("convert", "box.msh", "--format", name, "-o", "in.msh")
+            for verb in ("curve", "convert", "remesh"):
+                self.camber(verb, "in.msh", "-o", "out.msh")
+                self.assertEqual(self.path("out.msh").read_bytes().splitlines()[1][:5], begins, verb)
+            self.camber("curve", "in.msh", "-o", "out.msh", "--format", "msh2-ascii")
+            self.assertEqual(self.path("out.msh").read_bytes().splitlines()[1][:5], b"2.2 0")
+        self.camber("convert", "in.msh", "-o", "in.meshb")
+        self.camber("curve", "in.meshb", "-o", "out.msh")
+        self.assertEqual(self.path("out.msh").read_bytes().splitlines()[1][:5], b"4.1 1")
+
+    @needs("gmsh")
+    def test_ridges_that_a_run_lists_are_in_no_group(self):
+        self.path("box.geo").write_text(BOX.replace('Physical Curve("rim", 5) = {1, 3};', ""))
+        self.gmsh("-3", "box.geo", "-format", "msh41", "-o", "in.msh")
+        self.camber("remesh", "in.msh", "-o", "out.msh", "--format", "msh-ascii")
+        read = msh_text.read(self.path("out.msh"))
+        curves = [e for e in read.elements if e[1] == 1]
+        self.assertGreater(len(curves), 0)
+        self.assertEqual({e[3] for e in curves}, {()})
+        self.assertEqual({e[3] for e in read.elements if e[1] == 4}, {(7,)})
+
+    @needs("gmsh")
+    def test_elements_and_vertices_are_told_by_the_tags_of_the_file_and_names_of_groups(self):
+        wanted = self.box(1)
+        checked = json.loads(self.folder.camber("check", "box.msh", "--json", "--worst", "3").stdout)
+        self.assertIn({"dimension": 2, "reference": 3, "name": "bottom"}, checked["groups"])
+        elements = {e[0]: e for e in wanted.elements if e[1] == 4}
+        for entry in checked["worst"]:
+            self.assertEqual(entry["name"], "the solid")
+            self.assertEqual(entry["tag"], sorted(elements)[entry["element"] - 1])
+        printed = self.camber("check", "box.msh").stdout
+        self.assertIn("3 bottom: ", printed)
+        self.assertIn("with the file's tags beside them", printed)
+        self.assertIn(f"element {checked['worst'][0]['element']} (tag {checked['worst'][0]['tag']})", printed)
+        self.assertRegex(self.camber("info", "box.msh").stdout, r"triangles_by_reference +3 bottom: \d+, 9 other walls: ")
+
+    @needs("gmsh")
     def test_simplices_in_several_groups(self):
         self.path("box.geo").write_text(BOX + 'Physical Surface("again", 4) = {1};\n')
         for version in ("msh22", "msh41"):
             for kind in ([], ["-bin"]):
                 self.gmsh("-3", "box.geo", "-format", version, *kind, "-o", "in.msh")
                 done = self.camber("convert", "in.msh", "--format", "msh2-ascii", "-o", "out.msh")
-                self.assertIn("elements are in several physical groups: the first of each was taken", done.stderr)
+                self.assertIn("elements are in several physical groups: the first of each was taken; ", done.stderr)
+                self.assertIn('left out of group 4 "again"', done.stderr)
                 read = msh_text.read(self.path("out.msh"))
                 self.assertEqual({e[3] for e in read.elements if e[1] == 2}, {(3,), (9,)})
                 self.camber("curve", "out.msh", "-o", "curved.msh")  # none twice

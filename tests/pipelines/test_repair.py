@@ -181,6 +181,10 @@ class Repair(unittest.TestCase):
             self.assertIn(f"! tetrahedron {entry['element']}: the boundary alone", done.stdout)
         self.assertIn("not certified valid", done.stderr)
         self.assertEqual(boundary_places(self.result()), boundary_places(mesh))
+        would_do = report["kept_boundary"]["would_do"]
+        self.assertIn(f"what would help: --boundary-tolerance {would_do:g} (tried", done.stderr)
+        self.assertIn("--cad MODEL", done.stderr)
+        self.repair("--boundary-tolerance", would_do)
 
     def test_boundary_tolerance(self):
         """The node is 0.1 from the vertex; it must be a quarter of its edge away, so move by 0.025."""

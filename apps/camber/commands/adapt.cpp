@@ -6,6 +6,7 @@ module;
 #include <vector>
 module camber.commands;
 import camber.core;
+import camber.app_shell;
 import camber.config;
 import :cycles;
 import :ending;
@@ -90,8 +91,15 @@ int run_or_plan_cycles(const config::Pipeline& pipeline, const std::vector<Named
                        const CyclesChoice& choice, bool dry_run) {
     // Every cycle's mesh takes the place of the output: the input would be lost while it is still needed.
     std::vector<NamedFile> named = files;
-    for (NamedFile& file : named)
+    for (NamedFile& file : named) {
         if (file.role == Role::input_mesh) file.role = Role::input;
+        if (file.path == standard_stream)
+            return report_error({ErrorKind::usage,
+                                 "cycles read and write their files again and again, which a stream cannot",
+                                 file.word + " -",
+                                 {},
+                                 "give a file"});
+    }
     if (auto distinct = check_named_files(named); !distinct) return report_error(distinct.error());
     if (!dry_run) return run_cycles(pipeline, choice);
     const auto text = plan_cycles(pipeline, choice);

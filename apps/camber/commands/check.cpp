@@ -54,7 +54,7 @@ void print_elements(const run::CheckReport& report, StandardOutput& out) {
 }
 
 void print_report(const run::CheckReport& report, const CheckArguments& arguments, StandardOutput& out) {
-    out.print(arguments.input + "\n" + run::check_table(report));
+    out.print(run::check_answer(report) + "\n" + called_input(arguments.input) + "\n" + run::check_table(report));
     if (arguments.histogram)
         for (const run::Histogram& histogram : report.histograms) out.print(run::bars(histogram));
 }
@@ -95,8 +95,10 @@ Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
 int check_command(const CheckArguments& arguments) {
     const auto report = checked(arguments);
     if (!report) return report_error(report.error());
+    const int code = report->all_good() ? 0 : 1;
     if (!arguments.json)
-        for (const std::string& notice : report->notices) tell("note: " + notice);
+        for (const std::string& notice : report->notices) tell_note(notice);
+    if (voice() == Voice::quiet && !arguments.json && !arguments.elements) return code;
     StandardOutput out;
     if (arguments.json)
         print_json(*report, arguments, out);
@@ -105,7 +107,7 @@ int check_command(const CheckArguments& arguments) {
     else
         print_report(*report, arguments, out);
     if (auto done = out.finish(); !done) return report_error(done.error());
-    return report->all_good() ? 0 : 1;
+    return code;
 }
 
 }  // namespace camber::app

@@ -42,6 +42,7 @@ struct SolutionChoice {
 /// Of the verbs that are a pipeline from one mesh to another.
 struct PipelineArguments {
     std::string input, output, report, vtu, plots;
+    std::string format;  ///< of the output, by its name; empty: that of its ending, or the input's own
     config::Flat flat = config::Flat::plane;
     SolutionChoice solution;
     std::vector<std::string> settings;  ///< path=value
@@ -150,6 +151,7 @@ struct GeometryCommandArguments {
 /// The metric that a solution asks for.
 struct MetricArguments {
     std::string input, solution, output;
+    std::string format;  ///< of the output, by its name; empty: that of its ending
     config::Flat flat = config::Flat::plane;
     config::SolutionMetric metric = {};
     std::vector<std::string> sizes;  ///< [KIND:]REFERENCE=SIZE
@@ -160,6 +162,7 @@ struct MetricArguments {
 /// A solution brought from a mesh to another one.
 struct TransferArguments {
     std::string old_mesh, new_mesh, solution, output;
+    std::string format;               ///< of the output, by its name; empty: that of its ending
     std::vector<std::string> fields;  ///< names; empty: all
     config::Flat flat = config::Flat::plane;
     TransferOptions options = {};

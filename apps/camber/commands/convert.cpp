@@ -24,7 +24,7 @@ namespace camber::app {
 namespace {
 
 void say(const std::vector<Notice>& notices) {
-    for (const Notice& notice : notices) tell("note: " + notice.what);
+    for (const Notice& notice : notices) tell_note(notice.what);
 }
 
 Outcome<Done> check_names(const ConvertArguments& a, bool solution) {
@@ -91,19 +91,18 @@ Outcome<DecodedSolution> solution_of_mesh(const std::string& path, const DecodeO
 }
 
 Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execution) {
-    if (a.format.empty() && !is_solution_file(a.output))
+    if (a.format.empty() && a.output != standard_stream && !is_solution_file(a.output))
         return fail(ErrorKind::usage, "a solution cannot be written in the format of this ending", a.output, {},
                     "use " + listed(endings_written(solution_formats())) +
                         "; with its mesh: camber convert MESH -o FILE.vtu --metric " + a.input);
-    const auto format = format_to_write(solution_formats(), a.output, a.format);
+    const auto format = format_of_solution(a.output, a.format);
     if (!format) return fail(format.error());
     if (a.elevate || !a.metric.empty() || a.cells)
         return fail(ErrorKind::usage, "--elevate, --metric and --cells are for meshes");
-    auto decoded =
-        is_solution_file(a.input) ? read_solution(a.input, execution) : solution_of_mesh(a.input, a.read, execution);
+    if (auto writable = check_writable(a.output); !writable) return writable;
+    auto decoded = is_solution_file(a.input) ? read_solution(a.input, execution) : solution_of_mesh(a.input, a.read, execution);
     if (!decoded) return fail(std::move(decoded.error()));
     say(decoded->notices);
-    if (auto made = make_folder_of(a.output); !made) return made;
     return write_solution(**format, decoded->solution, a.output, execution);
 }
 
@@ -140,8 +139,9 @@ void say_lost_fields(const MeshFields& fields, const MeshFormat& format) {
     for (const MeshField& field : fields)
         if (!format.holds_fields || (format.holds != nullptr && !format.holds(field))) lost.push_back(field.name);
     if (!lost.empty())
-        tell(fmt::format("note: {} has no place for {} fields: {}{}", format.what, lost.size(), listed(lost, " and "),
-                         format.holds_fields ? "" : " (those at nodes can be written beside it: convert to a .sol)"));
+        tell_note(
+            fmt::format("{} has no place for {} fields: {}{}", format.what, lost.size(), listed(lost, " and "),
+                        format.holds_fields ? "" : " (those at nodes can be written beside it: convert to a .sol)"));
 }
 
 /// The mesh of the arguments' input as the output's format wants it, elevated if asked for, with the metric's fields.
@@ -171,10 +171,8 @@ Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat
     return decoded;
 }
 
-Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution) {
-    const auto found = format_to_write(mesh_formats(), a.output, a.format);
-    if (!found) return fail(found.error());
-    const MeshFormat& format = **found;
+/// Whether the format has what is chosen of it. Errors: usage.
+Outcome<Done> check_choices(const ConvertArguments& a, const MeshFormat& format) {
     if ((!format.holds_fields && !a.metric.empty()) || (!format.chooses_cells && a.cells))
         return fail(ErrorKind::usage,
                     a.cells && !format.chooses_cells
@@ -184,12 +182,23 @@ Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution
                     a.cells && !format.chooses_cells
                         ? "leave --cells out"
                         : "the format has no place for fields: convert the .sol beside it");
-    const auto decoded = mesh_to_convert(a, format, execution);
+    return Done{};
+}
+
+Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution) {
+    const auto by_name = format_of_mesh(a.output, a.format);
+    if (!by_name) return fail(by_name.error());
+    if (auto writable = check_writable(a.output); !writable) return writable;
+    if (auto asked = check_choices(a, **by_name); !asked) return asked;
+    const auto decoded = mesh_to_convert(a, **by_name, execution);
     if (!decoded) return fail(decoded.error());
+    // Of a format of the same ending: what was asked of the one is asked of the other.
+    const auto found = format_of_mesh(a.output, a.format, decoded->format);
+    if (!found) return fail(found.error());
+    const MeshFormat& format = **found;
     say(decoded->notices);
     say(format.losses(decoded->mesh));
     say_lost_fields(decoded->fields, format);
-    if (auto made = make_folder_of(a.output); !made) return made;
     return write_mesh(format, decoded->mesh, decoded->fields, EncodeOptions{a.cells.value_or(EncodeOptions{}.cells)},
                       a.output, execution);
 }
@@ -203,7 +212,7 @@ int convert_command(const ConvertArguments& arguments) {
     auto done = solution ? convert_solution(arguments, execution) : convert_mesh(arguments, execution);
     Written written;
     if (done = written.add(arguments.output, std::move(done)); !done) return report_error(done.error());
-    return end_with(fmt::format("wrote {}\n", arguments.output), written);
+    return end_with(wrote_rows({arguments.output}), written);
 }
 
 }  // namespace camber::app

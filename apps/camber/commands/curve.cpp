@@ -30,6 +30,10 @@ Outcome<config::Metric> metric_of(const std::string& text) {
         if (*size > 0) return config::Metric(config::ConstantMetric{.sizes = {*size}, .tensor = {}});
         return fail(ErrorKind::usage, text + " is no size", "--metric", {}, "give a positive one");
     }
+    std::string with_point = text;
+    std::ranges::replace(with_point, ',', '.');
+    if (with_point != text && number_of(with_point))
+        return fail(ErrorKind::usage, text + " is no size", "--metric", {}, "write it with a point: " + with_point);
     // An array is no file's name but JSON, though no metric either: the reader of configs says why.
     const auto first = text.find_first_not_of(" \t\n");
     if (first != std::string::npos && text[first] == '[')

@@ -30,14 +30,6 @@ auto cannot(const std::string& path, const std::error_code& error) {
     return fail(ErrorKind::write, "cannot be changed: " + error.message(), path, {}, "take another folder");
 }
 
-Outcome<Done> make(const std::string& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error)
-        return fail(ErrorKind::write, "the folder cannot be made: " + error.message(), folder, {}, "take another");
-    return Done{};
-}
-
 /// "cycle-007" and "cycle-007.part".
 bool is_of_cycle(std::string_view name) {
     constexpr std::string_view before = "cycle-";
@@ -79,7 +71,8 @@ Outcome<CycleFolders> CycleFolders::anew(const std::string& folder) {
         return fail(ErrorKind::usage, fmt::format("has cycles 0 to {} of an earlier run", last), folder, {},
                     fmt::format("--from {} goes on from there; or take another --folder, or remove it", last));
     }
-    if (auto made = make(folder); !made) return fail(made.error());
+    if (auto made = check_folder(folder).and_then([&](Done) { return make_folder(folder); }); !made)
+        return fail(made.error());
     if (auto gone = remove_from(folder, run::name_of_cycle(0)); !gone) return fail(gone.error());
     return CycleFolders(folder, true);
 }
@@ -127,7 +120,7 @@ Outcome<std::string> CycleFolders::part_of_cycle(int cycle) const {
     std::error_code error;
     fs::remove_all(part, error);
     if (error) return cannot(part, error);
-    if (auto made = make(part); !made) return fail(made.error());
+    if (auto made = make_folder(part); !made) return fail(made.error());
     return part;
 }
 

@@ -74,15 +74,15 @@ class Cycles {
 
     /// The exit code.
     int run() {
-        out_.print(run::cycles_head(pipeline_.adapt));
-        for (const run::CycleRow& row : folders_.rows()) out_.print(run::cycles_line(row, pipeline_.adapt));
+        say(run::cycles_head(pipeline_.adapt));
+        for (const run::CycleRow& row : folders_.rows()) say(run::cycles_line(row, pipeline_.adapt));
         int code = 0;
         for (int cycle = static_cast<int>(folders_.rows().size()); cycle <= pipeline_.adapt.cycles; ++cycle) {
             const auto holds = make(cycle);
             if (!holds) return report_error(told(holds.error(), cycle));
             if (*holds || cycle == 0)
                 if (auto done = deliver(); !done) return report_error(told(done.error(), cycle + 1));
-            out_.print(run::cycles_line(folders_.rows().back(), pipeline_.adapt));
+            say(run::cycles_line(folders_.rows().back(), pipeline_.adapt));
             if (auto said = out_.finish(); !said) return report_error(said.error());
             if (!*holds) {
                 tell(fmt::format("the mesh of cycle {} has elements that are not certified valid: {}", cycle,
@@ -95,12 +95,16 @@ class Cycles {
             reason_ = run::reason_to_end(folders_.rows(), pipeline_.adapt);
             if (!reason_.empty()) break;
         }
-        out_.print("\n" + (reason_.empty() ? std::string() : "  " + reason_ + "\n") + what_was_written());
+        say("\n" + (reason_.empty() ? std::string() : "  " + reason_ + "\n") + what_was_written());
         const auto said = out_.finish();
         return said ? code : report_error(said.error());
     }
 
   private:
+    void say(std::string_view text) {
+        if (voice() == Voice::usual) out_.print(text);
+    }
+
     /// A whole cycle. Whether its mesh holds what was asked.
     Outcome<bool> make(int cycle) {
         const auto folder = folders_.part_of_cycle(cycle);
@@ -129,7 +133,7 @@ class Cycles {
         auto made = execute(pipeline, written, is_input ? fit_of(choice_, cycle) : Fit{});
         if (!made) return made;
         for (const std::string& notice : made->report.notices)
-            if (told_.insert(notice).second) tell("note: " + notice);
+            if (told_.insert(notice).second) tell_note(notice);
         return made;
     }
 
@@ -150,7 +154,7 @@ class Cycles {
         auto fields = read_nodal_fields(*mesh, into.solution, pipeline_.solution.fields, notices, execution);
         if (!fields) return fail(fields.error());
         solved_ = Solved{std::move(*mesh), std::move(*fields)};
-        return write_nodal_fields(solved_->mesh, solved_->fields, into.view, execution);
+        return write_nodal_fields(solved_->mesh, solved_->fields, into.view, {}, execution);
     }
 
     [[nodiscard]] Error failed(const CommandResult& ended, const std::vector<std::string>& words,
@@ -190,7 +194,7 @@ class Cycles {
             if (from.empty() || to.empty() || !std::filesystem::exists(from, none)) return Done{};
             return copied(from, to);
         };
-        if (auto done = deliver_mesh(made, output.mesh); !done) return done;
+        if (auto done = deliver_mesh(made, output.mesh, output.format); !done) return done;
         if (auto done = pair(made.report, output.report); !done) return done;
         if (auto done = pair(made.vtu, output.vtu); !done) return done;
         if (auto done = pair(made.metric, output.metric); !done) return done;
@@ -200,21 +204,31 @@ class Cycles {
                 if (auto done = pair(from[i], to[i]); !done) return done;
         }
         if (!solved_ || output.solution.empty()) return pair(made.carried, output.solution);
-        return write_nodal_fields(solved_->mesh, solved_->fields, output.solution, {.threads = pipeline_.threads});
+        return write_nodal_fields(solved_->mesh, solved_->fields, output.solution, {}, {.threads = pipeline_.threads});
     }
 
-    Outcome<Done> deliver_mesh(const run::CycleFiles& made, const std::string& to) {
+    Outcome<Done> deliver_mesh(const run::CycleFiles& made, const std::string& to, const std::string& name) {
         if (to.empty()) return Done{};
-        const MeshFormat* const format = format_with_ending(mesh_formats(), to);
-        const bool has_fields = format != nullptr && format->holds_fields;
-        if (same_ending(made.mesh, to) && !(has_fields && solved_)) return copied(made.mesh, to);
         const Execution execution{.threads = pipeline_.threads};
-        if (solved_) return write_nodal_fields(solved_->mesh, solved_->fields, to, execution);
+        const auto format = format_of_mesh(to, name, format_of_input(to));
+        if (!format) return fail(format.error());
+        const bool is_as_made = name.empty() && same_ending(made.mesh, to) && (*format)->shared_ending.empty();
+        if (is_as_made && !((*format)->holds_fields && solved_)) return copied(made.mesh, to);
+        if (solved_) return write_with_mesh(solved_->mesh, solved_->fields, **format, to, execution);
         auto mesh = read_mesh(made.mesh, pipeline_.input.flat, execution);
         if (!mesh) return fail(mesh.error());
         std::vector<Notice> notices;
-        const auto fields = has_fields ? fields_at_nodes(*mesh, notices) : std::vector<NamedField>{};
-        return write_nodal_fields(*mesh, fields, to, execution);
+        return write_with_mesh(*mesh, fields_at_nodes(*mesh, notices), **format, to, execution);
+    }
+
+    /// The format of the first mesh's file, where a mesh with this ending may be of several.
+    [[nodiscard]] std::string_view format_of_input(const std::string& to) const {
+        const auto* const file = std::get_if<config::FilePath>(&pipeline_.input.source);
+        const MeshFormat* const by_ending = format_with_ending(mesh_formats(), to);
+        if (file == nullptr || by_ending == nullptr || by_ending->shared_ending.empty()) return {};
+        const auto bytes = read_file(file->path);
+        const MeshFormat* const format = bytes ? format_with_content(mesh_formats(), *bytes) : nullptr;
+        return format != nullptr ? format->name : std::string_view();
     }
 
     /// An error in a cycle, with what there is to go on from.
@@ -228,9 +242,7 @@ class Cycles {
     [[nodiscard]] std::string what_was_written() const {
         std::string text;
         const config::Output& output = pipeline_.output;
-        for (const std::string& path :
-             {output.mesh, output.vtu, output.metric, output.solution, output.report, output.plots})
-            if (!path.empty()) text += "  wrote " + path + "\n";
+        text += wrote_rows({output.mesh, output.vtu, output.metric, output.solution, output.report, output.plots});
         if (folders_.is_kept()) text += "  wrote " + folders_.path() + "/series.pvd and cycles.json beside it\n";
         return text;
     }

@@ -1,8 +1,10 @@
 module;
+#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 module camber.commands;
@@ -31,6 +33,10 @@ int exit_code(ErrorKind kind) {
 
 void tell(const std::string& line) { std::fputs(("camber: " + line + "\n").c_str(), stderr); }
 
+void tell_note(const std::string& note) {
+    if (voice() == Voice::usual) tell("note: " + note);
+}
+
 int report_error(const Error& error) {
     tell(describe(error));
     return exit_code(error.kind);
@@ -40,14 +46,29 @@ std::string result_row(std::string_view name, std::string_view value) {
     return fmt::format("  {:<26}{}\n", name, value);
 }
 
-int end_with(std::string_view text) { return end_with(text, {}); }
+std::string wrote_rows(const std::vector<std::string>& paths) {
+    std::string text;
+    for (const std::string& path : paths)
+        if (!path.empty()) text += "  wrote " + called_output(path) + "\n";
+    return text;
+}
+
+int end_with(std::string_view text) {
+    StandardOutput out;
+    out.print(text);
+    const auto said = out.finish();
+    return said ? 0 : report_error(said.error());
+}
 
 int end_with(std::string_view text, const Written& written) {
-    StandardOutput out;
+    if (voice() == Voice::quiet) return 0;
+    StandardOutput out = written.takes_standard_output() ? StandardOutput::beside_a_file() : StandardOutput();
     out.print(text);
     const auto said = out.finish();
     return said ? 0 : report_error(written.told(said.error()));
 }
+
+bool Written::takes_standard_output() const { return std::ranges::find(paths_, standard_stream) != paths_.end(); }
 
 Outcome<Done> Written::add(const std::string& path, Outcome<Done> outcome) {
     if (!outcome) return fail(told(std::move(outcome.error())));

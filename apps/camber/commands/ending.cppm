@@ -10,6 +10,9 @@ export namespace camber::app {
 /// "camber: …" in a line on standard error. Where that cannot be written there is nobody to tell.
 void tell(const std::string& line);
 
+/// The same of what is worth knowing and no error; not said where the program is to be quiet.
+void tell_note(const std::string& note);
+
 /// `camber: where: entity: what (remedy)` on standard error, and the exit code of the error's kind.
 int report_error(const Error& error);
 
@@ -31,12 +34,18 @@ class Written {
     [[nodiscard]] Outcome<Done> add(const std::string& path, Outcome<Done> outcome);
     /// An error that comes after them.
     [[nodiscard]] Error told(Error error) const;
+    /// Whether one of them is standard output: what is said goes elsewhere.
+    [[nodiscard]] bool takes_standard_output() const;
 
   private:
     std::vector<std::string> paths_;
 };
 
-/// As above; an error also tells which outputs were written.
+/// "  wrote wing.vtu\n", for each path that is not empty.
+[[nodiscard]] std::string wrote_rows(const std::vector<std::string>& paths);
+
+/// As above, of what a verb that wrote these files says: nothing where it is to be quiet, and to standard error where a
+/// file went to standard output. An error also tells which outputs were written.
 [[nodiscard]] int end_with(std::string_view text, const Written& written);
 
 }  // namespace camber::app

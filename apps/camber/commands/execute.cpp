@@ -61,14 +61,11 @@ Outcome<Done> check_memory(const AnyMesh& mesh) {
                 {}, {}, "give it more, or a smaller mesh");
 }
 
-/// The files that the config names, in the order in which they are written.
+/// The files that the config names, but for those of plots.
 std::vector<std::string> named_outputs(const config::Output& output) {
     std::vector<std::string> files;
-    for (const std::string& path : {output.mesh, output.vtu, output.metric, output.solution})
+    for (const std::string& path : {output.mesh, output.vtu, output.metric, output.solution, output.report})
         if (!path.empty()) files.push_back(path);
-    if (!output.plots.empty())
-        for (std::string& path : plot_files(output.plots)) files.push_back(std::move(path));
-    if (!output.report.empty()) files.push_back(output.report);
     return files;
 }
 
@@ -80,7 +77,7 @@ bool holds_metrics(const MeshFormat& format) {
 
 Outcome<Done> check_endings(const config::Output& output) {
     if (!output.mesh.empty())
-        if (auto known = format_to_write(mesh_formats(), output.mesh); !known) return fail(known.error());
+        if (auto known = format_of_mesh(output.mesh, output.format); !known) return fail(known.error());
     const auto ends_in = [](const std::string& path, const std::vector<std::string_view>& endings) {
         return std::any_of(endings.begin(), endings.end(), [&](std::string_view end) { return path.ends_with(end); });
     };
@@ -95,7 +92,7 @@ Outcome<Done> check_endings(const config::Output& output) {
     for (const std::string_view ending : endings_written(mesh_formats(), holds_metrics)) endings.push_back(ending);
     if (!output.metric.empty() && !ends_in(output.metric, endings))
         return wrong_ending("metric", endings, output.metric);
-    return output.solution.empty() ? Done{} : check_fields_ending(output.solution);
+    return output.solution.empty() ? Done{} : check_fields_output(output.solution, {});
 }
 
 /// What a run made of a flat mesh: as it is, and back in space.
@@ -131,6 +128,7 @@ struct OutputWriter {
     std::optional<Placed> in_space = {};
     bool input_always_in_space = false;
     std::optional<Lift> lift = {};
+    std::string_view input_format = {};
 
     [[nodiscard]] const AnyMesh& mesh_for(const MeshFormat& format) const {
         return goes_to_space(format) ? in_space->mesh : run.mesh;
@@ -154,13 +152,14 @@ struct OutputWriter {
     [[nodiscard]] Outcome<Done> write() {
         for (const std::string& path : {output.mesh, output.vtu}) {
             if (path.empty()) continue;
-            const auto format = format_to_write(mesh_formats(), path);
+            const auto format = format_of(path);
             if (!format) return fail(format.error());
             if (auto done = write_with(**format, path, fields_for(**format)); !done) return done;
         }
-        if (const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh))
-            for (Notice& notice : format->losses(mesh_for(*format)))
-                run.report.notices.push_back(std::move(notice.what));
+        if (!output.mesh.empty())
+            if (const auto format = format_of(output.mesh))
+                for (Notice& notice : (*format)->losses(mesh_for(**format)))
+                    run.report.notices.push_back(std::move(notice.what));
         if (run.metric)
             if (auto done = write_metric(*run.metric, output.metric); !done) return done;
         if (!run.solution.empty() && !output.solution.empty())
@@ -168,13 +167,20 @@ struct OutputWriter {
         return output.plots.empty() ? Done{} : write_plots(run.report.histograms, output.plots, written);
     }
 
+    /// The mesh's own is asked for by name; the others go by their endings.
+    [[nodiscard]] Outcome<const MeshFormat*> format_of(const std::string& path) const {
+        const bool is_mesh = &path == &output.mesh || path == output.mesh;
+        return format_of_mesh(path, is_mesh ? output.format : std::string(), input_format);
+    }
+
     /// As a file of that mesh has its rows.
     Outcome<Done> write_solution_of_run() {
         DecodedMesh made{run.mesh, {}};
         made.lift = lift;
         made.always_in_space = input_always_in_space;
+        made.format = input_format;
         return written.add(output.solution, around("write fields", [&](const Execution& execution) {
-                               return write_nodal_fields(made, run.solution, output.solution, execution);
+                               return write_nodal_fields(made, run.solution, output.solution, {}, execution);
                            }));
     }
 
@@ -194,7 +200,7 @@ struct OutputWriter {
                                    return write_solution(**format, metric, path, execution);
                                }));
         }
-        const auto format = format_to_write(mesh_formats(), path);
+        const auto format = format_of_mesh(path, {}, input_format);
         if (!format) return fail(format.error());
         MeshFields fields;
         auto made = around("fields", [&](const Execution& execution) -> Outcome<Done> {
@@ -235,14 +241,10 @@ int threads_used(const config::Pipeline& pipeline) {
     return pipeline.threads > 0 ? std::min(pipeline.threads, there) : there;
 }
 
-/// Whether a file could be written, with folders that are not there yet made; makes none.
+/// Whether a file could be written.
 std::string writable(const std::string& path) {
-    std::filesystem::path at(path);
-    std::error_code error;
-    while (at.has_parent_path() && !std::filesystem::exists(at.parent_path(), error)) at = at.parent_path();
-    auto checked = check_writable(at.string());
-    if (!checked) return checked.error().what;
-    return at == std::filesystem::path(path) ? "writable" : "writable, in a new folder";
+    const auto checked = check_writable(path);
+    return checked ? "writable" : checked.error().what;
 }
 
 /// An error of a run that says no place, as one of its input.
@@ -258,6 +260,13 @@ Outcome<config::Pipeline> fitted_to(const AnyMesh& mesh, const config::Pipeline&
     return fitted;
 }
 
+/// Whether it is a step that a stage `remesh` takes again, round after round.
+bool comes_in_rounds(const config::Pipeline& pipeline, std::string_view step) {
+    constexpr std::array<std::string_view, 6> passes{"lengths", "collapse", "split", "swap", "smooth", "mend"};
+    const auto is_remesh = [](const config::Stage& s) { return std::holds_alternative<config::Remesh>(s); };
+    return std::ranges::find(passes, step) != passes.end() && std::ranges::any_of(pipeline.stages, is_remesh);
+}
+
 /// Steps of one name are one row.
 void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
     const auto same = std::ranges::find(times, step.stage, &run::StageTime::stage);
@@ -270,10 +279,12 @@ void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
 
 Outcome<Done> check_outputs(const config::Output& output) {
     if (auto endings = check_endings(output); !endings) return endings;
-    const auto files = named_outputs(output);
-    for (const std::string& path : files)
-        if (auto made = make_folder_of(path); !made) return made;
-    for (const std::string& path : files)
+    for (const std::string& path : named_outputs(output))
+        if (auto writable = check_writable(path); !writable) return writable;
+    if (output.plots.empty()) return Done{};
+    std::error_code none;
+    if (!std::filesystem::is_directory(output.plots, none)) return check_folder(output.plots);
+    for (const std::string& path : plot_files(output.plots))
         if (auto writable = check_writable(path); !writable) return writable;
     return Done{};
 }
@@ -292,7 +303,12 @@ Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
                                             [&](std::string_view, const auto& body) { return body(execution); });
     if (!growth) return fail(of_input(growth.error(), pipeline));
     std::string text = run::plan_text(pipeline, size, *growth, threads_used(pipeline));
-    for (const std::string& path : named_outputs(pipeline.output)) text += "  " + path + ": " + writable(path) + "\n";
+    for (const std::string& path : named_outputs(pipeline.output))
+        text += "  " + called_output(path) + ": " + writable(path) + "\n";
+    if (const std::string& plots = pipeline.output.plots; !plots.empty()) {
+        const auto checked = check_folder(plots);
+        text += "  " + plots + ": " + (checked ? "writable" : checked.error().what) + "\n";
+    }
     return text;
 }
 
@@ -303,7 +319,10 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
     const std::stop_token stop = stop_on_signals();
     const Around around = [&](std::string_view stage,
                               const std::function<Outcome<Done>(const Execution&)>& body) -> Outcome<Done> {
-        progress.begin(std::string(stage));
+        if (comes_in_rounds(given, stage))
+            progress.begin_in_rounds("remesh", std::string(stage));
+        else
+            progress.begin(std::string(stage));
         const Meter meter;
         auto done = guarded(
             [&] { return body(Execution{.threads = given.threads, .stop = stop, .progress = progress.ticks()}); });
@@ -327,13 +346,14 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
     const config::Pipeline pipeline = std::move(*fitted);
     const std::optional<Lift> lift = inputs->mesh.lift;
     const bool always_in_space = inputs->mesh.always_in_space;
+    const std::string_view format = inputs->mesh.format;
     run::OriginReport origin = origin_of(pipeline, inputs->mesh.mesh);
     if (run::keeps_elements(pipeline))
         progress.of_mesh(of_linear(inputs->mesh.mesh, [](const auto& m) { return m.elements.size(); }));
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
     if (!run) return fail(of_input(run.error(), pipeline));
     OutputWriter writer{*run, pipeline.output, around, written, run::as_mesh_fields(run->mesh, run->solution),
-                        {},   always_in_space, lift};
+                        {},   always_in_space, lift,   format};
     if (lift) {
         auto placed = raised(*run, writer.carried_fields, *lift, around);
         if (!placed) return fail(placed.error());

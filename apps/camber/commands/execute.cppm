@@ -40,7 +40,7 @@ Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written, co
 /// What `execute` would do, as text: reads or generates the input, checks the outputs, writes nothing.
 Outcome<std::string> plan(const config::Pipeline& pipeline, const Fit& fit = {});
 
-/// Whether all outputs can be written; makes their folders. Errors: usage, an ending; write.
+/// Whether all outputs can be written. Errors: usage, an ending; write.
 Outcome<Done> check_outputs(const config::Output& output);
 
 }  // namespace camber::app

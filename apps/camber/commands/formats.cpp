@@ -26,6 +26,14 @@ Outcome<Done> write_chunks(const Outcome<Chunks>& chunks, const std::string& pat
     return write_file(path, parts, part_of(execution, of_encoding, 1));
 }
 
+/// Standard output has no ending that could tell a format.
+template <class Format>
+Outcome<Done> check_is_told(std::span<const Format> formats, const std::string& path, std::string_view name) {
+    if (path != standard_stream || !name.empty()) return Done{};
+    return fail(ErrorKind::usage, "has no ending that tells a format", called_output(path), {},
+                "give --format, one of " + listed(names_written(formats)));
+}
+
 }  // namespace
 
 bool names_a_file(const std::string& text) {
@@ -49,7 +57,7 @@ Outcome<Done> write_solution(const SolutionFormat& format, const Solution& solut
 Outcome<DecodedSolution> read_solution(const std::string& path, const Execution& execution) {
     auto bytes = read_file(path, part_of(execution, 0, 1 - of_decoding));
     if (!bytes) return fail(bytes.error());
-    return decode_solution(*bytes, path, part_of(execution, 1 - of_decoding, 1));
+    return decode_solution(*bytes, called_input(path), part_of(execution, 1 - of_decoding, 1));
 }
 
 Outcome<Done> write_text(const std::string& path, std::string_view text) {
@@ -57,14 +65,18 @@ Outcome<Done> write_text(const std::string& path, std::string_view text) {
     return write_file(path, {&bytes, 1});
 }
 
-Outcome<Done> make_folder_of(const std::string& path) {
-    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    std::error_code error;
-    if (!folder.empty()) std::filesystem::create_directories(folder, error);
-    if (error)
-        return fail(ErrorKind::write, "the folder cannot be made: " + error.message(), folder.string(), {},
-                    "take another place");
-    return Done{};
+Outcome<const MeshFormat*> format_of_mesh(const std::string& path, std::string_view name, std::string_view source) {
+    if (auto told = check_is_told(mesh_formats(), path, name); !told) return fail(told.error());
+    return format_to_write_again(mesh_formats(), path, name, source);
+}
+
+Outcome<const SolutionFormat*> format_of_solution(const std::string& path, std::string_view name) {
+    if (auto told = check_is_told(solution_formats(), path, name); !told) return fail(told.error());
+    return format_to_write(solution_formats(), path, name);
+}
+
+bool is_solution_output(const std::string& path, std::string_view name) {
+    return name.empty() ? is_solution_file(path) : format_with_name(solution_formats(), name) != nullptr;
 }
 
 }  // namespace camber::app

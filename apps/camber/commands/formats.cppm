@@ -15,6 +15,14 @@ namespace camber::app {
 /// Whether the ending is that of a format of solutions.
 [[nodiscard]] bool is_solution_file(std::string_view path);
 
+/// The format of a mesh that is written: the one of that name, or else by the path's ending, where `source` says of
+/// which format the input is (see format_to_write_again); standard output has no ending. Errors: usage.
+[[nodiscard]] Outcome<const MeshFormat*> format_of_mesh(const std::string& path, std::string_view name,
+                                                        std::string_view source = {});
+[[nodiscard]] Outcome<const SolutionFormat*> format_of_solution(const std::string& path, std::string_view name);
+/// Whether what is written there is a solution alone: by the format's name, or the path's ending.
+[[nodiscard]] bool is_solution_output(const std::string& path, std::string_view name);
+
 /// The mesh in this format; the fields only where that has place for them.
 [[nodiscard]] Outcome<Done> write_mesh(const MeshFormat& format, const AnyMesh& mesh, const MeshFields& fields,
                                        EncodeOptions options, const std::string& path, const Execution& execution);
@@ -26,10 +34,7 @@ namespace camber::app {
 
 [[nodiscard]] Outcome<Done> write_text(const std::string& path, std::string_view text);
 
-/// The folder of an output, made if it is not there.
-[[nodiscard]] Outcome<Done> make_folder_of(const std::string& path);
-
-/// The files that plots in a folder may become, one a quantity.
+/// The files that plots in a folder may become, one a quantity. The folder is made where its own is there.
 [[nodiscard]] std::vector<std::string> plot_files(const std::string& folder);
 [[nodiscard]] Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder,
                                         Written& written);

@@ -69,7 +69,7 @@ Outcome<config::Shape> with_count(const config::Shape& shape, double elements) {
         "comes in steps: " + count_text(nearest) + " elements are nearest to " + count_text(elements);
     if (off_by(2))
         return fail(ErrorKind::usage, what, config::name_of(shape), {}, "ask for more, or give it fewer layers");
-    if (off_by(1.2)) tell("note: " + config::name_of(shape) + " " + what);
+    if (off_by(1.2)) tell_note(config::name_of(shape) + " " + what);
     return scaled;
 }
 
@@ -108,8 +108,8 @@ void warn_of_time(const config::Shape& shape) {
     constexpr double per_second = 65000, noticed = 60;
     const double seconds = expected(shape) / per_second;
     if (is_unstructured(shape) && seconds > noticed)
-        tell(fmt::format("note: unstructured takes about {:.0f} s for {} elements; --structure prisms some seconds",
-                         seconds, count_text(expected(shape))));
+        tell_note(fmt::format("unstructured takes about {:.0f} s for {} elements; --structure prisms some seconds",
+                              seconds, count_text(expected(shape))));
 }
 
 config::Pipeline pipeline_of_shape(const config::Shape& shape, const GenerateArguments& a) {
@@ -118,6 +118,7 @@ config::Pipeline pipeline_of_shape(const config::Shape& shape, const GenerateArg
     pipeline.stages = {};
     pipeline.threads = a.threads;
     pipeline.output.mesh = a.output;
+    pipeline.output.format = a.format;
     return pipeline;
 }
 
@@ -128,18 +129,14 @@ Outcome<Done> check_names(const GenerateArguments& a) {
     return check_named_files(files);
 }
 
-Outcome<Done> check_output(const GenerateArguments& a) {
-    if (auto made = make_folder_of(a.output); !made) return made;
-    return check_writable(a.output);
-}
-
 /// What was made, and what it cost.
 struct Made {
     run::PlanSize size;
     Usage generating, writing;
 };
 
-Outcome<Made> generate_and_write(const config::Shape& shape, const MeshFormat& format, const GenerateArguments& a) {
+Outcome<Made> generate_and_write(const config::Shape& shape, const MeshFormat& format, const GenerateArguments& a,
+                                 Written& written) {
     Progress progress;
     const Execution execution{.threads = a.threads, .stop = stop_on_signals(), .progress = progress.ticks()};
     progress.begin("generate");
@@ -149,10 +146,10 @@ Outcome<Made> generate_and_write(const config::Shape& shape, const MeshFormat& f
     const Usage generated = generating.read();
     progress.begin("write");
     const Meter writing;
-    auto done = write_mesh(format, mesh->mesh, {}, EncodeOptions{}, a.output, execution);
+    auto done = written.add(a.output, write_mesh(format, mesh->mesh, {}, EncodeOptions{}, a.output, execution));
     if (!done) return fail(std::move(done.error()));
     progress.wipe();
-    for (const Notice& notice : format.losses(mesh->mesh)) tell("note: " + notice.what);
+    for (const Notice& notice : format.losses(mesh->mesh)) tell_note(notice.what);
     return Made{run::plan_size(mesh->mesh), generated, writing.read()};
 }
 
@@ -163,7 +160,7 @@ std::string text_of(const Made& made, const config::Shape& shape, const std::str
                                    made.size.facets, flat ? "edges" : "triangles");
     text += fmt::format("  generated in {:.2f} s", made.generating.seconds);
     if (made.generating.peak_bytes > 0) text += fmt::format(" (at most {})", readable(made.generating.peak_bytes));
-    return text + fmt::format(", written in {:.2f} s\nwrote {}\n", made.writing.seconds, output);
+    return text + fmt::format(", written in {:.2f} s\n", made.writing.seconds) + wrote_rows({output});
 }
 
 }  // namespace
@@ -173,14 +170,15 @@ int generate_command(const GenerateArguments& arguments) {
     const auto shape = shape_of(arguments);
     if (!shape) return report_error(shape.error());
     if (arguments.print_config) return end_with(config::write_pipeline(pipeline_of_shape(*shape, arguments)));
-    const auto format = format_to_write(mesh_formats(), arguments.output, arguments.format);
+    const auto format = format_of_mesh(arguments.output, arguments.format);
     if (!format) return report_error(format.error());
     if (auto enough = check_memory(*shape); !enough) return report_error(enough.error());
-    if (auto output = check_output(arguments); !output) return report_error(output.error());
+    if (auto output = check_writable(arguments.output); !output) return report_error(output.error());
     warn_of_time(*shape);
-    const auto made = generate_and_write(*shape, **format, arguments);
+    Written written;
+    const auto made = generate_and_write(*shape, **format, arguments, written);
     if (!made) return report_error(made.error());
-    return end_with(text_of(*made, *shape, arguments.output));
+    return end_with(text_of(*made, *shape, arguments.output), written);
 }
 
 }  // namespace camber::app

@@ -5,8 +5,6 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
-
-#include <fmt/format.h>
 module camber.commands;
 import camber.core;
 import camber.app_shell;
@@ -30,7 +28,7 @@ Outcome<Done> check_output(const std::string& path) {
     if (!(*format)->for_viewers)
         return fail(ErrorKind::usage, "the mesh with its fields goes into a format for viewers", path, {},
                     "name a .vtu file");
-    return make_folder_of(path).and_then([&](Done) { return check_writable(path); });
+    return check_writable(path);
 }
 
 Outcome<Done> check_files(const GeometryCommandArguments& a) {
@@ -111,11 +109,10 @@ int geometry_command(const GeometryCommandArguments& arguments) {
     const auto report = inspected(arguments, written);
     if (!report) return report_error(report.error());
     if (arguments.json) return end_with(run::inspect_json(*report, arguments.input, CAMBER_VERSION), written);
-    for (const std::string& notice : report->notices) tell("note: " + notice);
-    std::string text = arguments.input + "\n" + run::inspect_table(*report);
-    for (const std::string& path : {arguments.output, arguments.surface})
-        if (!path.empty()) text += fmt::format("wrote {}\n", path);
-    return end_with(text, written);
+    for (const std::string& notice : report->notices) tell_note(notice);
+    return end_with(called_input(arguments.input) + "\n" + run::inspect_table(*report) +
+                        wrote_rows({arguments.output, arguments.surface}),
+                    written);
 }
 
 }  // namespace camber::app

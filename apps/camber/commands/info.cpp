@@ -12,6 +12,7 @@ module;
 #include <nlohmann/json.hpp>
 module camber.commands;
 import camber.core;
+import camber.app_shell;
 import camber.config;
 import camber.io;
 import :ending;
@@ -128,6 +129,37 @@ std::string what_splits(const std::vector<CellCount>& unheld, const std::string&
     return text;
 }
 
+std::string text_of(const Json& value) {
+    return value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// "1 inlet: 170, 2 wall: 734": counts by reference, with the names that groups give them.
+std::string counts_text(std::string_view key, const Json& counts, const Json& info) {
+    const int dimension = key.starts_with("edges") ? 1 : key.starts_with("triangles") ? 2 : 3;
+    std::string text;
+    for (const auto& [reference, count] : counts.items()) {
+        std::string name;
+        for (const Json& group : info.value("groups", Json::array()))
+            if (group["dimension"] == dimension && text_of(group["reference"]) == reference)
+                name = " " + text_of(group["name"]);
+        text += (text.empty() ? "" : ", ") + reference + name + ": " + text_of(count);
+    }
+    return text;
+}
+
+/// The lines of one fact for people.
+std::string rows_of(const std::string& key, const Json& value, const Json& info) {
+    if (key.ends_with("_by_reference")) return result_row(key, counts_text(key, value, info));
+    if (key != "notices" && key != "groups") return result_row(key, text_of(value));
+    std::string text;
+    for (const Json& item : value)
+        text += result_row(text.empty() ? key : "",
+                           key == "notices" ? text_of(item)
+                                            : fmt::format("{}D {} {}", text_of(item["dimension"]),
+                                                          text_of(item["reference"]), text_of(item["name"])));
+    return text;
+}
+
 Outcome<Json> mesh_info(const std::string& path, DecodeOptions options) {
     options.unheld = Unheld::count;
     auto decoded = read_mesh(path, config::Flat::plane, options, Execution{});
@@ -165,10 +197,10 @@ int info_command(const InfoArguments& arguments) {
     if (!found) return report_error(found.error());
     const Json& j = *found;
     if (arguments.json) return end_with(j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
-    std::string text = arguments.input + "\n";
+    std::string text = called_input(arguments.input) + "\n";
     for (const auto& [key, value] : j.items())
         if (!(value.is_number() && value == 0) && !(value.is_structured() && value.empty()) && value != false)
-            text += result_row(key, value.dump(-1, ' ', false, Json::error_handler_t::replace));
+            text += rows_of(key, value, j);
     return end_with(text);
 }
 

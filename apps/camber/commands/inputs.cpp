@@ -99,7 +99,7 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
                          pipeline.output.mesh.empty() ? "the output" : pipeline.output.mesh,
                          inputs.fields.size() == 1 ? "it" : "them")});
     for (const run::NamedField& field : inputs.fields)
-        if (auto place = check_place_for(pipeline.output.solution, field.kind); !place) return place;
+        if (auto place = check_place_for(pipeline.output.solution, {}, field.kind); !place) return place;
     const auto add = [&](const config::Metric& metric, const std::string& path) -> Outcome<Done> {
         const auto* const asked = std::get_if<config::SolutionMetric>(&metric);
         if (asked == nullptr) return Done{};
@@ -149,7 +149,7 @@ Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const
     constexpr double of_reading = 0.4;  // of the time; 0.5 of a straight mesh, 0.3 of a curved one
     auto bytes = read_file(path, part_of(execution, 0, of_reading));
     if (!bytes) return fail(bytes.error());
-    auto decoded = decode_mesh(*bytes, path, options, part_of(execution, of_reading, 1));
+    auto decoded = decode_mesh(*bytes, called_input(path), options, part_of(execution, of_reading, 1));
     if (!decoded || flat == config::Flat::surface || !decoded->unheld.empty()) return decoded;
     decoded = with_flat_in_2d(std::move(*decoded), without_progress(execution));
     if (decoded && decoded->lift)

@@ -5,7 +5,6 @@ module;
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
 module camber.commands;
 import camber.core;
 import camber.app_shell;
@@ -29,10 +28,12 @@ std::vector<NamedFile> files_of(const MetricArguments& a) {
     return files;
 }
 
-Outcome<std::string> metric_text(const MetricArguments& a) {
+Outcome<std::string> metric_text(const MetricArguments& a, Written& written) {
     if (auto distinct = check_named_files(files_of(a)); !distinct) return fail(distinct.error());
-    if (auto ending = check_fields_ending(a.output); !ending) return fail(ending.error());
-    if (auto place = check_place_for(a.output, FieldKind::symmetric_tensor); !place) return fail(place.error());
+    if (auto output = check_fields_output(a.output, a.format); !output) return fail(output.error());
+    if (auto place = check_place_for(a.output, a.format, FieldKind::symmetric_tensor); !place)
+        return fail(place.error());
+    if (auto writable = check_writable(a.output); !writable) return fail(writable.error());
     auto sizes = read_sizes(a.sizes);
     if (!sizes) return fail(sizes.error());
     config::SolutionMetric asked = a.metric;
@@ -51,24 +52,26 @@ Outcome<std::string> metric_text(const MetricArguments& a) {
         return read_metrics_at_vertices(*decoded, a.metric.intersect, notices, e);
     });
     if (!given) return fail(given.error());
-    for (const Notice& notice : notices) tell("note: " + notice.what);
+    for (const Notice& notice : notices) tell_note(notice.what);
     const double ridge_angle = config::Features{}.ridge_angle;
     const auto made = run::metric_of_fields(decoded->mesh, *fields, asked, *given, ridge_angle, around);
     if (!made) return fail(of_file(made.error(), a.solution));
-    auto written = run_step(
-        around, "write", [&](const Execution& e) { return write_nodal_fields(*decoded, {made->metric}, a.output, e); });
-    if (!written) return fail(written.error());
+    auto done = written.add(a.output, run_step(around, "write", [&](const Execution& e) {
+                                return write_nodal_fields(*decoded, {made->metric}, a.output, a.format, e);
+                            }));
+    if (!done) return fail(done.error());
     progress.wipe();
-    for (const std::string& notice : run::solution_metric_notices(made->report)) tell("note: " + notice);
-    return a.input + "\n" + run::solution_metric_rows(made->report) + fmt::format("wrote {}\n", a.output);
+    for (const std::string& notice : run::solution_metric_notices(made->report)) tell_note(notice);
+    return called_input(a.input) + "\n" + run::solution_metric_rows(made->report) + wrote_rows({a.output});
 }
 
 }  // namespace
 
 int metric_command(const MetricArguments& arguments) {
-    const auto text = metric_text(arguments);
+    Written written;
+    const auto text = metric_text(arguments, written);
     if (!text) return report_error(text.error());
-    return end_with(*text);
+    return end_with(*text, written);
 }
 
 }  // namespace camber::app

@@ -9,6 +9,7 @@ module;
 #include <vector>
 module camber.commands;
 import camber.core;
+import camber.app_shell;
 import camber.config;
 import :formats;
 import :named_files;
@@ -29,6 +30,8 @@ fs::path resolved(const std::string& path) {
     return error ? whole.lexically_normal() : target;
 }
 
+bool is_standard(const std::string& path) { return path == standard_stream; }
+
 /// Hard links too.
 bool same_file(const std::string& a, const std::string& b) {
     std::error_code neither_exists;
@@ -43,6 +46,7 @@ bool is_special(const std::string& path) {
 }
 
 bool may_be_one(const NamedFile& a, const NamedFile& b) {
+    if (is_standard(a.path) && is_standard(b.path)) return is_read(a.role) != is_read(b.role);
     if (is_read(a.role) && is_read(b.role)) return true;
     if (a.role == Role::input_mesh && b.role == Role::output_mesh) return true;
     return is_read(a.role) && is_special(a.path);
@@ -50,8 +54,11 @@ bool may_be_one(const NamedFile& a, const NamedFile& b) {
 
 Outcome<Done> check_pair(const NamedFile& earlier, const NamedFile& later) {
     if (may_be_one(earlier, later) || !same_file(earlier.path, later.path)) return Done{};
+    if (is_standard(later.path) && is_read(later.role))
+        return fail(ErrorKind::usage, later.word + " and " + earlier.word + " are both read from it", "standard input",
+                    {}, "give one of them as a file");
     const std::string other = earlier.word + (earlier.path == later.path ? "" : " " + earlier.path);
-    return fail(ErrorKind::usage, later.word + " is the same file as " + other, later.path, {},
+    return fail(ErrorKind::usage, later.word + " is the same file as " + other, called_output(later.path), {},
                 (is_read(earlier.role) ? "what is read is not overwritten: give " : "give ") + later.word +
                     " a file of its own");
 }

@@ -247,41 +247,48 @@ Outcome<std::vector<Solution>> read_metrics_at_vertices(const DecodedMesh& mesh,
     return out;
 }
 
-Outcome<Done> check_fields_ending(const std::string& path) {
-    if (is_solution_file(path)) return format_to_write(solution_formats(), path).map([](auto) { return Done{}; });
-    const auto format = format_to_write(mesh_formats(), path);
+Outcome<Done> check_fields_output(const std::string& path, std::string_view name) {
+    if (is_solution_output(path, name)) return format_of_solution(path, name).map([](auto) { return Done{}; });
+    const auto format = format_of_mesh(path, name);
     if (!format) return fail(format.error());
     if ((*format)->holds_fields) return Done{};
     return fail(ErrorKind::usage, "the format has no place for fields", path, {},
                 "give a file that ends in " + listed(endings_written(solution_formats())) + " or .vtu");
 }
 
-Outcome<Done> check_place_for(const std::string& path, FieldKind kind) {
-    const MeshFormat* const format = is_solution_file(path) ? nullptr : format_with_ending(mesh_formats(), path);
+Outcome<Done> check_place_for(const std::string& path, std::string_view name, FieldKind kind) {
+    if (path.empty() || is_solution_output(path, name)) return Done{};
+    const auto found = format_of_mesh(path, name);
+    const MeshFormat* const format = found ? *found : nullptr;
     if (format == nullptr || !format->holds || format->holds({"field", Centring::node, kind, {}})) return Done{};
     return fail(ErrorKind::usage, "the format has no place for tensors at nodes", path, {},
                 "give a file that ends in " + listed(endings_written(solution_formats())) + " or .vtu");
 }
 
 Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
-                                 const std::string& path, const Execution& execution) {
-    if (is_solution_file(path)) {
-        const auto format = format_to_write(solution_formats(), path);
+                                 const std::string& path, std::string_view name, const Execution& execution) {
+    if (is_solution_output(path, name)) {
+        const auto format = format_of_solution(path, name);
         if (!format) return fail(format.error());
         return write_solution(**format, solution_in_order(mesh, fields), path, execution);
     }
-    const auto format = format_to_write(mesh_formats(), path);
+    const auto format = format_of_mesh(path, name, mesh.format);
     if (!format) return fail(format.error());
     for (const NamedField& field : fields)
-        if (auto place = check_place_for(path, field.kind); !place) return place;
+        if (auto place = check_place_for(path, name, field.kind); !place) return place;
+    return write_with_mesh(mesh, fields, **format, path, execution);
+}
+
+Outcome<Done> write_with_mesh(const DecodedMesh& mesh, const std::vector<NamedField>& fields, const MeshFormat& format,
+                              const std::string& path, const Execution& execution) {
     const MeshFields all = run::as_mesh_fields(mesh.mesh, fields);
-    if (!mesh.lift || !((*format)->always_in_space || !mesh.always_in_space))
-        return write_mesh(**format, mesh.mesh, all, {}, path, execution);
+    if (!mesh.lift || !(format.always_in_space || !mesh.always_in_space))
+        return write_mesh(format, mesh.mesh, all, {}, path, execution);
     const auto in_space = raised(mesh.mesh, *mesh.lift, without_progress(execution));
     if (!in_space) return fail(in_space.error());
     const auto raised_fields = raised(all, without_progress(execution));
     if (!raised_fields) return fail(raised_fields.error());
-    return write_mesh(**format, *in_space, *raised_fields, {}, path, execution);
+    return write_mesh(format, *in_space, *raised_fields, {}, path, execution);
 }
 
 }  // namespace camber::app

@@ -1,5 +1,6 @@
 module;
 #include <string>
+#include <string_view>
 #include <vector>
 module camber.commands:nodal_fields;
 import camber.core;
@@ -37,11 +38,17 @@ using run::NamedField;
                                                                       const Execution& execution);
 
 /// Writes fields to a solution file, with rows as the mesh's file counts its nodes, or with the mesh to a format that
-/// has fields. Errors: an ending that is none of these (usage); those of writing.
+/// has fields: the format of that name, else that of the ending, where the mesh's own goes by it that one. Errors: an
+/// ending that is none of these (usage); those of writing.
 [[nodiscard]] Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
-                                               const std::string& path, const Execution& execution);
+                                               const std::string& path, std::string_view format,
+                                               const Execution& execution);
+/// The same with the mesh, in this format; fields only where it has a place for them.
+[[nodiscard]] Outcome<Done> write_with_mesh(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
+                                            const MeshFormat& format, const std::string& path,
+                                            const Execution& execution);
 /// Whether that can be, and whether the format has a place for such fields: asked before the work. Errors: usage.
-[[nodiscard]] Outcome<Done> check_fields_ending(const std::string& path);
-[[nodiscard]] Outcome<Done> check_place_for(const std::string& path, FieldKind kind);
+[[nodiscard]] Outcome<Done> check_fields_output(const std::string& path, std::string_view format);
+[[nodiscard]] Outcome<Done> check_place_for(const std::string& path, std::string_view format, FieldKind kind);
 
 }  // namespace camber::app

@@ -3,8 +3,6 @@ module;
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <fmt/format.h>
 module camber.commands;
 import camber.core;
 import camber.app_shell;
@@ -36,8 +34,7 @@ Outcome<Done> plot(const PlotArguments& a, Written& written) {
         return fail(ErrorKind::input, "holds no histograms as Camber writes them", a.report, {},
                     "give the report.json of a run: camber curve … --report report.json");
     if (!is_one_file(a)) return write_plots(*histograms, a.output, written);
-    return written.add(
-        a.output, make_folder_of(a.output).and_then([&](Done) { return write_text(a.output, run::svg(*histograms)); }));
+    return written.add(a.output, write_text(a.output, run::svg(*histograms)));
 }
 
 std::string plot_file(const std::string& folder, run::Quantity quantity) {
@@ -55,10 +52,11 @@ std::vector<std::string> plot_files(const std::string& folder) {
 }
 
 Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder, Written& written) {
+    if (histograms.empty()) return Done{};
+    if (auto made = check_folder(folder).and_then([&](Done) { return make_folder(folder); }); !made) return made;
     for (const run::Histogram& h : histograms) {
         const std::string file = plot_file(folder, h.quantity);
-        auto done = make_folder_of(file).and_then([&](Done) { return write_text(file, run::svg(h)); });
-        if (done = written.add(file, std::move(done)); !done) return done;
+        if (auto done = written.add(file, write_text(file, run::svg(h))); !done) return done;
     }
     return Done{};
 }
@@ -66,7 +64,7 @@ Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const s
 int plot_command(const PlotArguments& arguments) {
     Written written;
     if (auto done = plot(arguments, written); !done) return report_error(done.error());
-    return end_with(fmt::format("wrote {}\n", arguments.output), written);
+    return end_with("wrote " + called_output(arguments.output) + "\n", written);
 }
 
 }  // namespace camber::app

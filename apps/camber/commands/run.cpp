@@ -41,9 +41,18 @@ std::string text_of(const run::Run& run, const config::Output& output, bool hist
     text += "\n";
     const std::string metric = run.metric ? output.metric : std::string();
     const std::string solution = run.solution.empty() ? std::string() : output.solution;
-    for (const std::string& path : {output.mesh, output.vtu, metric, solution, output.report, output.plots})
-        if (!path.empty()) text += "  wrote " + path + "\n";
-    return text;
+    return text + wrote_rows({output.mesh, output.vtu, metric, solution, output.report, output.plots});
+}
+
+/// What would make the elements valid that repair left; empty where nothing is known of it.
+std::string what_would_help(const run::Report& r) {
+    if (!r.kept_boundary || r.remaining.empty()) return {};
+    std::vector<std::string> ways;
+    if (const auto& tolerance = r.kept_boundary->would_do)
+        ways.push_back(fmt::format("--boundary-tolerance {:g} (tried: every element is valid then)", *tolerance));
+    if (r.origin && (r.origin->geometry == "surrogate" || r.origin->geometry == "straight"))
+        ways.emplace_back("--cad MODEL, or --geometry, on which the boundary's nodes may slide");
+    return fmt::format("{}", fmt::join(ways, ", or "));
 }
 
 /// "camber: 3 elements are not certified valid …": what the run misses, and the exit code 1.
@@ -56,6 +65,7 @@ int report_misses(const run::Report& r) {
     if (!r.invalid_elements.empty()) line += "; invalid: " + listed(r.invalid_elements);
     if (!r.undecided_elements.empty()) line += "; undecided: " + listed(r.undecided_elements);
     if (below > 0) line += fmt::format("; below {:g}: ", r.validity->bound) + listed(r.elements_below_bound);
+    if (const std::string help = what_would_help(r); !help.empty()) line += "; what would help: " + help;
     if (straight > 0 && !r.remesh)  // what passes leave inverted when straight is no fault
         line += fmt::format(" ({} flat or inverted before it was curved: mend the straight mesh)", straight);
     tell(line);
@@ -65,18 +75,23 @@ int report_misses(const run::Report& r) {
 /// What is below a bound that nobody asked for; empty when nothing is.
 std::string note_of_wish(const run::Report& r) {
     if (!r.validity || r.validity->is_asked || r.elements_below_bound.empty()) return {};
+    const char* raise = "";
+    if (r.kept_boundary)
+        raise = "; --boundary-tolerance or --cad gives it room to raise them";
+    else if (r.curve)
+        raise = "; --objective shape, or smaller elements there, raises them";
     return fmt::format(
-        "{} elements are valid, but below the scaled Jacobian {:g} that is wished for: {} (no failure, as "
-        "--min-scaled-jacobian did not ask for it)",
-        r.elements_below_bound.size(), r.validity->bound, listed(r.elements_below_bound));
+        "{} elements are valid, but below the scaled Jacobian {:g} that is wished for: {} (no failure: "
+        "--min-scaled-jacobian {:g} would make it one{})",
+        r.elements_below_bound.size(), r.validity->bound, listed(r.elements_below_bound), r.validity->bound, raise);
 }
 
 int finish(const config::Pipeline& pipeline, bool histogram) {
     Written written;
     const auto run = execute(pipeline, written);
     if (!run) return report_error(run.error());
-    for (const std::string& notice : run->report.notices) tell("note: " + notice);
-    if (const std::string note = note_of_wish(run->report); !note.empty()) tell("note: " + note);
+    for (const std::string& notice : run->report.notices) tell_note(notice);
+    if (const std::string note = note_of_wish(run->report); !note.empty()) tell_note(note);
     const int said = end_with(text_of(*run, pipeline.output, histogram), written);
     const int held = run->report.holds_what_was_asked() ? 0 : report_misses(run->report);
     return said != 0 ? said : held;
@@ -114,6 +129,7 @@ Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArgum
     if (arguments.threads) pipeline->threads = *arguments.threads;
     config::Output& output = pipeline->output;
     output.mesh = arguments.output;
+    if (!arguments.format.empty()) output.format = arguments.format;
     if (!arguments.report.empty()) output.report = arguments.report;
     if (!arguments.vtu.empty()) output.vtu = arguments.vtu;
     if (!arguments.plots.empty()) output.plots = arguments.plots;

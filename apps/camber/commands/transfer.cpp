@@ -25,13 +25,14 @@ namespace camber::app {
 
 namespace {
 
-Outcome<std::string> transfer_text(const TransferArguments& a) {
+Outcome<std::string> transfer_text(const TransferArguments& a, Written& written) {
     const std::vector<NamedFile> files{{a.old_mesh, "the old mesh", Role::input},
                                        {a.new_mesh, "the new mesh", Role::input},
                                        {a.solution, "--solution", Role::input},
                                        {a.output, "-o", Role::output}};
     if (auto distinct = check_named_files(files); !distinct) return fail(distinct.error());
-    if (auto ending = check_fields_ending(a.output); !ending) return fail(ending.error());
+    if (auto output = check_fields_output(a.output, a.format); !output) return fail(output.error());
+    if (auto writable = check_writable(a.output); !writable) return fail(writable.error());
     Progress progress;
     const std::stop_token stop = stop_on_signals();
     const Around around = steps_shown(progress, {.threads = a.threads, .stop = stop});
@@ -49,25 +50,27 @@ Outcome<std::string> transfer_text(const TransferArguments& a) {
         return read_nodal_fields(*from, a.solution, a.fields, notices, e);
     });
     if (!fields) return fail(fields.error());
-    for (const Notice& notice : notices) tell("note: " + notice.what);
+    for (const Notice& notice : notices) tell_note(notice.what);
     if (run::plan_size(to->mesh).degree == 1 &&
         std::ranges::any_of(*fields, [](const NamedField& f) { return f.field.degree == 2; }))
-        tell("note: the new mesh is straight and of degree 1: the fields' values at its vertices are written");
+        tell_note("the new mesh is straight and of degree 1: the fields' values at its vertices are written");
     auto made = run::fields_brought_to(to->mesh, from->mesh, std::move(*fields), a.options, around);
     if (!made) return fail(of_file(made.error(), a.solution));
-    auto written = run_step(around, "write",
-                            [&](const Execution& e) { return write_nodal_fields(*to, made->fields, a.output, e); });
-    if (!written) return fail(written.error());
+    auto done = written.add(a.output, run_step(around, "write", [&](const Execution& e) {
+                                return write_nodal_fields(*to, made->fields, a.output, a.format, e);
+                            }));
+    if (!done) return fail(done.error());
     progress.wipe();
-    return a.new_mesh + "\n" + run::transfer_rows(made->report) + fmt::format("wrote {}\n", a.output);
+    return called_input(a.new_mesh) + "\n" + run::transfer_rows(made->report) + wrote_rows({a.output});
 }
 
 }  // namespace
 
 int transfer_command(const TransferArguments& arguments) {
-    const auto text = transfer_text(arguments);
+    Written written;
+    const auto text = transfer_text(arguments, written);
     if (!text) return report_error(text.error());
-    return end_with(*text);
+    return end_with(*text, written);
 }
 
 }  // namespace camber::app

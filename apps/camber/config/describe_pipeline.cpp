@@ -70,17 +70,24 @@ const Description<Features>& Described<Features>::get() {
 
 const Description<Output>& Described<Output>::get() {
     static const Description<Output> description{
-        "output",
-        "Files to write, relative to the working directory.",
+        "output", "Files to write, relative to the working directory.",
         [] {
             auto fields = listed<Output>();
-            for (auto& field : fields)
+            for (auto& field : fields) {
                 if (field.name == option_of(&Output::mesh).name)
                     field.doc = "the mesh, in the format of its ending (" +
                                 camber::listed(endings_written(mesh_formats()), ", ") + "); empty: none";
+                if (field.name == option_of(&Output::format).name)
+                    field.doc += " (" + camber::listed(names_written(mesh_formats()), ", ", ", ") + ")";
+            }
             return fields;
         }(),
-        {}};
+        [](const Output& o) -> std::string {
+            const auto names = names_written(mesh_formats());
+            if (o.format.empty() || std::ranges::find(names, o.format) != names.end()) return {};
+            return "\"format\": \"" + o.format + "\" is no format that is written (" +
+                   suggestion(o.format, {names.begin(), names.end()}) + ")";
+        }};
     return description;
 }
 

@@ -106,6 +106,17 @@ Json* step(Json& at, const std::string& token, bool last) {
     return &at[token];
 }
 
+/// What a step from an array could be called: its words, and the keys of its objects.
+std::vector<std::string> words_of(const Json& array) {
+    std::vector<std::string> words;
+    for (const Json& item : array) {
+        if (item.is_string()) words.push_back(item.get<std::string>());
+        if (item.is_object())
+            for (const auto& [key, value] : item.items()) words.push_back(key);
+    }
+    return words;
+}
+
 }  // namespace
 
 std::string kind_of(const Json& json) {
@@ -152,10 +163,11 @@ Outcome<Done> override_value(Json& json, std::string_view assignment) {
     std::erase(path, std::string{});
     Json* at = &json;
     for (std::size_t k = 0; k < path.size(); ++k) {
+        const Json* const before = at;
         at = step(*at, path[k], k + 1 == path.size());
         if (at == nullptr)
             return fail(ErrorKind::usage, "the path leads nowhere: there is no \"" + path[k] + "\"",
-                        std::string(assignment));
+                        std::string(assignment), {}, suggestion(path[k], words_of(*before)));
     }
     const std::string value(assignment.substr(equals + 1));
     auto parsed = Json::parse(value, nullptr, false);

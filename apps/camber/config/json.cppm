@@ -20,8 +20,8 @@ struct Place {
     [[nodiscard]] Place at(std::string_view key) const { return {file, pointer + "/" + std::string(key)}; }
     [[nodiscard]] Place at(std::size_t index) const { return at(std::to_string(index)); }
     [[nodiscard]] std::string text() const {
-        const std::string where = pointer.empty() ? "/" : pointer;
-        return file.empty() ? where : file + ": " + where;
+        if (pointer.empty()) return file.empty() ? "/" : file;
+        return file.empty() ? pointer : file + ": " + pointer;
     }
 };
 

@@ -52,7 +52,7 @@ Outcome<Shape> shape_of(const Json& json, const Place& place) {
 
 void put_below(FilePath& file, std::string_view folder) {
     const std::filesystem::path path(file.path);
-    if (!file.path.empty() && path.is_relative())
+    if (!file.path.empty() && file.path != "-" && path.is_relative())  // "-": standard input
         file.path = (std::filesystem::path(folder) / path).lexically_normal().string();
 }
 

@@ -278,6 +278,7 @@ using Stage =
 
 struct Output {
     std::string mesh, report, vtu, metric, solution, plots;  ///< empty: not written
+    std::string format;                                      ///< of the mesh, by its name; empty: that of its ending
     VtuCells vtu_cells = VtuOptions{}.cells;
     DistanceWays distances = DistanceWays::boundary;
 
@@ -285,6 +286,9 @@ struct Output {
         using S = Output;
         return std::tuple(
             option("mesh", &S::mesh, "the mesh, in the format of its ending; empty: none"),
+            option("format", &S::format,
+                   "the mesh's format by its name, whatever its ending; empty: that of the ending, and where the input "
+                   "is of a format with the same ending, that one: text stays text"),
             option("report", &S::report, "the figures of the run, as JSON; empty: none"),
             option("vtu", &S::vtu,
                    "the mesh with the run's fields (Jacobians, curvatures, gains, metric …) for ParaView (.vtu), "

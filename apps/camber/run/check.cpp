@@ -23,6 +23,7 @@ import :check;
 import :check_parts;
 import :curved_unit_mesh;
 import :field_errors;
+import :file_numbers;
 import :histogram;
 import :pipeline;
 import :report;
@@ -290,10 +291,13 @@ Outcome<CheckReport> check(QuadraticMesh<D> mesh, FileNumbers numbers, const std
 
 Outcome<CheckReport> check_mesh(DecodedMesh mesh, const std::optional<MetricFile>& metric, const CheckOptions& options,
                                 const Around& around) {
+    const FileNumbers numbers = numbers_of(mesh);
+    Groups groups = groups_of(mesh.mesh);
     auto report =
-        std::visit([&](auto m) { return check(std::move(m), FileNumbers{mesh.node_numbers}, metric, options, around); },
-                   std::move(mesh.mesh));
+        std::visit([&](auto m) { return check(std::move(m), numbers, metric, options, around); }, std::move(mesh.mesh));
     if (!report) return report;
+    report->groups = std::move(groups);
+    report->numbers = numbers;
     report->notices.reserve(mesh.notices.size());
     for (Notice& notice : mesh.notices) report->notices.push_back(std::move(notice.what));
     return report;

@@ -15,6 +15,7 @@ import camber.validity;
 import camber.soundness;
 import :curved_unit_mesh;
 import :field_errors;
+import :file_numbers;
 import :histogram;
 import :pipeline;
 import :report;
@@ -60,6 +61,7 @@ struct Witness {
 /// One of the worst elements, looked at closely.
 struct ElementReport {
     std::size_t number = 0;  ///< from 1, as in the file
+    std::uint64_t tag = 0;   ///< the file's own number, where that is another; 0: none
     Reference reference = 0;
     std::vector<std::size_t> vertices;  ///< as the file numbers them
     Verdict verdict = Verdict::undecided;
@@ -108,6 +110,7 @@ struct SoundnessReport {
 /// A facet of the boundary or of an interface.
 struct FacetReport {
     std::size_t number = 0;  ///< from 1, as in the file; 0: the file does not list its boundary
+    std::uint64_t tag = 0;   ///< the file's own number, where that is another; 0: none
     Reference reference = 0;
     std::vector<std::size_t> vertices = {};  ///< as the file numbers them
 };
@@ -142,6 +145,8 @@ struct CheckReport {
     std::optional<UnitMeshReport> unit_mesh;  ///< in the metric that was given, edges and elements straight
     std::optional<CurvedUnitMeshReport> curved_unit_mesh;  ///< the same along the curves; of degree 2
     std::vector<FieldErrors> fields;                       ///< of the fields that were asked for
+    Groups groups;                                         ///< names of references
+    FileNumbers numbers;
     std::vector<std::string> notices;
 
     [[nodiscard]] bool all_good() const {
@@ -153,6 +158,10 @@ struct CheckReport {
 /// it is.
 [[nodiscard]] Outcome<CheckReport> check_mesh(DecodedMesh mesh, const std::optional<MetricFile>& metric,
                                               const CheckOptions& options, const Around& around);
+
+/// "yes: all 252 elements are certified valid, and the mesh is sound", or "NO: 42 of 252 elements are invalid; camber
+/// repair mends such": the answer, and what to do about it.
+[[nodiscard]] std::string check_answer(const CheckReport& report);
 
 /// Lines for a terminal, without colours.
 [[nodiscard]] std::string check_table(const CheckReport& report);

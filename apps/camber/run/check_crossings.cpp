@@ -8,6 +8,7 @@ import camber.crossing;
 import camber.recipes;
 import :check;
 import :check_parts;
+import :file_numbers;
 
 namespace camber::run {
 
@@ -15,7 +16,9 @@ namespace {
 
 template <int D>
 FacetReport facet_report(const QuadraticMesh<D>& mesh, FacetId f, bool listed, const FileNumbers& numbers) {
-    FacetReport report{.number = listed ? f.index() + 1 : 0, .reference = mesh.linear.facets.references[f]};
+    const std::size_t number = listed ? f.index() + 1 : 0;
+    FacetReport report{
+        .number = number, .tag = numbers.tag(D - 1, number), .reference = mesh.linear.facets.references[f]};
     report.vertices.reserve(D);
     for (const VertexId v : mesh.linear.facets.vertices[f]) report.vertices.push_back(numbers(v.index()));
     return report;

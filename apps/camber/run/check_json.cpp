@@ -15,6 +15,7 @@ import :check;
 import :check_parts;
 import :curved_unit_mesh;
 import :field_errors;
+import :file_numbers;
 import :histogram;
 import :report;
 import :unit_mesh;
@@ -65,8 +66,12 @@ Json json(const CrossingsReport& c) {
     return j;
 }
 
-Json json(const ElementReport& e, int degree) {
-    Json j{{"element", e.number}, {"reference", e.reference}, {"verdict", word(e.verdict)}, {"vertices", e.vertices}};
+Json json(const ElementReport& e, int degree, const Groups& groups, int dimension) {
+    Json j{{"element", e.number}};
+    if (e.tag != 0) j["tag"] = e.tag;
+    j["reference"] = e.reference;
+    if (const std::string name = name_in(groups, dimension, e.reference); !name.empty()) j["name"] = name;
+    j.update({{"verdict", word(e.verdict)}, {"vertices", e.vertices}});
     if (degree == 2) {
         j["min_scaled_jacobian"] = e.min_scaled_jacobian;
         j["straight_inverted"] = e.straight_inverted;
@@ -82,6 +87,17 @@ Json json(const ElementReport& e, int degree) {
     return j;
 }
 
+/// The dimension of what is judged.
+int judged_dimension(const MeshReport& m) { return m.is_surface_alone() ? 2 : m.dimension; }
+
+/// The file's own numbers of elements; none where they have none.
+Json tags_of(const std::vector<std::size_t>& elements, const CheckReport& report) {
+    Json tags = Json::array();
+    for (const std::size_t e : elements)
+        if (const auto tag = report.numbers.tag(judged_dimension(report.mesh), e); tag != 0) tags.push_back(tag);
+    return tags;
+}
+
 Json json(const MeshReport& m) {
     return {{"dimension", m.dimension}, {"degree", m.degree}, {"vertices", m.vertices},          {"nodes", m.nodes},
             {"elements", m.elements},   {"facets", m.facets}, {"feature_edges", m.feature_edges}};
@@ -95,8 +111,13 @@ std::string check_json_head(const CheckReport& report, std::string_view name, st
     j["elements_by_reference"] = json(report.elements_by_reference);
     j["facets_by_reference"] = json(report.facets_by_reference);
     j["feature_edges_by_reference"] = json(report.feature_edges_by_reference);
+    Json groups = Json::array();
+    for (const Group& group : report.groups)
+        groups.push_back({{"dimension", group.dimension}, {"reference", group.reference}, {"name", group.name}});
+    j["groups"] = std::move(groups);
     const ValidityReport& v = report.validity;
     j["all_good"] = report.all_good();
+    j["answer"] = check_answer(report);
     j["bound"] = v.bound;
     j["valid"] = report.mesh.judged() - v.invalid - v.undecided;
     j["invalid"] = v.invalid;
@@ -107,13 +128,17 @@ std::string check_json_head(const CheckReport& report, std::string_view name, st
         report.mesh.judged() > 0 && (v.worst > 0 || !report.mesh.is_surface_alone()) ? Json(v.smallest) : Json(nullptr);
     j["worst_element"] = v.worst;
     Json worst = Json::array();
-    for (const ElementReport& element : report.worst) worst.push_back(json(element, report.mesh.degree));
+    for (const ElementReport& element : report.worst)
+        worst.push_back(json(element, report.mesh.degree, report.groups, judged_dimension(report.mesh)));
     j["worst"] = std::move(worst);
     if (!report.histograms.empty()) j["histograms"] = Json::parse(histograms_json(report.histograms));
-    j["invalid_elements"] = report.invalid_elements;
-    j["undecided_elements"] = report.undecided_elements;
-    j["straight_inverted_elements"] = report.straight_inverted_elements;
-    j["wall_elements"] = report.wall_elements;
+    for (const auto& [key, elements] :
+         {std::pair("invalid", &report.invalid_elements), std::pair("undecided", &report.undecided_elements),
+          std::pair("straight_inverted", &report.straight_inverted_elements),
+          std::pair("wall", &report.wall_elements)}) {
+        j[std::string(key) + "_elements"] = *elements;
+        if (const Json tags = tags_of(*elements, report); !tags.empty()) j[std::string(key) + "_element_tags"] = tags;
+    }
     j["soundness"] = json(report.soundness);
     j["crossings"] = json(report.crossings);
     if (report.unit_mesh) j["unit_mesh"] = Json::parse(unit_mesh_json(*report.unit_mesh));

@@ -10,14 +10,9 @@ import camber.validity;
 import camber.soundness;
 import camber.recipes;
 import :check;
+import :file_numbers;
 
 namespace camber::run {
-
-/// The numbers that the file gives to vertices, and to the nodes that follow them (DecodedMesh::node_numbers).
-struct FileNumbers {
-    Column<std::uint32_t> of;
-    [[nodiscard]] std::size_t operator()(std::size_t node) const { return of.empty() ? node + 1 : of[node]; }
-};
 
 /// "valid", "invalid", "undecided".
 [[nodiscard]] constexpr std::string_view word(Verdict verdict) {

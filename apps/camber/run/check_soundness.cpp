@@ -9,6 +9,7 @@ import camber.validity;
 import camber.soundness;
 import :check;
 import :check_parts;
+import :file_numbers;
 
 namespace camber::run {
 

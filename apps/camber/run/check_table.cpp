@@ -17,6 +17,7 @@ import :check;
 import :check_parts;
 import :curved_unit_mesh;
 import :field_errors;
+import :file_numbers;
 import :histogram;
 import :report;
 import :rows;
@@ -32,20 +33,35 @@ std::string_view elements_of(const MeshReport& m) { return simplices[static_cast
 std::string_view facets_of(const MeshReport& m) { return simplices[static_cast<std::size_t>(m.dimension) - 1]; }
 
 /// "1: 20 000, 2: 48 and 3 more"; empty where there is one reference alone, 0.
-std::string list_counts(const std::vector<ReferenceCount>& counts) {
+std::string list_counts(const std::vector<ReferenceCount>& counts, const Groups& groups, int dimension) {
     constexpr std::size_t shown = 8;
     if (counts.size() == 1 && counts[0].reference == 0) return {};
     std::string text;
     for (std::size_t i = 0; i < std::min(shown, counts.size()); ++i)
-        text += fmt::format("{}{}: {}", i > 0 ? ", " : "", counts[i].reference, grouped(counts[i].count));
+        text += fmt::format("{}{}: {}", i > 0 ? ", " : "", called(groups, dimension, counts[i].reference),
+                            grouped(counts[i].count));
     if (counts.size() > shown) text += fmt::format(" and {} more", counts.size() - shown);
     return text;
 }
 
-std::string count_rows(std::string_view name, std::size_t count, const std::vector<ReferenceCount>& by_reference) {
+std::string count_rows(std::string_view name, std::size_t count, const std::vector<ReferenceCount>& by_reference,
+                       const Groups& groups, int dimension) {
     std::string text = table_row(name, count);
-    const std::string references = count > 0 ? list_counts(by_reference) : std::string();
+    const std::string references = count > 0 ? list_counts(by_reference, groups, dimension) : std::string();
     return references.empty() ? text : text + table_row("  by reference", references);
+}
+
+bool has_tags(const CheckReport& report) {
+    return !report.numbers.tags.simplices[report.mesh.is_surface_alone() ? 2 : report.mesh.dimension].empty();
+}
+
+/// Which numbers elements and vertices are called by.
+std::string numbering_of(const CheckReport& report) {
+    const std::string elements = fmt::format("{} from 1, in the file's order",
+                                             report.mesh.is_surface_alone() ? "triangles" : elements_of(report.mesh));
+    const bool of_tags = !report.numbers.tags.vertices.empty();
+    return elements + (has_tags(report) ? ", with the file's tags beside them; " : "; ") +
+           (of_tags ? "vertices by the file's tags" : "vertices as the file numbers them");
 }
 
 std::string mesh_rows(const CheckReport& report) {
@@ -54,11 +70,17 @@ std::string mesh_rows(const CheckReport& report) {
         table_row("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
         table_row("vertices", m.vertices) + table_row("nodes", m.nodes) +
         (m.is_surface_alone()
-             ? count_rows("triangles, a surface alone", m.facets, report.facets_by_reference)
-             : count_rows(elements_of(m), m.elements, report.elements_by_reference) +
-                   count_rows(fmt::format("boundary {}", facets_of(m)), m.facets, report.facets_by_reference));
-    if (m.feature_edges > 0) text += count_rows("feature edges", m.feature_edges, report.feature_edges_by_reference);
-    return text;
+             ? count_rows("triangles, a surface alone", m.facets, report.facets_by_reference, report.groups, 2)
+             : count_rows(elements_of(m), m.elements, report.elements_by_reference, report.groups, m.dimension) +
+                   count_rows(fmt::format("boundary {}", facets_of(m)), m.facets, report.facets_by_reference,
+                              report.groups, m.dimension - 1));
+    if (m.feature_edges > 0)
+        text += count_rows("feature edges", m.feature_edges, report.feature_edges_by_reference, report.groups, 1);
+    return text + table_row("numbers below", numbering_of(report));
+}
+
+std::string called_element(const CheckReport& report, std::size_t place) {
+    return called(place, report.numbers.tag(report.mesh.is_surface_alone() ? 2 : report.mesh.dimension, place));
 }
 
 std::string validity_rows(const CheckReport& report) {
@@ -77,12 +99,12 @@ std::string validity_rows(const CheckReport& report) {
             table_row("smallest scaled Jacobian",
                       v.worst > 0 ? fmt::format("{} (1: as straight), of {} {}",
                                                 scaled_jacobian_text(v.smallest, v.invalid == 0 && v.undecided == 0),
-                                                is_alone ? "triangle" : "element", v.worst)
+                                                is_alone ? "triangle" : "element", called_element(report, v.worst))
                                   : "none: all flat");
     } else if (!report.worst.empty()) {
         text += table_row("smallest quality", fmt::format("{:.4g}, of {} {} (det J says nothing of a straight mesh)",
                                                           report.worst[0].quality, is_alone ? "triangle" : "element",
-                                                          report.worst[0].number));
+                                                          called_element(report, report.worst[0].number)));
     }
     return text;
 }
@@ -103,11 +125,13 @@ std::string soundness_rows(const SoundnessReport& s) {
     return text;
 }
 
-std::string name_of(const FacetReport& f, const MeshReport& m) {
-    std::string name = f.number > 0 ? std::to_string(f.number) : std::string("of vertices");
+std::string name_of(const FacetReport& f, const CheckReport& report) {
+    const MeshReport& m = report.mesh;
+    std::string name = f.number > 0 ? called(f.number, f.tag) : std::string("of vertices");
     if (f.number == 0)
         for (const std::size_t v : f.vertices) name += fmt::format(" {}", v);
-    return fmt::format("{} {} (reference {})", m.dimension == 2 ? "edge" : "triangle", name, f.reference);
+    return fmt::format("{} {}, reference {},", m.dimension == 2 ? "edge" : "triangle", name,
+                       called(report.groups, m.dimension - 1, f.reference));
 }
 
 std::string_view words_of(Crossing verdict) {
@@ -118,12 +142,14 @@ std::string_view words_of(Crossing verdict) {
     }
 }
 
-std::string sentence_of(const CrossingReport& c, const MeshReport& m) {
+std::string sentence_of(const CrossingReport& c, const CheckReport& report) {
+    const MeshReport& m = report.mesh;
     const bool itself = c.facets[0].vertices == c.facets[1].vertices;
-    const std::string what =
-        itself ? fmt::format("{} {}", name_of(c.facets[0], m),
-                             c.verdict == Crossing::crossing ? "crosses itself" : "may cross itself")
-               : fmt::format("{} and {} {}", name_of(c.facets[0], m), name_of(c.facets[1], m), words_of(c.verdict));
+    const std::string what = itself
+                                 ? fmt::format("{} {}", name_of(c.facets[0], report),
+                                               c.verdict == Crossing::crossing ? "crosses itself" : "may cross itself")
+                                 : fmt::format("{} and {} {}", name_of(c.facets[0], report),
+                                               name_of(c.facets[1], report), words_of(c.verdict));
     if (c.verdict == Crossing::touching) return what + ": contact; to be joined they want common vertices";
     if (m.degree == 1 || c.straight_too) return what + ": mend the straight mesh";
     return what + (itself ? ": mend the nodes of its edges" : ": only curved; smaller facets bow less");
@@ -145,7 +171,7 @@ std::string crossing_rows(const CheckReport& report, std::size_t most) {
     for (const Crossing verdict : {Crossing::crossing, Crossing::undecided, Crossing::touching})
         for (const CrossingReport& pair : c.found)
             if (pair.verdict == verdict && shown < most) {
-                text += fmt::format("{:18}{}\n", "", sentence_of(pair, report.mesh));
+                text += fmt::format("{:18}{}\n", "", sentence_of(pair, report));
                 ++shown;
             }
     if (c.found.size() > most) text += fmt::format("{:18}and {} more (--json)\n", "", grouped(c.found.size() - most));
@@ -185,21 +211,29 @@ std::string worst_rows(const CheckReport& report) {
     if (report.worst.empty()) return {};
     const bool curved = report.mesh.degree == 2;
     const bool is_alone = report.mesh.is_surface_alone();
+    const int dimension = is_alone ? 2 : report.mesh.dimension;
+    const bool tagged = has_tags(report);
+    std::size_t width = 11;
+    for (const ElementReport& e : report.worst)
+        width = std::max(width, 2 + called(report.groups, dimension, e.reference).size());
+    const std::size_t indent = 36 + width + (tagged ? 10 : 0);
     std::string text =
-        fmt::format("\n  The worst {} of {} {}{}\n  {:>10}{:>11}  {:<10}{:>12}  {}\n", report.worst.size(),
+        fmt::format("\n  The worst {} of {} {}{}\n  {:>10}{}{:>{}}  {:<10}{:>12}  {}\n", report.worst.size(),
                     grouped(report.mesh.judged()), is_alone ? "triangles" : elements_of(report.mesh),
                     !curved    ? ""
                     : is_alone ? scaled_normal_words
                                : scaled_jacobian_words,
-                    is_alone ? "triangle" : "element", "reference", "verdict", curved ? "scaled J" : "quality",
-                    curved ? "lowest at: barycentric; point" : "reason");
+                    is_alone ? "triangle" : "element", tagged ? "       tag" : "", "reference", width, "verdict",
+                    curved ? "scaled J" : "quality", curved ? "lowest at: barycentric; point" : "reason");
     for (const ElementReport& e : report.worst) {
         const std::string value = curved ? scaled_jacobian_text(e.min_scaled_jacobian, e.verdict == Verdict::valid)
                                          : fmt::format("{:.4g}", e.quality);
-        text += fmt::format("  {:>10}{:>11}  {:<10}{:>12}  ", e.number, e.reference, word(e.verdict), value);
+        text += fmt::format("  {:>10}{}{:>{}}  {:<10}{:>12}  ", e.number, tagged ? fmt::format("{:>10}", e.tag) : "",
+                            called(report.groups, dimension, e.reference), width, word(e.verdict), value);
         if (curved && e.witness)
-            text += fmt::format("{}; {}\n  {:47}", barycentric_text(e), list_numbers(e.witness->point, "{:.6g}"), "");
-        text += break_lines(e.reason, 49) + "\n";
+            text += fmt::format("{}; {}\n{:{}}", barycentric_text(e), list_numbers(e.witness->point, "{:.6g}"), "",
+                                indent + 2);
+        text += break_lines(e.reason, indent + 2) + "\n";
     }
     return text;
 }

@@ -22,6 +22,7 @@ import camber.optimisation;
 import camber.soundness;
 import :check;
 import :check_parts;
+import :file_numbers;
 import :rows;
 
 namespace camber::run {
@@ -221,6 +222,7 @@ template <int D>
 ElementReport describe_element(const Judged<D>& judged, std::size_t e) {
     ElementReport element;
     element.number = e + 1;
+    element.tag = judged.numbers.tag(is_surface_alone(judged.mesh.linear) ? 2 : D, e + 1);
     element.reference = judged.columns.references[e];
     element.verdict = judged.columns.verdicts[e];
     element.straight_inverted = judged.columns.straight_inverted[e] == 1;

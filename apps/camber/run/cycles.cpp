@@ -33,6 +33,7 @@ std::string like(const std::string& folder, const char* name, const std::string&
 config::Output output_of_cycle(const config::Pipeline& pipeline, const CycleFiles& files) {
     config::Output output = pipeline.output;
     output.mesh = files.mesh;
+    output.format.clear();
     output.report = files.report;
     output.vtu = files.vtu;
     output.metric = files.metric;

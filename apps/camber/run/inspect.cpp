@@ -25,6 +25,7 @@ import camber.io;
 import camber.soundness;
 import camber.surface;
 import :check_parts;
+import :file_numbers;
 import :distances_report;
 import :inspect;
 import :report;
@@ -307,7 +308,7 @@ Outcome<Inspected> inspect(const auto& mesh, const FileNumbers& numbers, const C
 
 Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& geometry, const InspectOptions& options,
                                     const Around& around) {
-    const FileNumbers numbers{mesh.node_numbers};
+    const FileNumbers numbers = numbers_of(mesh);
     auto found = std::visit(
         [&](const auto& m) {
             constexpr int d = std::decay_t<decltype(m)>::dimension;

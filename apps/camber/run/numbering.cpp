@@ -120,14 +120,17 @@ std::size_t given_number(std::size_t number, const Permutation<EntityId>& order)
     return number == 0 ? 0 : order.before[number - 1].index() + 1;
 }
 
-void renumber_report(Report& report, const Permutation<ElementId>& order) {
+void renumber_report(Report& report, const Permutation<ElementId>& order, const Permutation<VertexId>& vertices) {
     for (auto* const validity : {&report.validity, &report.validity_before})
         if (*validity) (*validity)->worst = given_number((*validity)->worst, order);
     for (auto* const elements : {&report.invalid_elements, &report.undecided_elements, &report.elements_below_bound}) {
         for (std::size_t& e : *elements) e = given_number(e, order);
         std::ranges::sort(*elements);
     }
-    for (RemainingReport& r : report.remaining) r.element = given_number(r.element, order);
+    for (RemainingReport& r : report.remaining) {
+        r.element = given_number(r.element, order);
+        r.at = given_number(r.at, vertices);
+    }
     std::ranges::stable_sort(report.remaining, {}, &RemainingReport::element);
 }
 
@@ -173,7 +176,7 @@ Outcome<Run> in_given_order(Run run, const Renumbering& order, const Execution& 
     if (run.metric)
         if (done = renumber_rows(*run.metric, back.vertices.before, without_progress(execution)); !done)
             return fail(std::move(done.error()));
-    renumber_report(run.report, order.elements);
+    renumber_report(run.report, order.elements, order.vertices);
     return run;
 }
 

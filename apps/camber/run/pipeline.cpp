@@ -11,6 +11,8 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include <fmt/format.h>
 module camber.run;
 import camber.core;
 import camber.bezier;
@@ -18,9 +20,11 @@ import camber.cad;
 import camber.config;
 import camber.io;
 import camber.ordering;
+import camber.repair;
 import camber.shapes;
 import camber.curving;
 import :fields;
+import :file_numbers;
 import :numbering;
 import :report;
 import :memory;
@@ -290,13 +294,20 @@ bool is_curved(const AnyMesh& mesh) {
         mesh);
 }
 
+/// Null: none that is known.
+const MeshFormat* format_of(const config::Output& output) {
+    if (output.mesh.empty()) return nullptr;
+    return output.format.empty() ? format_with_ending(mesh_formats(), output.mesh)
+                                 : format_with_name(mesh_formats(), output.format);
+}
+
 bool shows_fields(const config::Output& output) {
-    const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh);
+    const MeshFormat* const format = format_of(output);
     return !output.vtu.empty() || (format != nullptr && format->for_viewers);
 }
 
 bool carries_fields(const config::Output& output) {
-    const MeshFormat* const format = format_with_ending(mesh_formats(), output.mesh);
+    const MeshFormat* const format = format_of(output);
     return !output.solution.empty() || !output.vtu.empty() || (format != nullptr && format->holds_fields);
 }
 
@@ -312,6 +323,21 @@ bool keeps_elements(const config::Pipeline& pipeline) {
     return std::ranges::all_of(pipeline.stages, [&](const config::Stage& stage) { return std::visit(keeps, stage); });
 }
 
+namespace {
+
+/// Reasons with their vertices, and elements, as the file calls them.
+void name_remaining(Report& report, const FileNumbers& numbers) {
+    const int dimension = report.mesh.is_surface_alone() ? 2 : report.mesh.dimension;
+    for (RemainingReport& r : report.remaining) {
+        const RemainingElement left{{}, r.reason, VertexId(r.at > 0 ? r.at - 1 : 0), r.is_given_up};
+        const RemainingElement nowhere{{}, r.reason, {}, r.is_given_up};
+        r.reason = r.at > 0 ? sentence_of(left, fmt::format("{}", numbers(r.at - 1))) : sentence_of(nowhere, {});
+        r.tag = numbers.tag(dimension, r.element);
+    }
+}
+
+}  // namespace
+
 Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
     auto rows = metric_rows(pipeline, inputs, around);
     if (!rows) return fail(rows.error());
@@ -321,6 +347,7 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     if (places_by_solution(pipeline))
         solution = {inputs.mesh.mesh, inputs.fields, pipeline.solution.expression, pipeline.solution.weights};
     take_as_straight(pipeline, inputs.mesh);
+    const FileNumbers numbers = numbers_of(inputs.mesh);
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
             return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files)}, pipeline,
@@ -335,6 +362,7 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
         if (auto done = carry(*run, *given, std::move(inputs.fields), pipeline, around); !done)
             return fail(done.error());
     for (Notice& notice : inputs.mesh.notices) run->report.notices.push_back(std::move(notice.what));
+    name_remaining(run->report, keeps_elements(pipeline) ? numbers : FileNumbers{});
     return run;
 }
 

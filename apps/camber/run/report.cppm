@@ -162,6 +162,7 @@ struct RelaxReport {
 /// What became of the boundary of a mesh that was read with its curves.
 struct KeptBoundaryReport {
     double tolerance = 0;
+    std::optional<double> would_do = {};  ///< a tolerance by which every element becomes valid, tried (model units)
     std::size_t moved_nodes = 0;
     double largest_shift = 0;           ///< of a node (model units)
     double largest_relative_shift = 0;  ///< the same by the length of its edge's chord
@@ -171,6 +172,9 @@ struct KeptBoundaryReport {
 struct RemainingReport {
     std::size_t element = 0;  ///< from 1
     std::string reason;
+    std::size_t at = 0;        ///< the vertex where it is, from 1; 0: nowhere in particular, or the reason has its name
+    bool is_given_up = false;  ///< the work was spent; likewise
+    std::uint64_t tag = 0;     ///< of the element in the input's file, where that is another number
 };
 
 struct ReinsertReport {

@@ -218,13 +218,19 @@ Json json(const RelaxReport& r) {
 }
 Json json(const KeptBoundaryReport& k) {
     return {{"tolerance", k.tolerance},
+            {"would_do", k.would_do ? Json(*k.would_do) : Json(nullptr)},
             {"moved_nodes", k.moved_nodes},
             {"largest_shift", k.largest_shift},
             {"largest_relative_shift", k.largest_relative_shift}};
 }
 Json json(const std::vector<RemainingReport>& remaining) {
     Json all = Json::array();
-    for (const RemainingReport& r : remaining) all.push_back({{"element", r.element}, {"reason", r.reason}});
+    for (const RemainingReport& r : remaining) {
+        Json left{{"element", r.element}};
+        if (r.tag != 0) left["tag"] = r.tag;
+        left["reason"] = r.reason;
+        all.push_back(std::move(left));
+    }
     return all;
 }
 Json json(const ReinsertReport& r) {

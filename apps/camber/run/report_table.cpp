@@ -8,6 +8,7 @@ module camber.run;
 import camber.core;
 import camber.metric;
 import :distances_report;
+import :file_numbers;
 import :report;
 import :solution_report;
 import :rows;
@@ -186,8 +187,9 @@ std::string validity_rows(const Report& report) {
     const std::string_view judged = report.mesh.is_surface_alone() ? "triangles" : "elements";
     text += table_row(fmt::format("invalid {}", judged), counts(before.invalid, v.invalid)) +
             table_row(fmt::format("undecided {}", judged), counts(before.undecided, v.undecided)) +
-            table_row(fmt::format("{} below {:g}{}", judged, v.bound, v.is_asked ? "" : " (a wish)"),
-                      counts(before.below_bound, v.below_bound)) +
+            (v.bound > 0 ? table_row(fmt::format("{} below {:g}{}", judged, v.bound, v.is_asked ? "" : " (a wish)"),
+                                     counts(before.below_bound, v.below_bound))
+                         : std::string()) +
             table_row("smallest scaled Jacobian",
                       v.worst == 0 && report.mesh.is_surface_alone()
                           ? std::string("none: all flat")
@@ -223,7 +225,7 @@ std::string remaining_rows(const Report& report) {
     for (std::size_t i = 0; i < report.remaining.size() && i < shown; ++i)
         text += fmt::format("  ! {} {}: {}\n",
                             report.mesh.dimension == 2 || report.mesh.is_surface_alone() ? "triangle" : "tetrahedron",
-                            report.remaining[i].element, report.remaining[i].reason);
+                            called(report.remaining[i].element, report.remaining[i].tag), report.remaining[i].reason);
     if (report.remaining.size() > shown)
         text += fmt::format("  ! and {} more, all of them in the report\n", report.remaining.size() - shown);
     return text;

@@ -4,6 +4,7 @@ export import :cycles;
 export import :geometry_source;
 export import :field_errors;
 export import :fields;
+export import :file_numbers;
 export import :histogram;
 export import :memory;
 export import :report;

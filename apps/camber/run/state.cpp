@@ -63,6 +63,7 @@ State<D> beginning_with(GivenMesh<D> mesh) {
     State<D> state;
     if (auto* curves = std::get_if<QuadraticMesh<D>>(&mesh)) {
         state.given_points = curves->linear.points;
+        state.given_nodes = curves->mid_nodes;
         state.mesh = Quadratic<D>{std::move(*curves), NodesOf::input, Unplanned<D>{}};
     } else {
         auto& straight = std::get<LinearMesh<D>>(mesh);

@@ -128,8 +128,9 @@ struct Inherited {
 template <int D>
 struct State {
     std::variant<LinearMesh<D>, Changing<D>, Quadratic<D>> mesh;
-    Column<Vec<D>> given_points;       ///< of the vertices as they were read: where the rows of metric files speak
-    std::optional<BackMesh<D>> field;  ///< the last that was made
+    Column<Vec<D>> given_points;  ///< of the vertices as they were read: where the rows of metric files speak
+    Column<LagrangeNode<D>> given_nodes = {};  ///< of a mesh of degree 2 its nodes, likewise: what came is told beside
+    std::optional<BackMesh<D>> field;          ///< the last that was made
     /// Where that is carried: the metric of the straight mesh at its vertices.
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
     std::optional<Inherited<D>> inherited;

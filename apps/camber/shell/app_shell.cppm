@@ -9,3 +9,4 @@ export import :meter;
 export import :progress;
 export import :standard_output;
 export import :terminal;
+export import :voice;

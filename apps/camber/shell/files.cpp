@@ -179,17 +179,54 @@ class Draft {
     Descriptor file_;
 };
 
+/// Standard input or output, held open beyond the descriptor's life.
+Descriptor standard(int fd) { return Descriptor(::fcntl(fd, F_DUPFD_CLOEXEC, STDERR_FILENO + 1)); }
+
 bool is_special(const std::string& path) {
     struct stat status{};
     return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
 }
 
+/// The folder of a path, told as it was given; fails where it is none.
+Outcome<Done> check_folder_of(const std::string& path) {
+    const std::string target = target_of(path);
+    struct stat status{};
+    const bool is_there = ::stat(folder_of(target).c_str(), &status) == 0;
+    if (is_there && S_ISDIR(status.st_mode)) return Done{};
+    if (!is_there && errno == EACCES) return system_error(ErrorKind::write, path, "written", EACCES);
+    const std::string folder = folder_of(path);
+    if (is_there || errno == ENOTDIR)
+        return fail(ErrorKind::write, "its folder " + folder + (is_there ? " is a file" : " lies below a file"), path,
+                    {}, "take another place");
+    return fail(ErrorKind::write, "its folder " + folder + " does not exist", path, {}, "make it: mkdir -p " + folder);
+}
+
 }  // namespace
 
+std::string called_input(const std::string& path) { return path == standard_stream ? "standard input" : path; }
+std::string called_output(const std::string& path) { return path == standard_stream ? "standard output" : path; }
+
+Outcome<Done> check_folder(const std::string& folder) {
+    std::error_code none;
+    if (std::filesystem::is_directory(folder, none)) return Done{};
+    return check_writable(folder);
+}
+
+Outcome<Done> make_folder(const std::string& folder) {
+    std::error_code error;
+    std::filesystem::create_directory(folder, error);
+    if (!error) return Done{};
+    return fail(ErrorKind::write, "the folder cannot be made: " + error.message(), folder, {}, "take another place");
+}
+
 Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& execution) try {
-    const auto unreadable = [&](int error = errno) { return system_error(ErrorKind::input, path, "read", error); };
+    const auto unreadable = [&](int error = errno) {
+        return system_error(ErrorKind::input, called_input(path), "read", error);
+    };
     // A pipe without a writer would hold `open`: it is waited for below, where the wish to stop is heard.
-    const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+    const Descriptor file = path == standard_stream
+                                ? standard(STDIN_FILENO)
+                                : Descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
     if (!file) return unreadable();
     struct stat status{};
     if (::fstat(file.get(), &status) != 0) return unreadable();
@@ -199,7 +236,8 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& e
     std::size_t size = 0;
     while (true) {
         if (size == bytes.size()) bytes.resize(2 * size);
-        if (!wait_for(file.get(), POLLIN, execution.stop)) return fail(ErrorKind::stopped, "stopped on request", path);
+        if (!wait_for(file.get(), POLLIN, execution.stop))
+            return fail(ErrorKind::stopped, "stopped on request", called_input(path));
         const ssize_t n = ::read(file.get(), bytes.data() + size, std::min(bytes.size() - size, largest_transfer));
         if (n < 0 && (errno == EINTR || errno == EAGAIN)) continue;
         if (n < 0) return unreadable();
@@ -210,16 +248,16 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& e
     bytes.resize(size);
     return bytes;
 } catch (const std::bad_alloc&) {
-    return fail(ErrorKind::memory, "not enough memory to read the file", path, {}, "give it more memory");
+    return fail(ErrorKind::memory, "not enough memory to read the file", called_input(path), {}, "give it more memory");
 } catch (const std::length_error&) {
-    return fail(ErrorKind::memory, "not enough memory to read the file", path, {}, "give it more memory");
+    return fail(ErrorKind::memory, "not enough memory to read the file", called_input(path), {}, "give it more memory");
 }
 
 Outcome<Done> write_file(const std::string& path, std::span<const std::span<const std::byte>> chunks,
                          const Execution& execution) {
     const auto unwritable = [&] {
-        if (errno == ECANCELED) return fail(ErrorKind::stopped, "stopped on request", path);
-        return system_error(ErrorKind::write, path, "written");
+        if (errno == ECANCELED) return fail(ErrorKind::stopped, "stopped on request", called_output(path));
+        return system_error(ErrorKind::write, called_output(path), "written");
     };
     std::size_t all = 0, written = 0;
     for (const auto& chunk : chunks) all += chunk.size();
@@ -228,8 +266,8 @@ Outcome<Done> write_file(const std::string& path, std::span<const std::span<cons
         return std::all_of(chunks.begin(), chunks.end(),
                            [&](const auto& chunk) { return write_all(fd, chunk, execution.stop, wrote); });
     };
-    if (is_special(path)) {
-        Descriptor file = open_special(path, execution.stop);
+    if (path == standard_stream || is_special(path)) {
+        Descriptor file = path == standard_stream ? standard(STDOUT_FILENO) : open_special(path, execution.stop);
         if (!file || !write_chunks(file.get()) || !file.close()) return unwritable();
         return Done{};
     }
@@ -240,6 +278,8 @@ Outcome<Done> write_file(const std::string& path, std::span<const std::span<cons
 }
 
 Outcome<Done> check_writable(const std::string& path) {
+    if (path == standard_stream) return Done{};
+    if (auto folder = check_folder_of(path); !folder) return folder;
     if (is_special(path)) {
         if (::access(path.c_str(), W_OK) != 0) return system_error(ErrorKind::write, path, "written");
         return Done{};

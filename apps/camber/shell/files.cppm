@@ -8,7 +8,14 @@ import camber.core;
 
 export namespace camber::app {
 
-/// The whole file (or pipe). Errors: input, with the system's reason; memory; stopped, also while a pipe is silent.
+/// What stands for standard input and standard output in place of a file's name.
+inline constexpr std::string_view standard_stream = "-";
+/// The path as one says it: "standard input", "standard output".
+[[nodiscard]] std::string called_input(const std::string& path);
+[[nodiscard]] std::string called_output(const std::string& path);
+
+/// The whole file (or pipe, or standard input). Errors: input, with the system's reason; memory; stopped, also while a
+/// pipe is silent.
 [[nodiscard]] Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& execution = {});
 
 [[nodiscard]] inline std::string_view as_text(std::span<const std::byte> bytes) {
@@ -20,12 +27,17 @@ export namespace camber::app {
 
 /// Writes the chunks one after the other: all of them or nothing. The file appears (or replaces the old one, keeping
 /// its permissions) only when complete and on disk; until then it has no name, so that no death of the process leaves
-/// a part of it. Where the target is no plain file (a pipe, /dev/stdout) it is written to as it is.
+/// a part of it. Where the target is no plain file (a pipe, standard output) it is written to as it is.
 /// Errors: write, with the system's reason; stopped, as long as nothing has its name yet.
 [[nodiscard]] Outcome<Done> write_file(const std::string& path, std::span<const std::span<const std::byte>> chunks,
                                        const Execution& execution = {});
 
-/// Whether a file could be written there, asked before the work begins: its folder exists and takes files.
+/// Whether a file could be written there, asked before the work begins: its folder exists and takes files. Errors:
+/// write, with the command that makes a folder that is not there.
 [[nodiscard]] Outcome<Done> check_writable(const std::string& path);
+
+/// The same of a folder for files, which `make_folder` makes where its own is there.
+[[nodiscard]] Outcome<Done> check_folder(const std::string& folder);
+[[nodiscard]] Outcome<Done> make_folder(const std::string& folder);
 
 }  // namespace camber::app

@@ -3,9 +3,11 @@ module;
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -29,15 +31,26 @@ std::string short_count(double count) {
 
 }  // namespace
 
-Progress::Progress() : terminal_(::isatty(STDERR_FILENO) == 1) { begin({}); }
+Progress::Progress() : terminal_(::isatty(STDERR_FILENO) == 1 && voice() == Voice::usual) { begin({}); }
 
 Progress::~Progress() { wipe(); }
 
 void Progress::begin(std::string stage) {
     wipe();
+    rounds_.reset();
     stage_ = std::move(stage);
     share_ = StageShare(elements_);
     start_ = last_ = std::chrono::steady_clock::now();
+}
+
+void Progress::begin_in_rounds(std::string_view stage, const std::string& step) {
+    if (!rounds_) {
+        begin({});
+        share_ = StageShare();  // passes change the elements: there is no rate
+        rounds_.emplace();
+    }
+    rounds_->begin(step);
+    stage_ = fmt::format("{} {}: {}", stage, rounds_->round(), step);
 }
 
 std::function<void(std::size_t, std::size_t)> Progress::ticks() {
@@ -49,6 +62,11 @@ void Progress::show(std::size_t done, std::size_t total) {
     using namespace std::chrono_literals;
     const auto now = std::chrono::steady_clock::now();
     const double seconds = std::chrono::duration<double>(now - start_).count();
+    constexpr double parts = 1e6;
+    if (rounds_ && total > 0) {
+        done = static_cast<std::size_t>(parts * rounds_->tick(static_cast<double>(done) / static_cast<double>(total)));
+        total = static_cast<std::size_t>(parts);
+    }
     const Share share = share_.tick(done, total, seconds);
     if (seconds < shown_from || (shown_ && now - last_ < 100ms)) return;
     last_ = now;
@@ -61,6 +79,25 @@ void Progress::wipe() {
     if (!std::exchange(shown_, false)) return;
     std::fputs("\r\x1b[K", stderr);
     std::fflush(stderr);
+}
+
+void RoundsShare::begin(const std::string& step) {
+    if (round_ == 0) first_ = step;
+    if (step == first_) {
+        if (round_ > 0) steps_before_ = step_ + 1;
+        ++round_;
+        step_ = 0;
+    } else {
+        ++step_;
+    }
+}
+
+double RoundsShare::tick(double part) {
+    const double left = std::pow(0.5, static_cast<double>(round_ > 0 ? round_ - 1 : 0));
+    const double of_round =
+        std::min((static_cast<double>(step_) + std::clamp(part, 0.0, 1.0)) / static_cast<double>(steps_before_), 1.0);
+    share_ = std::max(share_, 1 - left + 0.5 * left * of_round);
+    return share_;
 }
 
 Share StageShare::tick(std::size_t done, std::size_t total, double seconds) {

@@ -2,7 +2,9 @@ module;
 #include <chrono>
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
+#include <string_view>
 export module camber.app_shell:progress;
 import camber.core;
 
@@ -29,6 +31,24 @@ class StageShare {
     double part_ = 0;
 };
 
+/// How far steps are that come again, round after round, until nothing changes much: nobody knows how many rounds there
+/// will be, and each is taken to do half of what is left. It rises, and never becomes 1.
+class RoundsShare {
+  public:
+    /// A step begins: the next round where it began the round before, too.
+    void begin(const std::string& step);
+    /// The share of all when the step has done so much of its own.
+    [[nodiscard]] double tick(double part);
+    /// From 1; 0: none began.
+    [[nodiscard]] std::size_t round() const { return round_; }
+
+  private:
+    std::string first_;  ///< the step that begins a round
+    std::size_t round_ = 0, step_ = 0;
+    std::size_t steps_before_ = 6;  ///< of the round before; first a guess
+    double share_ = 0;
+};
+
 /// One line on standard error that tells how far a stage is: only on a terminal, and only once the stage has taken a
 /// second. Wiped when the next stage begins and at the end.
 class Progress {
@@ -41,6 +61,8 @@ class Progress {
     ~Progress();
 
     void begin(std::string stage);
+    /// The next step of a stage whose steps come in rounds: one share and one clock over all of them.
+    void begin_in_rounds(std::string_view stage, const std::string& step);
     /// The mesh that the stages from the next one on go through, so that they tell a rate; 0: not known.
     void of_mesh(std::size_t elements) { elements_ = elements; }
     /// For Execution::progress; empty when there is no terminal to write to.
@@ -55,6 +77,7 @@ class Progress {
     std::size_t elements_ = 0;
     std::string stage_;
     StageShare share_;
+    std::optional<RoundsShare> rounds_;
     std::chrono::steady_clock::time_point start_, last_;
 };
 

@@ -20,11 +20,12 @@ void hold_standard_streams() {
 }
 
 void StandardOutput::print(std::string_view text) {
-    if (error_ == 0 && std::fwrite(text.data(), 1, text.size(), stdout) < text.size()) error_ = errno;
+    std::FILE* const to = fd_ == STDOUT_FILENO ? stdout : stderr;
+    if (error_ == 0 && std::fwrite(text.data(), 1, text.size(), to) < text.size()) error_ = errno;
 }
 
 Outcome<Done> StandardOutput::finish() {
-    if (error_ == 0 && std::fflush(stdout) != 0) error_ = errno;
+    if (error_ == 0 && std::fflush(fd_ == STDOUT_FILENO ? stdout : stderr) != 0) error_ = errno;
     if (error_ == 0 || error_ == EPIPE) return Done{};
     return fail(ErrorKind::write, "cannot be written: " + std::generic_category().message(error_), "standard output");
 }

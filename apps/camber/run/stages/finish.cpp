@@ -105,11 +105,14 @@ Outcome<Done> finish(Runner<D>& run) {
         std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric),
         has_mesh ? std::optional(std::move(changing->goal.field)) : std::nullopt, std::move(changing->goal.curves)};
     run.state.given_points = made->compact.mesh.points;
+    run.state.given_nodes = {};
     auto& [linear, edges, nodes, maps] = made->compact;
     if (nodes.empty())
         run.state.mesh = std::move(linear);
-    else
-        run.state.mesh = Quadratic<D>{{std::move(linear), std::move(edges), std::move(nodes)}, NodesOf::input, {}};
+    else {
+        run.state.given_nodes = Column<LagrangeNode<D>>(std::move(nodes));
+        run.state.mesh = Quadratic<D>{{std::move(linear), std::move(edges), run.state.given_nodes}, NodesOf::input, {}};
+    }
     return Done{};
 }
 

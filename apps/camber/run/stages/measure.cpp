@@ -35,15 +35,28 @@ Outcome<Buffer<LagrangeNode<D>>> chord_middles(const QuadraticMesh<D>& mesh, con
     });
 }
 
-/// How far the boundary is from its geometry, straight and curved.
+/// The mesh with the places that it was given with: straight edges have their middles.
 template <int D>
-Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const Boundary<D>& boundary, MeasuresReport& report,
-                                const Execution& execution) {
-    auto chords = chord_middles(seen, without_progress(execution));
+Outcome<QuadraticMesh<D>> as_given(QuadraticMesh<D> seen, const State<D>& state, const Execution& execution) {
+    if (state.given_points.size() == seen.linear.points.size()) seen.linear.points = state.given_points;
+    if (state.given_nodes.size() == seen.mid_nodes.size()) {
+        seen.mid_nodes = state.given_nodes;
+        return seen;
+    }
+    auto chords = chord_middles(seen, execution);
     if (!chords) return fail(chords.error());
-    const Column<LagrangeNode<D>> straight(std::move(*chords));
-    const auto before =
-        boundary_distance(seen, straight.view(), boundary.features, boundary.geometry, part_of(execution, 0.05, 0.5));
+    seen.mid_nodes = std::move(*chords);
+    return seen;
+}
+
+/// How far the boundary is from its geometry, as it was given and in the end.
+template <int D>
+Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const State<D>& state, const Boundary<D>& boundary,
+                                MeasuresReport& report, const Execution& execution) {
+    const auto given = as_given(seen, state, without_progress(execution));
+    if (!given) return fail(given.error());
+    const auto before = boundary_distance(*given, given->mid_nodes.view(), boundary.features, boundary.geometry,
+                                          part_of(execution, 0.05, 0.5));
     if (!before) return fail(before.error());
     const auto after = boundary_distance(seen, seen.mid_nodes.view(), boundary.features, boundary.geometry,
                                          part_of(execution, 0.5, 1));
@@ -121,13 +134,14 @@ Outcome<Done> measure_nodes(const Quadratic<D>& end, const config::Geometry& geo
 }
 
 template <int D>
-Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* field, const StraightMetric<D>& straight,
-                                 const History<D>& history, MeasuredEdges which, const Execution& execution) {
+Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* field, const State<D>& state,
+                                 MeasuredEdges which, const Execution& execution) {
+    const StraightMetric<D>& straight = state.straight_log_metrics;
     const Shares of = which == MeasuredEdges::all ? Shares{0.05, 0.09, 0.87} : Shares{0.39, 0.44, 0.73};
     Measured<D> measured;
     const Plan<D>* const plan = end.planned();
     if (const Boundary<D>* boundary = plan ? plan->boundary() : nullptr)
-        if (auto done = measure_distances(apply_proposal(end.mesh, plan->proposal()), *boundary, measured.report,
+        if (auto done = measure_distances(apply_proposal(end.mesh, plan->proposal()), state, *boundary, measured.report,
                                           part_of(execution, 0, of.distances));
             !done)
             return fail(done.error());
@@ -159,7 +173,7 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
             }
         }
     }
-    auto histograms = run_histograms(end, measured.lengths, history, without_progress(execution));
+    auto histograms = run_histograms(end, measured.lengths, state.history, without_progress(execution));
     if (!histograms) return fail(histograms.error());
     measured.report.histograms = std::move(*histograms);
     return measured;
@@ -173,8 +187,7 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
     if (end && end->planned()) run.report(PlanReport{.is_mesh = !end->has_uncommitted()});
     auto made = run.step("measure", [&](const Execution& e) -> Outcome<Measured<D>> {
         if (!end) return Measured<D>{};
-        auto measured = measure_end(*end, run.field(), run.state.straight_log_metrics, run.state.history,
-                                    reported_lengths(run.config.output), e);
+        auto measured = measure_end(*end, run.field(), run.state, reported_lengths(run.config.output), e);
         if (measured && run.config.output.distances == DistanceWays::both)
             if (auto both = measure_both_ways(*end, run, measured->report, without_progress(e)); !both)
                 return fail(both.error());

@@ -1,6 +1,7 @@
 module;
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -66,10 +67,11 @@ template <int D>
 std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elements, const Validation<D>& validation,
                                               const JacobianBound& bound) {
     std::vector<RemainingReport> reports;
-    for (auto& [element, reason] : elements)
-        if (bound.is_asked || std::ranges::binary_search(validation.not_positive, element, {},
+    for (const RemainingElement& left : elements)
+        if (bound.is_asked || std::ranges::binary_search(validation.not_positive, left.element, {},
                                                          [](const auto& entry) { return entry.first; }))
-            reports.push_back({element.index() + 1, std::move(reason)});
+            reports.push_back(
+                {left.element.index() + 1, left.reason, left.at.valid() ? left.at.index() + 1 : 0, left.is_given_up});
     return reports;
 }
 
@@ -92,6 +94,38 @@ Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const RepairGuid
     return Relaxed<D>{std::move(repaired->judged), std::move(report)};
 }
 
+/// Whether everything that was asked holds.
+template <int D>
+bool holds(const Repaired<D>& repaired, const JacobianBound& bound) {
+    const Validation<D>& validation = repaired.judged.validation();
+    return validation.not_positive.empty() && (!bound.is_asked || validation.invalid + validation.undecided == 0);
+}
+
+/// In three digits, not below x.
+double rounded_up(double x) {
+    const double digit = std::pow(10, std::floor(std::log10(x)) - 2);
+    return std::ceil(x / digit) * digit;
+}
+
+/// A tolerance of the boundary by which all elements become valid: what repair needs where it may take any, tried
+/// again. None: it does not, or nothing has to move.
+template <int D>
+std::optional<double> tolerance_that_would_do(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
+                                              const config::Relax& options, const Execution& execution) {
+    Box<D> box;
+    for (const Vec<D>& p : judged.mesh().linear.points) box.include(p);
+    config::Relax freer = options;
+    freer.boundary_tolerance = distance(box.low, box.high);
+    const auto free = repair_within(judged, guide, freer, execution);
+    if (!free || !holds(*free, options.min_scaled_jacobian)) return std::nullopt;
+    const double needed = boundary_shift(judged.mesh(), free->judged.proposal()).largest;
+    if (!(needed > options.boundary_tolerance)) return std::nullopt;
+    freer.boundary_tolerance = rounded_up(needed);
+    const auto again = repair_within(judged, guide, freer, execution);
+    if (!again || !holds(*again, options.min_scaled_jacobian)) return std::nullopt;
+    return freer.boundary_tolerance;
+}
+
 /// The same where the boundary is given: it stays, but for the options' tolerance.
 template <int D>
 Outcome<Relaxed<D>> relax_within_boundary(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
@@ -101,9 +135,11 @@ Outcome<Relaxed<D>> relax_within_boundary(const JudgedProposal<D>& judged, const
     const BoundaryShift shift = boundary_shift(judged.mesh(), repaired->judged.proposal());
     CorrectionReport report{
         relax_report(repaired->statistics, repaired->given_up.size(), options.method),
-        KeptBoundaryReport{options.boundary_tolerance, shift.moved_nodes, shift.largest, shift.largest_relative},
+        KeptBoundaryReport{options.boundary_tolerance, {}, shift.moved_nodes, shift.largest, shift.largest_relative},
         remaining_report(remaining(*repaired), repaired->judged.validation(), options.min_scaled_jacobian)};
     count_slides(judged, repaired->judged, guide.onto, report.relax);
+    if (!report.remaining.empty() && !guide.onto)
+        report.kept_boundary->would_do = tolerance_that_would_do(judged, guide, options, without_progress(execution));
     return Relaxed<D>{std::move(repaired->judged), std::move(report)};
 }
 

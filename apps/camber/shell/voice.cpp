@@ -1,0 +1,15 @@
+module;
+module camber.app_shell;
+
+namespace camber::app {
+
+namespace {
+
+Voice of_program = Voice::usual;
+
+}  // namespace
+
+void set_voice(Voice voice) { of_program = voice; }
+Voice voice() { return of_program; }
+
+}  // namespace camber::app

@@ -1,0 +1,89 @@
+"""What a new user types wrong, and what the program answers: the transcript in mistakes.txt holds every message. Each
+names where the mistake is, what it is, and what to do about it.
+
+    python3 tests/pipelines/test_mistakes.py build/bin/camber [unittest arguments]
+    python3 tests/pipelines/test_mistakes.py build/bin/camber --write      rewrite mistakes.txt
+"""
+import shlex
+import sys
+import unittest
+from pathlib import Path
+
+from made_meshes import lattice
+from program import Folder
+
+TRANSCRIPT = Path(__file__).with_name("mistakes.txt")
+HEAD = "# Made by test_mistakes.py --write: `$` a command, its standard error, and its exit code in brackets.\n"
+
+OTHER_SIZES = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices 4\n1 1\n" + "1\n" * 4 + "End\n"
+
+MISTAKES = [
+    # words
+    "",
+    "curv wing.mesh -o out.mesh",
+    "curve wing.mesh",
+    "curve wing.mesh -o out.mesh --objektive shape",
+    "curve wing.mesh -o out.mesh --objective shap",
+    "curve wing.mesh -o out.mesh --geometry surogate",
+    "curve wing.mesh -o out.mesh --set stages/curv/objective=shape",
+    "curve wing.mesh -o out.mesh --set stages/curve/objectiv=shape",
+    "generate shel -o out.mesh",
+    "explain curv",
+    # numbers
+    "curve wing.mesh -o out.mesh --threads two",
+    "check wing.mesh --min-scaled-jacobian 2",
+    "remesh wing.mesh -o out.mesh --metric 0,1",
+    "remesh wing.mesh -o out.mesh --metric",
+    "remesh wing.mesh -o out.mesh --size wall=0.1",
+    # files
+    "curve my wing.mesh -o out.mesh",
+    "check wind.mesh",
+    "curve wing.mesh -o out/deep/out.mesh",
+    "curve wing.mesh -o out.msg",
+    "convert wing.mesh -o out.msh --format msh-asci",
+    "curve wing.mesh -o -",
+    "curve wing.step -o out.mesh",
+    # what belongs together
+    "repair wing.mesh -o out.mesh",
+    "remesh wing.mesh -o out.mesh --metric other.sol",
+    "curve wing.mesh -o out.mesh --cad-unit mm",
+    "metric wing.mesh --solution other.sol -o m.sol --complexity 10 --elements 20",
+]
+
+
+def transcript():
+    folder = Folder()
+    try:
+        (folder.path / "wing.mesh").write_text(lattice(3, 1).text())
+        (folder.path / "wing.step").write_text("ISO-10303-21;\n")
+        (folder.path / "other.sol").write_text(OTHER_SIZES)
+        text = HEAD
+        for mistake in MISTAKES:
+            before = folder.files()
+            done = folder.camber(*shlex.split(mistake))
+            assert folder.files() == before and not done.stdout, mistake
+            text += f"\n$ camber {mistake}\n{done.stderr}[{done.returncode}]\n"
+        return text
+    finally:
+        folder.cleanup()
+
+
+class Mistakes(unittest.TestCase):
+    maxDiff = None
+
+    def test_each_is_answered_as_the_transcript_has_it(self):
+        self.assertEqual(transcript(), TRANSCRIPT.read_text(), "test_mistakes.py build/bin/camber --write")
+
+    def test_each_answer_is_one_line_with_a_remedy(self):
+        for answer in TRANSCRIPT.read_text().split("\n$ camber ")[1:]:
+            _, *message, code = answer.rstrip().splitlines()
+            self.assertEqual(len(message), 1, answer)
+            self.assertRegex(message[0], r"^camber: .*\(.*\)$")
+            self.assertIn(code, ("[2]", "[3]"))
+
+
+if __name__ == "__main__":
+    if "--write" in sys.argv:
+        TRANSCRIPT.write_text(transcript())
+    else:
+        unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
