@@ -289,6 +289,8 @@ class Formats(unittest.TestCase):
             self.assertIn(words, done.stdout)
         self.assertEqual(self.folder.files(), before)
         self.assertFalse(self.path("new").exists())
+        done = self.run_camber("curve", "b.meshb", "-o", "c.mesh", "--min-scaled-jacobian", "0.3", "--dry-run")
+        self.assertEqual(done.stdout.count("min_scaled_jacobian=0.3"), 1, done.stdout)
         self.assertEqual(self.folder.camber("curve", "absent.mesh", "-o", "c.mesh", "--dry-run").returncode, 3)
         self.assertEqual(self.folder.camber("curve", "b.meshb", "-o", "c.ply", "--dry-run").returncode, 2)
 

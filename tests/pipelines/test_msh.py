@@ -164,6 +164,7 @@ class Msh(unittest.TestCase):
         self.assertIn("3 bottom: ", printed)
         self.assertIn("with the file's tags beside them", printed)
         self.assertIn(f"element {checked['worst'][0]['element']} (tag {checked['worst'][0]['tag']})", printed)
+        self.assertIn("3 bottom, 9 other walls", self.camber("geometry", "box.msh").stdout)
         self.assertRegex(self.camber("info", "box.msh").stdout, r"triangles_by_reference +3 bottom: \d+, 9 other walls: ")
 
     @needs("gmsh")

@@ -66,7 +66,22 @@ Outcome<Done> write_fields(AnyMesh mesh, MeshFields fields, const std::optional<
     return write_mesh(**format, mesh, fields, EncodeOptions{}, path, execution);
 }
 
-Outcome<run::GeometryReport> inspected(const GeometryCommandArguments& arguments, Written& written) {
+/// What was found, and what the file calls its references.
+struct Told {
+    run::GeometryReport report;
+    run::Groups groups;
+};
+
+/// The names behind the references of the table's patches and ridges.
+std::string names_row(const Told& told) {
+    std::string text;
+    for (const Group& group : told.groups)
+        if (group.dimension < told.report.mesh.dimension && group.dimension > 0)
+            text += (text.empty() ? "" : ", ") + run::called(told.groups, group.dimension, group.reference);
+    return text.empty() ? text : result_row("names of references", text);
+}
+
+Outcome<Told> inspected(const GeometryCommandArguments& arguments, Written& written) {
     if (auto files = check_files(arguments); !files) return fail(files.error());
     Progress progress;
     const std::stop_token stop = stop_on_signals();
@@ -83,6 +98,7 @@ Outcome<run::GeometryReport> inspected(const GeometryCommandArguments& arguments
     });
     if (!done) return fail(done.error());
     const std::optional<Lift> lift = mesh->lift;
+    run::Groups groups = run::groups_of(mesh->mesh);
     auto found = run::inspect_geometry(std::move(*mesh), *geometry, arguments.options, around);
     if (!found) {
         progress.wipe();
@@ -99,18 +115,19 @@ Outcome<run::GeometryReport> inspected(const GeometryCommandArguments& arguments
                            }));
     progress.wipe();
     if (!done) return fail(done.error());
-    return std::move(found->report);
+    return Told{std::move(found->report), std::move(groups)};
 }
 
 }  // namespace
 
 int geometry_command(const GeometryCommandArguments& arguments) {
     Written written;
-    const auto report = inspected(arguments, written);
-    if (!report) return report_error(report.error());
+    const auto told = inspected(arguments, written);
+    if (!told) return report_error(told.error());
+    const run::GeometryReport* const report = &told->report;
     if (arguments.json) return end_with(run::inspect_json(*report, arguments.input, CAMBER_VERSION), written);
     for (const std::string& notice : report->notices) tell_note(notice);
-    return end_with(called_input(arguments.input) + "\n" + run::inspect_table(*report) +
+    return end_with(called_input(arguments.input) + "\n" + run::inspect_table(*report) + names_row(*told) +
                         wrote_rows({arguments.output, arguments.surface}),
                     written);
 }

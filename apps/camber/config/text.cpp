@@ -117,7 +117,8 @@ Parts parts_of(const Pipeline& pipeline) {
     };
     const Input& input = pipeline.input;
     const std::string flat = input.flat == Flat{} ? "" : " flat=" + text(Codec<Flat>::write(input.flat));
-    Parts parts{text(Codec<MeshSource>::write(input.source)) + flat,
+    const auto* const file = std::get_if<FilePath>(&input.source);
+    Parts parts{(file != nullptr ? file->path : text(Codec<MeshSource>::write(input.source))) + flat,
                 text(Codec<Metric>::write(pipeline.metric)),
                 text(Codec<Geometry>::write(pipeline.geometry)),
                 {},

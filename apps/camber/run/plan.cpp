@@ -1,8 +1,11 @@
 module;
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <variant>
 
@@ -57,6 +60,23 @@ bool asks_for_elements(const config::Stage& stage) {
         []<class S>(const S&) { return std::is_same_v<S, config::Remesh> || std::is_same_v<S, config::Split>; }, stage);
 }
 
+/// A stage's line without the bound that a stage before it has, too: one bound is said once.
+std::string without_said(const std::string& stage, std::set<std::string, std::less<>>& said) {
+    constexpr std::string_view bound = " min_scaled_jacobian=";
+    const auto begin = stage.find(bound);
+    if (begin == std::string::npos) return stage;
+    const auto end = std::min(stage.find(' ', begin + 1), stage.size());
+    if (said.insert(stage.substr(begin, end - begin)).second) return stage;
+    return stage.substr(0, begin) + stage.substr(end);
+}
+
+/// The size that the time is of: what passes make, where that is more.
+PlanSize with_growth(PlanSize size, const std::optional<Growth>& growth) {
+    const double edges_of_an_element = size.dimension == 2 ? 1.5 : 1.2;
+    if (growth) size.edges = std::max(size.edges, static_cast<std::size_t>(edges_of_an_element * growth->elements));
+    return size;
+}
+
 std::string row(const std::string& name, const std::string& value) { return fmt::format("  {:<26}{}\n", name, value); }
 
 }  // namespace
@@ -85,8 +105,9 @@ std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, co
         row("edges", fmt::format("{}{}", size.degree == 1 ? "about " : "", size.edges)) + row("metric", parts.metric);
     for (const std::string& operation : parts.metric_operations) text += row("then", operation);
     text += row("geometry", parts.geometry);
+    std::set<std::string, std::less<>> said;
     for (std::size_t i = 0; i < parts.stages.size(); ++i) {
-        text += row(fmt::format("stage {}", i + 1), parts.stages[i]);
+        text += row(fmt::format("stage {}", i + 1), without_said(parts.stages[i], said));
         if (const auto limit = repair_limit(pipeline.stages[i], threads); !limit.empty())
             text += row("  repair ends after", limit);
         if (asks_for_elements(pipeline.stages[i]))
@@ -97,7 +118,7 @@ std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, co
     const std::size_t peak = std::max(size.peak_bytes, growth ? growth->peak_bytes : 0);
     return text + row("threads", fmt::format("{}", threads)) +
            row("peak memory", fmt::format("about {:.0f} MiB", static_cast<double>(peak) / 1048576)) +
-           row("time", time_class(size, threads));
+           row("time", time_class(with_growth(size, growth), threads));
 }
 
 }  // namespace camber::run
