@@ -22,6 +22,7 @@ import :execute;
 import :formats;
 import :inputs;
 import :nodal_fields;
+import :suggestion;
 
 namespace camber::app {
 
@@ -148,7 +149,11 @@ Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const
                                const Execution& execution) {
     constexpr double of_reading = 0.4;  // of the time; 0.5 of a straight mesh, 0.3 of a curved one
     auto bytes = read_file(path, part_of(execution, 0, of_reading));
-    if (!bytes) return fail(bytes.error());
+    if (!bytes) {
+        Error error = bytes.error();
+        if (const std::string near = suggested_file(path); !near.empty()) error.remedy = near;
+        return fail(std::move(error));
+    }
     auto decoded = decode_mesh(*bytes, called_input(path), options, part_of(execution, of_reading, 1));
     if (!decoded || flat == config::Flat::surface || !decoded->unheld.empty()) return decoded;
     decoded = with_flat_in_2d(std::move(*decoded), without_progress(execution));

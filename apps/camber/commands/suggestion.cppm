@@ -10,4 +10,8 @@ export namespace camber::app {
 /// swapped) or its beginning; else `known: …`.
 [[nodiscard]] std::string suggestion(std::string_view word, const std::vector<std::string>& known);
 
+/// `did you mean "wing.mesh"?` of a file that is not there, where its folder has one of that name with another ending,
+/// or one slip away; else empty.
+[[nodiscard]] std::string suggested_file(const std::string& path);
+
 }  // namespace camber::app
