@@ -158,7 +158,7 @@ int run_command(const RunArguments& arguments) {
         if (error.kind == ErrorKind::input) error.kind = ErrorKind::usage;
         return report_error(error);
     }
-    auto pipeline = config::read_pipeline(as_text(*text), arguments.config, arguments.settings);
+    auto pipeline = config::read_pipeline(as_text(*text), called_input(arguments.config), arguments.settings);
     if (!pipeline) return report_error(pipeline.error());
     if (arguments.threads) pipeline->threads = *arguments.threads;
     if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
