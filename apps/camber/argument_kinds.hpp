@@ -85,11 +85,12 @@ inline std::vector<std::string> field_format_names() {
 
 inline void add_format(CLI::App* verb, std::string& format, const std::vector<std::string>& names) {
     std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : "|") + name;
+    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
     verb->add_option("--format", format,
-                     "The output's format by its name, whatever its ending; - as the output, standard output, needs it")
+                     "The output's format by its name, whatever its ending (" + text +
+                         "); - as the output, standard output, needs it")
         ->check(one_of(names))
-        ->option_text(text);
+        ->option_text("NAME");
 }
 
 /// An option's sentence as a help text has it.

@@ -80,8 +80,8 @@ MeshFormat vtu_row() {
 
 template <VtkEncoding encoding>
 MeshFormat vtk_row(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
-    MeshFormat format{
-        {name, what, std::move(endings), ".vtk", [](std::span<const std::byte> bytes) { return is_vtk(bytes, encoding); }}};
+    MeshFormat format{{name, what, std::move(endings), ".vtk",
+                       [](std::span<const std::byte> bytes) { return is_vtk(bytes, encoding); }}};
     format.decode = quiet<decode_vtk>;
     format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
         return encode_vtk(mesh, fields, encoding, without_progress(execution));

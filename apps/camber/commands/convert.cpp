@@ -100,7 +100,8 @@ Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execu
     if (a.elevate || !a.metric.empty() || a.cells)
         return fail(ErrorKind::usage, "--elevate, --metric and --cells are for meshes");
     if (auto writable = check_writable(a.output); !writable) return writable;
-    auto decoded = is_solution_file(a.input) ? read_solution(a.input, execution) : solution_of_mesh(a.input, a.read, execution);
+    auto decoded =
+        is_solution_file(a.input) ? read_solution(a.input, execution) : solution_of_mesh(a.input, a.read, execution);
     if (!decoded) return fail(std::move(decoded.error()));
     say(decoded->notices);
     return write_solution(**format, decoded->solution, a.output, execution);

@@ -73,7 +73,8 @@ Outcome<Done> check_fit(const Geometry<D>& geometry, const LinearMesh<D>& mesh, 
         for (std::size_t i = 0; i < D; ++i) {
             const auto foot =
                 geometry->project({.facet = {}, .reference = site.reference, .entity = {}}, site.corners[i]);
-            if (foot.distance > most) worst = worse(worst, {foot.distance, most, mesh.facets.vertices[FacetId(f)][i], site.reference});
+            if (foot.distance > most)
+                worst = worse(worst, {foot.distance, most, mesh.facets.vertices[FacetId(f)][i], site.reference});
         }
         fit.add(worst);
     };
