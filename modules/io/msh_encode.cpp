@@ -11,6 +11,7 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
+import :field_rows;
 
 namespace camber {
 
@@ -75,15 +76,7 @@ class Writer {
         if (!fields_.empty() && (grid_.nodes() > most || cells_of(linear_) + grid_.nodes() > most))
             return fail(ErrorKind::unsupported, "MSH cannot number the values of fields of so many nodes or elements",
                         {}, {}, "write a .vtu");
-        for (const MeshField& field : fields_) {
-            const bool of_nodes = field.centring == Centring::node;
-            const std::size_t rows = of_nodes ? grid_.nodes() : cells_of(linear_);
-            if (field.size() != rows * static_cast<std::size_t>(values_per_vertex(field.kind, D)))
-                return fail(ErrorKind::usage, "the field \"" + field.name +
-                                                  "\" does not have one row for each of the " + std::to_string(rows) +
-                                                  (of_nodes ? " nodes" : " cells") + " of the mesh");
-        }
-        return Done{};
+        return check_rows<D>(fields_, grid_.nodes(), cells_of(linear_));
     }
 
     /// Points, edges, facets and elements are numbered in turn.

@@ -15,6 +15,7 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
+import :field_rows;
 
 namespace camber {
 
@@ -80,13 +81,7 @@ class Writer {
         if (grid_.nodes() > most || entries() > most)
             return fail(ErrorKind::unsupported, "has more cells than legacy VTK files can number", {}, {},
                         "write a .vtu");
-        for (const MeshField& field : fields_)
-            if (field.size() != rows(field.centring) * static_cast<std::size_t>(values_per_vertex(field.kind, D)))
-                return fail(ErrorKind::usage,
-                            "the field \"" + field.name + "\" does not have one row for each of the " +
-                                std::to_string(rows(field.centring)) +
-                                (field.centring == Centring::node ? " nodes" : " cells") + " of the mesh");
-        return Done{};
+        return check_rows<D>(fields_, grid_.nodes(), rows(Centring::cell));
     }
 
     /// Numbers of all cells, and the number of its nodes before each.

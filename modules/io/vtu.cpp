@@ -14,6 +14,7 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
+import :field_rows;
 
 namespace camber {
 
@@ -61,8 +62,8 @@ class Writer {
     Outcome<Chunks> write() && {
         if (!columns_fit(linear_) || !grid_.is_sound())
             return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
-        for (const MeshField& field : fields_)
-            if (auto fits = check(field); !fits) return fail(std::move(fits.error()));
+        if (auto fits = check_rows<D>(fields_, grid_.nodes(), cells_of(linear_)); !fits)
+            return fail(std::move(fits.error()));
         std::string xml = begin();
         for (auto part : {&Writer::point_data, &Writer::cell_data, &Writer::points, &Writer::cells}) {
             auto made = (this->*part)();
@@ -75,14 +76,6 @@ class Writer {
   private:
     [[nodiscard]] std::size_t rows(Centring centring) const {
         return centring == Centring::node ? grid_.nodes() : cells_of(linear_);
-    }
-
-    [[nodiscard]] Outcome<Done> check(const MeshField& field) const {
-        const std::size_t wanted = rows(field.centring);
-        if (field.size() == wanted * static_cast<std::size_t>(values_per_vertex(field.kind, D))) return Done{};
-        return fail(ErrorKind::usage, "the field \"" + field.name + "\" does not have one row for each of the " +
-                                          std::to_string(wanted) +
-                                          (field.centring == Centring::node ? " nodes" : " cells") + " of the mesh");
     }
 
     [[nodiscard]] std::string begin() const {

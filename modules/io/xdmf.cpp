@@ -13,6 +13,7 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
+import :field_rows;
 
 namespace camber {
 
@@ -57,12 +58,8 @@ class Writer {
     Outcome<Chunks> write() && {
         if (!columns_fit(linear_) || !grid_.is_sound())
             return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
-        for (const MeshField& field : fields_)
-            if (field.size() != rows(field.centring) * static_cast<std::size_t>(values_per_vertex(field.kind, D)))
-                return fail(ErrorKind::usage,
-                            "the field \"" + field.name + "\" does not have one row for each of the " +
-                                std::to_string(rows(field.centring)) +
-                                (field.centring == Centring::node ? " nodes" : " cells") + " of the mesh");
+        if (auto fits = check_rows<D>(fields_, grid_.nodes(), rows(Centring::cell)); !fits)
+            return fail(std::move(fits.error()));
         text_.put("<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n<Grid Name=\"mesh\">\n");
         auto done = points().and_then([&](Done) { return topology(); });
         if (done)
