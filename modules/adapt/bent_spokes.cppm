@@ -76,6 +76,7 @@ class BentSpokes {
         }
     }
 
+    [[nodiscard]] const ConePoint<D>& point() const { return point_; }
     [[nodiscard]] double density_root() const { return point_.metric->measure.density_root; }
     /// Of the edge at the point, and at the vertex.
     [[nodiscard]] Vec<D> tangent(std::size_t i) const {
@@ -89,6 +90,7 @@ class BentSpokes {
         return squares_[i];
     }
     [[nodiscard]] double length(std::size_t i) {
+        if (r_.mesh.is_at_infinity(to_[i].vertex)) return length_to_infinity;
         if (r_.mesh.is_curved()) return std::sqrt(squares(i) / 2);
         return edge_length(point_.metric->measure, to_[i].metric->measure, chords_[i]);
     }

@@ -19,6 +19,7 @@ template <int D>
 [[nodiscard]] bool keeps_planes(const DynamicMesh<D>& mesh, const std::vector<FacetId>& facets, const Vec<D>& step) {
     constexpr double parallel = 1e-10;  // coordinates have rounding, facets may be thin
     return std::ranges::all_of(facets, [&](FacetId f) {
+        if (mesh.is_at_infinity(f)) return true;
         const Vec<D> n = facet_normal(corners_of(mesh, f));
         return std::abs(dot(n, step)) <= parallel * norm(n) * norm(step);
     });
@@ -104,7 +105,8 @@ template <int D>
         case VertexPlace::line:
             if constexpr (D == 3) return place_on_line(goal, mesh, around, v, wanted);
             return {};
-        case VertexPlace::corner: return {};
+        case VertexPlace::corner:
+        case VertexPlace::infinity: return {};
     }
     return {};
 }

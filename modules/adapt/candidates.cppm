@@ -58,7 +58,7 @@ template <int D>
 template <int D>
 [[nodiscard]] ElementEdge element_with_edge(const DynamicMesh<D>& mesh, EdgeId edge) {
     const auto& [a, b] = mesh.edges[edge];
-    constexpr int max_steps = 16;
+    const int max_steps = mesh.is_surface() ? 0 : 16;
     ElementId e = mesh.element_of[a];
     for (int step = 0; step < max_steps && e.valid(); ++step) {
         if (const ElementEdge found = edge_in(mesh, e, edge); found.element.valid()) return found;

@@ -19,7 +19,8 @@ export namespace camber {
 /// Shapes of the simplices that faces make with one point: metric_shape, in a mesh of degree 2 with edges as the curves
 /// that they are or would get (BentSpokes). What the faces share is looked up and measured once, so each further place
 /// costs little more than the volumes, and the lengths to it of those vertices that are asked for. The faces are those
-/// of elements, the point comes to the place of the vertex opposite.
+/// of elements, the point comes to the place of the vertex opposite. Of a surface alone: of the triangles that edges of
+/// triangles make with the point; one that turns too far from the triangle that it comes of has no shape.
 template <int D>
 class ConeShapes {
   public:
@@ -35,6 +36,8 @@ class ConeShapes {
     /// The face opposite a local vertex of an element.
     void add(ElementId e, int opposite) {
         Face face;
+        if constexpr (D == 3)
+            if (r_.mesh.is_surface()) return add_edge(triangle_of(r_.mesh.elements.vertices[e]), opposite);
         const auto outward = face_opposite<D>(opposite);
         for (int i = 0; i < D; ++i) face.corners[i] = index_of(r_.mesh.elements.vertices[e][outward[i]]);
         for (int k = 0; k < face_edges; ++k) {
@@ -96,12 +99,26 @@ class ConeShapes {
         double squares = unknown;             ///< in the metrics of both ends
     };
     struct Face {
-        std::array<std::uint32_t, D> corners{};         ///< of `vertices_`, outward
+        std::array<std::uint32_t, D> corners{};         ///< of `vertices_`, outward; of a surface alone the first two
         std::array<std::uint32_t, face_edges> edges{};  ///< of `edges_`
         double measure = 0;
         bool counts = true;
+        Vec<D> normal{};  ///< of a surface alone: of the triangle as it is
     };
 
+    /// Of a surface alone: the edge opposite a local vertex of a triangle.
+    void add_edge(const std::array<VertexId, 3>& triangle, int opposite)
+        requires(D == 3)
+    {
+        const VertexId from = triangle[opposite];
+        const VertexId a = triangle[(opposite + 1) % 3];
+        const VertexId b = triangle[(opposite + 2) % 3];
+        const Vec<3>& here = r_.mesh.points[from];
+        const std::uint32_t first = index_of(a);
+        const std::uint32_t second = index_of(b);
+        faces_.push_back({.corners = {first, second, second},
+                          .normal = cross(r_.mesh.points[a] - here, r_.mesh.points[b] - here)});
+    }
     std::uint32_t index_of(VertexId v) {
         const std::uint32_t at = place_among(vertex_ids_, v);
         if (at == vertices_.size()) vertices_.push_back({v, 0, r_.mesh.points[v], &r_.vertices.metrics[v]});
@@ -133,6 +150,8 @@ class ConeShapes {
     }
     /// D! times the volume: of degree 2 the mean of the Jacobians at the corners, 0 where one is not positive.
     [[nodiscard]] double measure(const Face& face) const {
+        if constexpr (D == 3)
+            if (r_.mesh.is_surface()) return area(face);
         Mat<D> sides;
         for (int i = 0; i < D; ++i) sides.column[i] = spokes_.tangent(face.corners[i]);
         const double at_point = det(sides);
@@ -150,6 +169,22 @@ class ConeShapes {
         }
         return sum / (D + 1);
     }
+    /// Of a surface alone: twice the area, 0 where the triangle turns too far.
+    [[nodiscard]] double area(const Face& face) const
+        requires(D == 3)
+    {
+        const Vec<3> normal = cross(spokes_.tangent(face.corners[0]), spokes_.tangent(face.corners[1]));
+        const double size = norm(normal);
+        return dot(normal, face.normal) > least_facet_cosine * size * norm(face.normal) ? size : 0;
+    }
+    [[nodiscard]] double triangle_shape_of(const Face& face) const
+        requires(D == 3)
+    {
+        const Corner& a = vertices_[face.corners[0]];
+        const Corner& b = vertices_[face.corners[1]];
+        return triangle_shape({spokes_.point().place, a.place, b.place},
+                              {&spokes_.point().metric->measure, &a.metric->measure, &b.metric->measure});
+    }
     [[nodiscard]] double squares_of(Edge& edge) const {
         if (edge.squares != unknown) return edge.squares;
         const Corner& p = vertices_[edge.ends[0]];
@@ -157,6 +192,8 @@ class ConeShapes {
         return edge.squares = squares_between(r_, *p.metric, *q.metric, q.place - p.place, edge.offset);
     }
     [[nodiscard]] double shape(const Face& face) {
+        if constexpr (D == 3)
+            if (r_.mesh.is_surface()) return triangle_shape_of(face);
         double squares = 0;
         for (const std::uint32_t e : face.edges) squares += squares_of(edges_[e]);
         double density = spokes_.density_root();

@@ -68,7 +68,8 @@ class Removals final : public Pass<D> {
         if (r.mesh.is_free(e)) return;
         const double shape = shape_of(r, e);
         if (!(shape < wanted_)) return;
-        for (const VertexId v : r.mesh.elements.vertices[e]) tasks.push_back(task(shape, v));
+        for (const VertexId v : r.mesh.elements.vertices[e])
+            if (!r.mesh.is_at_infinity(v)) tasks.push_back(task(shape, v));
     }
     [[nodiscard]] bool is_off(const Adaptation<D>& r, const Cavity<D>& around, VertexId v) const {
         const VertexPlace place = r.mesh.states[v].place;

@@ -56,7 +56,9 @@ class Moves final : public Pass<D> {
         for (const double share : {1.0, 0.5, 0.25})
             if (look(centre, share) && !is_poor) break;
         if (is_poor) {
-            const Vec<D> apex = apex_of_worst(r, request.cavity.elements, v);
+            const ElementId worst =
+                *std::ranges::min_element(request.cavity.elements, {}, [&](ElementId e) { return shape_of(r, e); });
+            const Vec<D> apex = apex_over(r, worst, v);
             for (const double share : {1.0, 0.5, 0.25, 0.1}) look(apex, share);
             if (before < worst_) look_around(r, request.cavity, cones, v, best);
         }
@@ -125,11 +127,11 @@ class Moves final : public Pass<D> {
                 look_at(r, around, cones, v, r.mesh.points[v] + length * unit, best);
         }
     }
-    /// Where v would make the worst of its elements regular, as v's metric sees its opposite face.
-    [[nodiscard]] static Vec<D> apex_of_worst(const Adaptation<D>& r, const std::vector<ElementId>& around,
-                                              VertexId v) {
-        const ElementId worst = *std::ranges::min_element(around, {}, [&](ElementId e) { return shape_of(r, e); });
-        const auto& vertices = r.mesh.elements.vertices[worst];
+    /// Where v would make one of its elements regular, as v's metric sees its opposite face.
+    [[nodiscard]] static Vec<D> apex_over(const Adaptation<D>& r, ElementId e, VertexId v) {
+        const auto& vertices = r.mesh.elements.vertices[e];
+        if constexpr (D == 3)
+            if (r.mesh.is_surface()) return apex_over_edge(r, triangle_of(vertices), v);
         const auto& rows = r.vertices.metrics[v].measure.rows;
         std::array<Vec<D>, D> face;
         Vec<D> centre{};
@@ -146,6 +148,21 @@ class Moves final : public Pass<D> {
         // The rows are orthogonal: their inverse is themselves by their squares.
         for (int k = 0; k < D; ++k) centre += (height * n[k] / norm_squared(rows[k])) * rows[k];
         return centre;
+    }
+    /// The same of a triangle of a surface alone, in its plane.
+    [[nodiscard]] static Vec<3> apex_over_edge(const Adaptation<3>& r, const std::array<VertexId, 3>& triangle,
+                                               VertexId v) {
+        const int local = local_vertex(triangle, v);
+        const Vec<3>& a = r.mesh.points[triangle[(local + 1) % 3]];
+        const Vec<3>& b = r.mesh.points[triangle[(local + 2) % 3]];
+        const Vec<3>& here = r.mesh.points[v];
+        const auto& rows = r.vertices.metrics[v].measure.rows;
+        const auto seen = [&](const Vec<3>& x) { return Vec<3>{{dot(rows[0], x), dot(rows[1], x), dot(rows[2], x)}}; };
+        // The height over the edge as it is, of the length that it is to have.
+        const Vec<3> edge = seen(b - a);
+        const double share = dot(edge, seen(here - a)) / norm_squared(edge);
+        const Vec<3> height = here - (a + share * (b - a));
+        return midpoint(a, b) + (std::sqrt(3.0) / 2 * norm(edge) / norm(seen(height))) * height;
     }
     /// The mean of where v would be for each of its edges (on a surface those of its facets, on a line those) to have
     /// length 1 at its other end, by how many elements (facets) have the edge.
@@ -179,7 +196,8 @@ class Moves final : public Pass<D> {
             case VertexPlace::line:
                 for (const LineId l : around.lines) add_others(r.mesh.edges[r.mesh.lines[l]]);
                 break;
-            case VertexPlace::corner: break;
+            case VertexPlace::corner:
+            case VertexPlace::infinity: break;
         }
         return weights > 0 ? sum / weights : here;
     }

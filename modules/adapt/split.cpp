@@ -48,12 +48,17 @@ class Splits final : public Pass<D> {
 
   private:
     static constexpr std::size_t max_elements = 64;
+    static constexpr double much_too_long = 2;
 
     /// `share`: how far the point goes to the geometry.
     [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task,
                                                            double share) const {
         const EdgeId edge(std::size_t{task.id});
-        if (r.mesh.is_free(edge) || !(length_of(r, edge) > options_.longest)) return {};
+        if (r.mesh.is_free(edge)) return {};
+        const double length = length_of(r, edge);
+        if (!(length > options_.longest)) return {};
+        // What is much too long goes before what becomes short: a collapse mends that, and nothing the other.
+        const double shortest = options_.shortest * std::min(1.0, much_too_long / length);
         const auto [element, local] = element_with_edge(r.mesh, edge);
         if (!element.valid()) return {};
         Candidate<D> candidate;
@@ -80,13 +85,13 @@ class Splits final : public Pass<D> {
         const ConePoint<D> point{request.place, &request.metric, &request.gradient,
                                  request.cavity.facets.empty() ? VertexPlace::inside : VertexPlace::surface};
         BentSpokes<D> spokes(r, goal_);
-        if (nearest_of_holders(r, request, point, spokes) < options_.shortest)
+        if (nearest_of_holders(r, request, point, spokes) < shortest)
             candidate.rejected = RejectionReason::length;
         else
-            grow_delaunay(r, point, spokes, max_elements, options_.shortest, request.cavity);
+            grow_delaunay(r, point, spokes, max_elements, shortest, request.cavity);
         candidate.limits.corrections = 16;
         candidate.limits.wall_elements = WallElements::refused;
-        candidate.limits.shortest = options_.shortest;
+        candidate.limits.shortest = shortest;
         candidate.limits.min_shape = shape_of_quality(options_.min_quality, D);
         candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
         return candidate;

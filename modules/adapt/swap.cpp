@@ -50,7 +50,7 @@ class Swaps final : public Pass<D> {
         const auto beside = shapes_beside(r, e);
         for (int k = 0; k < edges_per_simplex<D>; ++k)
             if (is_worst_beside(beside, k, shape)) look_at_edge(r, e, k, cones, best);
-        if constexpr (D == 3)
+        if (D == 3 && !r.mesh.is_surface())
             for (int face = 0; face <= D; ++face)
                 if (beside[face] >= shape) look_at_face(r, e, face, cones, best);
         if (!best.point.valid()) return {};
@@ -92,7 +92,8 @@ class Swaps final : public Pass<D> {
     }
     /// The elements around an edge without it, joined to each vertex around it; on the boundary to those of its facets.
     void look_at_edge(const Adaptation<D>& r, ElementId e, int k, ConeShapes<D>& cones, BestSwap<D>& best) const {
-        if (r.mesh.line_at(r.mesh.edges_of[e][k]).valid()) return;
+        const EdgeId edge = r.mesh.edges_of[e][k];
+        if (r.mesh.line_at(edge).valid() || r.mesh.is_at_infinity(edge)) return;
         Cavity<D> cavity;
         cavity_of_edge(r.mesh, e, k, cavity);
         if (D == 2 && !cavity.facets.empty()) return;

@@ -25,6 +25,9 @@ template <int D>
     return across.is_facet() ? across.facet() : FacetId{};
 }
 
+/// Of a surface alone: the facet that an element stands for.
+[[nodiscard]] inline FacetId facet_of(const DynamicMesh<3>& mesh, ElementId e) { return facet_at(mesh, e, 3); }
+
 /// The elements around a vertex that faces connect, into `found`; in the order of the walk, which begins at element_of.
 template <int D>
 void ball(const DynamicMesh<D>& mesh, VertexId v, std::vector<ElementId>& found);

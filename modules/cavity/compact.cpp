@@ -12,23 +12,40 @@ namespace camber {
 
 namespace {
 
-/// New ids of what is not free, rising; invalid elsewhere.
+/// Ids of what stays, rising, and how many these are; invalid elsewhere.
+template <class Id>
+struct NewIds {
+    Buffer<Id> of;
+    std::size_t count = 0;
+};
+/// What is there, and not at infinity: of a surface alone no element is.
+template <int D>
+bool stays(const DynamicMesh<D>& mesh, VertexId v) {
+    return !mesh.is_free(v) && !mesh.is_at_infinity(v);
+}
+template <int D>
+bool stays(const DynamicMesh<D>& mesh, FacetId f) {
+    return !mesh.is_free(f) && !mesh.is_at_infinity(f);
+}
+template <int D>
+bool stays(const DynamicMesh<D>& mesh, ElementId e) {
+    return !mesh.is_free(e) && !mesh.is_surface();
+}
 template <class Id, int D>
-Buffer<Id> new_ids(const DynamicMesh<D>& mesh, std::size_t places) {
-    Buffer<Id> ids(places);
-    std::size_t next = 0;
-    for (std::size_t i = 0; i < places; ++i) ids[i] = mesh.is_free(Id(i)) ? Id{} : Id(next++);
+NewIds<Id> new_ids(const DynamicMesh<D>& mesh, std::size_t places) {
+    NewIds<Id> ids{Buffer<Id>(places)};
+    for (std::size_t i = 0; i < places; ++i) ids.of[i] = stays(mesh, Id(i)) ? Id(ids.count++) : Id{};
     return ids;
 }
 
 /// The rows that stay.
 template <class T, class Id>
-Column<T> rows(const Column<T>& column, const Buffer<Id>& ids, std::size_t count) {
-    if (column.empty() || count == ids.size()) return column;
+Column<T> rows(const Column<T>& column, const NewIds<Id>& ids) {
+    if (column.empty() || ids.count == ids.of.size()) return column;
     Buffer<T> out;
-    out.reserve(count);
-    for (std::size_t i = 0; i < ids.size(); ++i)
-        if (ids[i].valid()) out.push_back(column[i]);
+    out.reserve(ids.count);
+    for (std::size_t i = 0; i < ids.of.size(); ++i)
+        if (ids.of[i].valid()) out.push_back(column[i]);
     return out;
 }
 
@@ -41,13 +58,12 @@ Column<std::uint32_t> marked(const Column<Marks>& marks, const Buffer<Id>& ids, 
 }
 
 template <int K, class Id>
-Simplices<K> simplices(const DynamicSimplices<K>& from, const Buffer<Id>& ids, std::size_t count,
-                       const Buffer<VertexId>& vertices) {
-    auto kept = take(rows(from.vertices, ids, count));
+Simplices<K> simplices(const DynamicSimplices<K>& from, const NewIds<Id>& ids, const Buffer<VertexId>& vertices) {
+    auto kept = take(rows(from.vertices, ids));
     for (auto& simplex : kept)
         for (VertexId& v : simplex) v = vertices[v.index()];
-    return {std::move(kept), rows(from.references, ids, count), marked(from.marks, ids, Mark::required),
-            rows(from.entities, ids, count)};
+    return {std::move(kept), rows(from.references, ids), marked(from.marks, ids.of, Mark::required),
+            rows(from.entities, ids)};
 }
 
 template <int D>
@@ -57,7 +73,7 @@ Simplices<1> listed_lines(const DynamicMesh<D>& mesh, const Buffer<VertexId>& ve
     Buffer<std::uint32_t> required, sharp;
     for (std::size_t l = 0; l < mesh.lines.size(); ++l) {
         const Marks marks = mesh.line_marks[l];
-        if (mesh.is_free(LineId(l)) || marks.has(Mark::implied)) continue;
+        if (mesh.is_free(LineId(l)) || marks.has(Mark::implied) || mesh.is_at_infinity(mesh.lines[l])) continue;
         const auto row = static_cast<std::uint32_t>(ends.size());
         const auto& [a, b] = mesh.edges[mesh.lines[l]];
         ends.push_back({vertices[a.index()], vertices[b.index()]});
@@ -97,10 +113,10 @@ Column<Association<G>> associations(const Column<Association<G>>& given, const D
 }
 
 template <int D>
-void put_vertices(const DynamicMesh<D>& mesh, const Buffer<VertexId>& ids, LinearMesh<D>& out) {
-    const std::size_t n = mesh.vertex_count();
-    out.points = rows(mesh.points, ids, n);
-    out.point_references = rows(mesh.point_references, ids, n);
+void put_vertices(const DynamicMesh<D>& mesh, const NewIds<VertexId>& new_vertices, LinearMesh<D>& out) {
+    const Buffer<VertexId>& ids = new_vertices.of;
+    out.points = rows(mesh.points, new_vertices);
+    out.point_references = rows(mesh.point_references, new_vertices);
     Buffer<VertexId> corners, required;
     for (std::size_t v = 0; v < ids.size(); ++v) {
         if (!ids[v].valid()) continue;
@@ -120,7 +136,9 @@ Outcome<IdMap<EdgeId>> edge_map(const DynamicMesh<D>& mesh, const Buffer<VertexI
                                 const Execution& execution) {
     auto ids = map_each(execution, mesh.edges.size(), [&](std::size_t e) {
         const auto& [a, b] = mesh.edges[e];
-        return a.valid() ? find_edge(edges, vertices[a.index()], vertices[b.index()]) : EdgeId{};
+        return a.valid() && !mesh.is_at_infinity(EdgeId(e))
+                   ? find_edge(edges, vertices[a.index()], vertices[b.index()])
+                   : EdgeId{};
     });
     if (!ids) return fail(ids.error());
     return IdMap<EdgeId>(std::move(*ids));
@@ -144,21 +162,21 @@ Outcome<CompactMesh<D>> compacted(const DynamicMesh<D>& mesh, const Execution& e
         auto facets = new_ids<FacetId>(mesh, mesh.facets.size());
         auto elements = new_ids<ElementId>(mesh, mesh.elements.size());
         put_vertices(mesh, vertices, out.mesh);
-        out.mesh.elements = simplices<D>(mesh.elements, elements, mesh.element_count(), vertices);
-        out.mesh.facets = simplices<D - 1>(mesh.facets, facets, mesh.facet_count(), vertices);
+        out.mesh.elements = simplices<D>(mesh.elements, elements, vertices.of);
+        out.mesh.facets = simplices<D - 1>(mesh.facets, facets, vertices.of);
         if constexpr (D == 3)
-            out.mesh.edges = listed_lines(mesh, vertices, out.mesh.ridges);
+            out.mesh.edges = listed_lines(mesh, vertices.of, out.mesh.ridges);
         else
-            out.mesh.ridges = marked(mesh.facets.marks, facets, Mark::ridge);
+            out.mesh.ridges = marked(mesh.facets.marks, facets.of, Mark::ridge);
         out.mesh.groups = mesh.groups;
         auto edges = unique_edges(out.mesh, execution);
         if (!edges) return fail(edges.error());
         out.edges = std::move(*edges);
-        auto edge_ids = edge_map(mesh, vertices, out.edges, execution);
+        auto edge_ids = edge_map(mesh, vertices.of, out.edges, execution);
         if (!edge_ids) return fail(edge_ids.error());
         if (mesh.is_curved()) out.nodes = nodes_of(mesh, *edge_ids, out.edges.size());
-        out.maps = {IdMap<VertexId>(std::move(vertices)), std::move(*edge_ids), IdMap<ElementId>(std::move(elements)),
-                    IdMap<FacetId>(std::move(facets))};
+        out.maps = {IdMap<VertexId>(std::move(vertices.of)), std::move(*edge_ids),
+                    IdMap<ElementId>(std::move(elements.of)), IdMap<FacetId>(std::move(facets.of))};
         return out;
     });
 }

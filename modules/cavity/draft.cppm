@@ -44,7 +44,8 @@ struct Draft {
           free_facets(take(std::move(mesh.free.facets))),
           free_elements(take(std::move(mesh.free.elements))),
           geometry(std::move(mesh.geometry)),
-          groups(std::move(mesh.groups)) {}
+          groups(std::move(mesh.groups)),
+          at_infinity(std::move(mesh.at_infinity)) {}
 
     [[nodiscard]] DynamicMesh<D> mesh() && {
         DynamicMesh<D> out;
@@ -70,6 +71,7 @@ struct Draft {
                     std::move(free_elements)};
         out.geometry = std::move(geometry);
         out.groups = std::move(groups);
+        out.at_infinity = std::move(at_infinity);
         out.stamp = new_stamp();
         return out;
     }
@@ -96,6 +98,7 @@ struct Draft {
     Buffer<std::uint32_t> free_vertices, free_edges, free_lines, free_facets, free_elements;
     GivenGeometry<D> geometry;
     Column<Group> groups;
+    Column<VertexId> at_infinity;
 };
 
 /// Places for new entities of one kind in one patch: those of the removed ones, rising, then free ones, then new ones

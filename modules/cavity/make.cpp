@@ -236,6 +236,7 @@ bool is_pinched(const DynamicMesh<D>& mesh, std::size_t around, VertexId v, cons
     return false;
 }
 
+/// The vertices at infinity are as they are.
 template <int D>
 Outcome<Done> hold(const LinearMesh<D>& mesh, const DynamicMesh<D>& made, const Incidence<ElementId>& balls,
                    const EdgeSet<D>& edges, Buffer<VertexState>& states, const Execution& execution) {
@@ -251,6 +252,7 @@ Outcome<Done> hold(const LinearMesh<D>& mesh, const DynamicMesh<D>& made, const 
         std::vector<ElementId> found;
         for (std::size_t v = begin; v < end; ++v) {
             const auto n = balls[v].size();
+            if (states[v].place == VertexPlace::infinity) continue;
             if (n == 0 || (states[v].place != VertexPlace::inside && is_pinched(made, n, VertexId(v), *around, found)))
                 states[v].marks |= Mark::frozen;
         }
@@ -301,8 +303,9 @@ Outcome<DynamicMesh<D>> with_faces(const LinearMesh<D>& mesh, const EdgeSet<D>& 
 }  // namespace
 
 template <int D>
-Outcome<DynamicMesh<D>> make_dynamic(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const BreaksOfMesh& breaks,
-                                     const Execution& execution) {
+Outcome<DynamicMesh<D>> make_dynamic_with(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                          const BreaksOfMesh& breaks, std::span<const VertexId> at_infinity,
+                                          const Execution& execution) {
     return guarded([&]() -> Outcome<DynamicMesh<D>> {
         if (auto checked = check_sizes(mesh, edges, breaks); !checked) return fail(checked.error());
         const auto around = balls(mesh, execution);
@@ -322,12 +325,20 @@ Outcome<DynamicMesh<D>> make_dynamic(const LinearMesh<D>& mesh, const EdgeSet<D>
         auto states = places(mesh, *made, breaks);
         for (const VertexId v : mesh.required_vertices) states[v.index()].marks |= Mark::required;
         mark_given(mesh.geometry, states);
+        for (const VertexId v : at_infinity) states[v.index()] = {VertexPlace::infinity, Mark::frozen};
+        made->at_infinity = Buffer<VertexId>(at_infinity.begin(), at_infinity.end());
         made->states = states;
         if (auto done = hold(mesh, *made, *around, edges, states, execution); !done) return fail(done.error());
         made->states = std::move(states);
         made->stamp = new_stamp();
         return made;
     });
+}
+
+template <int D>
+Outcome<DynamicMesh<D>> make_dynamic(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const BreaksOfMesh& breaks,
+                                     const Execution& execution) {
+    return make_dynamic_with<D>(mesh, edges, breaks, {}, execution);
 }
 
 template <int D>
@@ -341,6 +352,9 @@ Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksO
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Outcome<DynamicMesh<D>> make_dynamic_with<D>(const LinearMesh<D>&, const EdgeSet<D>&,                    \
+                                                          const BreaksOfMesh&, std::span<const VertexId>,             \
+                                                          const Execution&);                                          \
     template Outcome<DynamicMesh<D>> make_dynamic<D>(const QuadraticMesh<D>&, const BreaksOfMesh&, const Execution&); \
     template Outcome<DynamicMesh<D>> make_dynamic<D>(const LinearMesh<D>&, const EdgeSet<D>&, const BreaksOfMesh&,    \
                                                      const Execution&);

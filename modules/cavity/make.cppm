@@ -33,4 +33,24 @@ template <int D>
 [[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                                    const Execution& execution);
 
+/// A surface alone (triangles in space, no tetrahedra) as what bounds a mesh: each triangle is joined to a vertex at
+/// infinity, the last of its element, so that operations on surfaces, ridges and corners are those of any mesh (as
+/// with the infinite vertex of CGAL's triangulations). Elements stand for their triangles; where the surface ends, the
+/// faces between its edges and infinity are facets of a reference of their own; `compacted` leaves all of that out.
+/// Lines are also the edges where the surface ends, or more than two triangles meet: these stay as they are. Errors: as
+/// of make_dynamic; a mesh that is no surface alone (internal).
+[[nodiscard]] Outcome<DynamicMesh<3>> make_dynamic_surface(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+                                                           const BreaksOfMesh& breaks, const Execution& execution);
+
+}  // namespace camber
+
+namespace camber {
+
+/// The same, with vertices that are at infinity.
+template <int D>
+[[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic_with(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                        const BreaksOfMesh& breaks,
+                                                        std::span<const VertexId> at_infinity,
+                                                        const Execution& execution);
+
 }  // namespace camber

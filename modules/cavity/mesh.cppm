@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -39,6 +40,7 @@ enum class VertexPlace : std::uint8_t {
     surface,  ///< on one smooth piece of the boundary or of an interface
     line,     ///< on a curve, where two lines of one reference meet
     corner,   ///< where lines end or meet, or by the word of the mesh's maker: it stays
+    infinity,  ///< of a surface alone: not a point of it, see make_dynamic_surface
 };
 
 /// What is known of an entity, as bits.
@@ -129,6 +131,7 @@ struct DynamicMesh {
     FreePlaces free;
     GivenGeometry<D> geometry;  ///< as the maker gave it, of vertices that are marked so
     Column<Group> groups;
+    Column<VertexId> at_infinity;  ///< of a surface alone, see make_dynamic_surface
     Stamp stamp;
 
     [[nodiscard]] std::size_t vertex_count() const { return points.size() - free.vertices.size(); }
@@ -138,6 +141,15 @@ struct DynamicMesh {
     [[nodiscard]] std::size_t element_count() const { return elements.size() - free.elements.size(); }
 
     [[nodiscard]] bool is_curved() const { return !nodes.empty(); }
+    [[nodiscard]] bool is_surface() const { return !at_infinity.empty(); }
+    [[nodiscard]] bool is_at_infinity(VertexId v) const { return states[v].place == VertexPlace::infinity; }
+    /// Of a surface alone: not of it, but of what its triangles are joined with.
+    [[nodiscard]] bool is_at_infinity(EdgeId e) const {
+        return is_surface() && (is_at_infinity(edges[e][0]) || is_at_infinity(edges[e][1]));
+    }
+    [[nodiscard]] bool is_at_infinity(FacetId f) const {
+        return is_surface() && std::ranges::any_of(facets.vertices[f], [&](VertexId v) { return is_at_infinity(v); });
+    }
     [[nodiscard]] bool is_free(ElementId e) const { return !elements.vertices[e][0].valid(); }
     [[nodiscard]] bool is_free(FacetId f) const { return !facets.vertices[f][0].valid(); }
     [[nodiscard]] bool is_free(EdgeId e) const { return !edges[e][0].valid(); }
@@ -169,6 +181,11 @@ template <std::size_t N>
     for (std::size_t i = 0; i < N; ++i)
         if (simplex[i] == v) return static_cast<int>(i);
     return -1;
+}
+
+/// Of an element of a surface alone: its triangle, which is in front of the vertex at infinity.
+[[nodiscard]] inline std::array<VertexId, 3> triangle_of(const SimplexVertices<3>& element) {
+    return {element[0], element[1], element[2]};
 }
 
 }  // namespace camber

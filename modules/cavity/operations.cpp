@@ -32,6 +32,13 @@ void cavity_of_face(const DynamicMesh<D>& mesh, ElementId e, int face, Cavity<D>
 }
 
 template <int D>
+void join(const DynamicMesh<D>& mesh, Cavity<D>& cavity, ElementId e) {
+    cavity.elements.push_back(e);
+    if constexpr (D == 3)
+        if (mesh.is_surface()) cavity.facets.push_back(facet_of(mesh, e));
+}
+
+template <int D>
 bool may_collapse(const DynamicMesh<D>& mesh, const Cavity<D>& around, VertexId v, VertexId w) {
     const VertexState& state = mesh.states[v];
     if (state.marks.has(Mark::required) || state.marks.has(Mark::frozen)) return false;
@@ -45,7 +52,8 @@ bool may_collapse(const DynamicMesh<D>& mesh, const Cavity<D>& around, VertexId 
                 const auto& ends = mesh.edges[mesh.lines[l]];
                 return ends[0] == w || ends[1] == w;
             });
-        case VertexPlace::corner: return false;
+        case VertexPlace::corner:
+        case VertexPlace::infinity: return false;
     }
     return false;
 }
@@ -54,6 +62,7 @@ bool may_collapse(const DynamicMesh<D>& mesh, const Cavity<D>& around, VertexId 
     template void cavity_of_edge<D>(const DynamicMesh<D>&, ElementId, int, Cavity<D>&); \
     template void cavity_of_vertex<D>(const DynamicMesh<D>&, VertexId, Cavity<D>&);     \
     template void cavity_of_face<D>(const DynamicMesh<D>&, ElementId, int, Cavity<D>&); \
+    template void join<D>(const DynamicMesh<D>&, Cavity<D>&, ElementId);                \
     template bool may_collapse<D>(const DynamicMesh<D>&, const Cavity<D>&, VertexId, VertexId);
 
 CAMBER_INSTANTIATE(2)

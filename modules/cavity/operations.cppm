@@ -23,6 +23,10 @@ void cavity_of_vertex(const DynamicMesh<D>& mesh, VertexId v, Cavity<D>& out);
 template <int D>
 void cavity_of_face(const DynamicMesh<D>& mesh, ElementId e, int face, Cavity<D>& out);
 
+/// An element joins a cavity, of a surface alone with its triangle.
+template <int D>
+void join(const DynamicMesh<D>& mesh, Cavity<D>& cavity, ElementId e);
+
 /// Whether v may go into w, the other end of one of its edges, by where they lie: from the inside anywhere, from a
 /// surface along it, from a line along it, from a corner nowhere. `around`: cavity_of_vertex of v.
 template <int D>

@@ -93,6 +93,24 @@ template <int D>
 [[nodiscard]] inline double shape_of_quality(double quality, int dimension) {
     return dimension == 2 ? quality : std::copysign(std::abs(quality) * std::sqrt(std::abs(quality)), quality);
 }
+/// Of a triangle in space, in the metric on its plane, as metric_shape of a tetrahedron: the power 3/2 of its mean ratio
+/// 4 √3 A / Σ l²; the area is the geometric mean of those in the metrics of its vertices.
+[[nodiscard]] inline double triangle_shape(const std::array<Vec<3>, 3>& corners,
+                                           const std::array<const MeasuringMetric<3>*, 3>& metrics) {
+    double areas = 1, squares = 0;
+    for (const auto* m : metrics) {
+        std::array<Vec<3>, 2> sides{};
+        for (int i = 0; i < 2; ++i)
+            for (int k = 0; k < 3; ++k) sides[i][k] = dot(m->rows[k], corners[i + 1] - corners[0]);
+        areas *= norm(cross(sides[0], sides[1]));
+    }
+    for (const auto& [a, b] : local_edges<2>) {
+        const Vec<3> edge = corners[b] - corners[a];
+        squares += metrics[a]->length_squared(edge) + metrics[b]->length_squared(edge);
+    }
+    squares /= 2;
+    return squares > 0 ? shape_of_quality(2 * std::sqrt(3.0) * std::cbrt(areas) / squares, 3) : 0;
+}
 template <int D>
 [[nodiscard]] double metric_quality(const std::array<Vec<D>, D + 1>& corners,
                                     const std::array<const MeasuringMetric<D>*, D + 1>& metrics) {

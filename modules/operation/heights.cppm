@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 module camber.operation:heights;
 import camber.core;
@@ -25,8 +26,8 @@ template <int D>
 }
 
 /// 32 roundings of the largest coordinate: what is not higher than that may be on either side.
-template <int D>
-[[nodiscard]] double rounding_of(const std::array<Vec<D>, D + 1>& corners) {
+template <int D, std::size_t N>
+[[nodiscard]] double rounding_of(const std::array<Vec<D>, N>& corners) {
     constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
     double largest = 0;
     for (const Vec<D>& x : corners)
@@ -39,6 +40,13 @@ template <int D>
 template <int D>
 [[nodiscard]] double rounding_floor(const std::array<Vec<D>, D + 1>& corners) {
     return rounding_of(corners) * largest_face<D>(corners);
+}
+
+/// The same of a triangle in space.
+[[nodiscard]] inline bool is_flat(const std::array<Vec<3>, 3>& corners) {
+    double longest = 0;
+    for (const auto& [a, b] : local_edges<2>) longest = std::max(longest, distance(corners[a], corners[b]));
+    return !(norm(facet_normal(corners)) > rounding_of(corners) * longest);
 }
 
 }  // namespace camber

@@ -35,9 +35,14 @@ template <int D>
     return {metric.log_metric, metric.measure};
 }
 
-/// The length of an edge in the metric, along its curve, and the shape of an element: metric_shape of a straight one.
+/// Of an edge of a surface alone to infinity: what nobody wants to change.
+inline constexpr double length_to_infinity = 1;
+
+/// The length of an edge in the metric, along its curve, and the shape of an element: metric_shape of a straight one,
+/// of a surface alone triangle_shape.
 template <int D>
 [[nodiscard]] inline double length_of(const Adaptation<D>& r, EdgeId edge) {
+    if (r.mesh.is_at_infinity(edge)) return length_to_infinity;
     const auto& [a, b] = r.mesh.edges[edge];
     if (r.mesh.is_curved())
         return bent_length<D>(end_of(r.vertices.metrics[a]), end_of(r.vertices.metrics[b]),
@@ -45,16 +50,26 @@ template <int D>
     return edge_length(r.vertices.metrics[a].measure, r.vertices.metrics[b].measure,
                        r.mesh.points[b] - r.mesh.points[a]);
 }
+/// `point_at(i)`, `metric_at(i)` of the local vertices of an element.
 template <int D>
-[[nodiscard]] inline double straight_shape_of(const Adaptation<D>& r, ElementId e) {
+[[nodiscard]] double straight_shape(const DynamicMesh<D>& mesh, auto&& point_at, auto&& metric_at) {
+    if constexpr (D == 3)
+        if (mesh.is_surface())
+            return triangle_shape({point_at(0), point_at(1), point_at(2)}, {metric_at(0), metric_at(1), metric_at(2)});
     std::array<Vec<D>, D + 1> corners;
     std::array<const MeasuringMetric<D>*, D + 1> metrics;
-    const auto& vertices = r.mesh.elements.vertices[e];
     for (int i = 0; i <= D; ++i) {
-        corners[i] = r.mesh.points[vertices[i]];
-        metrics[i] = &r.vertices.metrics[vertices[i]].measure;
+        corners[i] = point_at(i);
+        metrics[i] = metric_at(i);
     }
     return metric_shape<D>(corners, metrics);
+}
+template <int D>
+[[nodiscard]] inline double straight_shape_of(const Adaptation<D>& r, ElementId e) {
+    const auto& vertices = r.mesh.elements.vertices[e];
+    return straight_shape(
+        r.mesh, [&](int i) -> const Vec<D>& { return r.mesh.points[vertices[i]]; },
+        [&](int i) { return &r.vertices.metrics[vertices[i]].measure; });
 }
 template <int D>
 [[nodiscard]] inline double shape_of(const Adaptation<D>& r, ElementId e) {
@@ -67,14 +82,10 @@ template <int D>
 template <int D>
 [[nodiscard]] inline double shape_with(const Adaptation<D>& r, ElementId e, int local, const Vec<D>& place,
                                        const MeasuringMetric<D>& metric) {
-    std::array<Vec<D>, D + 1> corners;
-    std::array<const MeasuringMetric<D>*, D + 1> metrics;
     const auto& vertices = r.mesh.elements.vertices[e];
-    for (int i = 0; i <= D; ++i) {
-        corners[i] = i == local ? place : r.mesh.points[vertices[i]];
-        metrics[i] = i == local ? &metric : &r.vertices.metrics[vertices[i]].measure;
-    }
-    return metric_shape<D>(corners, metrics);
+    return straight_shape(
+        r.mesh, [&](int i) -> const Vec<D>& { return i == local ? place : r.mesh.points[vertices[i]]; },
+        [&](int i) { return i == local ? &metric : &r.vertices.metrics[vertices[i]].measure; });
 }
 
 /// How near to unit a mesh is.

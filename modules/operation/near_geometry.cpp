@@ -101,11 +101,13 @@ FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoa
     if (patch.star.facets.empty()) return out;
     const auto& references = r.mesh.facets.references;
     for (const JoinedFacet& joined : patch.star.facets)
-        out.largest = std::max(out.largest, distance_share<D>(*goal.geometry, references[joined.facet],
-                                                              nodal_facet(r.mesh, patch, joined, place)));
+        if (!r.mesh.is_at_infinity(joined.facet))
+            out.largest = std::max(out.largest, distance_share<D>(*goal.geometry, references[joined.facet],
+                                                                  nodal_facet(r.mesh, patch, joined, place)));
     out.is_near = !(out.largest > share);
     for (auto f = patch.removed.facets.begin(); !out.is_near && f != patch.removed.facets.end(); ++f)
-        out.is_near = !(out.largest > distance_share<D>(*goal.geometry, references[*f], nodal_facet(r.mesh, *f)));
+        out.is_near = !r.mesh.is_at_infinity(*f) &&
+                      !(out.largest > distance_share<D>(*goal.geometry, references[*f], nodal_facet(r.mesh, *f)));
     return out;
 }
 

@@ -53,7 +53,8 @@ template <int D>
     site.kind = line.valid() ? EdgeKind::ridge : EdgeKind::surface;
     for (int i = 0; i < 2; ++i) site.ends[i] = mesh.points[mesh.edges[edge][i]];
     site.facets.reserve(facets.size());
-    for (const FacetId f : facets) site.facets.push_back(site_of(mesh, f));
+    for (const FacetId f : facets)
+        if (!mesh.is_at_infinity(f)) site.facets.push_back(site_of(mesh, f));
     if (mesh.is_embedded(line)) return on_embedded_curve(goal, std::move(site), mesh.line_references[line], p);
     if (!goal.geometry || facets.empty()) return {.point = p, .normal = {}};
     return (*goal.geometry)->on_edge(site, p);

@@ -72,8 +72,10 @@ class Operating {
             const StarFault fault = judge_star();
             result_.rejected = fault.reason;
             if (fault.reason == RejectionReason::none) return true;
-            // What was grown beyond the point's own elements may hold what is in the way.
-            if (fault.reason == RejectionReason::length && may_go_on && shrink()) continue;
+            // What was grown beyond the point's own elements may hold what is in the way, on a surface what turns away.
+            const bool is_too_large = fault.reason == RejectionReason::length ||
+                                      (fault.reason == RejectionReason::geometry && r_.mesh.is_surface());
+            if (is_too_large && may_go_on && shrink()) continue;
             if (!may_go_on || !correct(fault)) {
                 result_.straight_positive =
                     Nodes::degree == 2 && fault.reason == RejectionReason::volume && is_straight_positive();
@@ -177,6 +179,7 @@ class Operating {
         if (!out_.star.facets.empty()) find_pieces();
         const auto& removed = out_.removed.facets;
         for (const auto& [facet, opposite] : out_.star.facets) {
+            if (r_.mesh.is_at_infinity(facet)) continue;
             const auto piece = w_.pieces[std::ranges::find(removed, facet) - removed.begin()];
             std::array<Vec<D>, D> p = corners_of(r_.mesh, facet);
             const Vec<D> own = facet_normal(p);
@@ -196,7 +199,8 @@ class Operating {
     [[nodiscard]] bool shrink() {
         auto& elements = out_.removed.elements;
         if (request_.holders == 0 || elements.size() <= request_.holders) return false;
-        elements.resize(request_.holders + (elements.size() - request_.holders) / 2);
+        const std::size_t kept = request_.holders + (elements.size() - request_.holders) / 2;
+        while (elements.size() > kept) leave(elements.size() - 1);
         return true;
     }
     /// The cavity made to fit; false where it cannot be.
@@ -206,13 +210,20 @@ class Operating {
         auto& elements = out_.removed.elements;
         const auto at = std::ranges::find(elements, element);
         if (request_.holders > 0 && static_cast<std::size_t>(at - elements.begin()) >= request_.holders) {
-            elements.erase(at);
+            leave(static_cast<std::size_t>(at - elements.begin()));
             return true;
         }
         const FaceNeighbour across = r_.mesh.face_neighbours[element][static_cast<int>(opposite)];
         if (!across.valid() || !across.is_element()) return false;
-        elements.push_back(across.element());
+        join(r_.mesh, out_.removed, across.element());
         return true;
+    }
+    /// An element leaves the cavity, of a surface alone with its triangle.
+    void leave(std::size_t at) {
+        auto& [elements, facets, lines] = out_.removed;
+        if constexpr (D == 3)
+            if (r_.mesh.is_surface()) std::erase(facets, facet_of(r_.mesh, elements[at]));
+        elements.erase(elements.begin() + static_cast<std::ptrdiff_t>(at));
     }
 
     const Adaptation<D>& r_;

@@ -51,7 +51,8 @@ class Refusals {
         changed.resize(mesh.points.size(), never);
         for (const ElementId e : created)
             if (!mesh.is_free(e))
-                for (const VertexId v : mesh.elements.vertices[e]) changed[v.index()] = now_;
+                for (const VertexId v : mesh.elements.vertices[e])
+                    if (!mesh.is_at_infinity(v)) changed[v.index()] = now_;
         changed_ = std::move(changed);
     }
     void forget() { of_ = {}; }

@@ -58,6 +58,9 @@ enum class WallElements : std::uint8_t { accepted, refused };
 /// What becomes of a patch that brings no node noticeably nearer to where it is wanted (see gains).
 enum class NodeGain : std::uint8_t { not_asked, asked };
 
+/// The least cosine between a new facet's normal and those of the facets that it replaces, if nothing else is asked.
+inline constexpr double least_facet_cosine = 0.8;
+
 /// What is asked of the new simplices.
 struct PatchLimits {
     double min_shape = 0;                                                    ///< shape_of each new element: above this
@@ -76,8 +79,7 @@ struct PatchLimits {
     int bend_around = 0;
     /// Inner nodes that were drawn back and then come nearer together to where they are wanted, at most.
     int approaching = 0;
-    /// The least cosine between a new facet's normal and those of the facets that it replaces.
-    double facet_cosine = 0.8;
+    double facet_cosine = least_facet_cosine;
     /// New facets from the geometry, as a share of their longest edges (see distance_from_geometry).
     double facet_distance = std::numeric_limits<double>::infinity();
     WallElements wall_elements = WallElements::accepted;

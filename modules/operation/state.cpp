@@ -11,6 +11,7 @@ import camber.metric;
 import camber.crossing;
 import camber.cavity;
 import camber.surface;
+import camber.validity;
 
 namespace camber {
 
@@ -23,14 +24,15 @@ struct Placed {
 };
 template <int D>
 Placed placed(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh, VertexId v, Cavity<D>& ball) {
-    if (mesh.states[v].place == VertexPlace::inside || mesh.is_free(v)) return {};
+    if (mesh.states[v].place == VertexPlace::inside || mesh.is_at_infinity(v) || mesh.is_free(v)) return {};
     cavity_of_vertex(mesh, v, ball);
     if (ball.facets.empty() && ball.lines.empty()) return {};
     if (mesh.states[v].place == VertexPlace::corner) {
         if (ball.facets.empty()) return {};
         std::vector<FacetSite<D>> sites;
         sites.reserve(ball.facets.size());
-        for (const FacetId f : ball.facets) sites.push_back(site_of(mesh, f));
+        for (const FacetId f : ball.facets)
+            if (!mesh.is_at_infinity(f)) sites.push_back(site_of(mesh, f));
         return {{(*goal.geometry)->entity_at_vertex(sites)}};
     }
     const auto foot = foot_of(goal, mesh, ball, v, {});
@@ -89,13 +91,12 @@ Outcome<Done> ask_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal, c
 
 /// `make`: the mesh that changes.
 template <int D, class Make>
-Outcome<Adaptation<D>> begun(std::size_t elements, const AdaptationGoal<D>& goal, const Execution& execution,
+Outcome<Adaptation<D>> begun(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal, const Execution& execution,
                              Make&& make) {
-    if (elements == 0)
-        return fail(
-            ErrorKind::input,
-            std::string("the mesh has no ") + (D == 2 ? "triangles" : "tetrahedra") + ": there is nothing to remesh",
-            {}, {}, D == 3 ? "meshes of a surface alone cannot be remeshed" : "");
+    if (mesh.elements.size() == 0 && !is_surface_alone(mesh))
+        return fail(ErrorKind::input, std::string("the mesh has no ") +
+                                          (D == 2 ? "triangles" : "tetrahedra or triangles") +
+                                          ": there is nothing to remesh");
     auto made = make();
     if (!made) return fail(made.error());
     return guarded([&]() -> Outcome<Adaptation<D>> {
@@ -114,15 +115,20 @@ Outcome<Adaptation<D>> begun(std::size_t elements, const AdaptationGoal<D>& goal
 template <int D>
 Outcome<Adaptation<D>> begin_adaptation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const BreaksOfMesh& breaks,
                                         const AdaptationGoal<D>& goal, const Execution& execution) {
-    return begun<D>(mesh.elements.size(), goal, execution,
-                    [&] { return make_dynamic(mesh, edges, breaks, execution); });
+    return begun<D>(mesh, goal, execution, [&] {
+        if constexpr (D == 3)
+            if (is_surface_alone(mesh)) return make_dynamic_surface(mesh, edges, breaks, execution);
+        return make_dynamic(mesh, edges, breaks, execution);
+    });
 }
 
 template <int D>
 Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                         const AdaptationGoal<D>& goal, const Execution& execution) {
-    return begun<D>(mesh.linear.elements.size(), goal, execution,
-                    [&] { return make_dynamic(mesh, breaks, execution); });
+    if (is_surface_alone(mesh.linear))
+        return fail(ErrorKind::unsupported, "a curved surface alone is not remeshed as it is", {}, {},
+                    "remesh it straight, onto the same geometry, and curve what comes of it");
+    return begun<D>(mesh.linear, goal, execution, [&] { return make_dynamic(mesh, breaks, execution); });
 }
 
 template <int D>
@@ -143,7 +149,7 @@ Outcome<UnitMeshStatistics> unit_mesh_statistics(const Adaptation<D>& r, const E
     const auto edges = reduce_each(
         execution, r.mesh.edges.size(), UnitMeshStatistics{},
         [&](UnitMeshStatistics& s, std::size_t e) {
-            if (r.mesh.is_free(EdgeId(e))) return;
+            if (r.mesh.is_free(EdgeId(e)) || r.mesh.is_at_infinity(EdgeId(e))) return;
             const double length = length_of(r, EdgeId(e));
             s.shortest = s.edges > 0 ? std::min(s.shortest, length) : length;
             s.longest = std::max(s.longest, length);

@@ -51,14 +51,14 @@ struct AdaptationGoal {
     std::size_t max_elements = max_entities;
 };
 
-/// The mesh with its metric at each vertex, which is asked of the field. Errors: a mesh without elements (input), those
-/// of make_dynamic.
+/// The mesh with its metric at each vertex, which is asked of the field; of a surface alone see make_dynamic_surface.
+/// Errors: a mesh without elements or triangles (input), those of make_dynamic.
 template <int D>
 [[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                       const BreaksOfMesh& breaks, const AdaptationGoal<D>& goal,
                                                       const Execution& execution);
 
-/// The same of a mesh of degree 2.
+/// The same of a mesh of degree 2. Errors: also a surface alone (unsupported).
 template <int D>
 [[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                                       const AdaptationGoal<D>& goal, const Execution& execution);

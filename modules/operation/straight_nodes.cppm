@@ -43,13 +43,17 @@ class StraightNodes {
     void place() {}
     [[nodiscard]] double length_to(std::size_t i) const {
         const VertexId v = star_.boundary[i];
+        if (r_.mesh.is_at_infinity(v)) return length_to_infinity;
         return edge_length(request_.metric.measure, r_.vertices.metrics[v].measure, r_.mesh.points[v] - request_.place);
     }
     void begin_elements() {}
     void judge_elements() {}
-    /// The sign of the volume is exact.
+    /// The sign of the volume is exact. Of a surface alone triangles have none: which way they look is judged with the
+    /// facets (Operating::judge_facets).
     [[nodiscard]] ElementState element(std::size_t joined) const {
         const ElementFace& open = star_.joined[joined];
+        if constexpr (D == 3)
+            if (r_.mesh.is_surface()) return triangle(open);
         const auto corners = corners_of(r_, open, request_.place);
         if (!(signed_volume<D>(corners) > 0)) return {};
         Mat<D> sides;
@@ -66,6 +70,16 @@ class StraightNodes {
     [[nodiscard]] bool has_drawn_back() const { return false; }
 
   private:
+    [[nodiscard]] ElementState triangle(const ElementFace& open) const
+        requires(D == 3)
+    {
+        const auto [a, b, c, infinity] = corners_of(r_, open, request_.place);
+        if (is_flat(std::array{a, b, c})) return {true, true, 0, false};
+        return {true, false,
+                shape_with(r_, open.element, static_cast<int>(open.opposite), request_.place, request_.metric.measure),
+                false};
+    }
+
     const Adaptation<D>& r_;
     const CavityRequest<D>& request_;
     const Star<D>& star_;

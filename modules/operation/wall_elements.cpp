@@ -130,7 +130,7 @@ bool is_wall_element(const DynamicMesh<D>& mesh, ElementId e) {
 
 template <int D>
 bool adds_wall_elements(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
-    if (!goal.geometry) return false;
+    if (!goal.geometry || r.mesh.is_surface()) return false;
     const auto at_point = facets_at_point(r.mesh, patch);
     if (at_point.empty()) return false;
     std::size_t before = 0, after = 0;

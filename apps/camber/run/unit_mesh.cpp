@@ -4,6 +4,8 @@ module;
 #include <cstddef>
 #include <numeric>
 #include <string>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -13,6 +15,7 @@ module camber.run;
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import camber.validity;
 import :histogram;
 import :report;
 import :rows;
@@ -24,6 +27,31 @@ namespace {
 
 double mean_of(const std::vector<double>& values) {
     return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// Of elements in the metrics `of(vertex)`; of a surface alone of its triangles.
+template <int D>
+Outcome<Buffer<double>> straight_qualities(const LinearMesh<D>& mesh, const auto& of, const Execution& execution) {
+    const auto quality = [&](const auto& vertices, auto&& measure) {
+        std::array<Vec<D>, std::tuple_size_v<std::remove_cvref_t<decltype(vertices)>>> corners;
+        std::array<const MeasuringMetric<D>*, corners.size()> at{};
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+            corners[i] = mesh.points[vertices[i]];
+            at[i] = &of(vertices[i]);
+        }
+        return measure(corners, at);
+    };
+    if constexpr (D == 3)
+        if (is_surface_alone(mesh))
+            return map_each(execution, mesh.facets.size(), [&](std::size_t f) {
+                return quality(mesh.facets.vertices[f], [](const auto& corners, const auto& at) {
+                    return quality_of_shape(triangle_shape(corners, at), 3);
+                });
+            });
+    return map_each(execution, mesh.elements.size(), [&](std::size_t e) {
+        return quality(mesh.elements.vertices[e],
+                       [](const auto& corners, const auto& at) { return metric_quality<D>(corners, at); });
+    });
 }
 
 }  // namespace
@@ -65,15 +93,7 @@ Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>&
         return edge_length(of(a), of(b), mesh.points[b] - mesh.points[a]);
     });
     if (!lengths) return fail(lengths.error());
-    const auto qualities = map_each(part_of(execution, 0.6, 0.9), mesh.elements.size(), [&](std::size_t e) {
-        std::array<Vec<D>, D + 1> corners;
-        std::array<const MeasuringMetric<D>*, D + 1> at{};
-        for (int i = 0; i <= D; ++i) {
-            corners[i] = mesh.points[mesh.elements.vertices[e][i]];
-            at[i] = &of(mesh.elements.vertices[e][i]);
-        }
-        return metric_quality<D>(corners, at);
-    });
+    const auto qualities = straight_qualities(mesh, of, part_of(execution, 0.6, 0.9));
     if (!qualities) return fail(qualities.error());
     UnitMesh out{{}, {lengths->begin(), lengths->end()}, {qualities->begin(), qualities->end()}};
     out.report = unit_mesh_report(std::move(metric), out.lengths, out.qualities);
