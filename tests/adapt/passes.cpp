@@ -214,6 +214,23 @@ TEST_CASE("a pass that makes more elements than there is room for ends with an e
     CHECK(refused.error().kind == ErrorKind::memory);
 }
 
+TEST_CASE("an edge that is much too long is split beside a vertex in its way") {
+    const auto splits = [](double length) {
+        LinearMesh<2> mesh;
+        mesh.points = Buffer<Vec<2>>{{{-length / 2, 0}}, {{length / 2, 0}}, {{0, 0.45}}};
+        mesh.elements.vertices = Buffer<SimplexVertices<2>>{{VertexId(0), VertexId(1), VertexId(2)}};
+        mesh.facets.vertices = Buffer<SimplexVertices<1>>{
+            {VertexId(0), VertexId(1)}, {VertexId(1), VertexId(2)}, {VertexId(2), VertexId(0)}};
+        Buffer<LogMetric<2>> logs(3, log_metric_of_sizes<2>({{1, 1}}));
+        const AdaptationGoal<2> goal{
+            must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<2>>(std::move(logs)), alone)), {}};
+        const auto [r, told] = must(split<2>(begun(mesh, goal), goal, {.longest = 1.9}, alone));
+        return told.accepted;
+    };
+    CHECK(splits(1.95) == 0);  // 0.45 is shorter than 0.6
+    CHECK(splits(3) == 1);     // but not than 0.6 · 2/3
+}
+
 TEST_CASE("options out of range are refused") {
     const LinearMesh<2> mesh = random_domain<2>(1);
     Dice dice(1);

@@ -127,7 +127,7 @@ void expect_on_analytic_ball(int cells, double size) {
 
 TEST_CASE("vertices on analytic surfaces carry entity and parameters") {
     expect_on_analytic_ball<2>(8, 0.15);
-    expect_on_analytic_ball<3>(4, 0.7);
+    expect_on_analytic_ball<3>(4, 0.6);
 }
 
 TEST_CASE("vertices of a ridge know both of its faces") {
