@@ -303,7 +303,10 @@ void add_convert(CLI::App& app, Verb& verb) {
     add_words(convert, "--cells", a.cells, "Cells of degree 2 in a .vtu: quadratic (the default) or lagrange");
     convert->add_option("--metric", a.metric,
                         "A solution on the mesh's vertices, whose fields go along (.vtu, .vtk, .msh, .cgns, .xdmf)");
-    convert->add_flag("--elevate", a.elevate, "Degree 1 to 2 first: each edge gets a node at its middle");
+    auto* const elevate =
+        convert->add_flag("--elevate", a.elevate, "Degree 1 to 2 first: each edge gets a node at its middle");
+    convert->add_flag("--straighten", a.straighten, "Degree 2 to 1 first: the nodes of edges are left out")
+        ->excludes(elevate);
     add_read(convert, a.read);
     convert->add_option("--threads", a.threads, "Threads to use; 0: all")->check(at_least<double>(0));
 }

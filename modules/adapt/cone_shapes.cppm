@@ -116,8 +116,8 @@ class ConeShapes {
         const Vec<3>& here = r_.mesh.points[from];
         const std::uint32_t first = index_of(a);
         const std::uint32_t second = index_of(b);
-        faces_.push_back({.corners = {first, second, second},
-                          .normal = cross(r_.mesh.points[a] - here, r_.mesh.points[b] - here)});
+        faces_.push_back(
+            {.corners = {first, second, second}, .normal = cross(r_.mesh.points[a] - here, r_.mesh.points[b] - here)});
     }
     std::uint32_t index_of(VertexId v) {
         const std::uint32_t at = place_among(vertex_ids_, v);

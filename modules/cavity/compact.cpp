@@ -136,9 +136,8 @@ Outcome<IdMap<EdgeId>> edge_map(const DynamicMesh<D>& mesh, const Buffer<VertexI
                                 const Execution& execution) {
     auto ids = map_each(execution, mesh.edges.size(), [&](std::size_t e) {
         const auto& [a, b] = mesh.edges[e];
-        return a.valid() && !mesh.is_at_infinity(EdgeId(e))
-                   ? find_edge(edges, vertices[a.index()], vertices[b.index()])
-                   : EdgeId{};
+        return a.valid() && !mesh.is_at_infinity(EdgeId(e)) ? find_edge(edges, vertices[a.index()], vertices[b.index()])
+                                                            : EdgeId{};
     });
     if (!ids) return fail(ids.error());
     return IdMap<EdgeId>(std::move(*ids));

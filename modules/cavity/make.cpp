@@ -352,9 +352,8 @@ Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksO
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                         \
-    template Outcome<DynamicMesh<D>> make_dynamic_with<D>(const LinearMesh<D>&, const EdgeSet<D>&,                    \
-                                                          const BreaksOfMesh&, std::span<const VertexId>,             \
-                                                          const Execution&);                                          \
+    template Outcome<DynamicMesh<D>> make_dynamic_with<D>(                                                            \
+        const LinearMesh<D>&, const EdgeSet<D>&, const BreaksOfMesh&, std::span<const VertexId>, const Execution&);   \
     template Outcome<DynamicMesh<D>> make_dynamic<D>(const QuadraticMesh<D>&, const BreaksOfMesh&, const Execution&); \
     template Outcome<DynamicMesh<D>> make_dynamic<D>(const LinearMesh<D>&, const EdgeSet<D>&, const BreaksOfMesh&,    \
                                                      const Execution&);

@@ -43,7 +43,8 @@ Pieces pieces_of(const Incidence<FacetId>& around, std::size_t triangles) {
     for (std::size_t e = 0; e < around.size(); ++e) {
         if (around[e].size() <= 2) continue;
         for (const FacetId f : around[e])
-            if (std::ranges::any_of(around[e], [&](FacetId g) { return g != f && pieces.of[g.index()] == pieces.of[f.index()]; }))
+            if (std::ranges::any_of(around[e],
+                                    [&](FacetId g) { return g != f && pieces.of[g.index()] == pieces.of[f.index()]; }))
                 stay.push_back(f);
     }
     Buffer<std::uint32_t> numbers(triangles, none);

@@ -37,9 +37,9 @@ class FaceNeighbour {
 /// Where a vertex lies, and so what may become of it. In 2D facets are the curves: there are no lines.
 enum class VertexPlace : std::uint8_t {
     inside,
-    surface,  ///< on one smooth piece of the boundary or of an interface
-    line,     ///< on a curve, where two lines of one reference meet
-    corner,   ///< where lines end or meet, or by the word of the mesh's maker: it stays
+    surface,   ///< on one smooth piece of the boundary or of an interface
+    line,      ///< on a curve, where two lines of one reference meet
+    corner,    ///< where lines end or meet, or by the word of the mesh's maker: it stays
     infinity,  ///< of a surface alone: not a point of it, see make_dynamic_surface
 };
 

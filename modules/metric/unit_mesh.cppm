@@ -93,8 +93,8 @@ template <int D>
 [[nodiscard]] inline double shape_of_quality(double quality, int dimension) {
     return dimension == 2 ? quality : std::copysign(std::abs(quality) * std::sqrt(std::abs(quality)), quality);
 }
-/// Of a triangle in space, in the metric on its plane, as metric_shape of a tetrahedron: the power 3/2 of its mean ratio
-/// 4 √3 A / Σ l²; the area is the geometric mean of those in the metrics of its vertices.
+/// Of a triangle in space, in the metric on its plane, as metric_shape of a tetrahedron: the power 3/2 of its mean
+/// ratio 4 √3 A / Σ l²; the area is the geometric mean of those in the metrics of its vertices.
 [[nodiscard]] inline double triangle_shape(const std::array<Vec<3>, 3>& corners,
                                            const std::array<const MeasuringMetric<3>*, 3>& metrics) {
     double areas = 1, squares = 0;

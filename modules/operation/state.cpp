@@ -127,7 +127,8 @@ Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const Brea
                                         const AdaptationGoal<D>& goal, const Execution& execution) {
     if (is_surface_alone(mesh.linear))
         return fail(ErrorKind::unsupported, "a curved surface alone is not remeshed as it is", {}, {},
-                    "remesh it straight, onto the same geometry, and curve what comes of it");
+                    "remesh it straight (camber convert --straighten), with it as the geometry (--geometry "
+                    "'{\"mesh\": \"CURVED\"}'), and curve what comes of it");
     return begun<D>(mesh.linear, goal, execution, [&] { return make_dynamic(mesh, breaks, execution); });
 }
 

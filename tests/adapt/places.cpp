@@ -126,7 +126,7 @@ void expect_on_analytic_ball(int cells, double size) {
 }  // namespace
 
 TEST_CASE("vertices on analytic surfaces carry entity and parameters") {
-    expect_on_analytic_ball<2>(8, 0.15);
+    expect_on_analytic_ball<2>(8, 0.12);
     expect_on_analytic_ball<3>(4, 0.6);
 }
 

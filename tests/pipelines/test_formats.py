@@ -240,6 +240,7 @@ class Formats(unittest.TestCase):
                 (2, "--metric is for", ("a.mesh", "-o", "b.vtu", "--format", "gmf-ascii", "--metric", "few.sol")),
                 (2, "use .sol or .solb", ("few.sol", "-o", "few.vtu")),
                 (2, "quadratic already", ("p2.mesh", "-o", "b.mesh", "--elevate")),
+                (2, "straight already", ("a.mesh", "-o", "b.mesh", "--straighten")),
                 (3, "few.sol: has 1 rows", ("a.mesh", "-o", "b.vtu", "--metric", "few.sol")),
                 (3, "absent.mesh", ("absent.mesh", "-o", "b.vtu")),
                 (2, "a.mesh: the mesh has no fields at its nodes", ("a.mesh", "-o", "b.sol"))):

@@ -107,6 +107,7 @@ struct ConvertArguments {
     std::optional<VtuCells> cells;  ///< of a .vtu; none: the default
     std::string metric;             ///< a solution file whose fields go into the .vtu; empty: none
     bool elevate = false;           ///< degree 1 to 2
+    bool straighten = false;        ///< degree 2 to 1
     DecodeOptions read = {};        ///< how the input is read
     int threads = 0;
 };

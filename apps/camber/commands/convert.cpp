@@ -97,8 +97,8 @@ Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execu
                         "; with its mesh: camber convert MESH -o FILE.vtu --metric " + a.input);
     const auto format = format_of_solution(a.output, a.format);
     if (!format) return fail(format.error());
-    if (a.elevate || !a.metric.empty() || a.cells)
-        return fail(ErrorKind::usage, "--elevate, --metric and --cells are for meshes");
+    if (a.elevate || a.straighten || !a.metric.empty() || a.cells)
+        return fail(ErrorKind::usage, "--elevate, --straighten, --metric and --cells are for meshes");
     if (auto writable = check_writable(a.output); !writable) return writable;
     auto decoded =
         is_solution_file(a.input) ? read_solution(a.input, execution) : solution_of_mesh(a.input, a.read, execution);
@@ -116,6 +116,32 @@ Outcome<AnyMesh> elevated(AnyMesh mesh, const std::string& name, const Execution
                 return fail(ErrorKind::usage, "the mesh is quadratic already", name, {}, "leave --elevate out");
         },
         std::move(mesh));
+}
+
+Outcome<AnyMesh> straightened(AnyMesh mesh, const std::string& name) {
+    return std::visit(
+        [&]<class Mesh>(Mesh m) -> Outcome<AnyMesh> {
+            if constexpr (requires { m.linear; })
+                return AnyMesh(std::move(m.linear));
+            else
+                return fail(ErrorKind::usage, "the mesh is straight already", name, {}, "leave --straighten out");
+        },
+        std::move(mesh));
+}
+
+/// The mesh as it is asked for, of the other degree: without its fields.
+Outcome<Done> change_degree(const ConvertArguments& a, DecodedMesh& decoded, const Execution& execution) {
+    if (!a.elevate && !a.straighten) return Done{};
+    const int degree = a.elevate ? 1 : 2;
+    auto made = a.elevate ? elevated(std::move(decoded.mesh), a.input, execution)
+                          : straightened(std::move(decoded.mesh), a.input);
+    if (!made) return fail(std::move(made.error()));
+    decoded.mesh = std::move(*made);
+    if (!decoded.fields.empty())
+        decoded.notices.push_back(
+            {fmt::format("{} fields of the mesh of degree {} were left out", decoded.fields.size(), degree)});
+    decoded.fields = {};
+    return Done{};
 }
 
 /// A solution's fields on the mesh; beside a flat mesh it may be one in 2D.
@@ -153,15 +179,7 @@ Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat
     if (decoded->lift && decoded->lift->z != 0)
         decoded->notices.push_back(
             {fmt::format("the mesh is flat: written in 2D, without its z = {}", decoded->lift->z)});
-    if (a.elevate) {
-        auto made = elevated(std::move(decoded->mesh), a.input, execution);
-        if (!made) return fail(std::move(made.error()));
-        decoded->mesh = std::move(*made);
-        if (!decoded->fields.empty())
-            decoded->notices.push_back(
-                {fmt::format("{} fields of the mesh of degree 1 were left out", decoded->fields.size())});
-        decoded->fields = {};
-    }
+    if (auto done = change_degree(a, *decoded, execution); !done) return fail(std::move(done.error()));
     if (a.metric.empty()) return decoded;
     auto solution = read_solution_for(*decoded, a.metric, execution);
     if (!solution) return fail(std::move(solution.error()));
