@@ -47,6 +47,15 @@ def su2():
     yield "SU2", "quads.su2", None, "NDIME= 2\nNELEM= 1\n9 0 1 2 3 0\n" + points["plain"] + MARKER
 
 
+def stl():
+    facet = "facet normal %s\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  vertex 0 %s 0\n endloop\nendfacet\n"
+    yield "others' STL", "unnamed.stl", 1, "solid\n" + facet % ("0 0 1", "1") + "endsolid\n"
+    yield "others' STL", "upper.stl", 1, ("solid part\n" + facet % ("0 0 1", "1.0E+00") + "endsolid part\n").upper()
+    yield "others' STL", "no-normals.stl", 1, "solid part\n" + facet % ("nan nan nan", "1") + "endsolid part"
+    yield "others' STL", "solids.stl", 2, "solid a\n" + facet % ("0 0 1", "1") + "endsolid a\nsolid b\n" + facet % ("0 0 -1", "-1") + "endsolid b\n"
+    yield "others' STL", "degenerate.stl", 1, "solid a\n" + facet % ("0 0 0", "0") + facet % ("0 0 1", "1") + "endsolid a\n"
+
+
 def msh():
     names = '$PhysicalNames\n1\n1 "solid"\n$EndPhysicalNames\n'
     yield "others' MSH", "v20.msh", 1, MSH_2 % ("2", names, "1\n" + TETRAHEDRON % 1, "")
@@ -61,7 +70,7 @@ def msh():
 
 
 def files(folder):
-    for kind, name, counts, text in (*gmf(), *mfem(), *su2(), *msh()):
+    for kind, name, counts, text in (*gmf(), *mfem(), *su2(), *msh(), *stl()):
         path = folder / ("hand-" + name)
         path.write_text(text)
         yield kind, path, counts

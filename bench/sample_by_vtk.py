@@ -62,6 +62,22 @@ def pieces(folder):
         yield "VTK .vtu", path, cells
 
 
+def stl(folder):
+    """A sphere of triangles, in binary and as text."""
+    for binary in (True, False):
+        source = vtk.vtkSphereSource()
+        source.SetThetaResolution(24)
+        source.SetPhiResolution(12)
+        source.Update()
+        writer = vtk.vtkSTLWriter()
+        writer.SetInputData(source.GetOutput())
+        writer.SetFileTypeToBinary() if binary else writer.SetFileTypeToASCII()
+        path = folder / f"vtk-{'binary' if binary else 'text'}.stl"
+        writer.SetFileName(str(path))
+        writer.Write()
+        yield "VTK .stl", path, source.GetOutput().GetNumberOfPolys()
+
+
 def files(folder):
     if vtk is None:
         return
@@ -95,3 +111,4 @@ def files(folder):
                 writer.Write()
                 yield "VTK .vtk", path, cells
     yield from pieces(folder)
+    yield from stl(folder)

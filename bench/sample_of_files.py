@@ -74,8 +74,20 @@ def by_gmsh(folder):
                     yield "Gmsh " + kind, path, sample_by_meshio.counts(folder / f"{name}-1-reference.msh")
 
 
+def stl_by_gmsh(folder):
+    """Surfaces as STL: one solid, one a surface, in binary."""
+    for name in ("ball", "two-solids", "surface", "no-groups"):
+        wanted = sample_by_meshio.triangles(folder / f"{name}-1-reference.msh")
+        for way, options in (("one", []), ("solids", ["-setnumber", "Mesh.StlOneSolidPerSurface", "1"]), ("bin", ["-bin"])):
+            path = folder / f"gmsh-{name}-{way}.stl"
+            gmsh(folder / (name + ".geo"), "-2", *options, "-o", path)
+            if path.exists():
+                yield "Gmsh stl", path, wanted
+
+
 def files_in(folder):
     yield from by_gmsh(folder)
+    yield from stl_by_gmsh(folder)
     references = [folder / f"{name}-{order}-reference.msh" for name in ("ball", "two-solids", "square", "surface") for order in (1, 2)]
     yield from sample_by_meshio.files(folder, references)
     yield from sample_by_vtk.files(folder)

@@ -129,7 +129,7 @@ def cube(folder, n=6):
     return write_mesh(folder / "cube.mesh", *joined(np.concatenate(points), np.concatenate(triangles)), references)
 
 
-RADIUS, HEIGHT = 0.5, 2.0
+RADIUS, HEIGHT, CHORD_ERROR = 0.5, 2.0, 0.002
 
 
 def cylinder(folder, around=20, along=6):
@@ -144,6 +144,15 @@ def cylinder(folder, around=20, along=6):
                  np.stack([top, top + 1, np.full(around, middles[1])], 1)]
     references = np.repeat([1, 2, 3], [len(t) for t in triangles])
     return write_stl(folder / "cylinder.stl", *joined(points, np.concatenate(triangles)), references)
+
+
+def cylinder_sizes(x, most=0.1):
+    """That, but around the side no more than the chord that is so far from its circle."""
+    r, rows = metrics.around_axis(x)
+    sizes = np.full((len(x), 3), most)
+    on_side = r > RADIUS - 2 * CHORD_ERROR  # or on a chord of it
+    sizes[on_side, 1] = min(most, (8 * CHORD_ERROR * RADIUS) ** 0.5)
+    return rows, sizes
 
 
 HOLES = ((0.25, 0.5, 0.5), (0.2, 1.4, 0.5))  # radius, x, y
@@ -174,7 +183,7 @@ CASES = {
     "sphere": Case(sphere, [lambda x: np.linalg.norm(x, axis=1) - 1], 4 * np.pi, of_size(0.1), size=0.1),
     "torus": Case(torus, [off_torus], 4 * np.pi ** 2 * MAJOR * MINOR, torus_curvature, runs=3),
     "cube": Case(cube, CUBE_FACES, 6.0, metrics.linear, runs=5),
-    "cylinder": Case(cylinder, [round_z(RADIUS), plane(2, 0.0), plane(2, HEIGHT)], 2 * np.pi * RADIUS * (RADIUS + HEIGHT), of_size(0.1), size=0.1,
-                     chord_error=0.002),
+    "cylinder": Case(cylinder, [round_z(RADIUS), plane(2, 0.0), plane(2, HEIGHT)], 2 * np.pi * RADIUS * (RADIUS + HEIGHT),
+                     cylinder_sizes, size=0.1, chord_error=CHORD_ERROR),
     "part": Case(part, PART_FACES, PART_AREA, of_size(0.1), size=0.1),
 }

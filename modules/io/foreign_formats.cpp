@@ -21,17 +21,17 @@ struct Foreign {
     std::string_view ending, command;
 };
 constexpr std::array foreign{
-    Foreign{".step", mesh_it},     Foreign{".stp", mesh_it},      Foreign{".iges", mesh_it},
-    Foreign{".igs", mesh_it},      Foreign{".brep", mesh_it},     Foreign{".geo", mesh_it},
-    Foreign{".unv", resave},       Foreign{".med", resave},       Foreign{".bdf", resave},
-    Foreign{".nas", resave},       Foreign{".inp", resave},       Foreign{".diff", resave},
-    Foreign{".stl", by_meshio},    Foreign{".obj", by_meshio},    Foreign{".ply", by_meshio},
-    Foreign{".off", by_meshio},    Foreign{".vtk", by_meshio},    Foreign{".xdmf", by_meshio},
-    Foreign{".xmf", by_meshio},    Foreign{".e", by_meshio},      Foreign{".exo", by_meshio},
-    Foreign{".ex2", by_meshio},    Foreign{".ugrid", by_meshio},  Foreign{".node", by_meshio},
-    Foreign{".ele", by_meshio},    Foreign{".avs", by_meshio},    Foreign{".h5m", by_meshio},
-    Foreign{".pvtu", by_paraview}, Foreign{".pvd", by_paraview},  Foreign{".vtp", by_paraview},
-    Foreign{".foam", by_paraview}, Foreign{".case", by_paraview},
+    Foreign{".step", mesh_it},     Foreign{".stp", mesh_it},     Foreign{".iges", mesh_it},
+    Foreign{".igs", mesh_it},      Foreign{".brep", mesh_it},    Foreign{".geo", mesh_it},
+    Foreign{".unv", resave},       Foreign{".med", resave},      Foreign{".bdf", resave},
+    Foreign{".nas", resave},       Foreign{".inp", resave},      Foreign{".diff", resave},
+    Foreign{".obj", by_meshio},    Foreign{".ply", by_meshio},   Foreign{".off", by_meshio},
+    Foreign{".vtk", by_meshio},    Foreign{".xdmf", by_meshio},  Foreign{".xmf", by_meshio},
+    Foreign{".e", by_meshio},      Foreign{".exo", by_meshio},   Foreign{".ex2", by_meshio},
+    Foreign{".ugrid", by_meshio},  Foreign{".node", by_meshio},  Foreign{".ele", by_meshio},
+    Foreign{".avs", by_meshio},    Foreign{".h5m", by_meshio},   Foreign{".pvtu", by_paraview},
+    Foreign{".pvd", by_paraview},  Foreign{".vtp", by_paraview}, Foreign{".foam", by_paraview},
+    Foreign{".case", by_paraview},
 };
 
 std::string for_shell(std::string_view path) {

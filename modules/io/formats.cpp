@@ -96,6 +96,7 @@ template <StlEncoding encoding>
 MeshFormat stl_row(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
     MeshFormat format{
         {name, what, std::move(endings), {}, [](std::span<const std::byte> bytes) { return is_stl(bytes, encoding); }}};
+    format.decode = quiet<decode_stl>;
     format.encode = encoded<[](const auto& mesh, const MeshFields&, EncodeOptions, const Execution& execution) {
         return encode_stl(mesh, encoding, without_progress(execution));
     }>;
@@ -165,8 +166,8 @@ std::span<const MeshFormat> mesh_formats() {
         mfem_row(),
         su2_row(),
         cgns_row(),
-        stl_row<StlEncoding::binary>("stl", "STL of the boundary in binary", {".stl"}),
-        stl_row<StlEncoding::ascii>("stl-ascii", "STL of the boundary as text", {}),
+        stl_row<StlEncoding::binary>("stl", "STL in binary", {".stl"}),
+        stl_row<StlEncoding::ascii>("stl-ascii", "STL as text", {}),
         xdmf_row(),
     };
     return formats;

@@ -51,3 +51,4 @@ import :vtu_file;
 import :vtu_cells;
 import :mfem_order;
 import :su2_file;
+import :stl_file;

@@ -48,6 +48,9 @@ void add_mesh_of_others(std::vector<Seed>& seeds, const std::string& name, const
     for (const VtkEncoding encoding : {VtkEncoding::ascii, VtkEncoding::binary})
         seeds.push_back({"mesh", name + (encoding == VtkEncoding::ascii ? "-ascii.vtk" : "-binary.vtk"),
                          text_of(*encode_vtk(mesh, {}, encoding, {.threads = 1}))});
+    for (const StlEncoding encoding : {StlEncoding::ascii, StlEncoding::binary})
+        seeds.push_back({"mesh", name + (encoding == StlEncoding::ascii ? "-ascii.stl" : "-binary.stl"),
+                         text_of(*encode_stl(mesh, encoding, {.threads = 1}))});
 }
 
 /// Files in forms that Camber does not write.
@@ -96,6 +99,11 @@ void add_meshes_of_others(std::vector<Seed>& seeds) {
                      "0 0 0 1 0 0 0 1 0 0 0 1\nMETADATA\nINFORMATION 0\n\nCELLS 2 4\nOFFSETS vtktypeint64\n0 4\n"
                      "CONNECTIVITY vtktypeint64\n0 1 2 3\nCELL_TYPES 1\n10\nCELL_DATA 1\nSCALARS material int 1\n"
                      "LOOKUP_TABLE default\n3\nPOINT_DATA 4\nVECTORS u float\n1 2 3 4 5 6 7 8 9 10 11 12\n"});
+    seeds.push_back({"mesh", "solids.stl",
+                     "solid a b\nfacet normal nan nan nan\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1e0 0\n"
+                     "endloop\nendfacet\nendsolid\nSOLID\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX -0 1 0\n"
+                     "VERTEX 1 0 0\nVERTEX 1 1 .5\nENDLOOP\nENDFACET\nfacet normal 0 0 0\nouter loop\n"
+                     "vertex 0 0 0\nvertex 0 0 0\nvertex 0 1 0\nendloop\nendfacet\nENDSOLID\n"});
     seeds.push_back({"mesh", "by-nodes.mfem",
                      "MFEM mesh v1.0\n# H1\ndimension\n2\nelements\n1\n1 2 0 1 2\nboundary\n1\n1 1 0 1\nvertices\n3\n"
                      "nodes\nFiniteElementSpace\nFiniteElementCollection: Quadratic\nVDim: 2\nOrdering: 0\n"

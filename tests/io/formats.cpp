@@ -171,10 +171,10 @@ TEST_CASE("a file is read by its content, and by its ending where that says noth
     CHECK(message("of a cube", "a b/in.PLY") ==
           "a b/in.PLY: it begins as no known format does, nor is its ending known (make it one: meshio convert "
           "'a b/in.PLY' 'a b/in.vtu')");
-    CHECK(message("solid cube\nendsolid cube\n", "in.xyz") ==
-          "in.xyz: STL of the boundary as text is written, but not read" + remedy);
-    CHECK(message("solid cube\nendsolid cube\n", "a.stl") ==
-          "a.stl: STL of the boundary as text is written, but not read (make it one: meshio convert a.stl a.vtu)");
+    const std::string_view xdmf = "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n";
+    CHECK(message(xdmf, "in.xyz") == "in.xyz: XDMF 3 as text is written, but not read" + remedy);
+    CHECK(message(xdmf, "a.xmf") ==
+          "a.xmf: XDMF 3 as text is written, but not read (make it one: meshio convert a.xmf a.vtu)");
     CHECK(how_to_convert("it's.step") == "gmsh 'it'\\''s.step' -3 -format msh41 -o 'it'\\''s.msh'");
     CHECK(how_to_convert("in.mesh").empty());
     CHECK(message("", "/dev/stdin") == "/dev/stdin: the file is empty" + remedy);

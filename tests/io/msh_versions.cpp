@@ -152,6 +152,19 @@ TEST_CASE("lines from a node to itself are left out and told of") {
           50);
 }
 
+TEST_CASE("a surface alone: groups with names, three triangles on an edge") {
+    const auto read = decoded(head_22 + "$PhysicalNames\n2\n2 1 \"left\"\n2 9 \"fin\"\n$EndPhysicalNames\n" +
+                              "$Nodes\n5\n1 0 0 0\n2 0 1 0\n3 -1 0 0\n4 1 0 0\n5 0 0 1\n$EndNodes\n" +
+                              "$Elements\n3\n1 2 2 1 11 1 2 3\n2 2 2 1 12 2 1 4\n3 2 2 9 13 1 2 5\n$EndElements\n");
+    const auto& mesh = std::get<LinearMesh<3>>(read.mesh);
+    CHECK(mesh.elements.size() == 0);
+    CHECK(mesh.facets.references == Column<Reference>(Buffer<Reference>{1, 1, 9}));
+    CHECK(mesh.facets.entities == Column<Reference>(Buffer<Reference>{11, 12, 13}));
+    CHECK(mesh.facets.vertices[2] == SimplexVertices<2>{VertexId(0), VertexId(1), VertexId(4)});
+    CHECK(mesh.groups == Column<Group>(Buffer<Group>{{2, 1, "left"}, {2, 9, "fin"}}));
+    CHECK(read.notices.empty());
+}
+
 TEST_CASE("what stands behind the last section does no harm") {
     const DecodedMesh mesh = decoded(tetrahedron_22 + "made by hand\n");
     CHECK(mesh.mesh == decoded(tetrahedron_22).mesh);

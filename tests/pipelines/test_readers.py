@@ -1,4 +1,4 @@
-"""Files of others' formats: VTK's and meshio's .vtu in every encoding, Gmsh's and meshio's .su2, and MFEM's meshes as an independent
+"""Files of others' formats: VTK's and meshio's .vtu in every encoding, Gmsh's and meshio's .su2, STL of all three, and MFEM's meshes as an independent
 reader of them understands what the program writes.
 
     /usr/bin/python3 tests/pipelines/test_readers.py build/bin/camber [unittest arguments]
@@ -188,6 +188,89 @@ class Readers(unittest.TestCase):
                 masses.Update()
                 shell = 4 / 3 * np.pi * (5 ** 3 - 1)
                 self.assertLess(abs(masses.GetVolume() / shell - 1), 0.3 if degree == 1 else 0.1)
+
+    def triangles(self, points, triangles):
+        """Corners of all triangles, as 32 bits hold them, each begun with the least and kept the way round."""
+        corners = np.asarray(points, np.float32)[np.asarray(triangles)] + np.float32(0)
+        turned = [min(tuple(map(tuple, np.roll(rows, n, axis=0))) for n in range(3)) for rows in corners.tolist()]
+        return sorted(turned)
+
+    def stl_read(self, name):
+        """The triangles and references that Camber reads; corners at one place are one vertex."""
+        self.run_camber("convert", name, "-o", "read.meshb")
+        read = gmf.read(self.path("read.meshb"))
+        self.assertEqual(len(np.unique(read.points, axis=0)), len(read.points))
+        return self.triangles(read.points, read.cells["Triangles"].nodes), read.cells["Triangles"].refs
+
+    def test_verbs_with_stl(self):
+        self.run_camber("generate", "box", "--set", "cells=[3,3,3]", "-o", "box.meshb")
+        for name in ("stl", "stl-ascii"):
+            self.run_camber("convert", "box.meshb", "-o", "box.stl", "--format", name)
+            told = json.loads(self.run_camber("info", "box.stl", "--json").stdout)
+            self.assertEqual((told["vertices"], told["triangles"], told["tetrahedra"]), (56, 108, 0))
+            self.assertEqual(len(told.get("groups", [])), 6 if name == "stl-ascii" else 0)
+            self.assertTrue(json.loads(self.run_camber("check", "box.stl", "--json").stdout)["soundness"]["sound"])
+            self.run_camber("curve", "box.stl", "-o", "box.vtu")
+            self.run_camber("convert", "box.stl", "-o", "again.stl", "--format", name)
+            self.assertEqual(self.path("again.stl").read_bytes(), self.path("box.stl").read_bytes())
+            self.path("cut.stl").write_bytes(self.path("box.stl").read_bytes()[:1000])
+            cut = self.folder.camber("check", "cut.stl")
+            self.assertEqual(cut.returncode, 3)
+            self.assertRegex(cut.stderr, r"^camber: cut.stl: (line|byte) \d+: ")
+
+    @needs("vtkmodules")
+    def test_stl_with_vtk(self):
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+        from vtkmodules.vtkIOGeometry import vtkSTLReader, vtkSTLWriter
+        self.made(3, 1)
+        for name in ("stl", "stl-ascii"):
+            self.run_camber("convert", "made.meshb", "-o", "ours.stl", "--format", name)
+            wanted, _ = self.stl_read("ours.stl")
+            reader = vtkSTLReader()
+            reader.SetFileName(str(self.path("ours.stl")))
+            reader.Update()
+            surface = reader.GetOutput()
+            points, rows = vtk_to_numpy(surface.GetPoints().GetData()), vtk_to_numpy(surface.GetPolys().GetConnectivityArray())
+            self.assertEqual(self.triangles(points, rows.reshape(-1, 3)), wanted)
+            writer = vtkSTLWriter()
+            writer.SetFileName(str(self.path("vtk.stl")))
+            writer.SetInputData(surface)
+            writer.SetFileTypeToBinary() if name == "stl" else writer.SetFileTypeToASCII()
+            writer.Write()
+            found, references = self.stl_read("vtk.stl")
+            # VTK writes six digits of text.
+            np.testing.assert_allclose(np.sort(np.ravel(found)), np.sort(np.ravel(wanted)), rtol=0, atol=0 if name == "stl" else 1e-4)
+            self.assertEqual(set(references), {1})
+
+    @needs("meshio")
+    def test_stl_with_meshio(self):
+        import meshio
+        self.made(3, 1)
+        for name in ("stl", "stl-ascii"):
+            self.run_camber("convert", "made.meshb", "-o", "ours.stl", "--format", name)
+            wanted, _ = self.stl_read("ours.stl")
+            read = meshio.read(self.path("ours.stl"))
+            self.assertEqual(self.triangles(read.points, read.cells_dict["triangle"]), wanted)
+            read.write(self.path("theirs.stl"), binary=name == "stl")
+            self.assertEqual(self.stl_read("theirs.stl")[0], wanted)
+
+    @needs("meshio")
+    @needs("gmsh")
+    def test_stl_of_gmsh(self):
+        import meshio
+        self.path("in.geo").write_text('SetFactory("OpenCASCADE");\nCylinder(1) = {0, 0, 0, 0, 0, 2, 1};\nMesh.MeshSizeMax = 0.5;\n'
+                                       'Physical Surface("round", 4) = {1};\nPhysical Surface("caps", 2) = {2, 3};\n')
+        for options in (["-setnumber", "Mesh.StlOneSolidPerSurface", "2"], ["-bin"]):
+            for name in ("out.stl", "out.msh"):
+                subprocess.run(["gmsh", "-2", "in.geo", *options, "-o", name], cwd=self.folder.path, check=True, capture_output=True)
+            given = meshio.read(self.path("out.msh"))
+            found, references = self.stl_read("out.stl")
+            self.assertEqual(found, self.triangles(given.points, given.cells_dict["triangle"]))
+            groups = given.cell_data_dict["gmsh:physical"]["triangle"]
+            if options != ["-bin"]:
+                self.assertEqual(sorted(np.bincount(references)[1:]), sorted(n for n in np.bincount(groups) if n))
+                names = {group["name"] for group in json.loads(self.run_camber("info", "out.stl", "--json").stdout)["groups"]}
+                self.assertEqual(names, {"round", "caps"})
 
     @needs("meshio")
     @needs("h5py")
