@@ -68,6 +68,8 @@ Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>&
     bool is_converged = false;
     CollapseOptions loose = options.collapse;
     loose.longest = std::max(loose.longest, options.loose_longest);
+    SplitOptions loose_split = options.split;
+    loose_split.longest = std::max(loose_split.longest, options.loose_split);
     bool is_last = false;
     while (!is_last && s.rounds < options.rounds) {
         is_last = is_converged || s.rounds + 1 == options.rounds;
@@ -75,7 +77,7 @@ Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>&
         const std::size_t changes = s.collapse.accepted + s.split.accepted;
         const auto done =
             driving.pass("collapse", &collapse<D>, is_last ? options.collapse : loose, s.collapse)
-                .and_then([&](Done) { return driving.pass("split", &split<D>, options.split, s.split); })
+                .and_then([&](Done) { return driving.pass("split", &split<D>, is_last ? options.split : loose_split, s.split); })
                 .and_then([&](Done) { return driving.pass("swap", &swap<D>, options.swap, s.swap); })
                 .and_then([&](Done) { return driving.pass("smooth", &smooth<D>, options.smooth, s.smooth); })
                 .and_then([&](Done) { return driving.measure(s.after); });

@@ -13,9 +13,11 @@ export namespace camber {
 
 /// Rounds of collapse, split, swap and smooth; bad elements are mended at last. In all rounds but the last a collapse
 /// may make edges that are longer than its options say: the split behind halves them, and where none may be longer than
-/// √2 most short edges would stay.
+/// √2 most short edges would stay. And splits leave edges somewhat longer than their options say: of those in between
+/// most come to be shorter by what goes on around them, and halves of them would make the mean length less than 1.
 struct ToMetricOptions {
     double loose_longest = 1.8;
+    double loose_split = 1.5;
     CollapseOptions collapse = {};
     SplitOptions split = {};
     SwapOptions swap = {};
@@ -29,6 +31,10 @@ struct ToMetricOptions {
         return std::tuple(
             option("loose_longest", &S::loose_longest,
                    "the longest edges that collapses may make in all rounds but the last, if collapse/longest is less")
+                .unit("lengths in the metric")
+                .at_least(0),
+            option("loose_split", &S::loose_split,
+                   "the longest edges that splits leave in all rounds but the last, if split/longest is less")
                 .unit("lengths in the metric")
                 .at_least(0),
             option("collapse", &S::collapse, "the options of the stage collapse"),
