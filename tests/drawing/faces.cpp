@@ -1,0 +1,129 @@
+// Laws of the faces to be seen: they close the volume of the elements that are kept, cut or not; edges come once.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <span>
+#include <utility>
+
+import camber.core;
+import camber.bezier;
+import camber.drawing;
+
+#include "meshes.hpp"
+#include "property.hpp"
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+template <int D>
+QuadraticMesh<D> block(std::uint64_t seed, std::array<int, D> cells) {
+    LatticeOptions<D> options;
+    options.cells = cells;
+    options.jitter = 0.1;
+    options.seed = seed;
+    auto mesh = elevate(lattice_mesh<D>(options), Execution{});
+    REQUIRE(mesh);
+    return std::move(*mesh);
+}
+
+Buffer<std::uint8_t> any_of(std::size_t elements, std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    Buffer<std::uint8_t> kept(elements);
+    for (auto& k : kept) k = static_cast<std::uint8_t>(random() % 2);
+    return kept;
+}
+
+double volume(const QuadraticMesh<3>& mesh, std::span<const std::uint8_t> kept) {
+    double sum = 0;
+    for (std::size_t e = 0; e < kept.size(); ++e)
+        if (kept[e] != 0) sum += orientation(corners(mesh.linear, e)) / 6;
+    return sum;
+}
+
+/// By the divergence theorem.
+double enclosed(const QuadraticMesh<3>& mesh, std::span<const Face> faces) {
+    double sum = 0;
+    for (const Face& f : faces)
+        sum += det(node_point(mesh, f.nodes[0]), node_point(mesh, f.nodes[1]), node_point(mesh, f.nodes[2])) / 6;
+    return sum;
+}
+
+}  // namespace
+
+TEST_CASE("faces to draw close what is kept") {
+    property("in 3D", [](std::uint64_t seed) {
+        const auto mesh = block<3>(seed, {3, 2, 2});
+        const auto kept = any_of(mesh.linear.elements.size(), seed);
+        const auto faces = faces_to_draw(mesh, std::span<const std::uint8_t>(kept), Execution{});
+        RC_ASSERT(faces.has_value());
+        RC_ASSERT(std::abs(enclosed(mesh, faces->view()) - volume(mesh, kept)) < 1e-12);
+        for (const Face& f : *faces) {
+            RC_ASSERT(kept[f.element] == 1);
+            for (std::size_t i = 0; i < 3; ++i)
+                RC_ASSERT(distance(node_point(mesh, f.nodes[3 + i]),
+                                   midpoint(node_point(mesh, f.nodes[i]), node_point(mesh, f.nodes[(i + 1) % 3]))) <
+                          1e-14);
+        }
+        for (const FaceEdge& edge : edges_to_draw(mesh, faces->view())) RC_ASSERT(edge.faces % 2 == 0U);
+    });
+    property("in 2D they are the elements", [](std::uint64_t seed) {
+        const auto mesh = block<2>(seed, {4, 3});
+        const auto kept = any_of(mesh.linear.elements.size(), seed);
+        const auto faces = faces_to_draw(mesh, std::span<const std::uint8_t>(kept), Execution{});
+        RC_ASSERT(faces.has_value());
+        std::size_t sum = 0;
+        for (const FaceEdge& edge : edges_to_draw(mesh, faces->view())) sum += edge.faces;
+        RC_ASSERT(sum == 3 * faces->size());
+        RC_ASSERT(faces->size() == static_cast<std::size_t>(std::count(kept.begin(), kept.end(), 1)));
+    });
+}
+
+TEST_CASE("a cut leaves whole elements on one side") {
+    const auto mesh = block<3>(7, {4, 3, 3});
+    const Cut<3> cut{normalised(Vec<3>{{1, 0.5, 0.2}}), 2};
+    const auto kept = kept_by(cut, mesh.linear, Execution{});
+    REQUIRE(kept);
+    const auto faces = faces_to_draw(mesh, kept->view(), Execution{});
+    REQUIRE(faces);
+    std::size_t uncovered = 0;
+    for (const Face& f : *faces) {
+        const auto c = corners(mesh.linear, f.element);
+        CHECK(dot(cut.normal, 0.25 * (c[0] + c[1] + c[2] + c[3])) <= cut.offset);
+        uncovered += f.kind == FaceKind::uncovered ? 1 : 0;
+        if (f.kind == FaceKind::uncovered) CHECK(f.reference == mesh.linear.elements.references[f.element]);
+    }
+    CHECK(uncovered > 0);
+    CHECK(std::abs(enclosed(mesh, faces->view()) - volume(mesh, kept->view())) < 1e-12);
+}
+
+TEST_CASE("a surface alone is its facets, with their references") {
+    auto solid = block<3>(3, {2, 2, 2});
+    const auto outside = faces_to_draw(solid, {}, Execution{});
+    REQUIRE(outside);
+    LinearMesh<3> surface;
+    surface.points = solid.linear.points;
+    surface.point_references = solid.linear.point_references;
+    Buffer<SimplexVertices<2>> facets;
+    for (const Face& f : *outside) facets.push_back({VertexId(f.nodes[0]), VertexId(f.nodes[1]), VertexId(f.nodes[2])});
+    surface.facets.references = Buffer<Reference>(facets.size(), 5);
+    surface.facets.vertices = std::move(facets);
+    const auto shell = elevate(surface, Execution{});
+    REQUIRE(shell);
+    const auto faces = faces_to_draw(*shell, {}, Execution{});
+    REQUIRE(faces);
+    CHECK(faces->size() == outside->size());
+    CHECK(std::abs(enclosed(*shell, faces->view()) - 8) < 2);
+    CHECK(std::all_of(faces->begin(), faces->end(), [](const Face& f) { return f.reference == 5; }));
+    // The same facets listed by the solid give its boundary faces the reference.
+    solid.linear.facets = surface.facets;
+    const auto named = faces_to_draw(solid, {}, Execution{});
+    REQUIRE(named);
+    CHECK(std::all_of(named->begin(), named->end(), [](const Face& f) { return f.reference == 5; }));
+}
