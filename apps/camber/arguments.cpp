@@ -234,6 +234,9 @@ void add_check(CLI::App& app, Verb& verb) {
         "--metric", a.metric,
         "A metric file: lengths of edges and qualities of elements in it are told, and how many edges are "
         "of unit length; of degree 2 straight and along the curves, with a bound of the quality at every point");
+    check->add_option(
+        "--vtu", a.vtu,
+        "Also write the mesh with each element's verdict, scaled Jacobian and quality for ParaView (.vtu)");
     check->add_option("--threads", a.threads, "Threads to use; 0: all")->check(at_least<double>(0));
     check->add_flag("--histogram,!--no-histogram", a.histogram,
                     "How the scaled Jacobians (of a straight mesh: the quality) are spread; shown by default");
@@ -393,6 +396,7 @@ void add_verbs(CLI::App& app, Verb& verb) {
     add_convert(app, verb);
     add_generate(app, verb);
     add_plot(app, verb);
+    add_picture(app, verb);
     add_check(app, verb);
     add_inspection(app, verb);
     add_others(app, verb);

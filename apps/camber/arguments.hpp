@@ -17,6 +17,7 @@ struct Verb {
     ConvertArguments convert;
     GenerateArguments generate;
     PlotArguments plot;
+    PictureArguments picture;
     CheckArguments check;
     GeometryCommandArguments geometry;
     MetricArguments metric;
@@ -38,6 +39,7 @@ void add_pipeline(CLI::App* verb, PipelineArguments& arguments);
 void add_adapt(CLI::App& app, Verb& verb);
 void add_metric_of_solution(CLI::App& app, Verb& verb);
 void add_transfer(CLI::App& app, Verb& verb);
+void add_picture(CLI::App& app, Verb& verb);
 
 /// --quiet of the verbs that say something beside the data that they are asked for.
 void add_quiet(CLI::App& app);

@@ -32,6 +32,7 @@ constexpr const char* description =
     "  camber geometry wing-p2.meshb --cad wing.step     what its boundary is, and how far from the model\n"
     "  camber metric w.mesh --solution u.sol -o m.sol    the metric that a solution asks for\n"
     "  camber transfer w.mesh new.mesh --solution u.sol -o v.sol   a solution brought to another mesh\n"
+    "  camber picture wing-p2.meshb -o wing.png          a picture, edges curved as they are\n"
     "  camber convert wing-p2.meshb -o wing-p2.vtu       for ParaView\n"
     "  camber generate shell -o shell.meshb              a mesh to try things on\n"
     "  camber explain curve                              what a stage does, and its options\n";
@@ -49,6 +50,7 @@ int dispatch(const CLI::App& app, const Verb& verb) {
     if (app.got_subcommand("adapt")) return adapt_command(verb.adapt);
     if (app.got_subcommand("repair")) return repair_command(verb.repair);
     if (app.got_subcommand("plot")) return plot_command(verb.plot);
+    if (app.got_subcommand("picture")) return picture_command(verb.picture);
     if (app.got_subcommand("convert")) return convert_command(verb.convert);
     if (app.got_subcommand("generate")) return generate_command(verb.generate);
     if (app.got_subcommand("check")) return check_command(verb.check);

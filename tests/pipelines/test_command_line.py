@@ -59,7 +59,7 @@ class CommandLine(unittest.TestCase):
 
     def test_help_names_every_verb(self):
         text = self.camber("--help").stdout
-        for verb in ("run", "curve", "repair", "convert", "generate", "plot", "check", "info", "explain", "schema"):
+        for verb in ("run", "curve", "repair", "convert", "generate", "plot", "picture", "check", "info", "explain", "schema"):
             self.assertIn(verb, text)
             self.assertEqual(self.camber(verb, "--help").returncode, 0)
         self.assertIn("Exit codes", text)
@@ -459,7 +459,7 @@ class CommandLine(unittest.TestCase):
 
     def test_help_fits_and_tells_exit_codes_once(self):
         texts = {verb: self.camber(*verb.split(), "--help").stdout
-                 for verb in ("", "run", "curve", "repair", "convert", "plot", "check", "info", "explain", "schema")}
+                 for verb in ("", "run", "curve", "repair", "convert", "plot", "picture", "check", "info", "explain", "schema")}
         for verb, text in texts.items():
             self.assertLessEqual(max(map(len, text.splitlines())), 100, text)
             self.assertEqual(text.count("Exit codes"), 0 if verb else 1, verb)

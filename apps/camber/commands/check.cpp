@@ -5,6 +5,7 @@ module;
 #include <stop_token>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 module camber.commands;
@@ -14,6 +15,8 @@ import camber.io;
 import camber.run;
 import :ending;
 import :execute;
+import :formats;
+import :named_files;
 import :nodal_fields;
 
 namespace camber::app {
@@ -59,7 +62,24 @@ void print_report(const run::CheckReport& report, const CheckArguments& argument
         for (const run::Histogram& histogram : report.histograms) out.print(run::bars(histogram));
 }
 
+/// The mesh as the file has it, with what was found of its elements.
+Outcome<Done> write_verdicts(const DecodedMesh& mesh, const run::CheckReport& report, const std::string& path,
+                             const Execution& execution) {
+    auto fields = run::check_fields(mesh.mesh, report, execution);
+    if (!fields) return fail(fields.error());
+    return write_for_viewers(mesh.mesh, std::move(*fields), mesh.lift, path, execution);
+}
+
+Outcome<Done> check_files(const CheckArguments& a) {
+    std::vector<NamedFile> files{{a.input, "the input", Role::input}};
+    if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
+    if (!a.vtu.empty()) files.push_back({a.vtu, "--vtu", Role::output});
+    return check_named_files(files).and_then([&](Done) { return check_viewer_output(a.vtu); });
+}
+
 Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
+    if (!arguments.vtu.empty())
+        if (auto files = check_files(arguments); !files) return fail(files.error());
     Progress progress;
     const std::stop_token stop = stop_on_signals();
     const Around around = steps_shown(progress, {.threads = arguments.threads, .stop = stop});
@@ -84,9 +104,17 @@ Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
         return Done{};
     });
     if (!read) return fail(read.error());
+    std::optional<DecodedMesh> given;
+    if (!arguments.vtu.empty()) given = *mesh;
     auto report = run::check_mesh(std::move(*mesh), metric, arguments.options, around);
-    progress.wipe();
     if (!report) return fail(of_file(report.error(), arguments.input));
+    if (given) {
+        auto written = around("write", [&](const Execution& execution) {
+            return write_verdicts(*given, *report, arguments.vtu, execution);
+        });
+        if (!written) return fail(written.error());
+    }
+    progress.wipe();
     return report;
 }
 

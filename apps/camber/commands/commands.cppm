@@ -10,6 +10,7 @@ module;
 export module camber.commands;
 export import :cad_reader;
 export import :ending;
+export import :picture_arguments;
 export import :suggestion;
 import camber.core;
 import camber.cad;
@@ -130,7 +131,7 @@ struct PlotArguments {
 [[nodiscard]] int plot_command(const PlotArguments& arguments);
 
 struct CheckArguments {
-    std::string input, metric;  ///< metric: a solution file; empty: none
+    std::string input, metric, vtu;  ///< metric: a solution file; vtu: the mesh with its verdicts; empty: none
     config::Flat flat = config::Flat::plane;
     run::CheckOptions options = {};
     int threads = 0;

@@ -1,10 +1,12 @@
 module;
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 module camber.commands;
 import camber.core;
@@ -77,6 +79,31 @@ Outcome<const SolutionFormat*> format_of_solution(const std::string& path, std::
 
 bool is_solution_output(const std::string& path, std::string_view name) {
     return name.empty() ? is_solution_file(path) : format_with_name(solution_formats(), name) != nullptr;
+}
+
+Outcome<Done> check_viewer_output(const std::string& path) {
+    if (path.empty()) return Done{};
+    const auto format = format_to_write(mesh_formats(), path);
+    if (!format) return fail(format.error());
+    if (!(*format)->for_viewers)
+        return fail(ErrorKind::usage, "the mesh with its fields goes into a format for viewers", path, {},
+                    "name a .vtu file");
+    return check_writable(path);
+}
+
+Outcome<Done> write_for_viewers(AnyMesh mesh, MeshFields fields, const std::optional<Lift>& lift,
+                                const std::string& path, const Execution& execution) {
+    const auto format = format_to_write(mesh_formats(), path);
+    if (!format) return fail(format.error());
+    if (lift && (*format)->always_in_space) {
+        auto in_space = camber::raised(mesh, *lift, execution);
+        if (!in_space) return fail(in_space.error());
+        auto of_space = camber::raised(fields, execution);
+        if (!of_space) return fail(of_space.error());
+        mesh = std::move(*in_space);
+        fields = std::move(*of_space);
+    }
+    return write_mesh(**format, mesh, fields, EncodeOptions{}, path, execution);
 }
 
 }  // namespace camber::app

@@ -1,4 +1,5 @@
 module;
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,6 +27,11 @@ namespace camber::app {
 /// The mesh in this format; the fields only where that has place for them.
 [[nodiscard]] Outcome<Done> write_mesh(const MeshFormat& format, const AnyMesh& mesh, const MeshFields& fields,
                                        EncodeOptions options, const std::string& path, const Execution& execution);
+/// The same in a format for viewers; a flat mesh of one with three coordinates where it was. Whether that can be is
+/// asked before the work; an empty path: nothing is to be written. Errors: usage.
+[[nodiscard]] Outcome<Done> write_for_viewers(AnyMesh mesh, MeshFields fields, const std::optional<Lift>& lift,
+                                              const std::string& path, const Execution& execution);
+[[nodiscard]] Outcome<Done> check_viewer_output(const std::string& path);
 [[nodiscard]] Outcome<Done> write_solution(const SolutionFormat& format, const Solution& solution,
                                            const std::string& path, const Execution& execution);
 

@@ -21,23 +21,13 @@ namespace camber::app {
 
 namespace {
 
-Outcome<Done> check_output(const std::string& path) {
-    if (path.empty()) return Done{};
-    const auto format = format_to_write(mesh_formats(), path);
-    if (!format) return fail(format.error());
-    if (!(*format)->for_viewers)
-        return fail(ErrorKind::usage, "the mesh with its fields goes into a format for viewers", path, {},
-                    "name a .vtu file");
-    return check_writable(path);
-}
-
 Outcome<Done> check_files(const GeometryCommandArguments& a) {
     std::vector<NamedFile> files{{a.input, "the input", Role::input}};
     if (a.geometry.cad) files.push_back({*a.geometry.cad, "--cad", Role::input});
     if (!a.output.empty()) files.push_back({a.output, "-o", Role::output});
     if (!a.surface.empty()) files.push_back({a.surface, "--surface", Role::output});
-    return check_named_files(files).and_then([&](Done) { return check_output(a.output); }).and_then([&](Done) {
-        return check_output(a.surface);
+    return check_named_files(files).and_then([&](Done) { return check_viewer_output(a.output); }).and_then([&](Done) {
+        return check_viewer_output(a.surface);
     });
 }
 
@@ -48,22 +38,6 @@ Outcome<run::ComparedGeometry> compared(const GeometryArguments& arguments, cons
     auto source = read_geometry(pipeline.geometry, execution);
     if (!source) return fail(source.error());
     return run::ComparedGeometry{pipeline.geometry, std::move(*source)};
-}
-
-/// The mesh with its fields; a flat one of a format with three coordinates where it was.
-Outcome<Done> write_fields(AnyMesh mesh, MeshFields fields, const std::optional<Lift>& lift, const std::string& path,
-                           const Execution& execution) {
-    const auto format = format_to_write(mesh_formats(), path);
-    if (!format) return fail(format.error());
-    if (lift && (*format)->always_in_space) {
-        auto in_space = camber::raised(mesh, *lift, execution);
-        if (!in_space) return fail(in_space.error());
-        auto of_space = camber::raised(fields, execution);
-        if (!of_space) return fail(of_space.error());
-        mesh = std::move(*in_space);
-        fields = std::move(*of_space);
-    }
-    return write_mesh(**format, mesh, fields, EncodeOptions{}, path, execution);
 }
 
 /// What was found, and what the file calls its references.
@@ -106,13 +80,14 @@ Outcome<Told> inspected(const GeometryCommandArguments& arguments, Written& writ
     }
     if (!arguments.output.empty())
         done = written.add(arguments.output, around("write", [&](const Execution& execution) {
-                               return write_fields(found->mesh, found->fields, lift, arguments.output, execution);
+                               return write_for_viewers(found->mesh, found->fields, lift, arguments.output, execution);
                            }));
     if (done && found->surface)
-        done = written.add(arguments.surface, around("write", [&](const Execution& execution) {
-                               return write_fields(std::move(found->surface->mesh), std::move(found->surface->fields),
-                                                   lift, arguments.surface, execution);
-                           }));
+        done =
+            written.add(arguments.surface, around("write", [&](const Execution& execution) {
+                            return write_for_viewers(std::move(found->surface->mesh), std::move(found->surface->fields),
+                                                     lift, arguments.surface, execution);
+                        }));
     progress.wipe();
     if (!done) return fail(done.error());
     return Told{std::move(found->report), std::move(groups)};

@@ -22,6 +22,7 @@ import camber.recipes;
 import :check;
 import :check_parts;
 import :curved_unit_mesh;
+import :element_measures;
 import :field_errors;
 import :file_numbers;
 import :histogram;
@@ -57,30 +58,6 @@ bool straight_inverted(const auto& element) {
     const auto plain = bounded_jacobian(element);
     const auto jacobian = blurred(plain) ? sharp_jacobian(element) : plain;
     return !(jacobian.straight > jacobian.error);
-}
-
-/// The straight elements, or triangles of a surface alone: mean ratio; volume or area.
-template <int D>
-double quality_of(const LinearMesh<D>& mesh, std::size_t e) {
-    if constexpr (D == 3)
-        if (is_surface_alone(mesh)) {
-            const auto p = triangle_corners(mesh, e);
-            const double l1 = distance(p[0], p[1]), l2 = distance(p[1], p[2]), l3 = distance(p[2], p[0]);
-            const double unit = std::max({l1, l2, l3});
-            if (!(unit > 0) || !std::isfinite(unit)) return 0;
-            const double twice = norm(cross((p[1] - p[0]) / unit, (p[2] - p[0]) / unit));
-            return 2 * std::sqrt(3.0) * twice / ((l1 * l1 + l2 * l2 + l3 * l3) / (unit * unit));
-        }
-    return mean_ratio<D>(corners_of(mesh, e));
-}
-template <int D>
-double measure_of(const LinearMesh<D>& mesh, std::size_t e) {
-    if constexpr (D == 3)
-        if (is_surface_alone(mesh)) {
-            const auto p = triangle_corners(mesh, e);
-            return norm(cross(p[1] - p[0], p[2] - p[0])) / 2;
-        }
-    return signed_measure<D>(corners_of(mesh, e));
 }
 
 /// One check in D dimensions, step by step.

@@ -159,6 +159,11 @@ struct CheckReport {
 [[nodiscard]] Outcome<CheckReport> check_mesh(DecodedMesh mesh, const std::optional<MetricFile>& metric,
                                               const CheckOptions& options, const Around& around);
 
+/// For viewers, of each element (of a surface alone each facet), on other cells NaN and −1: `verdict`, 0 valid, 1
+/// invalid, 2 undecided; `quality`; of degree 2 `scaled_jacobian`. Errors: stopped.
+[[nodiscard]] Outcome<MeshFields> check_fields(const AnyMesh& mesh, const CheckReport& report,
+                                               const Execution& execution);
+
 /// "yes: all 252 elements are certified valid, and the mesh is sound", or "NO: 42 of 252 elements are invalid; camber
 /// repair mends such": the answer, and what to do about it.
 [[nodiscard]] std::string check_answer(const CheckReport& report);

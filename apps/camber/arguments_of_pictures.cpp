@@ -1,0 +1,59 @@
+// What `picture` takes from the command line.
+#include "argument_kinds.hpp"
+#include "arguments.hpp"
+
+#include <string>
+#include <CLI/CLI.hpp>
+
+import camber.core;
+import camber.commands;
+import camber.drawing;
+import camber.io;
+import camber.run;
+
+namespace camber::app {
+
+void add_picture(CLI::App& app, Verb& verb) {
+    CLI::App* picture = app.add_subcommand(
+        "picture",
+        "A mesh as a picture, edges curved as they are; without a display.\n\n"
+        "  camber picture wing-p2.meshb -o wing.png                     as pixels\n"
+        "  camber picture wing-p2.meshb -o cut.png --cut x=0.5          what lies beyond x = 0.5 is left out\n"
+        "  camber picture ring.mesh -o ring.svg --size 600x600          as curves, to be enlarged at will\n"
+        "  camber picture wing-p2.meshb -o worst.png --worst 10         the ten worst elements are pointed at\n"
+        "  camber picture wing.meshb -o m.png --metric wing.solb        the anisotropy of a metric\n"
+        "  camber picture wing.meshb -o u.png --solution u.solb --no-edges --background dark\n\n"
+        "A cut leaves out whole elements, those whose centroid lies beyond the plane. There is no perspective: "
+        "lengths on the paper stay in proportion. The same bytes for any number of threads. More: docs/pictures.md");
+    PictureArguments& a = verb.picture;
+    picture->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
+    picture->add_option("-o,--output", a.output, "Where the picture goes (.png, .svg)")->required();
+    picture->add_option("--size", a.size, "Width and height in pixels")->type_name("WxH")->default_str("1200x900");
+    picture
+        ->add_option("--cut", a.cut,
+                     "The plane beyond which elements are left out: x=0.5 keeps what is below, x>0.5 what is above, "
+                     "A,B,C,D what has A x + B y + C z <= D")
+        ->type_name("PLANE");
+    picture
+        ->add_option("--view", a.view,
+                     "Where you look from: front, back, left, right, top, bottom, or a direction X,Y,Z. Default: "
+                     "obliquely; with --cut onto what is cut")
+        ->type_name("FROM");
+    picture->add_option("--zoom", a.zoom, "Only what is around a point: X,Y,Z,RADIUS, in 2D X,Y,RADIUS")
+        ->type_name("PLACE");
+    add_words(picture, "--colour", a.colour,
+              "What the colours stand for. Default: what is given by --solution or --metric, else scaled Jacobians, of "
+              "a straight mesh the quality");
+    picture->add_option("--solution", a.solution,
+                        "A solution on the mesh (" + endings_of_solutions() + ", or a mesh file with fields)");
+    picture->add_option("--field", a.field, "The name of its field. Default: the first")->type_name("NAME");
+    picture->add_option("--metric", a.metric, "A metric on the mesh, whose anisotropy is shown");
+    add_words(picture, "--background", a.background, "What is behind the mesh");
+    picture->add_flag("--no-edges", a.no_edges, "Leave out the edges of the mesh");
+    picture->add_option("--worst", a.worst, "Point at so many of the worst elements")->check(between<int>(0, 1000));
+    add_flat(picture, a.flat);
+    picture->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
+        ->check(at_least<double>(0));
+}
+
+}  // namespace camber::app

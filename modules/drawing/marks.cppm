@@ -1,0 +1,40 @@
+module;
+#include <string>
+#include <variant>
+#include <vector>
+export module camber.drawing:marks;
+import camber.core;
+import :colour;
+import :scene;
+import :view;
+
+/// What stands on a picture beside the mesh: the legend of the colours, and pointers. All in pixels, y downwards.
+export namespace camber {
+
+enum class Anchor { start, middle, end };
+struct TextMark {
+    double x, y, size;  ///< of the base line's anchor; of a capital letter and what is below it
+    Anchor anchor;
+    Colour colour;
+    std::string text;
+};
+struct BoxMark {
+    Frame frame;
+    Colour colour;
+};
+struct RingMark {
+    double x, y, radius, width;
+    Colour colour;
+};
+using Mark = std::variant<BoxMark, RingMark, TextMark>;
+
+/// The room that the legend takes at the right of the picture (pixels).
+[[nodiscard]] double legend_width(const PictureOptions& options);
+
+/// The legend, and a ring with a text at each pointer.
+[[nodiscard]] std::vector<Mark> marks_of(const Scene& scene);
+
+/// Three significant digits, as short as can be: "0.982", "1e-07", "12".
+[[nodiscard]] std::string short_number(double value);
+
+}  // namespace camber

@@ -1,0 +1,278 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.drawing;
+import camber.core;
+
+namespace camber {
+
+namespace {
+
+/// A number of tenths, as short as can be: "-.5", "12", "3.4". Behind another one a sign is all that parts them.
+void put_tenths(std::string& out, std::int64_t tenths) {
+    if (tenths < 0)
+        out += '-';
+    else if (!out.empty() && std::string_view(".0123456789").find(out.back()) != std::string_view::npos)
+        out += ' ';
+    const std::int64_t size = tenths < 0 ? -tenths : tenths;
+    if (size >= 10 || size == 0) out += std::to_string(size / 10);
+    if (size % 10 != 0) out += '.' + std::to_string(size % 10);
+}
+void put(std::string& out, double value) { put_tenths(out, std::llround(10 * value)); }
+
+/// Writes the pieces of a path to a tenth of a pixel, each from where the one before has ended, rounding included.
+class Pen {
+  public:
+    explicit Pen(const Vec<3>& begin) : at_(tenths(begin)), d_("M") { put(at_); }
+
+    /// On along an edge with its node, to its other end.
+    void edge(const Vec<3>& from, const Vec<3>& middle, const Vec<3>& to) {
+        const Vec<3> bow = middle - midpoint(from, to);
+        const Point end = tenths(to), control = tenths(control_point(from, to, middle));
+        if (bow[0] * bow[0] + bow[1] * bow[1] < 1e-6) {
+            d_ += 'l';
+        } else {
+            d_ += 'q';
+            put({control[0] - at_[0], control[1] - at_[1]});
+        }
+        put({end[0] - at_[0], end[1] - at_[1]});
+        at_ = end;
+    }
+    [[nodiscard]] const std::string& path() const { return d_; }
+
+  private:
+    using Point = std::array<std::int64_t, 2>;
+    static Point tenths(const Vec<3>& p) { return {std::llround(10 * p[0]), std::llround(10 * p[1])}; }
+    void put(const Point& p) {
+        put_tenths(d_, p[0]);
+        put_tenths(d_, p[1]);
+    }
+
+    Point at_;
+    std::string d_;
+};
+
+/// name="value"
+void put(std::string& out, std::string_view name, double value) {
+    out += ' ';
+    out += name;
+    out += "=\"";
+    put(out, value);
+    out += '"';
+}
+
+void draw_edge(Pen& pen, const Patch& patch, std::size_t edge) {
+    pen.edge(patch.nodes[edge], patch.nodes[3 + edge], patch.nodes[(edge + 1) % 3]);
+}
+std::string outline(const Patch& patch) {
+    Pen pen(patch.nodes[0]);
+    for (std::size_t e = 0; e < 3; ++e) draw_edge(pen, patch, e);
+    return pen.path() + "z";
+}
+std::string curve(const Patch& patch, std::size_t edge) {
+    Pen pen(patch.nodes[edge]);
+    draw_edge(pen, patch, edge);
+    return pen.path();
+}
+
+constexpr PatchPoint middle{1.0 / 3, 1.0 / 3, 1.0 / 3};
+
+/// A part of a patch, which is a triangle of degree 2 again.
+Patch part_of_patch(const Patch& whole, const std::array<PatchPoint, 3>& corners) {
+    Patch part = whole;
+    part.lines = {};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const PatchPoint &a = corners[i], &b = corners[(i + 1) % 3];
+        const PatchPoint between{(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
+        part.nodes[i] = point_at(whole.nodes, a);
+        part.nodes[3 + i] = point_at(whole.nodes, between);
+        part.values[i] = static_cast<float>(value_at(whole.values, a));
+        part.values[3 + i] = static_cast<float>(value_at(whole.values, between));
+        for (std::size_t e = 0; e < 3; ++e)
+            if (a[(e + 2) % 3] == 0 && b[(e + 2) % 3] == 0) part.lines[i] = whole.lines[e];
+    }
+    return part;
+}
+
+/// Whether the patch turns away from the viewer somewhere, and does not somewhere.
+bool folds(const Patch& patch) {
+    bool towards = false, away = false;
+    for (std::size_t i = 0; i < 3; ++i) {
+        PatchPoint corner{}, half{0.5, 0.5, 0.5};
+        corner[i] = 1;
+        half[i] = 0;
+        for (const PatchPoint& xi : {corner, half}) (normal_at(patch.nodes, xi)[2] > 0 ? towards : away) = true;
+    }
+    return towards && away;
+}
+
+constexpr std::size_t cuts_of_a_fold = 5;
+
+/// A patch at the silhouette of a solid as the small parts that can be seen.
+void add_parts(const Patch& patch, std::vector<Patch>& out) {
+    constexpr auto n = static_cast<double>(cuts_of_a_fold);
+    const auto at = [&](std::size_t i, std::size_t j) {
+        return PatchPoint{static_cast<double>(cuts_of_a_fold - i - j) / n, static_cast<double>(i) / n,
+                          static_cast<double>(j) / n};
+    };
+    const auto add = [&](const std::array<PatchPoint, 3>& corners) {
+        const Patch part = part_of_patch(patch, corners);
+        if (normal_at(part.nodes, middle)[2] > 0) out.push_back(part);
+    };
+    for (std::size_t j = 0; j < cuts_of_a_fold; ++j)
+        for (std::size_t i = 0; i + j < cuts_of_a_fold; ++i) {
+            add({at(i, j), at(i + 1, j), at(i, j + 1)});
+            if (i + j + 1 < cuts_of_a_fold) add({at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
+        }
+}
+
+/// From the farthest to the nearest.
+std::vector<Patch> painted_in_order(const Scene& scene, const Buffer<std::uint32_t>& visible) {
+    std::vector<Patch> patches;
+    for (const std::uint32_t f : visible) {
+        const Patch& patch = scene.patches[f];
+        if (scene.sides == Sides::outer && folds(patch))
+            add_parts(patch, patches);
+        else
+            patches.push_back(patch);
+    }
+    std::stable_sort(patches.begin(), patches.end(), [](const Patch& a, const Patch& b) {
+        return point_at(a.nodes, middle)[2] < point_at(b.nodes, middle)[2];
+    });
+    return patches;
+}
+
+constexpr double most_opacity = 0.8;
+
+/// As the pixels' lines: paler where a triangle is hardly wider than they are.
+double line_opacity(const Patch& patch, double width) {
+    double longest = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Vec<3> u = patch.nodes[(i + 1) % 3] - patch.nodes[i];
+        longest = std::fmax(longest, std::hypot(u[0], u[1]));
+    }
+    const Vec<3> u = patch.nodes[1] - patch.nodes[0], v = patch.nodes[2] - patch.nodes[0];
+    const double height = longest > 0 ? std::abs(u[0] * v[1] - u[1] * v[0]) / longest : 0;
+    return std::clamp(std::round(10 * height / (7 * width)) / 10, 0.1, most_opacity);
+}
+
+class Writer {
+  public:
+    explicit Writer(const Scene& scene)
+        : scene_(scene),
+          theme_(theme_of(scene.options.background)),
+          width_(std::clamp(static_cast<double>(std::min(scene.options.width, scene.options.height)) / 800, 0.6, 4.0)) {
+    }
+
+    void head() {
+        const PictureOptions& o = scene_.options;
+        const std::string w = std::to_string(o.width), h = std::to_string(o.height);
+        out_ = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + w + "\" height=\"" + h + "\" viewBox=\"0 0 " + w +
+               " " + h + "\" font-family=\"Helvetica, Arial, sans-serif\">\n";
+        if (o.background != Background::transparent)
+            out_ += "<rect width=\"" + w + "\" height=\"" + h + "\" fill=\"" + hex(theme_.paper) + "\"/>\n";
+    }
+    void faces(const std::vector<Patch>& patches) {
+        out_ += "<g stroke-linejoin=\"round\" stroke-linecap=\"round\" stroke=\"" + hex(theme_.line) + "\"";
+        put(out_, "stroke-width", width_);
+        put(out_, "stroke-opacity", most_opacity);
+        out_ += ">\n";
+        for (const Patch& patch : patches) face(patch);
+        out_ += "</g>\n";
+    }
+    void operator()(const BoxMark& m) {
+        out_ += "<rect";
+        put(out_, "x", m.frame.left);
+        put(out_, "y", m.frame.top);
+        put(out_, "width", m.frame.width);
+        put(out_, "height", m.frame.height);
+        out_ += " fill=\"" + hex(m.colour) + "\"/>\n";
+    }
+    void operator()(const RingMark& m) {
+        out_ += "<circle";
+        put(out_, "cx", m.x);
+        put(out_, "cy", m.y);
+        put(out_, "r", m.radius);
+        out_ += " fill=\"none\" stroke=\"" + hex(m.colour) + "\"";
+        put(out_, "stroke-width", m.width);
+        out_ += "/>\n";
+    }
+    void operator()(const TextMark& m) {
+        out_ += "<text";
+        put(out_, "x", m.x);
+        put(out_, "y", m.y);
+        put(out_, "font-size", m.size);
+        if (m.anchor != Anchor::start)
+            out_ += m.anchor == Anchor::end ? " text-anchor=\"end\"" : " text-anchor=\"middle\"";
+        out_ += " fill=\"" + hex(m.colour) + "\">" + escaped(m.text) + "</text>\n";
+    }
+    [[nodiscard]] std::string finish() && { return std::move(out_) + "</svg>\n"; }
+
+  private:
+    static std::string escaped(std::string_view text) {
+        std::string out;
+        for (const char c : text) out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
+        return out;
+    }
+    [[nodiscard]] std::string fill_of(const Patch& patch) const {
+        Colour colour = colour_of(scene_.options.colouring, value_at(patch.values, middle), theme_);
+        if (scene_.lighting == Lighting::lit) colour = scaled(colour, brightness(patch.nodes, middle));
+        return hex(colour);
+    }
+    /// Where it is not that of the whole.
+    void put_opacity(double opacity) {
+        if (opacity != most_opacity) put(out_, "stroke-opacity", opacity);
+    }
+    void face(const Patch& patch) {
+        const bool is_lined =
+            std::all_of(patch.lines.begin(), patch.lines.end(), [](LineKind kind) { return kind == LineKind::shared; });
+        const std::string fill = fill_of(patch);
+        out_ += "<path d=\"" + outline(patch) + "\" fill=\"" + fill + "\"";
+        if (is_lined && !patch.is_marked) {
+            put_opacity(line_opacity(patch, width_));
+            out_ += "/>\n";
+            return;
+        }
+        // A hair of its own colour, so that nothing shines through between two faces.
+        out_ += " stroke=\"" + fill + "\" stroke-width=\".4\"";
+        put_opacity(1);
+        out_ += "/>\n";
+        for (std::size_t e = 0; e < 3; ++e) {
+            if (patch.lines[e] == LineKind::none) continue;
+            out_ += "<path d=\"" + curve(patch, e) + "\" fill=\"none\"";
+            if (patch.is_marked) out_ += " stroke=\"" + hex(theme_.accent) + "\"";
+            put_opacity(patch.is_marked ? 1 : line_opacity(patch, width_));
+            if (patch.lines[e] == LineKind::rim || patch.is_marked) put(out_, "stroke-width", 1.8 * width_);
+            out_ += "/>\n";
+        }
+    }
+
+    const Scene& scene_;
+    Theme theme_;
+    double width_;
+    std::string out_;
+};
+
+}  // namespace
+
+Outcome<std::string> svg_of(const Scene& scene, const Execution& execution) {
+    return guarded([&]() -> Outcome<std::string> {
+        const auto visible = visible_faces(scene, execution);
+        if (!visible) return fail(visible.error());
+        Writer writer(scene);
+        writer.head();
+        writer.faces(painted_in_order(scene, *visible));
+        for (const Mark& mark : marks_of(scene)) std::visit(writer, mark);
+        return std::move(writer).finish();
+    });
+}
+
+}  // namespace camber

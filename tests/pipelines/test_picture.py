@@ -1,0 +1,173 @@
+"""`camber picture`, and the mesh with its verdicts for viewers: `camber check --vtu`.
+
+    python3 tests/pipelines/test_picture.py build/bin/camber [unittest arguments]
+"""
+import json
+import struct
+import sys
+import unittest
+import xml.etree.ElementTree as xml
+import zlib
+
+import numpy as np
+
+from program import Folder
+from readers import needs
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def pixels(path):
+    """Rows of red, green, blue (and how opaque), as a second reader has them: each filter undone."""
+    data = path.read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    at, packed = 8, b""
+    while at < len(data):
+        length, name = struct.unpack(">I4s", data[at:at + 8])
+        body = data[at + 8:at + 8 + length]
+        assert zlib.crc32(name + body) == struct.unpack(">I", data[at + 8 + length:at + 12 + length])[0]
+        if name == b"IHDR":
+            width, height, depth, kind = struct.unpack(">IIBB", body[:10])
+            assert depth == 8
+        packed += body if name == b"IDAT" else b""
+        at += length + 12
+    size = {2: 3, 6: 4}[kind]
+    raw = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(height, width * size + 1).astype(int)
+    above = np.zeros(width * size, int)
+    rows = []
+    for filter_, *row in raw.tolist():
+        out = [0] * (width * size)
+        for i, x in enumerate(row):
+            a, b = out[i - size] if i >= size else 0, above[i]
+            c = above[i - size] if i >= size else 0
+            p = a + b - c
+            nearest = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
+            out[i] = (x + [0, a, b, (a + b) // 2, nearest][filter_]) % 256
+        rows.append(out)
+        above = out
+    return np.array(rows).reshape(height, width, size)
+
+
+class Pictures(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = Folder()
+        cls.addClassCleanup(cls.folder.cleanup)
+        for verb in (("generate", "annulus", "-o", "ring.mesh", "--elements", "200"),
+                     ("curve", "ring.mesh", "-o", "ring-p2.mesh", "--objective", "shape"),
+                     ("generate", "shell", "-o", "shell.meshb", "--elements", "2000"),
+                     ("curve", "shell.meshb", "-o", "shell-p2.meshb", "--objective", "shape")):
+            done = cls.folder.camber(*verb)
+            assert done.returncode == 0, done.stderr
+
+    def camber(self, *arguments):
+        done = self.folder.camber(*arguments)
+        self.assertEqual(done.returncode, 0, (arguments, done.stderr))
+        return done
+
+    def image(self, *arguments):
+        self.camber("picture", *arguments, "-o", "p.png")
+        return pixels(self.folder.path / "p.png")
+
+    def fails(self, code, text, *arguments):
+        done = self.folder.camber("picture", *arguments)
+        self.assertEqual(done.returncode, code, done.stderr)
+        self.assertIn(text, done.stderr)
+
+    def test_a_ring_covers_its_area(self):
+        """Between circles of radius 1 and 5, as many pixels as π (5² − 1²) has."""
+        image = self.image("ring-p2.mesh", "--size", "300x300", "--colour", "none", "--background", "transparent")
+        opaque = image[:, :, 3] / 255
+        scale = (opaque.max(axis=0) > 0.5).sum() / 10  # the ring is 10 wide
+        self.assertAlmostEqual(opaque.sum() / scale ** 2, np.pi * 24, delta=0.01 * np.pi * 24)
+
+    def test_size_background_and_threads(self):
+        image = self.image("shell-p2.meshb", "--size", "160x120", "--background", "dark", "--threads", "1")
+        self.assertEqual(image.shape, (120, 160, 3))
+        self.assertLess(image[0, 0].sum(), 120)
+        one = (self.folder.path / "p.png").read_bytes()
+        self.image("shell-p2.meshb", "--size", "160x120", "--background", "dark", "--threads", "3")
+        self.assertEqual(one, (self.folder.path / "p.png").read_bytes())
+
+    def test_a_cut_shows_what_was_inside(self):
+        whole = self.image("shell-p2.meshb", "--size", "200x200", "--colour", "reference", "--view", "right")
+        cut = self.image("shell-p2.meshb", "--size", "200x200", "--colour", "reference", "--cut", "x=0", "--view", "right")
+        self.assertGreater(np.abs(whole - cut).max(axis=2).astype(bool).mean(), 0.2)
+        other = self.image("shell-p2.meshb", "--size", "200x200", "--colour", "reference", "--cut", "x>0", "--view", "left")
+        self.assertGreater(np.abs(cut - other).max(axis=2).astype(bool).mean(), 0.2)
+
+    def test_an_svg_has_a_curve_for_each_curved_edge_and_a_legend(self):
+        self.camber("picture", "ring-p2.mesh", "-o", "r.svg", "--worst", "3")
+        root = xml.parse(self.folder.path / "r.svg").getroot()
+        paths = [path.get("d") for path in root.iter(SVG + "path")]
+        self.assertGreater(sum("q" in d for d in paths), 20)
+        texts = [text.text for text in root.iter(SVG + "text")]
+        self.assertIn("scaled Jacobian", texts)
+        self.assertLessEqual({"0", "0.5", "1"}, set(texts))
+        self.assertEqual(len(list(root.iter(SVG + "circle"))), 3)
+        self.camber("picture", "ring.mesh", "-o", "s.svg")
+        straight = xml.parse(self.folder.path / "s.svg").getroot()
+        self.assertFalse([d for d in (p.get("d") for p in straight.iter(SVG + "path")) if "q" in d])
+        self.assertIn("quality", [text.text for text in straight.iter(SVG + "text")])
+
+    def test_fields_and_metrics(self):
+        vertices = json.loads(self.camber("info", "ring.mesh", "--json").stdout)["vertices"]
+        for name, kind, row in (("m.sol", 3, "{} 0 400"), ("u.sol", 1, "{}")):
+            rows = "".join(row.format(1 + i / 10) + "\n" for i in range(vertices))
+            (self.folder.path / name).write_text(
+                f"MeshVersionFormatted 2\nDimension 2\nSolAtVertices {vertices}\n1 {kind}\n{rows}End\n")
+        self.camber("picture", "ring.mesh", "-o", "m.svg", "--metric", "m.sol")
+        root = xml.parse(self.folder.path / "m.svg").getroot()
+        texts = [text.text for text in root.iter(SVG + "text")]
+        self.assertIn("anisotropy", texts)
+        self.assertIn("20", texts)  # sizes of 1 and 1/20 at the first vertex
+        self.camber("picture", "ring.mesh", "-o", "u.svg", "--solution", "u.sol", "--no-edges")
+        text = (self.folder.path / "u.svg").read_text()
+        self.assertIn("field_1", text)
+
+    def test_mistakes_are_told(self):
+        self.fails(2, "name a .png or a .svg file", "ring.mesh", "-o", "r.jpg")
+        self.fails(2, '--size: "12" is not understood', "ring.mesh", "-o", "r.png", "--size", "12")
+        self.fails(2, '--cut: "x" is not understood', "ring.mesh", "-o", "r.png", "--cut", "x")
+        self.fails(2, '--view: "up" is not understood', "ring.mesh", "-o", "r.png", "--view", "up")
+        self.fails(2, "give --metric FILE", "ring.mesh", "-o", "r.png", "--colour", "anisotropy")
+        self.fails(3, "there is nothing to draw", "ring.mesh", "-o", "r.png", "--cut", "x=-100")
+        self.assertFalse((self.folder.path / "r.png").exists())
+
+
+class Verdicts(unittest.TestCase):
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+
+    @needs("vtk")
+    def test_vtk_reads_the_verdicts(self):
+        import vtk
+        from vtk.util.numpy_support import vtk_to_numpy
+        self.folder.camber("generate", "annulus", "-o", "ring.mesh", "--elements", "100")
+        self.folder.camber("curve", "ring.mesh", "-o", "ring-p2.mesh", "--objective", "shape")
+        done = self.folder.camber("check", "ring-p2.mesh", "--vtu", "v.vtu", "--elements")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        reader = vtk.vtkXMLUnstructuredGridReader()
+        reader.SetFileName(str(self.folder.path / "v.vtu"))
+        reader.Update()
+        data = reader.GetOutput().GetCellData()
+        columns = {name: vtk_to_numpy(data.GetArray(name)) for name in ("verdict", "scaled_jacobian", "quality")}
+        titles, *lines = [line.split(",") for line in done.stdout.splitlines()]
+        n = len(lines)
+        told = np.array([float(line[titles.index("min_scaled_jacobian")]) for line in lines])
+        np.testing.assert_allclose(columns["scaled_jacobian"][:n], told, rtol=1e-5)
+        self.assertTrue((columns["verdict"][:n] == 0).all() and (columns["verdict"][n:] == -1).all())
+        self.assertTrue((columns["quality"][:n] > 0).all() and np.isnan(columns["quality"][n:]).all())
+
+    def test_of_a_straight_surface(self):
+        (self.folder.path / "s.mesh").write_text(
+            "MeshVersionFormatted 2\nDimension 3\nVertices 4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n"
+            "Triangles 2\n1 2 3 1\n1 2 4 2\nEnd\n")
+        self.folder.camber("check", "s.mesh", "--vtu", "s.vtu")
+        self.assertIn("quality", (self.folder.path / "s.vtu").read_bytes().decode("latin-1"))
+        self.assertEqual(self.folder.camber("check", "s.mesh", "--vtu", "s.mesh").returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]], verbosity=1)
