@@ -43,6 +43,14 @@ void add_title(const PictureOptions& o, const Place& p, const Theme& theme, std:
     marks.emplace_back(TextMark{p.x, p.top - 1.2 * p.size, p.size, Anchor::start, theme.ink, o.title});
 }
 
+/// To a thousandth of the range, so that what is nearly 0 reads as 0.
+double rounded(double value, const ColourRange& range) {
+    if (range.spacing == Spacing::logarithmic || !(range.high > range.low)) return value;
+    const double step = std::pow(10, std::floor(std::log10((range.high - range.low) / 1000)));
+    const double steps = std::round(value / step);
+    return steps == 0 ? 0 : steps * step;
+}
+
 void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Mark>& marks) {
     const Place p = place_of(o);
     const Theme theme = theme_of(o.background);
@@ -59,7 +67,7 @@ void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Mark
         const double place = static_cast<double>(i) / (ticks_of_a_bar - 1);
         const double y = p.top + p.height * (1 - place);
         marks.emplace_back(TextMark{p.x + 1.7 * p.size, y + 0.35 * p.size, p.size, Anchor::start, theme.ink,
-                                    short_number(range.value_at(place))});
+                                    short_number(rounded(range.value_at(place), range))});
     }
 }
 

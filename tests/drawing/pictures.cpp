@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 import camber.core;
@@ -218,4 +219,13 @@ TEST_CASE("nothing to draw is an error") {
     const auto scene = make_scene<2>(mesh, {}, ones(), {}, {}, Execution{});
     REQUIRE(!scene);
     CHECK(scene.error().kind == ErrorKind::input);
+}
+
+TEST_CASE("a legend's numbers are as exact as its range") {
+    PictureOptions options;
+    options.colouring = ColourRange{-1.00013, 1.00027};
+    std::vector<std::string> texts;
+    for (const Mark& mark : marks_of(scene_of(disc(5), options)))
+        if (const auto* text = std::get_if<TextMark>(&mark)) texts.push_back(text->text);
+    CHECK(texts == std::vector<std::string>{"", "-1", "-0.5", "0", "0.5", "1"});
 }

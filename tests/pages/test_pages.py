@@ -90,6 +90,26 @@ class Words(unittest.TestCase):
                 self.assertIsNone(other.search(text_of(page)), page.relative_to(ROOT))
 
 
+def sentences(text):
+    """Of what is read as text: no blocks of code, a table's cells and a list's items each by themselves."""
+    text = re.sub(r"```.*?```|<!--.*?-->", "\n\n", text, flags=re.DOTALL)
+    text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
+    for part in re.split(r"\n\s*\n|\n(?=[-#|]|\d\. )|\|", text):
+        yield from re.split(r"(?<=[.!?:;])\s+", part.replace("\n", " ").strip())
+
+
+class Sentences(unittest.TestCase):
+    def test_what_is_read_first_is_read_once(self):
+        """No sentence of the README or of a guide has more than 30 words."""
+        for page in [ROOT / "README.md", *(ROOT / "docs" / "guides").glob("*.md")]:
+            for sentence in sentences(text_of(page)):
+                self.assertLessEqual(len(sentence.split()), 30, f"{page.relative_to(ROOT)}: {sentence}")
+
+    def test_long_ones_are_found(self):
+        long = " ".join(["word"] * 31)
+        self.assertEqual([s for s in sentences(f"# Head\n\nShort one. {long}.\n") if len(s.split()) > 30], [long + "."])
+
+
 class Places(unittest.TestCase):
     """Where pages say that something is, it is."""
 
