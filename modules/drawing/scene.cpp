@@ -53,7 +53,8 @@ template <int D>
 Outcome<Scene> make_scene(const QuadraticMesh<D>& mesh, std::span<const Face> faces, const FaceValues& values,
                           std::span<const std::uint32_t> marked, PictureOptions options, const Execution& execution) {
     if (faces.empty())
-        return fail(ErrorKind::input, "there is nothing to draw: no element, or the cut takes all of them");
+        return fail(ErrorKind::input, "there is nothing to draw: no element, or the cut takes all of them", {}, {},
+                    "cut elsewhere, or not at all; camber info tells the mesh's box");
     return guarded([&]() -> Outcome<Scene> {
         const View& view = options.view;
         const Box<3> box = options.zoom ? box_of(*options.zoom, view) : box_of(mesh, faces, view);

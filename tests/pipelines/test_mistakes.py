@@ -43,10 +43,15 @@ MISTAKES = [
     "convert wing.mesh -o out.msh --format msh-asci",
     "curve wing.mesh -o -",
     "curve wing.step -o out.mesh",
+    "picture wing.mesh -o wing.jpg",
+    "picture wing.mesh -o wing.png --cut 0.5",
+    "picture wing.mesh -o wing.png --cut x=-9",
+    "picture wing.mesh -o wing.png --color quality",
     # what belongs together
     "repair wing.mesh -o out.mesh",
     "remesh wing.mesh -o out.mesh --metric other.sol",
     "curve wing.mesh -o out.mesh --cad-unit mm",
+    "picture wing.mesh -o wing.png --colour solution",
     "metric wing.mesh --solution other.sol -o m.sol --complexity 10 --elements 20",
 ]
 
