@@ -36,8 +36,9 @@ StripRange strips_of(const Patch& patch, const PictureOptions& o, std::size_t co
         box.low[0] > static_cast<double>(o.width))
         return {0, 0};
     const double begin = std::floor(std::fmax(box.low[1] - 1, 0) / rows_of_a_strip);
-    const double end = std::floor((box.high[1] + 1) / rows_of_a_strip) + 1;
-    return {static_cast<std::size_t>(begin), std::min(static_cast<std::size_t>(end), count)};
+    // What is enlarged beyond measure goes on far below the paper.
+    const double end = std::fmin(std::floor((box.high[1] + 1) / rows_of_a_strip) + 1, static_cast<double>(count));
+    return {static_cast<std::size_t>(begin), static_cast<std::size_t>(end)};
 }
 
 Strips sorted_into_strips(const Scene& scene) {

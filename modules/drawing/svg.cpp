@@ -26,7 +26,9 @@ void put_tenths(std::string& out, std::int64_t tenths) {
     if (size >= 10 || size == 0) out += std::to_string(size / 10);
     if (size % 10 != 0) out += '.' + std::to_string(size % 10);
 }
-void put(std::string& out, double value) { put_tenths(out, std::llround(10 * value)); }
+/// Of a place far off the paper one that is still far off.
+std::int64_t tenths_of(double value) { return std::llround(std::clamp(10 * value, -1e12, 1e12)); }
+void put(std::string& out, double value) { put_tenths(out, tenths_of(value)); }
 
 /// Writes the pieces of a path to a tenth of a pixel, each from where the one before has ended, rounding included.
 class Pen {
@@ -50,7 +52,7 @@ class Pen {
 
   private:
     using Point = std::array<std::int64_t, 2>;
-    static Point tenths(const Vec<3>& p) { return {std::llround(10 * p[0]), std::llround(10 * p[1])}; }
+    static Point tenths(const Vec<3>& p) { return {tenths_of(p[0]), tenths_of(p[1])}; }
     void put(const Point& p) {
         put_tenths(d_, p[0]);
         put_tenths(d_, p[1]);

@@ -214,6 +214,17 @@ TEST_CASE("colours") {
     CHECK(short_number(0.123456) == "0.123");
 }
 
+TEST_CASE("what is enlarged beyond measure is drawn") {
+    for (const double radius : {1e-3, 1e-30}) {
+        PictureOptions options = clear_of(60);
+        options.zoom = PictureOptions::Zoom{{{0.3, 0.2, 0}}, radius};
+        const Scene scene = scene_of(disc(5), options);
+        const Image image = must(rasterised(scene, Execution{}));
+        if (radius > 1e-9) CHECK(image.bytes[4 * (30 * 60 + 30) + 3] == 255);
+        CHECK(must(svg_of(scene, Execution{})).ends_with("</svg>\n"));
+    }
+}
+
 TEST_CASE("nothing to draw is an error") {
     const auto mesh = disc(5);
     const auto scene = make_scene<2>(mesh, {}, ones(), {}, {}, Execution{});

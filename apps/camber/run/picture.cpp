@@ -53,14 +53,22 @@ Cut<D> cut_in(const Cut<3>& cut) {
     return own;
 }
 
+/// Where the middle of the reference element is.
+template <int K, int D>
+Vec<3> middle_of(const QuadraticMesh<D>& mesh, const SimplexVertices<K>& vertices,
+                 const std::array<EdgeId, edges_per_simplex<K>>& edges) {
+    std::array<double, K + 1> xi{};
+    xi.fill(1.0 / (K + 1));
+    Vec<3> middle{};
+    for (const VertexId v : vertices) middle += vertex_shape(xi[0]) * in_space(mesh.linear.points[v]);
+    for (const EdgeId e : edges) middle += edge_shape<K>(xi, 0) * in_space(mesh.mid_nodes[e].point);
+    return middle;
+}
 template <int D>
-Vec<3> centroid_of(const LinearMesh<D>& mesh, std::size_t e) {
-    const auto mean = [&](const auto& vertices) {
-        Vec<3> sum{};
-        for (const VertexId v : vertices) sum += in_space(mesh.points[v]);
-        return sum / static_cast<double>(vertices.size());
-    };
-    return is_surface_alone(mesh) ? mean(mesh.facets.vertices[e]) : mean(mesh.elements.vertices[e]);
+Vec<3> middle_of(const QuadraticMesh<D>& mesh, std::size_t e) {
+    if (is_surface_alone(mesh.linear))
+        return middle_of<D - 1>(mesh, mesh.linear.facets.vertices[e], mesh.edges.of_facets[e]);
+    return middle_of<D>(mesh, mesh.linear.elements.vertices[e], mesh.edges.of_elements[e]);
 }
 
 /// The worst first.
@@ -105,7 +113,7 @@ Outcome<Scene> picture(const PictureInputs& inputs, const PictureChoice& choice,
         if (!goodness) return fail(goodness.error());
         worst = worst_of(*goodness, choice.worst);
         for (std::size_t i = 0; i < worst.size(); ++i)
-            options.pointers.push_back({centroid_of(mesh->linear, worst[i]), std::to_string(i + 1)});
+            options.pointers.push_back({middle_of(*mesh, worst[i]), std::to_string(i + 1)});
         std::sort(worst.begin(), worst.end());
     }
     return make_scene(*mesh, faces->view(), values->of_face, worst, std::move(options), part_of(execution, 0.9, 1));
