@@ -52,6 +52,7 @@ MISTAKES = [
     "remesh wing.mesh -o out.mesh --metric other.sol",
     "curve wing.mesh -o out.mesh --cad-unit mm",
     "picture wing.mesh -o wing.png --colour solution",
+    "picture wing.mesh -o wing.png --field u",
     "metric wing.mesh --solution other.sol -o m.sol --complexity 10 --elements 20",
 ]
 

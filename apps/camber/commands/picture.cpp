@@ -31,6 +31,9 @@ Outcome<Done> check_files(const PictureArguments& a) {
     if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
     if (!a.solution.empty() && a.solution != a.input) files.push_back({a.solution, "--solution", Role::input});
     if (auto distinct = check_named_files(files); !distinct) return distinct;
+    if (!a.field.empty() && a.solution.empty())
+        return fail(ErrorKind::usage, "is of a solution, and there is none", "--field", {},
+                    "give --solution FILE; the mesh's own file may be it");
     if (!is_svg(a.output) && !a.output.ends_with(".png"))
         return fail(ErrorKind::usage, "is no ending of a picture", a.output, {}, "name a .png or a .svg file");
     return check_writable(a.output);
