@@ -5,6 +5,6 @@ export import :colour;
 export import :faces;
 export import :image;
 export import :marks;
-export import :patch;
+export import :drawn_face;
 export import :scene;
 export import :view;

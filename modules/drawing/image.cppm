@@ -25,7 +25,7 @@ struct Image {
 [[nodiscard]] Outcome<Buffer<std::uint32_t>> visible_faces(const Scene& scene, const Execution& execution);
 
 /// The image with the marks upon it; texts in a small alphabet of strokes (letters are small ones).
-[[nodiscard]] Image with_marks(Image image, const std::vector<Mark>& marks);
+[[nodiscard]] Image with_marks(Image image, const std::vector<PictureMark>& marks);
 
 /// As a PNG file. Errors: memory.
 [[nodiscard]] Outcome<Buffer<std::byte>> png(const Image& image);

@@ -31,14 +31,14 @@ Place place_of(const PictureOptions& o) {
 }
 
 /// Paper behind the legend: of a part of a mesh the rest goes on to the picture's edge.
-void add_panel(const PictureOptions& o, const Place& p, const Theme& theme, std::vector<Mark>& marks) {
+void add_panel(const PictureOptions& o, const Place& p, const Theme& theme, std::vector<PictureMark>& marks) {
     if (!o.zoom || o.background == Background::transparent) return;
     const double left = p.x - 0.6 * p.size;
     marks.emplace_back(
         BoxMark{{left, 0, static_cast<double>(o.width) - left, static_cast<double>(o.height)}, theme.paper});
 }
 
-void add_title(const PictureOptions& o, const Place& p, const Theme& theme, std::vector<Mark>& marks) {
+void add_title(const PictureOptions& o, const Place& p, const Theme& theme, std::vector<PictureMark>& marks) {
     add_panel(o, p, theme, marks);
     marks.emplace_back(TextMark{p.x, p.top - 1.2 * p.size, p.size, Anchor::start, theme.ink, o.title});
 }
@@ -51,7 +51,7 @@ double rounded(double value, const ColourRange& range) {
     return steps == 0 ? 0 : steps * step;
 }
 
-void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Mark>& marks) {
+void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<PictureMark>& marks) {
     const Place p = place_of(o);
     const Theme theme = theme_of(o.background);
     add_title(o, p, theme, marks);
@@ -71,7 +71,7 @@ void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Mark
     }
 }
 
-void add_kinds(const PictureOptions& o, const ColourKinds& kinds, std::vector<Mark>& marks) {
+void add_kinds(const PictureOptions& o, const ColourKinds& kinds, std::vector<PictureMark>& marks) {
     const Place p = place_of(o);
     const Theme theme = theme_of(o.background);
     add_title(o, p, theme, marks);
@@ -87,7 +87,7 @@ void add_kinds(const PictureOptions& o, const ColourKinds& kinds, std::vector<Ma
                                     Anchor::start, theme.ink, "and " + std::to_string(kinds.numbers.size() - shown)});
 }
 
-void add_pointers(const Scene& scene, std::vector<Mark>& marks) {
+void add_pointers(const Scene& scene, std::vector<PictureMark>& marks) {
     const double size = text_size(scene.options);
     const Colour colour = theme_of(scene.options.background).accent;
     for (const Pointer& pointer : scene.options.pointers) {
@@ -111,8 +111,8 @@ std::string short_number(double value) {
     return {text.data(), end};
 }
 
-std::vector<Mark> marks_of(const Scene& scene) {
-    std::vector<Mark> marks;
+std::vector<PictureMark> marks_of(const Scene& scene) {
+    std::vector<PictureMark> marks;
     const PictureOptions& o = scene.options;
     if (const auto* range = std::get_if<ColourRange>(&o.colouring)) add_bar(o, *range, marks);
     if (const auto* kinds = std::get_if<ColourKinds>(&o.colouring)) add_kinds(o, *kinds, marks);

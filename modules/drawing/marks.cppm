@@ -13,26 +13,26 @@ export namespace camber {
 
 enum class Anchor { start, middle, end };
 struct TextMark {
-    double x, y, size;  ///< of the base line's anchor; of a capital letter and what is below it
-    Anchor anchor;
-    Colour colour;
-    std::string text;
+    double x = 0, y = 0, size = 0;  ///< of the base line's anchor; of a capital letter and what is below it
+    Anchor anchor = Anchor::start;
+    Colour colour = {};
+    std::string text = {};
 };
 struct BoxMark {
-    Frame frame;
-    Colour colour;
+    PaperFrame frame = {};
+    Colour colour = {};
 };
 struct RingMark {
-    double x, y, radius, width;
-    Colour colour;
+    double x = 0, y = 0, radius = 0, width = 0;
+    Colour colour = {};
 };
-using Mark = std::variant<BoxMark, RingMark, TextMark>;
+using PictureMark = std::variant<BoxMark, RingMark, TextMark>;
 
 /// The room that the legend takes at the right of the picture (pixels).
 [[nodiscard]] double legend_width(const PictureOptions& options);
 
 /// The legend, and a ring with a text at each pointer.
-[[nodiscard]] std::vector<Mark> marks_of(const Scene& scene);
+[[nodiscard]] std::vector<PictureMark> marks_of(const Scene& scene);
 
 /// Three significant digits, as short as can be: "0.982", "1e-07", "12".
 [[nodiscard]] std::string short_number(double value);

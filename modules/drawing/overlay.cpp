@@ -20,7 +20,7 @@ class Brush {
     explicit Brush(Image& image) : image_(image) {}
 
     void operator()(const BoxMark& m) {
-        const Frame& f = m.frame;
+        const PaperFrame& f = m.frame;
         each_pixel(f.left, f.top, f.left + f.width, f.top + f.height, [&](double x, double y) {
             const double dx = std::fmin(x + 0.5, f.left + f.width) - std::fmax(x - 0.5, f.left);
             const double dy = std::fmin(y + 0.5, f.top + f.height) - std::fmax(y - 0.5, f.top);
@@ -88,9 +88,9 @@ class Brush {
 
 }  // namespace
 
-Image with_marks(Image image, const std::vector<Mark>& marks) {
+Image with_marks(Image image, const std::vector<PictureMark>& marks) {
     Brush brush(image);
-    for (const Mark& mark : marks) std::visit(brush, mark);
+    for (const PictureMark& mark : marks) std::visit(brush, mark);
     return image;
 }
 

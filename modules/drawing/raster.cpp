@@ -9,7 +9,7 @@ module;
 #include <vector>
 module camber.drawing;
 import camber.core;
-import :patch;
+import :drawn_face;
 import :samples;
 
 namespace camber {
@@ -30,7 +30,7 @@ struct Strips {
 struct StripRange {
     std::size_t begin, end;
 };
-StripRange strips_of(const Patch& patch, const PictureOptions& o, std::size_t count) {
+StripRange strips_of(const DrawnFace& patch, const PictureOptions& o, std::size_t count) {
     const Box<3> box = box_of(patch);
     if (box.high[1] < 0 || box.low[1] > static_cast<double>(o.height) || box.high[0] < 0 ||
         box.low[0] > static_cast<double>(o.width))

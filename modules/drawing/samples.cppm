@@ -6,7 +6,7 @@ module;
 #include <vector>
 module camber.drawing:samples;
 import camber.core;
-import :patch;
+import :drawn_face;
 import :scene;
 import :subdivision;
 
@@ -25,8 +25,8 @@ struct Strip {
 
 /// Where on its patch a sample lies, and how fast the patch's coordinates change there (per pixel).
 struct Hit {
-    const Patch& patch;
-    PatchPoint xi;
+    const DrawnFace& patch;
+    FacePoint xi;
     std::array<double, 3> slopes;  ///< |∇ξ_i|
 };
 
@@ -83,18 +83,18 @@ class DepthBuffer {
         : strip_(strip), depths_(strip.columns() * strip.rows(), -std::numeric_limits<double>::infinity()) {}
 
     template <class OnHit>
-    void draw(const Patch& patch, Sides sides, OnHit&& hit) {
+    void draw(const DrawnFace& patch, VisibleSides sides, OnHit&& hit) {
         subdivision_.cut(patch);
         subdivision_.each_triangle([&](const SmallCorner& a, const SmallCorner& b, const SmallCorner& c) {
             const FlatTriangle triangle(a, b, c);
-            if (!(std::abs(triangle.twice) > 1e-12) || (sides == Sides::outer && triangle.twice < 0)) return;
+            if (!(std::abs(triangle.twice) > 1e-12) || (sides == VisibleSides::outer && triangle.twice < 0)) return;
             draw(patch, triangle, hit);
         });
     }
 
   private:
     template <class OnHit>
-    void draw(const Patch& patch, const FlatTriangle& t, OnHit&& hit) {
+    void draw(const DrawnFace& patch, const FlatTriangle& t, OnHit&& hit) {
         constexpr double s = samples_per_pixel, slack = -1e-7;  // a little of each neighbour's, so that no gap opens
         Box<3> box;
         for (const SmallCorner& corner : t.c) box.include(corner.point);
@@ -112,7 +112,7 @@ class DepthBuffer {
                 double& depth = depths_[row * strip_.columns() + column];
                 if (!(z > depth)) continue;
                 depth = z;
-                PatchPoint xi{};
+                FacePoint xi{};
                 for (std::size_t k = 0; k < 3; ++k)
                     for (std::size_t i = 0; i < 3; ++i) xi[i] += b[k] * t.c[k].xi[i];
                 hit(row * strip_.columns() + column, Hit{patch, xi, slopes});

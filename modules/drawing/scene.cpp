@@ -13,7 +13,7 @@ namespace camber {
 namespace {
 
 /// Room for the mesh: the legend has its own at the right.
-Frame frame_of(const PictureOptions& o) {
+PaperFrame frame_of(const PictureOptions& o) {
     const auto w = static_cast<double>(o.width), h = static_cast<double>(o.height);
     const double margin = 0.04 * std::min(w, h), legend = o.has_legend() ? legend_width(o) : 0;
     return {margin, margin, std::max(w - 2 * margin - legend, 1.0), std::max(h - 2 * margin, 1.0)};
@@ -28,7 +28,7 @@ template <int D>
 Box<3> box_of(const QuadraticMesh<D>& mesh, std::span<const Face> faces, const View& view) {
     Box<3> box;
     for (const Face& face : faces) {
-        Patch patch;
+        DrawnFace patch;
         for (std::size_t i = 0; i < 6; ++i) patch.nodes[i] = in_view(view, in_space(node_point(mesh, face.nodes[i])));
         for (std::size_t i = 0; i < 3; ++i) {
             box.include(patch.nodes[i]);
@@ -58,7 +58,7 @@ Outcome<Scene> make_scene(const QuadraticMesh<D>& mesh, std::span<const Face> fa
     return guarded([&]() -> Outcome<Scene> {
         const View& view = options.view;
         const Box<3> box = options.zoom ? box_of(*options.zoom, view) : box_of(mesh, faces, view);
-        const Projection projection = fitted(view, box, frame_of(options));
+        const PaperProjection projection = fitted(view, box, frame_of(options));
         Buffer<std::uint32_t> of_edges(mesh.edges.size());
         std::fill(of_edges.begin(), of_edges.end(), 0U);
         const std::size_t vertices = mesh.linear.points.size();
@@ -66,7 +66,7 @@ Outcome<Scene> make_scene(const QuadraticMesh<D>& mesh, std::span<const Face> fa
             for (std::size_t i = 3; i < 6; ++i) ++of_edges[face.nodes[i] - vertices];
         auto patches = map_each(execution, faces.size(), [&](std::size_t f) {
             const Face& face = faces[f];
-            Patch patch;
+            DrawnFace patch;
             for (std::size_t i = 0; i < 6; ++i) patch.nodes[i] = projection(in_space(node_point(mesh, face.nodes[i])));
             patch.values = values(face);
             patch.face = static_cast<std::uint32_t>(f);
@@ -80,7 +80,7 @@ Outcome<Scene> make_scene(const QuadraticMesh<D>& mesh, std::span<const Face> fa
         });
         if (!patches) return fail(patches.error());
         const bool is_solid = D == 3 && mesh.linear.elements.size() > 0;
-        return Scene{std::move(options), projection, is_solid ? Sides::outer : Sides::both,
+        return Scene{std::move(options), projection, is_solid ? VisibleSides::outer : VisibleSides::both,
                      D == 3 ? Lighting::lit : Lighting::flat, std::move(*patches)};
     });
 }

@@ -12,7 +12,7 @@ export module camber.drawing:scene;
 import camber.core;
 import :colour;
 import :faces;
-import :patch;
+import :drawn_face;
 import :view;
 
 /// All that a picture shows, on paper, whatever it is then made as.
@@ -46,7 +46,7 @@ struct PictureOptions {
 };
 
 /// Which sides of faces can be seen.
-enum class Sides : std::uint8_t {
+enum class VisibleSides : std::uint8_t {
     outer,  ///< solids: the faces that look away are behind others
     both,   ///< surfaces, and meshes in 2D
 };
@@ -54,10 +54,10 @@ enum class Lighting : std::uint8_t { flat, lit };
 
 struct Scene {
     PictureOptions options;
-    Projection projection;
-    Sides sides = Sides::both;
+    PaperProjection projection;
+    VisibleSides sides = VisibleSides::both;
     Lighting lighting = Lighting::flat;
-    Buffer<Patch> patches;
+    Buffer<DrawnFace> patches;
 };
 
 /// The values of a face at its six nodes.

@@ -6,7 +6,7 @@ module;
 #include <vector>
 module camber.drawing:subdivision;
 import camber.core;
-import :patch;
+import :drawn_face;
 
 /// A patch as small flat triangles.
 namespace camber {
@@ -17,7 +17,7 @@ constexpr std::size_t most_pieces = 64;
 
 /// A power of two, so that the points of one number of pieces are points of a larger one. An edge whose middle is d
 /// from that of its chord is d/n² from n chords.
-inline std::size_t pieces_of_edge(const Patch& patch, std::size_t edge) {
+inline std::size_t pieces_of_edge(const DrawnFace& patch, std::size_t edge) {
     const Vec<3> chord = midpoint(patch.nodes[edge], patch.nodes[(edge + 1) % 3]);
     const double wanted = std::sqrt(distance(patch.nodes[3 + edge], chord) / chord_error);
     std::size_t n = 1;
@@ -27,7 +27,7 @@ inline std::size_t pieces_of_edge(const Patch& patch, std::size_t edge) {
 
 /// A point of the subdivision: where it is on the patch, and on paper.
 struct SmallCorner {
-    PatchPoint xi;
+    FacePoint xi;
     Vec<3> point;
 };
 
@@ -35,7 +35,7 @@ struct SmallCorner {
 /// other patch has them too: no gap opens between the two.
 class Subdivision {
   public:
-    void cut(const Patch& patch) {
+    void cut(const DrawnFace& patch) {
         std::array<std::size_t, 3> pieces{};
         n_ = 1;
         for (std::size_t e = 0; e < 3; ++e) {
@@ -46,7 +46,7 @@ class Subdivision {
         for (std::size_t j = 0; j <= n_; ++j)
             for (std::size_t i = 0; i + j <= n_; ++i) {
                 const std::array<std::size_t, 3> lattice{n_ - i - j, i, j};
-                PatchPoint xi{};
+                FacePoint xi{};
                 for (std::size_t k = 0; k < 3; ++k) xi[k] = static_cast<double>(lattice[k]) / static_cast<double>(n_);
                 corners_.push_back({xi, on_paper(patch, pieces, lattice, xi)});
             }
@@ -66,8 +66,8 @@ class Subdivision {
         // Row j has n + 1 − j points.
         return corners_[j * (n_ + 1) - (j * j - j) / 2 + i];
     }
-    [[nodiscard]] Vec<3> on_paper(const Patch& patch, const std::array<std::size_t, 3>& pieces,
-                                  const std::array<std::size_t, 3>& lattice, const PatchPoint& xi) const {
+    [[nodiscard]] Vec<3> on_paper(const DrawnFace& patch, const std::array<std::size_t, 3>& pieces,
+                                  const std::array<std::size_t, 3>& lattice, const FacePoint& xi) const {
         for (std::size_t e = 0; e < 3; ++e) {
             if (lattice[(e + 2) % 3] != 0 || pieces[e] == n_) continue;
             const std::size_t stride = n_ / pieces[e], along = lattice[(e + 1) % 3];
@@ -78,8 +78,8 @@ class Subdivision {
         }
         return point_at(patch.nodes, xi);
     }
-    [[nodiscard]] Vec<3> on_edge(const Patch& patch, std::size_t edge, std::size_t along) const {
-        PatchPoint xi{};
+    [[nodiscard]] Vec<3> on_edge(const DrawnFace& patch, std::size_t edge, std::size_t along) const {
+        FacePoint xi{};
         xi[(edge + 1) % 3] = static_cast<double>(along) / static_cast<double>(n_);
         xi[edge] = 1 - xi[(edge + 1) % 3];
         return point_at(patch.nodes, xi);

@@ -71,29 +71,29 @@ void put(std::string& out, std::string_view name, double value) {
     out += '"';
 }
 
-void draw_edge(Pen& pen, const Patch& patch, std::size_t edge) {
+void draw_edge(Pen& pen, const DrawnFace& patch, std::size_t edge) {
     pen.edge(patch.nodes[edge], patch.nodes[3 + edge], patch.nodes[(edge + 1) % 3]);
 }
-std::string outline(const Patch& patch) {
+std::string outline(const DrawnFace& patch) {
     Pen pen(patch.nodes[0]);
     for (std::size_t e = 0; e < 3; ++e) draw_edge(pen, patch, e);
     return pen.path() + "z";
 }
-std::string curve(const Patch& patch, std::size_t edge) {
+std::string curve(const DrawnFace& patch, std::size_t edge) {
     Pen pen(patch.nodes[edge]);
     draw_edge(pen, patch, edge);
     return pen.path();
 }
 
-constexpr PatchPoint middle{1.0 / 3, 1.0 / 3, 1.0 / 3};
+constexpr FacePoint middle{1.0 / 3, 1.0 / 3, 1.0 / 3};
 
 /// A part of a patch, which is a triangle of degree 2 again.
-Patch part_of_patch(const Patch& whole, const std::array<PatchPoint, 3>& corners) {
-    Patch part = whole;
+DrawnFace part_of_patch(const DrawnFace& whole, const std::array<FacePoint, 3>& corners) {
+    DrawnFace part = whole;
     part.lines = {};
     for (std::size_t i = 0; i < 3; ++i) {
-        const PatchPoint &a = corners[i], &b = corners[(i + 1) % 3];
-        const PatchPoint between{(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
+        const FacePoint &a = corners[i], &b = corners[(i + 1) % 3];
+        const FacePoint between{(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
         part.nodes[i] = point_at(whole.nodes, a);
         part.nodes[3 + i] = point_at(whole.nodes, between);
         part.values[i] = static_cast<float>(value_at(whole.values, a));
@@ -105,13 +105,13 @@ Patch part_of_patch(const Patch& whole, const std::array<PatchPoint, 3>& corners
 }
 
 /// Whether the patch turns away from the viewer somewhere, and does not somewhere.
-bool folds(const Patch& patch) {
+bool folds(const DrawnFace& patch) {
     bool towards = false, away = false;
     for (std::size_t i = 0; i < 3; ++i) {
-        PatchPoint corner{}, half{0.5, 0.5, 0.5};
+        FacePoint corner{}, half{0.5, 0.5, 0.5};
         corner[i] = 1;
         half[i] = 0;
-        for (const PatchPoint& xi : {corner, half}) (normal_at(patch.nodes, xi)[2] > 0 ? towards : away) = true;
+        for (const FacePoint& xi : {corner, half}) (normal_at(patch.nodes, xi)[2] > 0 ? towards : away) = true;
     }
     return towards && away;
 }
@@ -119,14 +119,14 @@ bool folds(const Patch& patch) {
 constexpr std::size_t cuts_of_a_fold = 5;
 
 /// A patch at the silhouette of a solid as the small parts that can be seen.
-void add_parts(const Patch& patch, std::vector<Patch>& out) {
+void add_parts(const DrawnFace& patch, std::vector<DrawnFace>& out) {
     constexpr auto n = static_cast<double>(cuts_of_a_fold);
     const auto at = [&](std::size_t i, std::size_t j) {
-        return PatchPoint{static_cast<double>(cuts_of_a_fold - i - j) / n, static_cast<double>(i) / n,
-                          static_cast<double>(j) / n};
+        return FacePoint{static_cast<double>(cuts_of_a_fold - i - j) / n, static_cast<double>(i) / n,
+                         static_cast<double>(j) / n};
     };
-    const auto add = [&](const std::array<PatchPoint, 3>& corners) {
-        const Patch part = part_of_patch(patch, corners);
+    const auto add = [&](const std::array<FacePoint, 3>& corners) {
+        const DrawnFace part = part_of_patch(patch, corners);
         if (normal_at(part.nodes, middle)[2] > 0) out.push_back(part);
     };
     for (std::size_t j = 0; j < cuts_of_a_fold; ++j)
@@ -137,16 +137,16 @@ void add_parts(const Patch& patch, std::vector<Patch>& out) {
 }
 
 /// From the farthest to the nearest.
-std::vector<Patch> painted_in_order(const Scene& scene, const Buffer<std::uint32_t>& visible) {
-    std::vector<Patch> patches;
+std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::uint32_t>& visible) {
+    std::vector<DrawnFace> patches;
     for (const std::uint32_t f : visible) {
-        const Patch& patch = scene.patches[f];
-        if (scene.sides == Sides::outer && folds(patch))
+        const DrawnFace& patch = scene.patches[f];
+        if (scene.sides == VisibleSides::outer && folds(patch))
             add_parts(patch, patches);
         else
             patches.push_back(patch);
     }
-    std::stable_sort(patches.begin(), patches.end(), [](const Patch& a, const Patch& b) {
+    std::stable_sort(patches.begin(), patches.end(), [](const DrawnFace& a, const DrawnFace& b) {
         return point_at(a.nodes, middle)[2] < point_at(b.nodes, middle)[2];
     });
     return patches;
@@ -155,7 +155,7 @@ std::vector<Patch> painted_in_order(const Scene& scene, const Buffer<std::uint32
 constexpr double most_opacity = 0.8;
 
 /// As the pixels' lines: paler where a triangle is hardly wider than they are.
-double line_opacity(const Patch& patch, double width) {
+double line_opacity(const DrawnFace& patch, double width) {
     double longest = 0;
     for (std::size_t i = 0; i < 3; ++i) {
         const Vec<3> u = patch.nodes[(i + 1) % 3] - patch.nodes[i];
@@ -182,12 +182,12 @@ class Writer {
         if (o.background != Background::transparent)
             out_ += "<rect width=\"" + w + "\" height=\"" + h + "\" fill=\"" + hex(theme_.paper) + "\"/>\n";
     }
-    void faces(const std::vector<Patch>& patches) {
+    void faces(const std::vector<DrawnFace>& patches) {
         out_ += "<g stroke-linejoin=\"round\" stroke-linecap=\"round\" stroke=\"" + hex(theme_.line) + "\"";
         put(out_, "stroke-width", width_);
         put(out_, "stroke-opacity", most_opacity);
         out_ += ">\n";
-        for (const Patch& patch : patches) face(patch);
+        for (const DrawnFace& patch : patches) face(patch);
         out_ += "</g>\n";
     }
     void operator()(const BoxMark& m) {
@@ -224,7 +224,7 @@ class Writer {
         for (const char c : text) out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
         return out;
     }
-    [[nodiscard]] std::string fill_of(const Patch& patch) const {
+    [[nodiscard]] std::string fill_of(const DrawnFace& patch) const {
         Colour colour = colour_of(scene_.options.colouring, value_at(patch.values, middle), theme_);
         if (scene_.lighting == Lighting::lit) colour = scaled(colour, brightness(patch.nodes, middle));
         return hex(colour);
@@ -233,7 +233,7 @@ class Writer {
     void put_opacity(double opacity) {
         if (opacity != most_opacity) put(out_, "stroke-opacity", opacity);
     }
-    void face(const Patch& patch) {
+    void face(const DrawnFace& patch) {
         const bool is_lined =
             std::all_of(patch.lines.begin(), patch.lines.end(), [](LineKind kind) { return kind == LineKind::shared; });
         const std::string fill = fill_of(patch);
@@ -272,7 +272,7 @@ Outcome<std::string> svg_of(const Scene& scene, const Execution& execution) {
         Writer writer(scene);
         writer.head();
         writer.faces(painted_in_order(scene, *visible));
-        for (const Mark& mark : marks_of(scene)) std::visit(writer, mark);
+        for (const PictureMark& mark : marks_of(scene)) std::visit(writer, mark);
         return std::move(writer).finish();
     });
 }

@@ -27,7 +27,7 @@ struct View {
 [[nodiscard]] constexpr Vec<3> in_space(const Vec<3>& p) { return p; }
 
 /// Points of space on paper: x to the right and y downwards (pixels), z towards the viewer (pixels).
-struct Projection {
+struct PaperProjection {
     View view = {};
     double scale = 1;       ///< pixels a model unit
     double x0 = 0, y0 = 0;  ///< where the origin of space is (pixels)
@@ -38,15 +38,15 @@ struct Projection {
 };
 
 /// A rectangle of the paper (pixels).
-struct Frame {
+struct PaperFrame {
     double left = 0, top = 0, width = 0, height = 0;
 };
 
 /// What lies in `box` (coordinates along right, up, towards) fills the frame.
-[[nodiscard]] inline Projection fitted(const View& view, const Box<3>& box, const Frame& frame) {
+[[nodiscard]] inline PaperProjection fitted(const View& view, const Box<3>& box, const PaperFrame& frame) {
     const double wide = box.high[0] - box.low[0], high = box.high[1] - box.low[1];
     const double scale = std::fmin(wide > 0 ? frame.width / wide : HUGE_VAL, high > 0 ? frame.height / high : HUGE_VAL);
-    Projection p{view, std::isfinite(scale) ? scale : 1};
+    PaperProjection p{view, std::isfinite(scale) ? scale : 1};
     p.x0 = frame.left + frame.width / 2 - p.scale * (box.low[0] + box.high[0]) / 2;
     p.y0 = frame.top + frame.height / 2 + p.scale * (box.low[1] + box.high[1]) / 2;
     return p;

@@ -141,7 +141,7 @@ TEST_CASE("a surface seen from behind is there, a solid's far side is not") {
     CHECK(seen.size() < scene.patches.size());
     for (const std::uint32_t f : seen) {
         double most = -1;
-        for (const PatchPoint& xi : {PatchPoint{1, 0, 0}, PatchPoint{0, 1, 0}, PatchPoint{0, 0, 1}})
+        for (const FacePoint& xi : {FacePoint{1, 0, 0}, FacePoint{0, 1, 0}, FacePoint{0, 0, 1}})
             most = std::fmax(most, normal_at(scene.patches[f].nodes, xi)[2]);
         CHECK(most > 0);
     }
@@ -236,7 +236,7 @@ TEST_CASE("a legend's numbers are as exact as its range") {
     PictureOptions options;
     options.colouring = ColourRange{-1.00013, 1.00027};
     std::vector<std::string> texts;
-    for (const Mark& mark : marks_of(scene_of(disc(5), options)))
+    for (const PictureMark& mark : marks_of(scene_of(disc(5), options)))
         if (const auto* text = std::get_if<TextMark>(&mark)) texts.push_back(text->text);
     CHECK(texts == std::vector<std::string>{"", "-1", "-0.5", "0", "0.5", "1"});
 }

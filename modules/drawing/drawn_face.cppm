@@ -2,7 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
-export module camber.drawing:patch;
+export module camber.drawing:drawn_face;
 import camber.core;
 
 /// A face on paper: a triangle of degree 2 again, since the projection is affine.
@@ -11,7 +11,7 @@ export namespace camber {
 /// How an edge of a face is drawn.
 enum class LineKind : std::uint8_t { none, shared, rim };
 
-struct Patch {
+struct DrawnFace {
     std::array<Vec<3>, 6> nodes;      ///< on paper (pixels), as `Face` has them
     std::array<float, 6> values{};    ///< at the nodes
     std::array<LineKind, 3> lines{};  ///< of the edges 01, 12, 20
@@ -19,10 +19,10 @@ struct Patch {
     std::uint32_t face = 0;
 };
 
-using PatchPoint = std::array<double, 3>;  ///< barycentric coordinates on a patch
+using FacePoint = std::array<double, 3>;  ///< barycentric coordinates on a patch
 
 /// Σ of the Lagrange functions of degree 2 times what is at the nodes.
-[[nodiscard]] constexpr Vec<3> point_at(const std::array<Vec<3>, 6>& nodes, const PatchPoint& xi) {
+[[nodiscard]] constexpr Vec<3> point_at(const std::array<Vec<3>, 6>& nodes, const FacePoint& xi) {
     Vec<3> sum{};
     for (std::size_t i = 0; i < 3; ++i) {
         sum += vertex_shape(xi[i]) * nodes[i];
@@ -30,7 +30,7 @@ using PatchPoint = std::array<double, 3>;  ///< barycentric coordinates on a pat
     }
     return sum;
 }
-[[nodiscard]] constexpr double value_at(const std::array<float, 6>& values, const PatchPoint& xi) {
+[[nodiscard]] constexpr double value_at(const std::array<float, 6>& values, const FacePoint& xi) {
     double sum = 0;
     for (std::size_t i = 0; i < 3; ++i) {
         sum += static_cast<double>(values[i]) * vertex_shape(xi[i]);
@@ -40,7 +40,7 @@ using PatchPoint = std::array<double, 3>;  ///< barycentric coordinates on a pat
 }
 
 /// The normal on paper, of no unit length, towards the side from which the corners turn counter-clockwise.
-[[nodiscard]] constexpr Vec<3> normal_at(const std::array<Vec<3>, 6>& n, const PatchPoint& xi) {
+[[nodiscard]] constexpr Vec<3> normal_at(const std::array<Vec<3>, 6>& n, const FacePoint& xi) {
     std::array<Vec<3>, 3> partial{};
     for (std::size_t i = 0; i < 3; ++i) {
         partial[i] += (4 * xi[i] - 1) * n[i];
@@ -51,7 +51,7 @@ using PatchPoint = std::array<double, 3>;  ///< barycentric coordinates on a pat
 }
 
 /// How bright a place is whose normal is turned to the viewer: a lamp above the viewer's left shoulder, and the room.
-[[nodiscard]] inline double brightness(const std::array<Vec<3>, 6>& nodes, const PatchPoint& xi) {
+[[nodiscard]] inline double brightness(const std::array<Vec<3>, 6>& nodes, const FacePoint& xi) {
     Vec<3> n = normalised(normal_at(nodes, xi));
     if (n[2] < 0) n = -n;
     constexpr Vec<3> lamp{{-0.41, -0.51, 0.756}};  // y is downwards
@@ -63,12 +63,12 @@ using PatchPoint = std::array<double, 3>;  ///< barycentric coordinates on a pat
 [[nodiscard]] constexpr Vec<3> control_point(const Vec<3>& a, const Vec<3>& b, const Vec<3>& middle) {
     return 2.0 * middle - 0.5 * (a + b);
 }
-[[nodiscard]] constexpr Vec<3> control_point(const Patch& patch, std::size_t edge) {
+[[nodiscard]] constexpr Vec<3> control_point(const DrawnFace& patch, std::size_t edge) {
     return control_point(patch.nodes[edge], patch.nodes[(edge + 1) % 3], patch.nodes[3 + edge]);
 }
 
 /// The box of the control points, in which the patch lies.
-[[nodiscard]] constexpr Box<3> box_of(const Patch& patch) {
+[[nodiscard]] constexpr Box<3> box_of(const DrawnFace& patch) {
     Box<3> box;
     for (std::size_t i = 0; i < 3; ++i) {
         box.include(patch.nodes[i]);
