@@ -245,6 +245,34 @@ void add_check(CLI::App& app, Verb& verb) {
                     "A line of CSV for each element instead of the report; with --json as columns in the object");
 }
 
+void add_report(CLI::App& app, Verb& verb) {
+    CLI::App* report = app.add_subcommand(
+        "report",
+        "A mesh and what check says of it as one page for a browser: its curved faces, to be turned, cut and coloured, "
+        "the worst elements, histograms, numbers. The page is one file that needs no network.\n\n"
+        "  camber report wing-p2.meshb -o wing.html\n"
+        "  camber report wing.meshb --metric wing.solb -o wing.html    also coloured by its anisotropy\n"
+        "  camber report flow.vtu -o flow.html                         and by the file's own fields\n"
+        "  camber curve wing.meshb -o wing-p2.meshb --report report.json\n"
+        "  camber report report.json -o wing.html                      before and after correction\n\n"
+        "The page: docs/page.md");
+    ReportArguments& a = verb.report;
+    using Options = camber::run::CheckOptions;
+    report->add_option("input", a.input, "The mesh (" + endings_of_input() + "), or the report.json of a run, whose "
+                       "mesh is where it was written or beside it")->required();
+    report->add_option("-o,--output", a.output, "The page (.html)")->required();
+    add_described<double>(report, a.options, camber::option_of(&Options::min_scaled_jacobian));
+    add_flat(report, a.flat);
+    add_described<int>(report, a.options, camber::option_of(&Options::worst));
+    report->add_option("--metric", a.metric, "A metric file: faces can be coloured by its anisotropy, and check tells "
+                       "lengths and qualities in it");
+    report->add_option("--solution", a.solution, "Fields to colour by: a solution file, or a mesh file with the same "
+                       "nodes. Default: those of the mesh's own file");
+    add_described<int>(report, a.page, camber::option_of(&camber::run::PageOptions::inner_faces));
+    report->add_option("--threads", a.threads, "Threads to use; 0: all. The page does not depend on it")
+        ->check(at_least<double>(0));
+}
+
 void add_inspection(CLI::App& app, Verb& verb) {
     CLI::App* geometry = app.add_subcommand(
         "geometry",
@@ -398,6 +426,7 @@ void add_verbs(CLI::App& app, Verb& verb) {
     add_plot(app, verb);
     add_picture(app, verb);
     add_check(app, verb);
+    add_report(app, verb);
     add_inspection(app, verb);
     add_others(app, verb);
 }

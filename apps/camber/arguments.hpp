@@ -19,6 +19,7 @@ struct Verb {
     PlotArguments plot;
     PictureArguments picture;
     CheckArguments check;
+    ReportArguments report;
     GeometryCommandArguments geometry;
     MetricArguments metric;
     TransferArguments transfer;

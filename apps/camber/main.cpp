@@ -29,6 +29,7 @@ constexpr const char* description =
     "  camber repair broken-p2.meshb -o valid-p2.meshb   repair a curved mesh made elsewhere\n"
     "  camber run configs/spheres.json                   run a pipeline\n"
     "  camber check wing-p2.meshb                        is it a good mesh?\n"
+    "  camber report wing-p2.meshb -o wing.html          the same as a page to look at it in a browser\n"
     "  camber geometry wing-p2.meshb --cad wing.step     what its boundary is, and how far from the model\n"
     "  camber metric w.mesh --solution u.sol -o m.sol    the metric that a solution asks for\n"
     "  camber transfer w.mesh new.mesh --solution u.sol -o v.sol   a solution brought to another mesh\n"
@@ -53,6 +54,7 @@ int dispatch(const CLI::App& app, const Verb& verb) {
     if (app.got_subcommand("picture")) return picture_command(verb.picture);
     if (app.got_subcommand("convert")) return convert_command(verb.convert);
     if (app.got_subcommand("generate")) return generate_command(verb.generate);
+    if (app.got_subcommand("report")) return report_command(verb.report);
     if (app.got_subcommand("check")) return check_command(verb.check);
     if (app.got_subcommand("geometry")) return geometry_command(verb.geometry);
     if (app.got_subcommand("metric")) return metric_command(verb.metric);
@@ -140,6 +142,7 @@ int main(int argc, char** argv) {
     hold_standard_streams();
     try {
         if (const auto code = cad_reader({argv, static_cast<std::size_t>(argc)})) return *code;
+        set_command_line({argv, static_cast<std::size_t>(argc)});
         CLI::App app{description, "camber"};
         app.formatter(std::make_shared<Help>());
         app.set_version_flag("--version", CAMBER_VERSION);

@@ -130,6 +130,17 @@ struct PlotArguments {
 };
 [[nodiscard]] int plot_command(const PlotArguments& arguments);
 
+/// A page of a mesh, or of a run and its mesh.
+struct ReportArguments {
+    std::string input, output;     ///< a mesh or a report.json; the page
+    std::string metric, solution;  ///< files; empty: none
+    config::Flat flat = config::Flat::plane;
+    run::CheckOptions options = {};
+    run::PageOptions page = {};
+    int threads = 0;
+};
+[[nodiscard]] int report_command(const ReportArguments& arguments);
+
 struct CheckArguments {
     std::string input, metric, vtu;  ///< metric: a solution file; vtu: the mesh with its verdicts; empty: none
     config::Flat flat = config::Flat::plane;

@@ -2,6 +2,7 @@
 export module camber.app_shell;
 export import :child;
 export import :command;
+export import :command_line;
 export import :files;
 export import :interrupt;
 export import :memory;

@@ -1,0 +1,219 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.run;
+import camber.core;
+import camber.bezier;
+import camber.drawing;
+import camber.soundness;
+import :page_mesh;
+
+namespace camber::run {
+
+namespace {
+
+/// Where x lies in [low, high], from 0 to `most`.
+int slice_of(double x, double low, double high, int most) {
+    if (!(high > low)) return 0;
+    const double part = (x - low) / (high - low) * (most + 1);
+    return static_cast<int>(std::clamp(std::ceil(part) - 1, 0.0, static_cast<double>(most)));
+}
+
+template <int D, std::size_t N>
+Vec<D> centroid_of(const LinearMesh<D>& mesh, const std::array<VertexId, N>& vertices) {
+    Vec<D> sum;
+    for (const VertexId v : vertices) sum += mesh.points[v];
+    return sum / static_cast<double>(N);
+}
+
+template <int K, int D>
+std::array<NodeNumber, 6> nodes_of_triangle(const QuadraticMesh<D>& mesh, const SimplexVertices<K>& vertices,
+                                            const std::array<EdgeId, edges_per_simplex<K>>& edges,
+                                            const std::array<int, 3>& corners) {
+    std::array<NodeNumber, 6> nodes{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const int a = corners[i], b = corners[(i + 1) % 3];
+        nodes[i] = vertices[static_cast<std::size_t>(a)].value;
+        for (std::size_t e = 0; e < edges.size(); ++e)
+            if (const auto [p, q] = local_edges<K>[e]; std::minmax(p, q) == std::minmax(a, b))
+                nodes[3 + i] = static_cast<NodeNumber>(mesh.linear.points.size() + edges[e].index());
+    }
+    return nodes;
+}
+
+std::array<NodeNumber, 6> nodes_of_face(const QuadraticMesh<3>& mesh, std::size_t e, int opposite) {
+    return nodes_of_triangle<3>(mesh, mesh.linear.elements.vertices[e], mesh.edges.of_elements[e],
+                                face_opposite<3>(opposite));
+}
+
+constexpr std::uint32_t nothing = std::numeric_limits<std::uint32_t>::max();
+using Across = Buffer<std::array<std::uint32_t, 4>>;  ///< the element behind each face, where it is one
+
+Outcome<Across> elements_across(const LinearMesh<3>& mesh, const Execution& execution) {
+    const auto around = balls(mesh, part_of(execution, 0, 0.5));
+    if (!around) return fail(around.error());
+    Across across(mesh.elements.size());
+    std::fill(across.begin(), across.end(), std::array{nothing, nothing, nothing, nothing});
+    auto done = each_face<3>(mesh, *around, part_of(execution, 0.5, 1), [&](std::span<const FaceAround<3>> on) {
+        if (on.size() != 2) return;
+        for (const std::size_t i : {0, 1})
+            across[on[i].face.element.index()][on[i].face.opposite] =
+                static_cast<std::uint32_t>(on[1 - i].face.element.index());
+    });
+    if (!done) return fail(done.error());
+    return across;
+}
+
+/// visit(element, local face, element behind it), each inner face once.
+template <class Visit>
+void each_inner_face(const Across& across, Visit&& visit) {
+    for (std::size_t e = 0; e < across.size(); ++e)
+        for (int i = 0; i < 4; ++i)
+            if (const std::uint32_t other = across[e][static_cast<std::size_t>(i)]; other != nothing && other > e)
+                visit(e, i, other);
+}
+
+using StepCounts = std::array<std::array<std::size_t, cut_steps + 2>, 3>;
+
+/// How many inner faces the cut at each step uncovers.
+StepCounts uncovered_by_step(const Across& across, const Column<CutKeys>& keys) {
+    StepCounts counts{};
+    each_inner_face(across, [&](std::size_t e, int, std::uint32_t other) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const auto [first, last] = std::minmax(keys[e][axis], keys[other][axis]);
+            ++counts[axis][first];
+            --counts[axis][last];
+        }
+    });
+    for (auto& along : counts)
+        for (std::size_t s = 1; s < along.size(); ++s) along[s] += along[s - 1];
+    return counts;
+}
+
+/// Steps of all axes as long as what they uncover has room: the middle of each, the quarters, the eighths …
+std::array<std::vector<int>, 3> steps_within(const StepCounts& counts, std::size_t budget) {
+    std::array<std::vector<int>, 3> steps;
+    std::size_t used = 0;
+    for (int stride = 128; stride >= 1; stride /= 2)
+        for (int s = stride - 1; s < cut_steps; s += 2 * stride)
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const std::size_t more = counts[axis][static_cast<std::size_t>(s)];
+                if (more == 0 || used + more > budget) continue;
+                used += more;
+                steps[axis].push_back(s);
+            }
+    for (auto& along : steps) std::ranges::sort(along);
+    return steps;
+}
+
+/// Whether a step lies where the face is seen.
+bool is_uncovered(const std::array<std::vector<int>, 3>& steps, const CutKeys& a, const CutKeys& b) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto [first, last] = std::minmax(a[axis], b[axis]);
+        const auto step = std::ranges::lower_bound(steps[axis], first);
+        if (step != steps[axis].end() && *step < last) return true;
+    }
+    return false;
+}
+
+/// Bits of three numbers of ten bits in turn.
+std::uint32_t interleaved(const std::array<int, 3>& at) {
+    std::uint32_t key = 0;
+    for (int bit = 9; bit >= 0; --bit)
+        for (const int x : at) key = key << 1 | (static_cast<std::uint32_t>(x) >> bit & 1U);
+    return key;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Column<CutKeys>> cut_keys(const LinearMesh<D>& mesh, const Box<D>& box, const Execution& execution) {
+    const auto key = [&](const Vec<D>& c) {
+        CutKeys keys{};
+        for (int axis = 0; axis < D; ++axis)
+            keys[static_cast<std::size_t>(axis)] =
+                static_cast<std::uint8_t>(slice_of(c[axis], box.low[axis], box.high[axis], cut_steps));
+        return keys;
+    };
+    auto keys = is_surface_alone(mesh)
+                    ? map_each(execution, mesh.facets.size(),
+                               [&](std::size_t f) { return key(centroid_of(mesh, mesh.facets.vertices[f])); })
+                    : map_each(execution, mesh.elements.size(),
+                               [&](std::size_t e) { return key(centroid_of(mesh, mesh.elements.vertices[e])); });
+    if (!keys) return fail(keys.error());
+    return Column<CutKeys>(std::move(*keys));
+}
+
+std::array<std::vector<int>, 3> every_step() {
+    std::array<std::vector<int>, 3> steps;
+    for (auto& along : steps)
+        for (int s = 0; s < cut_steps; ++s) along.push_back(s);
+    return steps;
+}
+
+Outcome<InnerFaces> inner_faces(const QuadraticMesh<3>& mesh, const Column<CutKeys>& keys, std::size_t budget,
+                                const Execution& execution) {
+    return guarded([&]() -> Outcome<InnerFaces> {
+        const auto across = elements_across(mesh.linear, execution);
+        if (!across) return fail(across.error());
+        InnerFaces inner;
+        each_inner_face(*across, [&](std::size_t, int, std::uint32_t) { ++inner.all; });
+        const bool has_room = inner.all <= budget;
+        inner.steps = has_room ? every_step() : steps_within(uncovered_by_step(*across, keys), budget);
+        each_inner_face(*across, [&](std::size_t e, int i, std::uint32_t other) {
+            if (has_room || is_uncovered(inner.steps, keys[e], keys[other]))
+                inner.faces.push_back({nodes_of_face(mesh, e, i), static_cast<std::uint32_t>(e), other});
+        });
+        return inner;
+    });
+}
+
+template <int D>
+std::vector<std::array<NodeNumber, 6>> faces_of_element(const QuadraticMesh<D>& mesh, std::size_t e) {
+    if constexpr (D == 2) {
+        return {nodes_of_triangle<2>(mesh, mesh.linear.elements.vertices[e], mesh.edges.of_elements[e], {0, 1, 2})};
+    } else {
+        if (is_surface_alone(mesh.linear))
+            return {nodes_of_triangle<2>(mesh, mesh.linear.facets.vertices[e], mesh.edges.of_facets[e], {0, 1, 2})};
+        std::vector<std::array<NodeNumber, 6>> faces;
+        for (int i = 0; i < 4; ++i) faces.push_back(nodes_of_face(mesh, e, i));
+        return faces;
+    }
+}
+
+template <int D>
+std::vector<Face> along_curve(const QuadraticMesh<D>& mesh, const Column<Face>& faces, const Box<D>& box) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> order(faces.size());
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        std::array<int, 3> at{};
+        for (int axis = 0; axis < D; ++axis) {
+            double sum = 0;
+            for (std::size_t i = 0; i < 3; ++i) sum += node_point(mesh, faces[f].nodes[i])[axis];
+            at[static_cast<std::size_t>(axis)] = slice_of(sum / 3, box.low[axis], box.high[axis], 1023);
+        }
+        order[f] = {interleaved(at), static_cast<std::uint32_t>(f)};
+    }
+    std::ranges::sort(order);
+    std::vector<Face> sorted;
+    sorted.reserve(faces.size());
+    for (const auto& [key, f] : order) sorted.push_back(faces[f]);
+    return sorted;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                    \
+    template Outcome<Column<CutKeys>> cut_keys<D>(const LinearMesh<D>&, const Box<D>&, const Execution&);        \
+    template std::vector<std::array<NodeNumber, 6>> faces_of_element<D>(const QuadraticMesh<D>&, std::size_t);   \
+    template std::vector<Face> along_curve<D>(const QuadraticMesh<D>&, const Column<Face>&, const Box<D>&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber::run

@@ -1,0 +1,35 @@
+// The viewer of a page that Camber wrote: everything that it shows is in the page.
+import { listen } from "./keys.js";
+import { readMesh } from "./mesh.js";
+import { Panel } from "./panel.js";
+import { View } from "./view.js";
+
+const root = document.documentElement;
+
+function failed(error) {
+  root.dataset.state = "failed";
+  const box = document.getElementById("trouble");
+  box.hidden = false;
+  box.textContent = /WebGL/i.test(error?.message ?? "")
+    ? "This browser draws no 3D pictures (WebGL 2 is off). The numbers are beside."
+    : `The picture cannot be shown: ${error?.message ?? error}. The numbers are beside.`;
+  console.error(error);
+}
+
+async function start() {
+  const page = JSON.parse(document.getElementById("camber-page").textContent);
+  const mesh = await readMesh(page);
+  const view = new View(document.getElementById("canvas"), page, mesh);
+  const panel = new Panel(page, view);
+  await panel.start();
+  listen(panel);
+  document.getElementById("loading").hidden = true;
+  requestAnimationFrame(() =>
+    requestAnimationFrame(() => {
+      root.dataset.state = "drawn";
+      root.dataset.firstFrame = String(Math.round(performance.now()));
+    }),
+  );
+}
+
+start().catch(failed);

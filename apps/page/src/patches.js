@@ -1,0 +1,107 @@
+// Faces as instances of a lattice, in bins by how much they bend: each bin is as fine as its faces need on the screen.
+import { InstancedBufferAttribute, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBufferAttribute, Mesh } from "three";
+import { lattice } from "./lattice.js";
+
+const chordError = 0.25; // pixels
+const finest = 16;
+const mostTriangles = 12e6;
+const fineness = [1, 2, 3, 4, 6, 8, 11, finest];
+const binRatio = 4; // of bends: n doubles from bin to bin
+
+function binned(bends, faces, size) {
+  const bins = new Map();
+  for (const f of faces) {
+    const share = bends[f] / size;
+    const bin = share > 1e-9 ? Math.ceil(Math.log(share) / Math.log(binRatio)) : -Infinity;
+    if (!bins.has(bin)) bins.set(bin, []);
+    bins.get(bin).push(f);
+  }
+  return [...bins].map(([bin, list]) => ({ bend: size * binRatio ** bin, faces: Uint32Array.from(list) }));
+}
+
+function keysOf(mesh, elements, faces, owner) {
+  const keys = new Uint8Array(4 * faces.length);
+  const axes = mesh.keys.length / elements;
+  faces.forEach((f, i) => {
+    const e = owner[f];
+    if (e >= elements) return;
+    for (let axis = 0; axis < axes; ++axis) keys[4 * i + axis] = mesh.keys[axis * elements + e];
+    keys[4 * i + 3] = 1;
+  });
+  return new InstancedBufferAttribute(keys, 4);
+}
+
+function geometryOf(mesh, elements, faces) {
+  const geometry = new InstancedBufferGeometry();
+  geometry.instanceCount = faces.length;
+  const places = new Float32Array(18 * faces.length);
+  faces.forEach((f, i) => places.set(mesh.places.subarray(18 * f, 18 * f + 18), 18 * i));
+  const buffer = new InstancedInterleavedBuffer(places, 18);
+  ["p0", "p1", "p2", "d0", "d1", "d2"].forEach((name, i) =>
+    geometry.setAttribute(name, new InterleavedBufferAttribute(buffer, 3, 3 * i)),
+  );
+  geometry.setAttribute("front", keysOf(mesh, elements, faces, mesh.front));
+  geometry.setAttribute("back", keysOf(mesh, elements, faces, mesh.back));
+  return geometry;
+}
+
+/// Meshes of three.js for these faces, with `material`.
+export function patches(mesh, page, faces, material) {
+  return binned(mesh.bends, faces, page.radius).map((bin) => {
+    const object = new Mesh(geometryOf(mesh, page.counts.elements, bin.faces), material);
+    object.frustumCulled = false;
+    object.userData = bin;
+    return object;
+  });
+}
+
+/// As fine as `pixels` a unit of length ask for, within what may be drawn at once.
+export function refine(objects, pixels) {
+  const wanted = objects.map(({ userData: { bend } }) =>
+    Math.min(Math.max(Math.ceil(Math.sqrt((bend * pixels) / chordError)), 1), finest),
+  );
+  const total = objects.reduce((sum, o, i) => sum + o.userData.faces.length * wanted[i] ** 2, 0);
+  const share = Math.min(1, Math.sqrt(mostTriangles / total));
+  objects.forEach((object, i) => {
+    const n = fineness.find((n) => n >= Math.floor(wanted[i] * share)) ?? finest;
+    const { position, index } = lattice(n);
+    if (object.geometry.index === index) return;
+    object.geometry.setAttribute("position", position);
+    object.geometry.setIndex(index);
+  });
+}
+
+/// Puts values of elements or of faces, two a face, or of nodes, six a face, on the faces.
+export function setValues(objects, mesh, quantity, values) {
+  for (const { geometry, userData } of objects) {
+    const { faces } = userData;
+    if (quantity.on === "nodes") {
+      const [corners, edges] = nodal(mesh, faces, values);
+      geometry.setAttribute("atCorners", new InstancedBufferAttribute(corners, 3));
+      geometry.setAttribute("atEdges", new InstancedBufferAttribute(edges, 3));
+      continue;
+    }
+    const pairs = new Float32Array(2 * faces.length);
+    faces.forEach((f, i) => {
+      const [a, b] = quantity.on === "faces" ? [f, f] : [mesh.front[f], mesh.back[f]];
+      pairs[2 * i] = values[a] ?? NaN;
+      pairs[2 * i + 1] = values[b] ?? NaN;
+    });
+    geometry.setAttribute("values", new InstancedBufferAttribute(pairs, 2));
+  }
+}
+
+/// Without nodes at the edges: linear between the corners.
+function nodal(mesh, faces, values) {
+  const corners = new Float32Array(3 * faces.length);
+  const edges = new Float32Array(3 * faces.length);
+  faces.forEach((f, i) => {
+    for (let k = 0; k < 3; ++k) corners[3 * i + k] = values[mesh.faceNodes[mesh.perFace * f + k]];
+    for (let k = 0; k < 3; ++k)
+      edges[3 * i + k] =
+        mesh.perFace === 6
+          ? values[mesh.faceNodes[6 * f + 3 + k]]
+          : 0.5 * (corners[3 * i + k] + corners[3 * i + ((k + 1) % 3)]);
+  });
+  return [corners, edges];
+}

@@ -1,0 +1,239 @@
+"""The pages of `camber report`: what is in their text, and what a browser makes of them.  Usage: test_page.py CAMBER [Class.test]
+
+Where there is no Chromium, what asks it is skipped; with CAMBER_NO_SKIP=1 that is a failure."""
+
+import base64
+import json
+import math
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+import zlib
+
+import browser
+
+CAMBER = sys.argv.pop(1)
+
+
+def camber(*arguments, code=0, **options):
+    done = subprocess.run([CAMBER, *map(str, arguments)], capture_output=True, text=True, **options)
+    if code is not None and done.returncode != code:
+        raise AssertionError(f"camber {' '.join(map(str, arguments))}: {done.returncode}\n{done.stdout}{done.stderr}")
+    return done
+
+
+def array(page, name):
+    text = re.search(f'id="camber-{name}">([^<]*)<', page).group(1)
+    return zlib.decompress(base64.b64decode(text))
+
+
+def words(data):
+    """Little endian words of 32 bits from their planes of bytes."""
+    n = len(data) // 4
+    return [data[i] | data[n + i] << 8 | data[2 * n + i] << 16 | data[3 * n + i] << 24 for i in range(n)]
+
+
+def ids(data):
+    next_id, out = 0, []
+    for word in words(data):
+        out.append(next_id - word)
+        next_id += word == 0
+    return out
+
+
+def values_of(page):
+    return json.loads(re.search(r'id="camber-page">([^<]*)<', page).group(1))
+
+
+class Folder(unittest.TestCase):
+    """Meshes that all tests share."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.keep = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.keep.name)
+        camber("generate", "shell", "-o", cls.folder / "shell.meshb", "--elements", 800)
+        cls.run = camber("curve", "shell.meshb", "-o", "shell-p2.meshb", "--report", "report.json", cwd=cls.folder)
+        camber("generate", "annulus", "-o", cls.folder / "ring.mesh", "--elements", 60, "--set", "inner_radius=0.2")
+        camber("curve", cls.folder / "ring.mesh", "-o", cls.folder / "ring-p2.mesh")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.keep.cleanup()
+
+    def page(self, name, *arguments):
+        out = self.folder / f"{self.id()}.html"
+        camber("report", self.folder / name, "-o", out, *arguments)
+        return out
+
+
+class Text(Folder):
+    def test_says_what_check_says(self):
+        page = self.page("shell-p2.meshb").read_text()
+        table = camber("check", self.folder / "shell-p2.meshb", "--no-histogram").stdout
+        numbers = re.search(r"<h2>Numbers</h2>\n<pre>(.*?)</pre>", page, re.S).group(1)
+        for line in table.splitlines()[2:]:
+            self.assertIn(line.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;"), numbers)
+        self.assertIn(table.splitlines()[0], page)
+        self.assertRegex(page, r"<pre>camber report \S*shell-p2.meshb -o \S*.html</pre>")
+
+    def test_the_same_bytes_by_any_threads(self):
+        a, b = (self.folder / name for name in ("a.html", "b.html"))
+        texts = []
+        for out, threads in ((a, 1), (b, 3)):
+            camber("report", "shell-p2.meshb", "-o", "page.html", "--threads", threads, cwd=self.folder)
+            texts.append((self.folder / "page.html").read_text().replace(f"--threads {threads}", ""))
+        self.assertEqual(*texts)
+
+    def test_nothing_of_the_network(self):
+        page = self.page("shell-p2.meshb").read_text()
+        head = re.sub(r"<script.*?</script>", "", page, flags=re.S)
+        self.assertNotRegex(head, r"https?:|src=|@import|url\(")
+        self.assertIn("SPDX-License-Identifier: MIT", page)
+        self.assertLess(len(page), 700_000 + 60 * 40_000)
+
+    def test_faces_are_those_of_the_boundary(self):
+        for name, corners in (("shell.meshb", 3), ("shell-p2.meshb", 6)):
+            with self.subTest(name):
+                page = self.page(name).read_text()
+                values = values_of(page)
+                info = json.loads(camber("info", self.folder / name, "--json").stdout)
+                counts = values["counts"]
+                self.assertEqual(counts["faces"], info["triangles"])
+                self.assertEqual(counts["faces"] + 2 * counts["inner"], 4 * info["tetrahedra"])
+                self.assertEqual(counts["worst"], 40)
+                nodes = ids(array(page, "faces"))
+                self.assertEqual(len(nodes), corners * (counts["faces"] + counts["inner"] + counts["worst"]))
+                self.assertEqual(max(nodes) + 1, counts["nodes"])
+                owners = ids(array(page, "owners"))
+                self.assertEqual(len(owners), counts["faces"] + 2 * counts["inner"] + counts["worst"])
+                self.assertEqual(set(owners), set(range(info["tetrahedra"])))
+
+    def test_few_inner_faces(self):
+        counts = values_of(self.page("shell-p2.meshb", "--inner-faces", 500).read_text())
+        self.assertLessEqual(counts["counts"]["inner"], 500)
+        self.assertGreater(counts["counts"]["inner"], 100)
+        self.assertTrue(all(0 < len(places) < 255 for places in counts["cut"]["places"]), counts["cut"])
+        self.assertIn("places along x, y and z", counts["cut"]["note"])
+
+    def test_a_run_before_and_after(self):
+        page = self.page("report.json").read_text()
+        for text in ("before correction", "after correction", "largest distance to the geometry", "Length gain"):
+            self.assertIn(text, page)
+
+    def test_names_are_text(self):
+        strange = self.folder / "a<b>&'c.meshb"
+        strange.write_bytes((self.folder / "shell.meshb").read_bytes())
+        page = self.page(strange.name).read_text()
+        self.assertIn("<title>a&lt;b&gt;&amp;'c.meshb</title>", page)
+
+
+class Errors(Folder):
+    def fails(self, *arguments, code, says):
+        done = camber("report", *arguments, code=code, cwd=self.folder)
+        self.assertIn(says, done.stderr)
+
+    def test_an_empty_mesh(self):
+        (self.folder / "empty.mesh").write_text("MeshVersionFormatted 2\nDimension 3\nVertices 1\n0 0 0 0\nEnd\n")
+        self.fails("empty.mesh", "-o", "e.html", code=3, says="has no elements and no faces")
+
+    def test_another_ending(self):
+        self.fails("shell.meshb", "-o", "page.png", code=2, says=".html")
+
+    def test_a_report_without_its_mesh(self):
+        report = json.loads((self.folder / "report.json").read_text())
+        report["config"]["output"]["mesh"] = "gone.meshb"
+        (self.folder / "other.json").write_text(json.dumps(report))
+        self.fails("other.json", "-o", "page.html", code=3, says="gone.meshb")
+        self.fails("../nothing.json", "-o", "page.html", code=3, says="nothing.json")
+
+    def test_json_that_is_no_report(self):
+        (self.folder / "some.json").write_text("{}")
+        self.fails("some.json", "-o", "page.html", code=3, says="report.json")
+
+
+@unittest.skipUnless(browser.program() or os.environ.get("CAMBER_NO_SKIP"), "no Chromium")
+class InBrowser(Folder):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.browser = browser.Browser()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.browser.__exit__()
+        super().tearDownClass()
+
+    def open(self, name, *arguments):
+        self.browser.trouble.clear()
+        self.browser.open(self.page(name, *arguments))
+
+    def tearDown(self):
+        self.assertEqual(self.browser.trouble, [])
+
+    def assert_round(self, counts):
+        area, width, height = counts
+        self.assertLess(abs(width - height), 0.01 * width)
+        self.assertGreater(width, 400)
+        self.assertLess(abs(area / (math.pi / 4 * width * height) - 1), 0.01, counts)
+
+    def test_a_coarse_sphere_is_round(self):
+        self.open("shell-p2.meshb")
+        self.assert_round(self.browser.silhouette())
+
+    def test_a_straight_one_is_not(self):
+        self.open("shell.meshb")
+        area, width, height = self.browser.silhouette()
+        self.assertLess(area / (math.pi / 4 * width * height), 0.995)
+
+    def test_a_ring_in_the_plane(self):
+        self.open("ring-p2.mesh")
+        area, width, height = self.browser.silhouette()
+        self.assertLess(abs(area / (math.pi / 4 * width * height) / (1 - 0.2**2) - 1), 0.01)
+
+    def test_a_surface_alone(self):
+        camber("geometry", self.folder / "shell.meshb", "--surface", self.folder / "skin.vtu")
+        self.open("skin.vtu")
+        self.assertGreater(self.browser.silhouette()[0], 100_000)
+
+    def test_a_cut_takes_about_half(self):
+        self.open("shell-p2.meshb")
+        self.browser.press("X")  # along x: y goes to the right, z upwards
+        whole = self.browser.silhouette()
+        self.browser.press("y")
+        half = self.browser.silhouette()
+        self.assertLess(half[1], 0.7 * whole[1])
+        self.assertGreater(half[0], 0.4 * whole[0])
+        self.browser.press("]")
+        self.assertEqual(self.browser.ask("document.getElementById('place').value"), "128")
+        self.browser.press("Escape")
+        self.assertAlmostEqual(self.browser.silhouette()[0], whole[0], delta=2)
+
+    def test_the_worst_is_shown(self):
+        self.open("shell-p2.meshb")
+        self.browser.press("1")
+        self.assertEqual(self.browser.ask("document.getElementById('worst-0').getAttribute('aria-pressed')"), "true")
+        self.assertFalse(self.browser.ask("document.getElementById('pin').hidden"))
+        self.browser.press("Escape")
+        self.assertTrue(self.browser.ask("document.getElementById('pin').hidden"))
+
+    def test_every_colour_and_both_themes(self):
+        self.open("shell-p2.meshb")
+        for _ in range(self.browser.ask("document.getElementById('colour').length")):
+            self.browser.press("c")
+        self.browser.press("t")
+        self.assertEqual(self.browser.ask("document.documentElement.dataset.theme"), "dark")
+
+    def test_the_numbers_are_in_the_text(self):
+        self.open("shell-p2.meshb")
+        text = self.browser.ask("document.body.innerText")
+        least = re.search(r"smallest scaled Jacobian +([\d.]+)", camber("check", self.folder / "shell-p2.meshb").stdout)
+        self.assertIn(least.group(1), text)
+
+
+if __name__ == "__main__":
+    unittest.main()
