@@ -96,6 +96,7 @@ void add_pipeline(CLI::App* verb, PipelineArguments& a) {
     verb->add_option("--report", a.report, "Also write the figures as JSON");
     verb->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
     verb->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
+    verb->add_option("--page", a.page, "Also write the mesh and the figures as a page for a browser (.html)");
     add_settings(verb, a.settings, a.threads, a.print_config, a.dry_run);
 }
 
@@ -240,6 +241,8 @@ void add_check(CLI::App& app, Verb& verb) {
     check->add_option("--threads", a.threads, "Threads to use; 0: all")->check(at_least<double>(0));
     check->add_flag("--histogram,!--no-histogram", a.histogram,
                     "How the scaled Jacobians (of a straight mesh: the quality) are spread; shown by default");
+    check->add_option("--page", a.page,
+                      "Also write mesh and report as a page for a browser (.html), as camber report does");
     check->add_flag("--json", a.json, "One JSON object instead of the report");
     check->add_flag("--elements", a.elements,
                     "A line of CSV for each element instead of the report; with --json as columns in the object");
@@ -258,15 +261,21 @@ void add_report(CLI::App& app, Verb& verb) {
         "The page: docs/page.md");
     ReportArguments& a = verb.report;
     using Options = camber::run::CheckOptions;
-    report->add_option("input", a.input, "The mesh (" + endings_of_input() + "), or the report.json of a run, whose "
-                       "mesh is where it was written or beside it")->required();
+    report
+        ->add_option("input", a.input,
+                     "The mesh (" + endings_of_input() +
+                         "), or the report.json of a run, whose "
+                         "mesh is where it was written or beside it")
+        ->required();
     report->add_option("-o,--output", a.output, "The page (.html)")->required();
     add_described<double>(report, a.options, camber::option_of(&Options::min_scaled_jacobian));
     add_flat(report, a.flat);
     add_described<int>(report, a.options, camber::option_of(&Options::worst));
-    report->add_option("--metric", a.metric, "A metric file: faces can be coloured by its anisotropy, and check tells "
+    report->add_option("--metric", a.metric,
+                       "A metric file: faces can be coloured by its anisotropy, and check tells "
                        "lengths and qualities in it");
-    report->add_option("--solution", a.solution, "Fields to colour by: a solution file, or a mesh file with the same "
+    report->add_option("--solution", a.solution,
+                       "Fields to colour by: a solution file, or a mesh file with the same "
                        "nodes. Default: those of the mesh's own file");
     add_described<int>(report, a.page, camber::option_of(&camber::run::PageOptions::inner_faces));
     report->add_option("--threads", a.threads, "Threads to use; 0: all. The page does not depend on it")

@@ -33,7 +33,7 @@ TEST_CASE("unknown keys are refused with their path and the nearest known key") 
           "config.json: /stages/0/relaxx: unknown key (did you mean \"relax\"?)");
     CHECK(error_with(R"("output": {"qqqqqqqqq": 1})") ==
           "config.json: /output/qqqqqqqqq: unknown key (known: mesh, format, report, vtu, vtu_cells, metric, solution, "
-          "plots, "
+          "plots, page, "
           "distances)");
     CHECK(error_with(R"("metric": "naturl")") ==
           "config.json: /metric: unknown word \"naturl\" (did you mean \"natural\"?)");

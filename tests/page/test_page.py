@@ -8,6 +8,7 @@ import math
 import os
 import pathlib
 import re
+import struct
 import subprocess
 import sys
 import tempfile
@@ -16,7 +17,7 @@ import zlib
 
 import browser
 
-CAMBER = sys.argv.pop(1)
+CAMBER = str(pathlib.Path(sys.argv.pop(1)).resolve())
 
 
 def camber(*arguments, code=0, **options):
@@ -57,8 +58,8 @@ class Folder(unittest.TestCase):
         cls.keep = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.keep.name)
         camber("generate", "shell", "-o", cls.folder / "shell.meshb", "--elements", 800)
-        cls.run = camber("curve", "shell.meshb", "-o", "shell-p2.meshb", "--report", "report.json", cwd=cls.folder)
-        camber("generate", "annulus", "-o", cls.folder / "ring.mesh", "--elements", 60, "--set", "inner_radius=0.2")
+        camber("curve", "shell.meshb", "-o", "shell-p2.meshb", "--report", "report.json", cwd=cls.folder)
+        camber("generate", "annulus", "-o", cls.folder / "ring.mesh", "--elements", 60)
         camber("curve", cls.folder / "ring.mesh", "-o", cls.folder / "ring-p2.mesh")
 
     @classmethod
@@ -92,7 +93,7 @@ class Text(Folder):
     def test_nothing_of_the_network(self):
         page = self.page("shell-p2.meshb").read_text()
         head = re.sub(r"<script.*?</script>", "", page, flags=re.S)
-        self.assertNotRegex(head, r"https?:|src=|@import|url\(")
+        self.assertNotRegex(head, r"src=|href=\"(?!data:,)|@import|url\(")
         self.assertIn("SPDX-License-Identifier: MIT", page)
         self.assertLess(len(page), 700_000 + 60 * 40_000)
 
@@ -113,6 +114,22 @@ class Text(Folder):
                 self.assertEqual(len(owners), counts["faces"] + 2 * counts["inner"] + counts["worst"])
                 self.assertEqual(set(owners), set(range(info["tetrahedra"])))
 
+    def test_nodes_of_the_boundary_are_on_its_spheres(self):
+        page = self.page("shell-p2.meshb").read_text()
+        values = values_of(page)
+        n = values["counts"]["nodes"]
+        floats = struct.unpack(f"<{3 * n}f", struct.pack(f"<{3 * n}I", *words(array(page, "nodes"))))
+        told = list(zip(floats[:n], floats[n : 2 * n], floats[2 * n :]))
+        faces = ids(array(page, "faces"))
+        for at in range(0, 6 * values["counts"]["faces"], 6):
+            corners = [[x + o for x, o in zip(told[node], values["origin"])] for node in faces[at : at + 3]]
+            for i, node in enumerate(faces[at + 3 : at + 6]):
+                a, b = corners[i], corners[(i + 1) % 3]
+                place = [(p + q) / 2 + d for p, q, d in zip(a, b, told[node])]
+                radius = 1 if math.hypot(*a) < 3 else 5
+                self.assertLess(abs(math.hypot(*a) / radius - 1), 1e-5)
+                self.assertLess(abs(math.hypot(*place) / radius - 1), 0.01)
+
     def test_few_inner_faces(self):
         counts = values_of(self.page("shell-p2.meshb", "--inner-faces", 500).read_text())
         self.assertLessEqual(counts["counts"]["inner"], 500)
@@ -124,6 +141,17 @@ class Text(Folder):
         page = self.page("report.json").read_text()
         for text in ("before correction", "after correction", "largest distance to the geometry", "Length gain"):
             self.assertIn(text, page)
+
+    def test_page_beside_what_a_verb_does(self):
+        shown = {"curvature", "length_gain", "distance_to_geometry", "Anisotropy of the metric"}
+        camber("curve", "shell.meshb", "-o", "again.meshb", "--page", "curve.html", cwd=self.folder)
+        page = (self.folder / "curve.html").read_text()
+        self.assertLessEqual(shown, {q["title"] for q in values_of(page)["quantities"]})
+        self.assertIn("mean length gain", page)
+        camber("check", "shell-p2.meshb", "--page", "check.html", cwd=self.folder)
+        camber("report", "shell-p2.meshb", "-o", "report.html", cwd=self.folder)
+        texts = [(self.folder / name).read_text().split("<h2>Command")[0] for name in ("check.html", "report.html")]
+        self.assertEqual(*texts)
 
     def test_names_are_text(self):
         strange = self.folder / "a<b>&'c.meshb"

@@ -18,6 +18,7 @@ import :execute;
 import :formats;
 import :named_files;
 import :nodal_fields;
+import :page_file;
 
 namespace camber::app {
 
@@ -70,16 +71,8 @@ Outcome<Done> write_verdicts(const DecodedMesh& mesh, const run::CheckReport& re
     return write_for_viewers(mesh.mesh, std::move(*fields), mesh.lift, path, execution);
 }
 
-Outcome<Done> check_files(const CheckArguments& a) {
-    std::vector<NamedFile> files{{a.input, "the input", Role::input}};
-    if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
-    if (!a.vtu.empty()) files.push_back({a.vtu, "--vtu", Role::output});
-    return check_named_files(files).and_then([&](Done) { return check_viewer_output(a.vtu); });
-}
-
-Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
-    if (!arguments.vtu.empty())
-        if (auto files = check_files(arguments); !files) return fail(files.error());
+/// `page`: what a page takes of the mesh, where one is asked for.
+Outcome<run::CheckReport> checked(const CheckArguments& arguments, run::PageSource& page) {
     Progress progress;
     const std::stop_token stop = stop_on_signals();
     const Around around = steps_shown(progress, {.threads = arguments.threads, .stop = stop});
@@ -88,6 +81,9 @@ Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
         auto decoded = read_mesh(arguments.input, arguments.flat, execution);
         if (!decoded) return fail(decoded.error());
         mesh = std::move(*decoded);
+        if (arguments.page.empty()) return Done{};
+        page.mesh = mesh->mesh;
+        page.fields = fields_at_nodes(*mesh, mesh->notices);
         return Done{};
     });
     if (!read) return fail(read.error());
@@ -118,11 +114,34 @@ Outcome<run::CheckReport> checked(const CheckArguments& arguments) {
     return report;
 }
 
+Outcome<Done> write_page_of(const run::CheckReport& report, run::PageSource page, const CheckArguments& arguments) {
+    if (arguments.page.empty()) return Done{};
+    page.report = report;
+    page.histograms = report.histograms;
+    page.numbers = run::check_table(report);
+    return write_page(std::move(page), arguments.input, arguments.page, {}, {.threads = arguments.threads});
+}
+
+/// Before any work is done.
+Outcome<Done> check_names(const CheckArguments& a) {
+    std::vector<NamedFile> files{{a.input, "the input", Role::input}};
+    if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
+    if (!a.vtu.empty()) files.push_back({a.vtu, "--vtu", Role::output});
+    if (!a.page.empty()) files.push_back({a.page, "--page", Role::output});
+    if (a.vtu.empty() && a.page.empty()) return Done{};
+    return check_named_files(files)
+        .and_then([&](Done) { return a.vtu.empty() ? Outcome<Done>(Done{}) : check_viewer_output(a.vtu); })
+        .and_then([&](Done) { return a.page.empty() ? Outcome<Done>(Done{}) : check_page(a.page); });
+}
+
 }  // namespace
 
 int check_command(const CheckArguments& arguments) {
-    const auto report = checked(arguments);
+    if (auto possible = check_names(arguments); !possible) return report_error(possible.error());
+    run::PageSource page;
+    const auto report = checked(arguments, page);
     if (!report) return report_error(report.error());
+    if (auto done = write_page_of(*report, std::move(page), arguments); !done) return report_error(done.error());
     const int code = report->all_good() ? 0 : 1;
     if (!arguments.json)
         for (const std::string& notice : report->notices) tell_note(notice);

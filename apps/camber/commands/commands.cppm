@@ -42,7 +42,7 @@ struct SolutionChoice {
 
 /// Of the verbs that are a pipeline from one mesh to another.
 struct PipelineArguments {
-    std::string input, output, report, vtu, plots;
+    std::string input, output, report, vtu, plots, page;
     std::string format;  ///< of the output, by its name; empty: that of its ending, or the input's own
     config::Flat flat = config::Flat::plane;
     SolutionChoice solution;
@@ -142,7 +142,8 @@ struct ReportArguments {
 [[nodiscard]] int report_command(const ReportArguments& arguments);
 
 struct CheckArguments {
-    std::string input, metric, vtu;  ///< metric: a solution file; vtu: the mesh with its verdicts; empty: none
+    std::string input, metric;  ///< metric: a solution file; empty: none
+    std::string vtu, page;      ///< the mesh with its verdicts; an .html; empty: none
     config::Flat flat = config::Flat::plane;
     run::CheckOptions options = {};
     int threads = 0;

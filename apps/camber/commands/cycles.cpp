@@ -198,6 +198,7 @@ class Cycles {
         if (auto done = pair(made.report, output.report); !done) return done;
         if (auto done = pair(made.vtu, output.vtu); !done) return done;
         if (auto done = pair(made.metric, output.metric); !done) return done;
+        if (auto done = pair(made.page, output.page); !done) return done;
         if (!output.plots.empty()) {
             const auto from = plot_files(made.plots), to = plot_files(output.plots);
             for (std::size_t i = 0; i < from.size(); ++i)
@@ -242,7 +243,8 @@ class Cycles {
     [[nodiscard]] std::string what_was_written() const {
         std::string text;
         const config::Output& output = pipeline_.output;
-        text += wrote_rows({output.mesh, output.vtu, output.metric, output.solution, output.report, output.plots});
+        text += wrote_rows(
+            {output.mesh, output.vtu, output.metric, output.solution, output.report, output.plots, output.page});
         if (folders_.is_kept()) text += "  wrote " + folders_.path() + "/series.pvd and cycles.json beside it\n";
         return text;
     }

@@ -30,6 +30,7 @@ import :execute;
 import :formats;
 import :inputs;
 import :nodal_fields;
+import :page_file;
 
 namespace camber::app {
 
@@ -64,7 +65,8 @@ Outcome<Done> check_memory(const AnyMesh& mesh) {
 /// The files that the config names, but for those of plots.
 std::vector<std::string> named_outputs(const config::Output& output) {
     std::vector<std::string> files;
-    for (const std::string& path : {output.mesh, output.vtu, output.metric, output.solution, output.report})
+    for (const std::string& path :
+         {output.mesh, output.vtu, output.metric, output.solution, output.report, output.page})
         if (!path.empty()) files.push_back(path);
     return files;
 }
@@ -78,6 +80,8 @@ bool holds_metrics(const MeshFormat& format) {
 Outcome<Done> check_endings(const config::Output& output) {
     if (!output.mesh.empty())
         if (auto known = format_of_mesh(output.mesh, output.format); !known) return fail(known.error());
+    if (!output.page.empty())
+        if (auto possible = check_page(output.page); !possible) return possible;
     const auto ends_in = [](const std::string& path, const std::vector<std::string_view>& endings) {
         return std::any_of(endings.begin(), endings.end(), [&](std::string_view end) { return path.ends_with(end); });
     };
@@ -164,7 +168,31 @@ struct OutputWriter {
             if (auto done = write_metric(*run.metric, output.metric); !done) return done;
         if (!run.solution.empty() && !output.solution.empty())
             if (auto done = write_solution_of_run(); !done) return done;
-        return output.plots.empty() ? Done{} : write_plots(run.report.histograms, output.plots, written);
+        if (!output.plots.empty())
+            if (auto done = write_plots(run.report.histograms, output.plots, written); !done) return done;
+        return output.page.empty() ? Done{} : write_page_of_run();
+    }
+
+    /// The mesh as `check` sees it, with the run's fields and figures.
+    Outcome<Done> write_page_of_run() {
+        DecodedMesh made{run.mesh, {}};
+        made.fields = run.fields;
+        std::vector<Notice> told_elsewhere;
+        run::PageSource source;
+        source.mesh = run.mesh;
+        source.fields = fields_at_nodes(made, told_elsewhere);
+        source.histograms = run.report.histograms;
+        return written.add(output.page, around("write page", [&](const Execution& execution) -> Outcome<Done> {
+                               auto checked =
+                                   run::check_mesh(std::move(made), {}, {}, [&](std::string_view, const auto& body) {
+                                       return body(without_progress(execution));
+                                   });
+                               if (!checked) return fail(checked.error());
+                               source.report = std::move(*checked);
+                               source.numbers = run::table(run.report) + "\n" + run::check_table(source.report);
+                               return write_page(std::move(source), output.mesh.empty() ? output.page : output.mesh,
+                                                 output.page, {}, execution);
+                           }));
     }
 
     /// The mesh's own is asked for by name; the others go by their endings.

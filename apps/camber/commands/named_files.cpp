@@ -117,6 +117,7 @@ std::vector<NamedFile> files_of(const config::Pipeline& pipeline, const Pipeline
     if (!output.plots.empty())
         for (const std::string& path : plot_files(output.plots)) add(path, words.plots, Role::output);
     add(output.report, words.report, Role::output);
+    add(output.page, words.page, Role::output);
     return files;
 }
 

@@ -22,13 +22,13 @@ struct NamedFile {
 
 /// How a pipeline's files were named.
 struct PipelineWords {
-    const char *input, *solution, *metric, *cad, *geometry, *mesh, *vtu, *plots, *report;
+    const char *input, *solution, *metric, *cad, *geometry, *mesh, *vtu, *plots, *report, *page;
 };
-inline constexpr PipelineWords words_of_options{"the input", "--solution", "--metric", "--cad",   "--geometry",
-                                                "-o",        "--vtu",      "--plots",  "--report"};
-inline constexpr PipelineWords words_of_config{"/input/mesh",        "/solution/file", "/metric/file",
-                                               "/geometry/cad/file", "/geometry/mesh", "/output/mesh",
-                                               "/output/vtu",        "/output/plots",  "/output/report"};
+inline constexpr PipelineWords words_of_options{"the input", "--solution", "--metric", "--cad",    "--geometry",
+                                                "-o",        "--vtu",      "--plots",  "--report", "--page"};
+inline constexpr PipelineWords words_of_config{"/input/mesh",    "/solution/file", "/metric/file", "/geometry/cad/file",
+                                               "/geometry/mesh", "/output/mesh",   "/output/vtu",  "/output/plots",
+                                               "/output/report", "/output/page"};
 
 [[nodiscard]] std::vector<NamedFile> files_of(const config::Pipeline& pipeline, const PipelineWords& words);
 

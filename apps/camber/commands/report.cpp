@@ -39,8 +39,9 @@ Outcome<std::string> found_mesh(const std::string& path, const std::string& repo
     std::error_code ignored;
     for (const std::filesystem::path& place : {given, beside})
         if (!path.empty() && std::filesystem::exists(place, ignored)) return place.string();
-    return fail(ErrorKind::input, path.empty() ? "names no mesh that its run wrote" : "its mesh, " + path + ", is not there",
-                report, {}, "give the mesh itself, or the report.json of a run with its mesh beside it");
+    return fail(ErrorKind::input,
+                path.empty() ? "names no mesh that its run wrote" : "its mesh, " + path + ", is not there", report, {},
+                "give the mesh itself, or the report.json of a run with its mesh beside it");
 }
 
 Outcome<Subject> subject_of(const std::string& input) {
@@ -75,9 +76,8 @@ class Reporter {
             .and_then([&](Done) { return check(*subject); })
             .and_then([&](Done) {
                 return around_("page", [&](const Execution& e) {
-                    return written.add(arguments_.output,
-                                       write_page(std::move(source_), called(subject->mesh), arguments_.output,
-                                                  arguments_.page, e));
+                    return written.add(arguments_.output, write_page(std::move(source_), subject->mesh,
+                                                                     arguments_.output, arguments_.page, e));
                 });
             });
     }
@@ -85,10 +85,6 @@ class Reporter {
     [[nodiscard]] const std::string& answer() const { return answer_; }
 
   private:
-    static std::string called(const std::string& path) {
-        return path == standard_stream ? called_input(path) : std::filesystem::path(path).filename().string();
-    }
-
     Outcome<Done> read(const std::string& path, const Execution& execution) {
         auto mesh = read_mesh(path, arguments_.flat, execution);
         if (!mesh) return fail(mesh.error());
@@ -133,7 +129,7 @@ Outcome<Done> check_names(const ReportArguments& a) {
     std::vector<NamedFile> files{{a.input, "the input", Role::input}, {a.output, "-o", Role::output}};
     if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
     if (!a.solution.empty()) files.push_back({a.solution, "--solution", Role::input});
-    return check_named_files(files).and_then([&](Done) { return check_page(a.output, "-o"); });
+    return check_named_files(files).and_then([&](Done) { return check_page(a.output); });
 }
 
 }  // namespace

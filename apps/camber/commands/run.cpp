@@ -41,7 +41,7 @@ std::string text_of(const run::Run& run, const config::Output& output, bool hist
     text += "\n";
     const std::string metric = run.metric ? output.metric : std::string();
     const std::string solution = run.solution.empty() ? std::string() : output.solution;
-    return text + wrote_rows({output.mesh, output.vtu, metric, solution, output.report, output.plots});
+    return text + wrote_rows({output.mesh, output.vtu, metric, solution, output.report, output.plots, output.page});
 }
 
 /// What would make the elements valid that repair left; empty where nothing is known of it.
@@ -133,6 +133,7 @@ Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArgum
     if (!arguments.report.empty()) output.report = arguments.report;
     if (!arguments.vtu.empty()) output.vtu = arguments.vtu;
     if (!arguments.plots.empty()) output.plots = arguments.plots;
+    if (!arguments.page.empty()) output.page = arguments.page;
     const SolutionChoice& solution = arguments.solution;
     if (!solution.given.empty()) {
         const bool is_file = names_a_file(solution.given);

@@ -277,8 +277,8 @@ using Stage =
 // ---------------------------------------------------------------- the whole
 
 struct Output {
-    std::string mesh, report, vtu, metric, solution, plots;  ///< empty: not written
-    std::string format;                                      ///< of the mesh, by its name; empty: that of its ending
+    std::string mesh, report, vtu, metric, solution, plots, page;  ///< empty: not written
+    std::string format;  ///< of the mesh, by its name; empty: that of its ending
     VtuCells vtu_cells = VtuOptions{}.cells;
     DistanceWays distances = DistanceWays::boundary;
 
@@ -302,6 +302,8 @@ struct Output {
                    "the solution's fields on the mesh that was made: rows in its file's order (.sol, .solb), or with "
                    "the mesh in a format that has fields; empty: in the mesh's own file, if its format has fields"),
             option("plots", &S::plots, "a folder for histograms of the run as SVG files; empty: none"),
+            option("page", &S::page,
+                   "the mesh and the figures of the run as a page for a browser (.html); empty: none"),
             option(
                 "distances", &S::distances,
                 "which distances the report has: boundary, the largest from the curved boundary to the geometry; both, "

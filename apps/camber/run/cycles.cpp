@@ -39,6 +39,7 @@ config::Output output_of_cycle(const config::Pipeline& pipeline, const CycleFile
     output.metric = files.metric;
     output.solution = asks_a_solver(pipeline) ? files.guess : files.carried;
     output.plots = files.plots;
+    output.page = files.page;
     return output;
 }
 
@@ -99,7 +100,8 @@ CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& f
             .vtu = output.vtu.empty() && solves ? "" : within(solves ? "run.vtu" : "view.vtu"),
             .metric = like(folder, "metric", output.metric),
             .carried = like(folder, "carried", output.solution),
-            .plots = output.plots.empty() ? "" : within("plots")};
+            .plots = output.plots.empty() ? "" : within("plots"),
+            .page = output.page.empty() ? "" : within("page.html")};
 }
 
 config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFiles& into) {
@@ -108,6 +110,7 @@ config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFil
     first.output.metric.clear();
     first.output.solution.clear();
     first.output.plots.clear();
+    first.output.page.clear();
     if (!asks_a_solver(pipeline)) first.stages.clear();
     std::erase_if(first.stages, [](const config::Stage& stage) {
         return std::visit([]<class S>(const S&) { return changes_topology<S>(); }, stage);

@@ -20,7 +20,7 @@ struct CycleFiles {
     std::string mesh, solution, guess;  ///< the mesh, the solver's solution on it, what that may begin with
     std::string said;                   ///< what the solver said
     std::string report, view;           ///< view: the mesh with fields, for ParaView
-    std::string vtu, metric, carried, plots;
+    std::string vtu, metric, carried, plots, page;
 };
 /// Those of a config's cycle below the folder of all.
 [[nodiscard]] CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& folder);

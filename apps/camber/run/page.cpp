@@ -46,12 +46,11 @@ std::string tile(std::string_view name, const std::string& value) {
 std::string tiles(const CheckReport& report) {
     const MeshReport& m = report.mesh;
     const bool of_triangles = m.is_surface_alone() || m.dimension == 2;
-    std::string text = tile(of_triangles ? "triangles" : "tetrahedra", grouped(m.judged())) +
-                       tile("nodes", grouped(m.nodes)) +
-                       tile("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
-                       tile("invalid", grouped(report.validity.invalid)) +
-                       tile("undecided", grouped(report.validity.undecided));
-    if (m.degree == 2) return text + tile("least scaled Jacobian", fmt::format("{:.4g}", report.validity.smallest));
+    std::string text =
+        tile(of_triangles ? "triangles" : "tetrahedra", grouped(m.judged())) + tile("nodes", grouped(m.nodes)) +
+        tile("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
+        tile("invalid", grouped(report.validity.invalid)) + tile("undecided", grouped(report.validity.undecided));
+    if (m.degree == 2) return text + tile("least scaled Jacobian", lower_bound_text(report.validity.smallest));
     return report.worst.empty() ? text : text + tile("least quality", fmt::format("{:.4g}", report.worst[0].quality));
 }
 
@@ -63,10 +62,11 @@ std::string worst_section(const CheckReport& report) {
         const ElementReport& e = report.worst[i];
         const bool is_curved = report.mesh.degree == 2;
         text += fmt::format(
-            "<li><button id=\"worst-{}\" aria-pressed=\"false\"><span>element {}</span><span{}>{} {:.4g}</span>"
+            "<li><button id=\"worst-{}\" aria-pressed=\"false\"><span>element {}</span><span{}>{} {}</span>"
             "</button></li>\n",
             i, grouped(e.number), e.verdict == Verdict::valid ? "" : " class=\"bad\"",
-            is_curved ? "scaled Jacobian" : "quality", is_curved ? e.min_scaled_jacobian : e.quality);
+            is_curved ? "scaled Jacobian" : "quality",
+            is_curved ? lower_bound_text(e.min_scaled_jacobian) : fmt::format("{:.4g}", e.quality));
     }
     return text + "</ol>\n</section>\n";
 }

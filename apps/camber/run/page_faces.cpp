@@ -75,9 +75,7 @@ template <int D>
 class Numbered {
   public:
     explicit Numbered(PageMesh<D>& page)
-        : page_(page),
-          nodes_(page.mesh->linear.points.size() + page.mesh->edges.size()),
-          elements_(page.keys.size()) {}
+        : page_(page), nodes_(page.mesh->linear.points.size() + page.mesh->edges.size()), elements_(page.keys.size()) {}
 
     void add(const std::array<NodeNumber, 6>& nodes) {
         const std::size_t count = page_.degree == 2 ? 6 : 3;
@@ -138,8 +136,9 @@ PageArray node_array(const PageMesh<D>& page) {
     for (std::size_t i = 0; i < n; ++i) {
         const Vec<D> place = told(page, page.nodes[i]);
         for (int axis = 0; axis < D; ++axis)
-            columns[static_cast<std::size_t>(axis) * n + i] =
-                page.nodes[i] < vertices ? static_cast<float>(place[axis]) : rounded_float(static_cast<float>(place[axis]));
+            columns[static_cast<std::size_t>(axis) * n + i] = page.nodes[i] < vertices
+                                                                  ? static_cast<float>(place[axis])
+                                                                  : rounded_float(static_cast<float>(place[axis]));
     }
     return array_of_floats("nodes", columns);
 }
@@ -189,9 +188,9 @@ std::vector<PageArray> arrays_of(const PageMesh<D>& page) {
     return arrays;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                \
+#define CAMBER_INSTANTIATE(D)                                                                                   \
     template Outcome<PageMesh<D>> page_mesh<D>(const QuadraticMesh<D>&, const CheckReport&, const PageOptions&, \
-                                               const Execution&);                                            \
+                                               const Execution&);                                               \
     template std::vector<PageArray> arrays_of<D>(const PageMesh<D>&);
 
 CAMBER_INSTANTIATE(2)

@@ -97,15 +97,19 @@ StepCounts uncovered_by_step(const Across& across, const Column<CutKeys>& keys) 
     return counts;
 }
 
-/// Steps of all axes as long as what they uncover has room: the middle of each, the quarters, the eighths …
+/// Steps of all axes as long as what they uncover has room: the middle of each, the quarters, the eighths … An axis
+/// gets no finer once one has no room.
 std::array<std::vector<int>, 3> steps_within(const StepCounts& counts, std::size_t budget) {
     std::array<std::vector<int>, 3> steps;
+    std::array<bool, 3> is_full{};
     std::size_t used = 0;
     for (int stride = 128; stride >= 1; stride /= 2)
         for (int s = stride - 1; s < cut_steps; s += 2 * stride)
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 const std::size_t more = counts[axis][static_cast<std::size_t>(s)];
-                if (more == 0 || used + more > budget) continue;
+                if (more == 0 || is_full[axis]) continue;
+                is_full[axis] = used + more > budget && !steps[axis].empty();
+                if (used + more > budget) continue;
                 used += more;
                 steps[axis].push_back(s);
             }
@@ -207,9 +211,9 @@ std::vector<Face> along_curve(const QuadraticMesh<D>& mesh, const Column<Face>& 
     return sorted;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                    \
-    template Outcome<Column<CutKeys>> cut_keys<D>(const LinearMesh<D>&, const Box<D>&, const Execution&);        \
-    template std::vector<std::array<NodeNumber, 6>> faces_of_element<D>(const QuadraticMesh<D>&, std::size_t);   \
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template Outcome<Column<CutKeys>> cut_keys<D>(const LinearMesh<D>&, const Box<D>&, const Execution&);      \
+    template std::vector<std::array<NodeNumber, 6>> faces_of_element<D>(const QuadraticMesh<D>&, std::size_t); \
     template std::vector<Face> along_curve<D>(const QuadraticMesh<D>&, const Column<Face>&, const Box<D>&);
 
 CAMBER_INSTANTIATE(2)

@@ -48,7 +48,6 @@ template <int D>
 /// The faces in an order in which those near each other in space follow each other mostly: along a Morton curve
 /// through the centroids. Packed, their numbers are smaller so.
 template <int D>
-[[nodiscard]] std::vector<Face> along_curve(const QuadraticMesh<D>& mesh, const Column<Face>& faces,
-                                            const Box<D>& box);
+[[nodiscard]] std::vector<Face> along_curve(const QuadraticMesh<D>& mesh, const Column<Face>& faces, const Box<D>& box);
 
 }  // namespace camber::run

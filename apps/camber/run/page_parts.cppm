@@ -32,8 +32,8 @@ template <int D>
 struct PageMesh {
     const QuadraticMesh<D>* mesh = nullptr;
     int degree = 2;
-    Box<D> box = {};          ///< of the vertices
-    Vec<D> centre = {};       ///< from which nodes are told
+    Box<D> box = {};     ///< of the vertices
+    Vec<D> centre = {};  ///< from which nodes are told
     double radius = 0;   ///< of the nodes around it
     std::vector<Face> outer = {};
     InnerFaces inner = {};
@@ -62,9 +62,9 @@ struct PageQuantity {
     ValuesOn on = ValuesOn::elements;
     ValueScale scale = ValueScale::linear;
     bool good_is_high = false;
-    std::array<double, 2> range{};                       ///< of the finite values
-    std::optional<std::array<double, 2>> whole = {};     ///< all that it can be, by the usual
-    std::optional<double> bad = {};                      ///< elements with no more are invalid
+    std::array<double, 2> range{};                                   ///< of the finite values
+    std::optional<std::array<double, 2>> whole = {};                 ///< all that it can be, by the usual
+    std::optional<double> bad = {};                                  ///< elements with no more are invalid
     std::vector<std::pair<Reference, std::string>> categories = {};  ///< with names, where they have such
 };
 struct PageQuantities {

@@ -140,10 +140,15 @@ PageQuantities page_quantities(const PageMesh<D>& page, const PageSource& source
     const LinearMesh<D>& linear = page.mesh->linear;
     const std::array<double, 2> whole{0, 1};
     if (!columns.min_scaled_jacobian.empty())
-        add(all, {.key = "scaled-jacobian", .title = "Scaled Jacobian", .good_is_high = true, .whole = whole, .bad = 0.0},
+        add(all,
+            {.key = "scaled-jacobian", .title = "Scaled Jacobian", .good_is_high = true, .whole = whole, .bad = 0.0},
             of_elements(page, [&](std::uint32_t e) { return columns.min_scaled_jacobian[e]; }));
     add(all,
-        {.key = "quality", .title = "Quality of the straight element", .good_is_high = true, .whole = whole, .bad = 0.0},
+        {.key = "quality",
+         .title = "Quality of the straight element",
+         .good_is_high = true,
+         .whole = whole,
+         .bad = 0.0},
         of_elements(page, [&](std::uint32_t e) { return quality_of(linear, e); }));
     for (std::size_t i = 0; i < source.fields.size(); ++i) add_field(all, page, source.fields[i], i + 1);
     const int dimension = is_surface_alone(linear) ? 2 : D;

@@ -22,7 +22,8 @@ Json at(const Json& report, const char* path) {
 }
 
 std::string text_of(const Json& number) {
-    return number.is_number_integer() ? grouped(number.get<std::size_t>()) : fmt::format("{:.4g}", number.get<double>());
+    return number.is_number_integer() ? grouped(number.get<std::size_t>())
+                                      : fmt::format("{:.4g}", number.get<double>());
 }
 
 std::string row(const Json& report, std::string_view name, const char* before, const char* after) {
@@ -41,8 +42,7 @@ std::string before_and_after(std::string_view report_json) {
                "/validity/min_scaled_jacobian") +
            row(report, "largest distance to the geometry", "/boundary/largest_distance_straight",
                "/boundary/largest_distance") +
-           row(report, "mean length gain", "/curve/before_correction/mean_gain",
-               "/curve/after_correction/mean_gain") +
+           row(report, "mean length gain", "/curve/before_correction/mean_gain", "/curve/after_correction/mean_gain") +
            row(report, "mean curvature", "/curve/before_correction/mean_curvature",
                "/curve/after_correction/mean_curvature");
 }

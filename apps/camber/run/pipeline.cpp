@@ -303,7 +303,7 @@ const MeshFormat* format_of(const config::Output& output) {
 
 bool shows_fields(const config::Output& output) {
     const MeshFormat* const format = format_of(output);
-    return !output.vtu.empty() || (format != nullptr && format->for_viewers);
+    return !output.vtu.empty() || !output.page.empty() || (format != nullptr && format->for_viewers);
 }
 
 bool carries_fields(const config::Output& output) {

@@ -45,7 +45,7 @@ struct Run {
     std::vector<NamedField> solution = {};  ///< the input's fields, if the config's output has a place for them
 };
 
-/// Whether an output shows fields of the run: a VTU file.
+/// Whether an output shows fields of the run: a VTU file, a page.
 [[nodiscard]] bool shows_fields(const config::Output& output);
 /// Whether it has a place for fields of a solution: a file of their own, or with the mesh.
 [[nodiscard]] bool carries_fields(const config::Output& output);

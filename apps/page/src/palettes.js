@@ -2,7 +2,7 @@
 import { DataTexture, LinearFilter, NearestFilter } from "three";
 
 const stops = {
-  good: ["#8c1d40", "#d9532c", "#f6b04b", "#f3ecc2", "#8fc9c4", "#3f86b8", "#274b8f"], // from bad to good
+  good: ["#8c1d40", "#d9532c", "#f6b04b", "#f6edc4", "#a9d8cc", "#6fb3d2", "#4f8fc4"], // from bad to good
   sequence: ["#1d2158", "#453b8f", "#8a4a9a", "#c9587f", "#f08062", "#fbb96b", "#fbf3b9"], // from little to much
 };
 const categories = ["#4c78a8", "#f2a154", "#63a375", "#d1605e", "#8d78b8", "#7fbfc4", "#e0c35a", "#b07d62", "#e08fb0", "#8c9aa6"];

@@ -5,6 +5,9 @@ import { showLegend } from "./legend.js";
 const $ = (id) => document.getElementById(id);
 const axes = ["x", "y", "z"];
 
+/// A coordinate to a thousandth of the mesh's extent.
+const rounded = (x, extent) => Number(x.toFixed(Math.min(Math.max(3 - Math.floor(Math.log10(extent)), 0), 20)));
+
 export class Panel {
   constructor(page, view) {
     Object.assign(this, { page, view, whole: true, lines: true, axis: -1, side: 1, chosen: null });
@@ -55,7 +58,7 @@ export class Panel {
 
   setLines(on) {
     this.lines = $("lines").checked = on;
-    this.view.setLines(on ? 1.3 : 0);
+    this.view.setLines(on);
   }
 
   switchLines() {
@@ -107,7 +110,7 @@ export class Panel {
     const step = this.page.cut.places[axis][this.index];
     const { low, high, steps } = this.page.cut;
     const at = low[axis] + ((high[axis] - low[axis]) * (step + 1)) / (steps + 1);
-    $("cutText").textContent = `${axes[axis]} ${side > 0 ? "≤" : ">"} ${Number(at.toPrecision(4))}`;
+    $("cutText").textContent = `${axes[axis]} ${side > 0 ? "≤" : ">"} ${rounded(at, high[axis] - low[axis])}`;
     this.view.setCut({ axis, cut: step + 0.5, side });
   }
 
@@ -171,6 +174,7 @@ export class Panel {
     const root = document.documentElement;
     const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
     root.dataset.theme = dark ? "light" : "dark";
+    this.view.ask();
   }
 
   switchHelp() {

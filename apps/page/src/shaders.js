@@ -44,6 +44,7 @@ uniform vec2 range;          // of the values, of their logarithms where the sca
 uniform bool logarithmic, plain, ghost, flatLight;
 uniform float badBelow;      // values up to here are of bad elements
 uniform vec3 badColour, plainColour, lineColour;
+uniform vec3 inkColour;      // of what is seen through: that of the page's text
 uniform float lines;         // their width in pixels; 0: none
 in vec3 place, normal;
 in float value;
@@ -68,7 +69,7 @@ vec3 lit(vec3 c) {
     float key = max(dot(n, normalize(vec3(-0.45, 0.65, 0.75))), 0.0);
     float fill = max(dot(n, normalize(vec3(0.8, -0.15, 0.45))), 0.0);
     float gloss = pow(max(dot(n, normalize(vec3(-0.24, 0.35, 0.9))), 0.0), 48.0);
-    return c * (0.24 + 0.10 * n.y + 0.78 * key + 0.20 * fill) + 0.07 * gloss;
+    return c * (0.36 + 0.10 * n.y + 0.68 * key + 0.16 * fill) + 0.04 * gloss;
 }
 
 /// How much of the pixel the face's edges cover. They fade where faces are no larger than a few pixels.
@@ -85,7 +86,7 @@ void main() {
     vec3 c = lit(surfaceColour());
     float line = lines > 0.0 ? edgeCover() : 0.0;
     if (ghost) {
-        colour = vec4(lineColour, 0.05 + 0.35 * line);
+        colour = vec4(inkColour, 0.04 + 0.38 * line);
         colour.rgb *= colour.a;
         return;
     }

@@ -8,6 +8,8 @@ import { badColour, paletteTexture } from "./palettes.js";
 import { fragmentShader, vertexShader } from "./shaders.js";
 
 const rgb = (hex) => new Color().setStyle(hex, "");
+/// Of edges, in pixels of the screen.
+const lineWidth = () => 1.3 * Math.min(window.devicePixelRatio, 2);
 const none = { axis: -1, cut: 0, side: 1 };
 
 const range = (begin, count) => Array.from({ length: count }, (_, i) => begin + i);
@@ -27,6 +29,7 @@ export class View {
     this.inner = this.add(range(faces, inner));
     this.worst = page.worst.map(({ first, count }) => this.add(range(faces + inner + first, count)));
     this.setCut(none);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.ask());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
   }
@@ -43,7 +46,8 @@ export class View {
       badColour: value(rgb(badColour)),
       plainColour: value(rgb("#c9d3de")),
       lineColour: value(rgb("#141c28")),
-      lines: value(1.3),
+      inkColour: value(new Color()),
+      lines: value(lineWidth()),
     };
   }
 
@@ -104,8 +108,8 @@ export class View {
     this.dress();
   }
 
-  setLines(width) {
-    this.shared.lines.value = width * Math.min(window.devicePixelRatio, 2);
+  setLines(on) {
+    this.shared.lines.value = on ? lineWidth() : 0;
     this.ask();
   }
 
@@ -153,6 +157,7 @@ export class View {
 
   draw() {
     if (this.quantity === undefined) return;
+    this.shared.inkColour.value.setStyle(getComputedStyle(document.body).color, "");
     refine(this.everything.filter((o) => o.visible), this.orbit.pixelsPerUnit * this.renderer.getPixelRatio());
     this.renderer.render(this.scene, this.orbit.camera);
     this.drawn();
