@@ -5,6 +5,7 @@ import { lattice } from "./lattice.js";
 const chordError = 0.25; // pixels
 const finest = 16;
 const mostTriangles = 12e6;
+const mostAlike = 3e6; // triangles, where all faces may be as fine as the one that needs it most
 const fineness = [1, 2, 3, 4, 6, 8, 11, finest];
 const binRatio = 4; // of bends: n doubles from bin to bin
 
@@ -55,12 +56,16 @@ export function patches(mesh, page, faces, material) {
   });
 }
 
-/// As fine as `pixels` a unit of length ask for, within what may be drawn at once.
+/// As fine as `pixels` a unit of length ask for, within what may be drawn at once. All alike where that is few triangles:
+/// between faces of another fineness the background shines through, by as much as the chords are off.
 export function refine(objects, pixels) {
   const wanted = objects.map(({ userData: { bend } }) =>
     Math.min(Math.max(Math.ceil(Math.sqrt((bend * pixels) / chordError)), 1), finest),
   );
-  const total = objects.reduce((sum, o, i) => sum + o.userData.faces.length * wanted[i] ** 2, 0);
+  const count = (i) => objects[i].userData.faces.length;
+  const most = Math.max(...wanted);
+  if (objects.reduce((sum, _, i) => sum + count(i), 0) * most ** 2 <= mostAlike) wanted.fill(most);
+  const total = objects.reduce((sum, _, i) => sum + count(i) * wanted[i] ** 2, 0);
   const share = Math.min(1, Math.sqrt(mostTriangles / total));
   objects.forEach((object, i) => {
     const n = fineness.find((n) => n >= Math.floor(wanted[i] * share)) ?? finest;

@@ -90,7 +90,8 @@ void main() {
         colour.rgb *= colour.a;
         return;
     }
-    c = mix(c, linear(lineColour), 0.72 * line);
+    float dark = 1.0 - smoothstep(0.02, 0.10, dot(c, vec3(0.3, 0.6, 0.1)));  // where a dark line is not seen
+    c = mix(c, mix(linear(lineColour), vec3(0.45), dark), (0.72 - 0.35 * dark) * line);
     colour = vec4(pow(c, vec3(1.0 / 2.2)), 1.0);
 }
 `;
