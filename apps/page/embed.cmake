@@ -1,10 +1,14 @@
-# Texts as a C++ source: cmake -DOUT=viewer.cpp -DFRAME=page.html -DSTYLE=page.css -DSCRIPT=page.js (or empty) -P embed.cmake.
+# Texts as a C++ source: cmake -DOUT=viewer.cpp -DFRAME=page.html -DSTYLE=page.css -DSCRIPT=page.js (or empty) -DLICENCE=LICENSE -P embed.cmake.
 # In pieces, since a literal has a limit of length.
 set(source "#include \"viewer.hpp\"\n#include <string>\n\nnamespace camber {\nnamespace {\n")
 foreach(part FRAME STYLE SCRIPT)
     set(text "")
     if(${part})
         file(READ "${${part}}" text)
+        if(part STREQUAL SCRIPT)
+            file(READ "${LICENCE}" licence) # of three.js, which goes with every copy of it
+            string(APPEND text "/* three.js:\n${licence}*/\n")
+        endif()
     endif()
     string(TOLOWER ${part} name)
     string(LENGTH "${text}" length)

@@ -94,7 +94,7 @@ class Text(Folder):
         page = self.page("shell-p2.meshb").read_text()
         head = re.sub(r"<script.*?</script>", "", page, flags=re.S)
         self.assertNotRegex(head, r"src=|href=\"(?!data:,)|@import|url\(")
-        self.assertIn("SPDX-License-Identifier: MIT", page)
+        self.assertIn("The above copyright notice and this permission notice shall be included", page)
         self.assertLess(len(page), 700_000 + 60 * 40_000)
 
     def test_faces_are_those_of_the_boundary(self):
@@ -141,6 +141,13 @@ class Text(Folder):
     def test_a_run_before_and_after(self):
         page = self.page("report.json").read_text()
         for text in ("before correction", "after correction", "largest distance to the geometry", "Length gain"):
+            self.assertIn(text, page)
+
+    def test_a_remeshed_mesh_and_the_one_that_was_given(self):
+        camber("generate", "box", "-o", "box.mesh", "--set", "cells=[2,2,2]", cwd=self.folder)
+        camber("remesh", "box.mesh", "-o", "finer.mesh", "--metric", 0.3, "--page", "finer.html", cwd=self.folder)
+        page = (self.folder / "finer.html").read_text()
+        for text in (">as given</text>", ">remeshed</text>"):
             self.assertIn(text, page)
 
     def test_page_beside_what_a_verb_does(self):

@@ -1,6 +1,7 @@
 // The viewer of a page that Camber wrote: everything that it shows is in the page.
 import { listen } from "./keys.js";
 import { readMesh } from "./mesh.js";
+import { enlargePlots } from "./plots.js";
 import { Panel } from "./panel.js";
 import { View } from "./view.js";
 
@@ -32,4 +33,5 @@ async function start() {
   );
 }
 
+enlargePlots();
 start().catch(failed);

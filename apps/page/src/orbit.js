@@ -99,6 +99,11 @@ export class Orbit {
     this.update();
   }
 
+  /// How much the eye is on the positive side of an axis, from -1 to 1.
+  seenFrom(axis) {
+    return new Vector3(0, 0, 1).applyQuaternion(this.turn).getComponent(axis);
+  }
+
   /// A point of space in pixels of the element.
   pixelOf(point) {
     const seen = new Vector3(...point).project(this.camera);

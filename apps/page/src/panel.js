@@ -88,6 +88,8 @@ export class Panel {
     $("cutPlace").hidden = axis < 0;
     if (axis < 0) return this.applyCut();
     const places = this.page.cut.places[axis];
+    this.side = this.view.orbit.seenFrom(axis) < -1e-6 ? -1 : 1; // what is nearer goes
+    $("side").checked = this.side < 0;
     $("place").max = places.length - 1;
     const middle = places.reduce((best, p, i) => (Math.abs(p - 127) < Math.abs(places[best] - 127) ? i : best), 0);
     this.cutAt(middle);
