@@ -3,14 +3,15 @@
 set(source "#include \"viewer.hpp\"\n#include <string>\n\nnamespace camber {\nnamespace {\n")
 foreach(part FRAME STYLE SCRIPT)
     set(text "")
+    string(TOLOWER ${part} name)
     if(${part})
         file(READ "${${part}}" text)
-        if(part STREQUAL SCRIPT)
+        if(name STREQUAL "script")
             file(READ "${LICENCE}" licence) # of three.js, which goes with every copy of it
+            string(REPLACE "©" "(c)" licence "${licence}") # pieces are of bytes: none may end within a character
             string(APPEND text "/* three.js:\n${licence}*/\n")
         endif()
     endif()
-    string(TOLOWER ${part} name)
     string(LENGTH "${text}" length)
     string(APPEND source "const char* const ${name}_[] = {\n")
     set(begin 0)
