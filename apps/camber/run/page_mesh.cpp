@@ -187,6 +187,7 @@ std::vector<std::array<NodeNumber, 6>> faces_of_element(const QuadraticMesh<D>& 
         if (is_surface_alone(mesh.linear))
             return {nodes_of_triangle<2>(mesh, mesh.linear.facets.vertices[e], mesh.edges.of_facets[e], {0, 1, 2})};
         std::vector<std::array<NodeNumber, 6>> faces;
+        faces.reserve(4);
         for (int i = 0; i < 4; ++i) faces.push_back(nodes_of_face(mesh, e, i));
         return faces;
     }
