@@ -77,7 +77,9 @@ Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>&
         const std::size_t changes = s.collapse.accepted + s.split.accepted;
         const auto done =
             driving.pass("collapse", &collapse<D>, is_last ? options.collapse : loose, s.collapse)
-                .and_then([&](Done) { return driving.pass("split", &split<D>, is_last ? options.split : loose_split, s.split); })
+                .and_then([&](Done) {
+                    return driving.pass("split", &split<D>, is_last ? options.split : loose_split, s.split);
+                })
                 .and_then([&](Done) { return driving.pass("swap", &swap<D>, options.swap, s.swap); })
                 .and_then([&](Done) { return driving.pass("smooth", &smooth<D>, options.smooth, s.smooth); })
                 .and_then([&](Done) { return driving.measure(s.after); });

@@ -182,12 +182,67 @@ class Remesh(unittest.TestCase):
                 os.replace(self.folder.path / "out.mesh", self.folder.path / "in.mesh")
 
     def test_what_cannot_be_remeshed_is_told(self):
-        surface = lattice(3, 1)
-        surface.elements, surface.element_references = [], []
-        (self.folder.path / "in.mesh").write_text(surface.text())
-        done = self.run_stages(["remesh"], 0.5, code=3)
-        self.assertRegex(done.stderr, "the mesh has no tetrahedra: there is nothing to remesh")
+        nothing = lattice(3, 1)
+        nothing.elements, nothing.element_references, nothing.facets, nothing.facet_references = [], [], [], []
+        (self.folder.path / "in.mesh").write_text(nothing.text())
+        self.run_stages(["remesh"], 0.5, code=3)
         self.assertNotIn("out.mesh", self.folder.files())
+        self.surface("in.mesh", 2)
+        self.camber("convert", "in.mesh", "--elevate", "-o", "curved.mesh")
+        done = self.camber("remesh", "curved.mesh", "--metric", "0.5", "-o", "out.mesh", code=3)
+        self.assertRegex(done.stderr, "a curved surface alone is not remeshed as it is .*camber convert --straighten")
+        self.camber("convert", "curved.mesh", "--straighten", "-o", "straight.mesh")
+        self.camber("remesh", "straight.mesh", "--metric", "0.5", "-o", "out.mesh", "--geometry",
+                    '{"mesh": "curved.mesh"}')
+
+    def surface(self, name, n):
+        """The surface of [0, n]^3, each side with its reference."""
+        mesh = two_materials(3, n)
+        sides = [i for i, r in enumerate(mesh.facet_references) if r != INTERFACE]
+        mesh.facets = [mesh.facets[i] for i in sides]
+        mesh.facet_references = [mesh.facet_references[i] for i in sides]
+        mesh.elements, mesh.element_references = [], []
+        (self.folder.path / name).write_text(mesh.text())
+        return mesh
+
+    def test_a_surface_alone(self):
+        before = self.surface("in.mesh", 2)
+        area = measures(before.points, before.facets, before.facet_references)
+        self.camber("convert", "in.mesh", "-o", "in.stl")  # without references: its ridges are found
+        for name, size in (("in.mesh", 0.3), ("in.mesh", 5), ("in.stl", 0.3)):
+            self.camber("remesh", name, "--metric", str(size), "-o", "out.mesh", "--report", "r.json")
+            after = self.read()
+            self.assertNotIn("Tetrahedra", after.cells)
+            now = measures(after.points, *cells(after, 2))
+            if name == "in.mesh":
+                self.assertEqual(now.keys(), area.keys())
+                for reference, value in area.items():
+                    self.assertAlmostEqual(now[reference], value, delta=1e-9)
+            self.assertAlmostEqual(sum(now.values()), 24, delta=1e-9)
+            told = report_of(self.folder.path / "r.json")["remesh"]["after"]
+            if size < 1:
+                self.assertGreater(told["unit_edges"], 0.97 * told["edges"])
+                self.assertGreater(told["min_quality"], 0.4)
+            else:
+                self.assertEqual(len(cells(after, 2)[0]), 12)  # nothing is left to collapse
+            self.camber("check", "out.mesh")
+
+    def test_a_surface_alone_to_a_chord_error(self):
+        self.camber("generate", "shell", "-o", "shell.mesh")
+        mesh = self.read("shell.mesh")
+        rows, references = cells(mesh, 2)
+        sphere = [row for row, reference in zip(rows, references) if reference == 1]
+        (self.folder.path / "in.mesh").write_text(
+            "MeshVersionFormatted 2\nDimension 3\nVertices\n%d\n%s\nTriangles\n%d\n%s\nEnd\n" % (
+                len(mesh.points), "\n".join("%.17g %.17g %.17g 0" % tuple(p) for p in mesh.points),
+                len(sphere), "\n".join("%d %d %d 1" % tuple(v + 1 for v in row) for row in sphere)))
+        radius = np.linalg.norm(mesh.points[sphere[0][0]])
+        self.camber("remesh", "in.mesh", "--metric", "1", "--geometry-error", "0.002", "-o", "out.mesh", "--geometry",
+                    json.dumps({"analytic": [{"references": [1], "sphere": {"radius": radius}}]}))
+        after = self.read()
+        middles = after.points[np.array(cells(after, 2)[0])].mean(axis=1)
+        self.assertLess(radius - np.linalg.norm(middles, axis=1).min(), 2.5 * 0.002)
+        self.assertGreater(len(middles), len(sphere))
 
     def test_what_there_is_no_room_for_is_refused(self):
         """Before any pass, with the numbers, and by `--dry-run` in the same words."""
