@@ -23,9 +23,9 @@ namespace {
 template <int D>
 class Moves final : public Pass<D> {
   public:
-    Moves(const AdaptationGoal<D>& goal, const SmoothOptions& options, KeptShapes<D> shapes)
+    Moves(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const SmoothOptions& options, KeptShapes<D> shapes)
         : goal_(goal),
-          wanted_(shape_of_quality(options.wanted, D)),
+          wanted_(wanted_shape(r, options.wanted)),
           gain_(shape_of_quality(options.gain, D)),
           poor_(shape_of_quality(0.3, D)),
           worst_(shape_of_quality(0.2, D)),
@@ -219,7 +219,7 @@ Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal, c
         auto shapes = KeptShapes<D>::taken_from(state, without_progress(execution));
         if (!shapes) return fail(shapes.error());
         state.refusals.begin(AskingPass::smooth, {options.wanted, options.gain});
-        Moves<D> pass(goal, options, std::move(*shapes));
+        Moves<D> pass(state, goal, options, std::move(*shapes));
         Adapted<D> out{std::move(state), *snap};
         for (int sweep = 0; sweep < options.sweeps; ++sweep) {
             auto statistics = run_pass<D>(out.state, goal, pass, pass.tasks(out.state), execution);

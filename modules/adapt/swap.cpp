@@ -28,10 +28,10 @@ struct BestSwap {
 template <int D>
 class Swaps final : public Pass<D> {
   public:
-    Swaps(const AdaptationGoal<D>& goal, const SwapOptions& options, KeptShapes<D> shapes)
+    Swaps(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const SwapOptions& options, KeptShapes<D> shapes)
         : goal_(goal),
           distance_(options.distance),
-          wanted_(shape_of_quality(options.wanted, D)),
+          wanted_(wanted_shape(r, options.wanted)),
           gain_(shape_of_quality(options.gain, D)),
           shapes_(std::move(shapes)) {}
 
@@ -158,7 +158,7 @@ Outcome<Adapted<D>> swap(Adaptation<D> state, const AdaptationGoal<D>& goal, con
     state.refusals.begin(AskingPass::swap, {options.wanted, options.gain, options.distance});
     auto shapes = KeptShapes<D>::taken_from(state, without_progress(execution));
     if (!shapes) return fail(shapes.error());
-    Swaps<D> pass(goal, options, std::move(*shapes));
+    Swaps<D> pass(state, goal, options, std::move(*shapes));
     auto tasks = element_tasks(
         state, AskingPass::swap, pass.shapes(), [&](double shape) { return pass.order_of(shape); },
         without_progress(execution));
