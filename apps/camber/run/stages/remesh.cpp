@@ -20,6 +20,7 @@ import camber.operation;
 import camber.adapt;
 import camber.recipes;
 import camber.surface;
+import camber.validity;
 import :memory;
 import :parts;
 import :report;
@@ -55,19 +56,32 @@ std::optional<double> longest_edge_left(std::span<const config::Stage> stages) {
     return least;
 }
 
+/// The simplices that passes make of a mesh: its elements, or the triangles of a surface alone.
+struct RemeshedSimplices {
+    std::size_t count = 0;
+    int dimension = 0;
+};
+template <int D>
+RemeshedSimplices remeshed_simplices(const LinearMesh<D>& mesh) {
+    if (is_surface_alone(mesh)) return {mesh.facets.size(), 2};
+    return {mesh.elements.size(), D};
+}
+
 /// Whether there is room for what passes will make of the mesh, and 32 bits can number it.
 template <int D>
-Outcome<std::optional<Growth>> check_growth(const Runner<D>& run, double complexity, std::size_t elements, int degree) {
+Outcome<std::optional<Growth>> check_growth(const Runner<D>& run, double complexity, RemeshedSimplices given,
+                                            int degree) {
     const auto longest = longest_edge_left(run.config.stages);
     if (!longest) return std::nullopt;
-    Growth growth = expected_growth(complexity, *longest, elements, D, degree);
+    Growth growth = expected_growth(complexity, *longest, given.count, given.dimension, degree);
     const auto curves = [](const config::Stage& s) { return std::holds_alternative<config::Curve>(s); };
     if (growth.elements < static_cast<double>(max_entities) && std::ranges::any_of(run.config.stages, curves)) {
         const auto made = static_cast<std::size_t>(growth.elements);
-        growth.peak_bytes = std::max(growth.peak_bytes, estimated_peak_bytes(made / (D == 2 ? 2 : 5), made, D));
+        growth.peak_bytes = std::max(
+            growth.peak_bytes, estimated_peak_bytes(made / (given.dimension == 2 ? 2 : 5), made, given.dimension));
     }
-    const std::string asked =
-        fmt::format("the metric asks for some {:.2g} {}", growth.elements, D == 2 ? "triangles" : "tetrahedra");
+    const std::string asked = fmt::format("the metric asks for some {:.2g} {}", growth.elements,
+                                          given.dimension == 2 ? "triangles" : "tetrahedra");
     const char* const remedy = "make it coarser: metric_operations bound or complexity, or a larger split/longest";
     constexpr double gib = 1024.0 * 1024 * 1024;
     if (growth.peak_bytes > run.memory.bytes)
@@ -121,10 +135,10 @@ struct Aims {
     std::optional<Growth> growth;
 };
 template <int D>
-Outcome<Aims<D>> aims(const Runner<D>& run, Boundary<D> boundary, Outcome<OwnField<D>> field, std::size_t elements,
+Outcome<Aims<D>> aims(const Runner<D>& run, Boundary<D> boundary, Outcome<OwnField<D>> field, RemeshedSimplices given,
                       int degree) {
     if (!field) return fail(field.error());
-    auto growth = check_growth(run, field->report.complexity, elements, degree);
+    auto growth = check_growth(run, field->report.complexity, given, degree);
     if (!growth) return fail(growth.error());
     return Aims<D>{std::move(boundary), std::move(*field), *growth};
 }
@@ -133,14 +147,14 @@ Outcome<Aims<D>> aims_for(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeS
     auto boundary = describe_boundary(run, mesh, edges);
     if (!boundary) return fail(boundary.error());
     auto field = make_own_field(run, mesh, edges, *boundary);
-    return aims(run, std::move(*boundary), std::move(field), mesh.elements.size(), 1);
+    return aims(run, std::move(*boundary), std::move(field), remeshed_simplices(mesh), 1);
 }
 template <int D>
 Outcome<Aims<D>> aims_for(Runner<D>& run, const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> nodes) {
     auto boundary = describe_boundary(run, mesh.linear, mesh.edges, nodes);
     if (!boundary) return fail(boundary.error());
     auto field = make_own_field(run, mesh, *boundary);
-    return aims(run, std::move(*boundary), std::move(field), mesh.linear.elements.size(), 2);
+    return aims(run, std::move(*boundary), std::move(field), remeshed_simplices(mesh.linear), 2);
 }
 /// The nodes by which the boundary's own curves are told: none where they are not the file's.
 template <int D>
