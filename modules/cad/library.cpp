@@ -25,8 +25,8 @@ struct Library {
 
 Library loaded() {
     Library library;
-    // Where it was built; else where it was installed with the program; else where that was meant to be.
-    for (const char* const name : {CAMBER_OCC_BUILT, "$ORIGIN/../" CAMBER_OCC_BESIDE, CAMBER_OCC_INSTALLED}) {
+    // Where it was installed with the program, which may have moved; else where it was built, or was meant to be installed.
+    for (const char* const name : {"$ORIGIN/../" CAMBER_OCC_BESIDE, CAMBER_OCC_BUILT, CAMBER_OCC_INSTALLED}) {
         void* const handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
         if (handle == nullptr) {
             const char* const why = dlerror();
@@ -49,7 +49,8 @@ Outcome<std::unique_ptr<const occ::Kernel>> kernel_by(const std::string& path, O
     static const Library library = loaded();
     if (library.open == nullptr)
         return fail(ErrorKind::unsupported, "OpenCASCADE cannot be loaded: " + library.missing, path, {},
-                    "install it again (Debian: libocct-data-exchange-7.6), or take another geometry");
+                    "install it (camber-cad beside a packaged Camber; else Debian's libocct-data-exchange-7.6), or take "
+                    "another geometry");
     occ::Opened opened;
     open(library, opened);
     if (opened.is_out_of_memory)

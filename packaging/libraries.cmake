@@ -1,0 +1,26 @@
+# The libraries that FILE needs and PROGRAM does not bring anyway go to FOLDER, each under the name by which it is asked for; their
+# licences to LICENCES. Not those of glibc, which must be the system's; all others come along, so that no system needs any of this version.
+set(glibc "^(ld-linux|lib(c|m|dl|rt|pthread|resolv|mvec)\\.so)")
+function(camber_needed RESULT KIND FILE)
+    file(GET_RUNTIME_DEPENDENCIES ${KIND} "${FILE}" RESOLVED_DEPENDENCIES_VAR found UNRESOLVED_DEPENDENCIES_VAR missing
+        PRE_EXCLUDE_REGEXES "${glibc}")
+    if(missing)
+        message(FATAL_ERROR "${FILE} needs ${missing}, not to be found here")
+    endif()
+    set(${RESULT} ${found} PARENT_SCOPE)
+endfunction()
+
+camber_needed(needed EXECUTABLES "${PROGRAM}")
+if(NOT FILE STREQUAL PROGRAM)
+    set(brought ${needed})
+    camber_needed(needed MODULES "${FILE}")
+    list(REMOVE_ITEM needed ${brought})
+endif()
+file(MAKE_DIRECTORY "${FOLDER}")
+foreach(library IN LISTS needed)
+    cmake_path(GET library FILENAME name)
+    message(STATUS "Installing: ${FOLDER}/${name}")
+    file(COPY_FILE "${library}" "${FOLDER}/${name}" ONLY_IF_DIFFERENT)
+    file(CHMOD "${FOLDER}/${name}" PERMISSIONS OWNER_READ OWNER_WRITE GROUP_READ WORLD_READ)
+endforeach()
+execute_process(COMMAND "${PYTHON}" -B "${CMAKE_CURRENT_LIST_DIR}/licences.py" "${LICENCES}" ${COMPONENT} ${needed} COMMAND_ERROR_IS_FATAL ANY)

@@ -1,0 +1,56 @@
+"""The licences of libraries that come along, from the Debian packages that they are of.
+
+    licences.py FOLDER COMPONENT LIBRARY...
+
+FOLDER gets a file for each package; the licences that these refer to; and COMPONENT.txt, which tells of each library its package, version
+and source. With the component `camber` also those of the libraries of which the program has the headers in itself.
+"""
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+COMMON = pathlib.Path("/usr/share/common-licenses")
+# Libraries without a file of their own, by a header of each.
+HEADERS = {"camber": ["eigen3/Eigen/Core", "range/v3/all.hpp", "tl/expected.hpp", "boost/multiprecision/cpp_int.hpp",
+                      "nlohmann/json.hpp", "CLI/CLI.hpp"]}
+
+
+def package_of(file):
+    """The package that has the file; it may be known by its path before /lib became a link into /usr."""
+    path = pathlib.Path(file)
+    for name in (path.resolve(), path, pathlib.Path("/", *path.resolve().parts[2:])):
+        done = subprocess.run(["dpkg-query", "--search", str(name)], capture_output=True, text=True)
+        if done.returncode == 0:
+            return re.split(r": /", done.stdout)[0].split(",")[0]
+    sys.exit(f"licences: no Debian package has {file}: what comes along must have its licence")
+
+
+def described(package):
+    form = "${Package} ${Version}, source ${source:Package} ${source:Version}"
+    return subprocess.run(["dpkg-query", "--show", f"--showformat={form}", package],
+                          capture_output=True, text=True, check=True).stdout
+
+
+def main(folder, component, *libraries):
+    folder = pathlib.Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    headers = ["/usr/include/" + header for header in HEADERS.get(component, [])]
+    lines = []
+    for file in [*sorted(libraries), *headers]:
+        package = package_of(file)
+        name = package.split(":")[0]
+        licence = pathlib.Path("/usr/share/doc", name, "copyright")
+        shutil.copyfile(licence, folder / name)
+        for common in re.findall(rf"{COMMON}/([A-Za-z0-9.-]*[A-Za-z0-9])", licence.read_text(encoding="utf-8", errors="replace")):
+            if (COMMON / common).exists():
+                shutil.copyfile(COMMON / common, folder / common)
+        shown = pathlib.Path(file).name if file in libraries else file.removeprefix("/usr/include/") + " (compiled in)"
+        lines.append(f"{shown}: {described(package)}\n")
+    text = "What comes with the program, and Debian's package and source of each. Its licence is in the file of the package's name.\n\n"
+    (folder / f"{component}.txt").write_text(text + "".join(lines), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

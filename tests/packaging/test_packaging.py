@@ -1,0 +1,186 @@
+"""The program as it is packaged: installed, moved, and run with nothing of what it was built with.
+
+    python3 tests/packaging/test_packaging.py build/bin/camber build cmake [unittest arguments]
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "packaging"))
+import help_text  # noqa: E402
+
+CAMBER, BUILD = (str(pathlib.Path(sys.argv.pop(1)).resolve()) for _ in range(2))
+CMAKE = sys.argv.pop(1)
+GLIBC = re.compile(r"^(linux-vdso|/lib.*/ld-linux|lib(c|m|dl|rt|pthread)\.so)")
+MODEL = ROOT / "tests" / "cad" / "shell.brep"
+BARE = {"PATH": "/usr/bin:/bin", "LANG": "C"}  # no LD_LIBRARY_PATH
+
+
+def run(*command, code=0, **options):
+    options = {"env": BARE, "capture_output": True, "text": True} | options
+    done = subprocess.run([str(word) for word in command], **options)
+    if done.returncode != code:
+        raise AssertionError(f"{command}: {done.returncode}\n{done.stdout}{done.stderr}")
+    return done
+
+
+class Installed(unittest.TestCase):
+    """Both components in one folder, which then moves."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.keep = tempfile.TemporaryDirectory()
+        folder = pathlib.Path(cls.keep.name)
+        cls.has_cad = any(pathlib.Path(BUILD, "lib").glob("libcamber_occ*"))
+        for component in ["camber", "cad"] if cls.has_cad else ["camber"]:
+            run(CMAKE, "--install", BUILD, "--prefix", folder / "first", "--component", component, "--strip")
+        cls.prefix = folder / "moved" / "else where"
+        cls.prefix.parent.mkdir()
+        (folder / "first").rename(cls.prefix)
+        cls.camber = cls.prefix / "bin" / "camber"
+        cls.out = folder / "out"
+        cls.out.mkdir()
+        run(cls.camber, "generate", "shell", "-o", "shell.mesh", cwd=cls.out)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.keep.cleanup()
+
+    def libraries(self, **more):
+        """Where the loader takes each library from, by its name; of a model also what is loaded with that."""
+        done = run(self.camber, "curve", "shell.mesh", "-o", "cad.meshb", *(["--cad", MODEL] if self.has_cad else []), cwd=self.out,
+                   env=BARE | {"LD_DEBUG": "files"} | more)
+        return {pathlib.Path(path).name: path for path in re.findall(r"calling init: (/\S.*)", done.stderr)}
+
+    def test_it_runs(self):
+        run(self.camber, "curve", "shell.mesh", "-o", "curved.meshb", cwd=self.out)
+        self.assertIn("valid", run(self.camber, "check", "curved.meshb", cwd=self.out).stdout)
+        self.assertEqual(run(self.camber, "--version").stdout, run(CAMBER, "--version").stdout)
+
+    def test_by_a_link_from_elsewhere(self):
+        link = self.out / "link"
+        link.symlink_to(self.camber)
+        run(link, "check", "shell.mesh", cwd=self.out)
+
+    def test_all_but_glibc_is_its_own(self):
+        loaded = self.libraries()
+        self.assertGreater(len(loaded), 10)
+        for name, path in loaded.items():
+            if not GLIBC.match(name) and not name.startswith("ld-linux"):
+                self.assertTrue(path.startswith(str(self.prefix)), path)
+        if self.has_cad:
+            self.assertIn("libcamber_occ.so", loaded)
+
+    def test_whatever_ld_library_path_says(self):
+        others = self.out / "others"
+        others.mkdir()
+        for name in ("libtbb.so.12", "libfmt.so.9"):
+            (others / name).write_text("no library")
+        self.assertIn(str(self.prefix), self.libraries(LD_LIBRARY_PATH=str(others))["libtbb.so.12"])
+
+    def test_what_it_needs_of_glibc_is_here(self):
+        host = os.confstr("CS_GNU_LIBC_VERSION").split()[1]
+        numbers = lambda version: [int(part) for part in version.split(".")]  # noqa: E731
+        for file in [self.camber, *(self.prefix / "lib" / "camber").iterdir()]:
+            for version in re.findall(rb"GLIBC_([0-9.]+[0-9])\0", file.read_bytes()):
+                self.assertLessEqual(numbers(version.decode()), numbers(host), file)
+
+    def test_configs_and_examples(self):
+        (self.out / "out").mkdir(exist_ok=True)
+        share = self.prefix / "share" / "camber"
+        run(self.camber, "run", share / "configs" / "annulus-2d.json", cwd=self.out)
+        self.assertTrue((share / "examples" / "own-solver" / "adapt.json").exists())
+
+    def test_licences(self):
+        folder = self.prefix / "share" / "doc" / "camber"
+        self.assertEqual((folder / "LICENSE").read_text(), (ROOT / "LICENSE").read_text())
+        listed = "".join(list_.read_text() for list_ in folder.glob("licences/*/*.txt"))
+        for library in (self.prefix / "lib" / "camber").glob("*.so.*"):
+            package = re.search(rf"^{re.escape(library.name)}: (\S+) ", listed, re.MULTILINE)
+            self.assertTrue(package and list(folder.glob(f"licences/*/{package.group(1)}")), library.name)
+        if pathlib.Path(BUILD, "apps/page/node_modules/three/LICENSE").exists():
+            self.assertIn("MIT", (folder / "licences" / "camber" / "three.js").read_text())
+
+
+class Help(unittest.TestCase):
+    """What man pages and completion are made of."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.whole, cls.verbs = help_text.of_program(CAMBER)
+
+    def test_nothing_of_it_is_lost(self):
+        for verb, shown in self.verbs.items():
+            text = run(CAMBER, verb, "--help").stdout
+            parts = [shown.description, "Usage:", shown.usage, shown.footer]
+            for title, entries in shown.lists.items():
+                parts += [title + ":", *(word for entry in entries for word in (entry.name, entry.text))]
+            self.assertEqual(sorted(text.split()), sorted(" ".join(parts).split()), verb)
+
+    def test_every_entry_has_a_name_and_a_sentence(self):
+        for verb, shown in self.verbs.items():
+            for entry in shown.options:
+                self.assertTrue(entry.options and all(re.fullmatch(r"-[a-z]|--[a-z0-9-]+", word) for word in entry.options), entry)
+                self.assertTrue(entry.text, f"{verb} {entry.name}")
+
+    def test_names_too_wide_for_their_column(self):
+        text = "Words\n\nUsage: camber x\n\nOptions:\n  --far FLOAT:[0, 1000000000000]\n" + " " * 30 + "Far\n  --near FLOAT:[0, 1)         Near\n"
+        self.assertEqual([(entry.name, entry.text) for entry in help_text.parsed(text).options],
+                         [("--far FLOAT:[0, 1000000000000]", "Far"), ("--near FLOAT:[0, 1)", "Near")])
+
+
+class Texts(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.verbs = help_text.of_program(CAMBER)[1]
+        cls.keep = tempfile.TemporaryDirectory()
+        cls.share = pathlib.Path(cls.keep.name)
+        for script in ("man_pages.py", "completion.py"):
+            run(sys.executable, "-B", ROOT / "packaging" / script, CAMBER, cls.share)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.keep.cleanup()
+
+    def test_a_page_for_each_verb_with_its_options(self):
+        for verb, shown in self.verbs.items():
+            page = (self.share / "man" / "man1" / f"camber-{verb}.1").read_text(encoding="ascii")
+            for request in re.findall(r"(?m)^[.'](\S*)", page):
+                self.assertIn(request, ("TH", "SH", "PP", "TP", "B", "BR", "nf", "fi"))
+            for entry in shown.options:
+                self.assertIn(f"\n.TP\n.B {entry.name}\n", page.replace("\\-", "-"))
+        self.assertIn("camber\\-curve", (self.share / "man" / "man1" / "camber.1").read_text(encoding="ascii"))
+
+    @unittest.skipUnless(shutil.which("groff"), "no groff")
+    def test_pages_are_read_without_a_warning(self):
+        for page in (self.share / "man" / "man1").iterdir():
+            done = run("groff", "-man", "-ww", "-Tutf8", page, encoding="utf-8")
+            self.assertEqual(done.stderr, "")
+            self.assertIn("SYNOPSIS", re.sub(r".\x08", "", done.stdout))
+
+    def completed(self, *words):
+        """What bash offers for the last of the words."""
+        quoted = " ".join(f"'{word}'" for word in words)
+        script = f'. "$1"; COMP_WORDS=({quoted}); COMP_CWORD={len(words) - 1}; _camber; printf "%s\\n" "${{COMPREPLY[@]}}"'
+        return run("bash", "-c", script, "bash", self.share / "bash-completion" / "completions" / "camber").stdout.split()
+
+    def test_bash_completes_verbs_options_and_words(self):
+        self.assertEqual(self.completed("camber", "ch"), ["check"])
+        self.assertEqual(set(self.completed("camber", "")), {*self.verbs, "--help", "--version"})
+        for verb, shown in self.verbs.items():
+            wanted = {word for entry in shown.options for word in entry.options if word.startswith("--")}
+            self.assertEqual(set(self.completed("camber", verb, "--")), wanted, verb)
+        self.assertEqual(self.completed("camber", "curve", "--flat", "p"), ["plane"])
+        self.assertIn("gmf-binary", self.completed("camber", "convert", "a.mesh", "--format", ""))
+        self.assertEqual(self.completed("camber", "explain", "sur"), ["surface", "surrogate"])
+        self.assertEqual(self.completed("camber", "curve", "wing"), [])  # a file
+
+
+if __name__ == "__main__":
+    unittest.main()
