@@ -172,6 +172,6 @@ function(camber_install)
         INSTALL_DESTINATION "${destination}" NO_SET_AND_CHECK_MACRO)
     write_basic_package_version_file("${PROJECT_BINARY_DIR}/camberConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
     install(FILES "${PROJECT_BINARY_DIR}/camberConfig.cmake" "${PROJECT_BINARY_DIR}/camberConfigVersion.cmake"
-        "${PROJECT_SOURCE_DIR}/cmake/HeaderModule.cmake" DESTINATION "${destination}")
+        "${PROJECT_SOURCE_DIR}/cmake/HeaderModule.cmake" "${PROJECT_SOURCE_DIR}/cmake/Toolchain.cmake" DESTINATION "${destination}")
     install(EXPORT camberTargets NAMESPACE camber:: DESTINATION "${destination}" CXX_MODULES_DIRECTORY modules)
 endfunction()
