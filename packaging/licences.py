@@ -17,29 +17,40 @@ HEADERS = {"camber": ["eigen3/Eigen/Core", "range/v3/all.hpp", "tl/expected.hpp"
                       "nlohmann/json.hpp", "CLI/CLI.hpp"]}
 
 
-def package_of(file):
-    """The package that has the file; it may be known by its path before /lib became a link into /usr."""
+def spellings(file):
+    """The paths by which the package may know the file: its own, and that before /lib became a link into /usr."""
     path = pathlib.Path(file)
-    for name in (path.resolve(), path, pathlib.Path("/", *path.resolve().parts[2:])):
-        done = subprocess.run(["dpkg-query", "--search", str(name)], capture_output=True, text=True)
-        if done.returncode == 0:
-            return re.split(r": /", done.stdout)[0].split(",")[0]
-    sys.exit(f"licences: no Debian package has {file}: what comes along must have its licence")
+    return [str(path.resolve()), str(path), str(pathlib.Path("/", *path.resolve().parts[2:]))]
 
 
-def described(package):
-    form = "${Package} ${Version}, source ${source:Package} ${source:Version}"
-    return subprocess.run(["dpkg-query", "--show", f"--showformat={form}", package],
-                          capture_output=True, text=True, check=True).stdout
+def packages_of(files):
+    """By file, the package that has it."""
+    wanted = [name for file in files for name in spellings(file)]
+    found = subprocess.run(["dpkg-query", "--search", *wanted], capture_output=True, text=True).stdout  # not all spellings are known
+    owners = {path: owner.split(",")[0] for owner, path in re.findall(r"(?m)^(\S.*?): (/.*)$", found)}
+    out = {}
+    for file in files:
+        out[file] = next((owners[name] for name in spellings(file) if name in owners), None)
+        if out[file] is None:
+            sys.exit(f"licences: no Debian package has {file}: what comes along must have its licence")
+    return out
+
+
+def described(packages):
+    """By package, its name and version and those of its source."""
+    form = "${Package} ${Version}, source ${source:Package} ${source:Version}\n"
+    said = subprocess.run(["dpkg-query", "--show", f"--showformat={form}", *packages], capture_output=True, text=True, check=True).stdout
+    return {line.split(" ")[0]: line for line in said.splitlines()}
 
 
 def main(folder, component, *libraries):
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     headers = ["/usr/include/" + header for header in HEADERS.get(component, [])]
+    packages = packages_of([*sorted(libraries), *headers])
+    sources = described(set(packages.values()))
     lines = []
-    for file in [*sorted(libraries), *headers]:
-        package = package_of(file)
+    for file, package in packages.items():
         name = package.split(":")[0]
         licence = pathlib.Path("/usr/share/doc", name, "copyright")
         shutil.copyfile(licence, folder / name)
@@ -47,7 +58,7 @@ def main(folder, component, *libraries):
             if (COMMON / common).exists():
                 shutil.copyfile(COMMON / common, folder / common)
         shown = pathlib.Path(file).name if file in libraries else file.removeprefix("/usr/include/") + " (compiled in)"
-        lines.append(f"{shown}: {described(package)}\n")
+        lines.append(f"{shown}: {sources[name]}\n")
     text = "What comes with the program, and Debian's package and source of each. Its licence is in the file of the package's name.\n\n"
     (folder / f"{component}.txt").write_text(text + "".join(lines), encoding="utf-8")
 

@@ -1,6 +1,8 @@
 """The program as it is packaged: installed, moved, and run with nothing of what it was built with.
 
     python3 tests/packaging/test_packaging.py build/bin/camber build cmake [unittest arguments]
+
+The packages are those of `./x package`, but for a quicker compression.
 """
 import os
 import pathlib
@@ -30,31 +32,45 @@ def run(*command, code=0, **options):
     return done
 
 
-class Installed(unittest.TestCase):
-    """Both components in one folder, which then moves."""
+def numbers(version):
+    return [int(part) for part in version.split(".")]
+
+
+KEEP = tempfile.TemporaryDirectory()
+FOLDER = pathlib.Path(KEEP.name)
+HAS_CAD = any(pathlib.Path(BUILD, "lib").glob("libcamber_occ*"))
+
+
+def setUpModule():  # noqa: N802
+    """The packages in FOLDER."""
+    if shutil.which("dpkg-query") is None:
+        raise unittest.SkipTest("no dpkg, whose packages tell the licences")
+    cpack = pathlib.Path(CMAKE).parent / "cpack"
+    run(cpack, "--config", pathlib.Path(BUILD, "CPackConfig.cmake"), "-B", FOLDER, "-G", "TZST;DEB", "-D", "CPACK_DEBIAN_COMPRESSION_TYPE=none")
+
+
+def tearDownModule():  # noqa: N802
+    KEEP.cleanup()
+
+
+class Archive(unittest.TestCase):
+    """Unpacked, then moved."""
 
     @classmethod
     def setUpClass(cls):
-        cls.keep = tempfile.TemporaryDirectory()
-        folder = pathlib.Path(cls.keep.name)
-        cls.has_cad = any(pathlib.Path(BUILD, "lib").glob("libcamber_occ*"))
-        for component in ["camber", "cad"] if cls.has_cad else ["camber"]:
-            run(CMAKE, "--install", BUILD, "--prefix", folder / "first", "--component", component, "--strip")
-        cls.prefix = folder / "moved" / "else where"
+        archive, = FOLDER.glob("camber-*.tar.zst")
+        run(CMAKE, "-E", "tar", "xf", archive, cwd=FOLDER)
+        cls.prefix = FOLDER / "moved" / "else where"
         cls.prefix.parent.mkdir()
-        (folder / "first").rename(cls.prefix)
+        (FOLDER / archive.name.removesuffix(".tar.zst")).rename(cls.prefix)
         cls.camber = cls.prefix / "bin" / "camber"
-        cls.out = folder / "out"
+        cls.out = FOLDER / "out"
         cls.out.mkdir()
         run(cls.camber, "generate", "shell", "-o", "shell.mesh", cwd=cls.out)
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.keep.cleanup()
-
     def libraries(self, **more):
         """Where the loader takes each library from, by its name; of a model also what is loaded with that."""
-        done = run(self.camber, "curve", "shell.mesh", "-o", "cad.meshb", *(["--cad", MODEL] if self.has_cad else []), cwd=self.out,
+        done = run(self.camber, "curve", "shell.mesh", "-o", "cad.meshb", *(["--cad", MODEL] if HAS_CAD else []), cwd=self.out,
                    env=BARE | {"LD_DEBUG": "files"} | more)
         return {pathlib.Path(path).name: path for path in re.findall(r"calling init: (/\S.*)", done.stderr)}
 
@@ -74,7 +90,7 @@ class Installed(unittest.TestCase):
         for name, path in loaded.items():
             if not GLIBC.match(name) and not name.startswith("ld-linux"):
                 self.assertTrue(path.startswith(str(self.prefix)), path)
-        if self.has_cad:
+        if HAS_CAD:
             self.assertIn("libcamber_occ.so", loaded)
 
     def test_whatever_ld_library_path_says(self):
@@ -85,11 +101,10 @@ class Installed(unittest.TestCase):
         self.assertIn(str(self.prefix), self.libraries(LD_LIBRARY_PATH=str(others))["libtbb.so.12"])
 
     def test_what_it_needs_of_glibc_is_here(self):
-        host = os.confstr("CS_GNU_LIBC_VERSION").split()[1]
-        numbers = lambda version: [int(part) for part in version.split(".")]  # noqa: E731
+        host = numbers(os.confstr("CS_GNU_LIBC_VERSION").split()[1])
         for file in [self.camber, *(self.prefix / "lib" / "camber").iterdir()]:
             for version in re.findall(rb"GLIBC_([0-9.]+[0-9])\0", file.read_bytes()):
-                self.assertLessEqual(numbers(version.decode()), numbers(host), file)
+                self.assertLessEqual(numbers(version.decode()), host, file)
 
     def test_configs_and_examples(self):
         (self.out / "out").mkdir(exist_ok=True)
@@ -106,6 +121,40 @@ class Installed(unittest.TestCase):
             self.assertTrue(package and list(folder.glob(f"licences/*/{package.group(1)}")), library.name)
         if pathlib.Path(BUILD, "apps/page/node_modules/three/LICENSE").exists():
             self.assertIn("MIT", (folder / "licences" / "camber" / "three.js").read_text())
+
+
+@unittest.skipUnless(shutil.which("dpkg-deb"), "no dpkg")
+class DebianPackages(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.packages = {file.name.split("_")[0]: file for file in FOLDER.glob("*.deb")}
+        cls.files = {name: {line.split()[5] for line in run("dpkg-deb", "--contents", file).stdout.splitlines() if line.startswith("-")}
+                     for name, file in cls.packages.items()}
+
+    def field(self, name, field):
+        return run("dpkg-deb", "--field", self.packages[name], field).stdout.strip()
+
+    def test_one_for_the_program_and_one_for_cad(self):
+        self.assertEqual(set(self.packages), {"camber", "camber-cad"} if HAS_CAD else {"camber"})
+        self.assertIn("./usr/bin/camber", self.files["camber"])
+        self.assertRegex(self.field("camber", "Depends"), r"^libc6 \(>= [0-9.]+\)$")
+
+    @unittest.skipUnless(HAS_CAD, "no OpenCASCADE")
+    def test_they_share_no_file_and_are_of_one_version(self):
+        self.assertEqual(self.files["camber"] & self.files["camber-cad"], set())
+        version = self.field("camber", "Version")
+        self.assertEqual(self.field("camber-cad", "Depends"), f"camber (= {version})")
+        self.assertEqual(self.field("camber", "Recommends"), f"camber-cad (= {version})")
+
+    @unittest.skipUnless(HAS_CAD, "no OpenCASCADE")
+    def test_only_models_want_the_second(self):
+        root = FOLDER / "root"
+        camber = root / "usr" / "bin" / "camber"
+        run("dpkg-deb", "--extract", self.packages["camber"], root)
+        run(camber, "generate", "shell", "-o", root / "shell.mesh")
+        run(camber, "check", root / "shell.mesh")
+        run("dpkg-deb", "--extract", self.packages["camber-cad"], root)
+        run(camber, "curve", root / "shell.mesh", "--cad", MODEL, "-o", root / "curved.meshb")
 
 
 class Help(unittest.TestCase):
