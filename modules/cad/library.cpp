@@ -25,13 +25,16 @@ struct Library {
 
 Library loaded() {
     Library library;
-    // Where it was installed with the program, which may have moved; else where it was built, or was meant to be installed.
+    // Where it was installed with the program, which may have moved; else where it was built, or was meant to be
+    // installed.
     for (const char* const name : {"$ORIGIN/../" CAMBER_OCC_BESIDE, CAMBER_OCC_BUILT, CAMBER_OCC_INSTALLED}) {
         void* const handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
         if (handle == nullptr) {
-            const char* const why = dlerror();
-            library.missing +=
-                (library.missing.empty() ? "" : "; ") + std::string(why != nullptr ? why : "no such library");
+            const char* const said = dlerror();
+            const std::string why = said != nullptr ? said : "no such library";
+            // A place where it is not says nothing; what it lacks where it is, does.
+            if (why.starts_with(name) && why.ends_with("No such file or directory")) continue;
+            library.missing += (library.missing.empty() ? "" : "; ") + why;
             continue;
         }
         library.open = reinterpret_cast<occ::Open*>(dlsym(handle, "camber_occ_open"));
@@ -40,6 +43,7 @@ Library loaded() {
         library.open = nullptr;
         library.missing = std::string(name) + " is not of this version of Camber";
     }
+    if (library.open == nullptr && library.missing.empty()) library.missing = CAMBER_OCC_BESIDE " is not there";
     return library;
 }
 
@@ -49,8 +53,8 @@ Outcome<std::unique_ptr<const occ::Kernel>> kernel_by(const std::string& path, O
     static const Library library = loaded();
     if (library.open == nullptr)
         return fail(ErrorKind::unsupported, "OpenCASCADE cannot be loaded: " + library.missing, path, {},
-                    "install it (camber-cad beside a packaged Camber; else Debian's libocct-data-exchange-7.6), or take "
-                    "another geometry");
+                    "install Camber's package camber-cad, or Debian's libocct-data-exchange-7.6, or take another "
+                    "geometry");
     occ::Opened opened;
     open(library, opened);
     if (opened.is_out_of_memory)
